@@ -15,6 +15,6 @@ def records(segment: str = "record") -> Iterator[tuple[str, mdr.MeasuredCurve]]:
         return
     for file in sorted(FOLDER.glob("*.jpk-force*")):
         name = file.stem.removeprefix("fmt-jpk-")
-        curves = mdr.read_records(file, segment=segment)
+        curves = mdr.read_prepared_curves(file, segment=segment)
         for i, curve in enumerate(curves):
             yield (f"{name}[{i}]" if len(curves) > 1 else name), curve

@@ -459,17 +459,17 @@ def test_files_of_microscopes_are_read_with_their_maps(afmformats, tmp_path):
     assert first.metadata["file"] == "map.h5"
     assert str(tmp_path) not in repr(dict(first.metadata))
     approaches = curves[::2]
-    shown = mdr.force_map(approaches, range(5))
+    shown = mdr.stack_curves(approaches, {"number": range(5)})["number"]
     assert shown.shape == (3, 3)
     assert shown.values[1, 1] == 4.0
     assert np.isnan(shown.values[2]).all()
     assert shown.x.values == pytest.approx([-1e-6, 0.0, 1e-6])
     with pytest.raises(ProblemError, match="same pixel"):
-        mdr.force_map(curves[:2], [1.0, 2.0])
-    with pytest.raises(ProblemError, match="1 values for 5 curves"):
-        mdr.force_map(approaches, [1.0])
-    with pytest.raises(ProblemError, match="no pixel"):
-        mdr.force_map([of(*made()[::-1])], [1.0])
+        mdr.stack_curves(curves[:2])
+    with pytest.raises(ProblemError, match="1 numbers 'number' for 5 curves"):
+        mdr.stack_curves(approaches, {"number": [1.0]})
+    alone = mdr.stack_curves([of(*made()[::-1])], {"number": [1.0]})["number"]
+    assert alone.dims == ("curve",)
     stiffer = mdr.read_curves(file, spring_constant="0.1 N/m")[0]
     assert stiffer.force == pytest.approx(2.0 * first.force)
     assert stiffer.steps[-1].name == "spring constant"

@@ -217,6 +217,8 @@ def test_what_is_no_record_of_friction(change, words):
 def test_origins_are_of_their_own_kind():
     with pytest.raises(ProblemError, match="shift_origin"):
         mdr.fit(joint(), small_loop(), ["body.young"], contact_point=0.0)
+    with pytest.raises(ProblemError, match="a tilt are for normal forces"):
+        mdr.fit(joint(), small_loop(), ["body.young", "tilt"])
     plain = mdr.Contact(mdr.Sphere("10 mm"), STEEL)
     curve = mdr.MeasuredCurve(force=np.linspace(0, 1, 20), indentation=np.linspace(0, 1e-6, 20))
     with pytest.raises(ProblemError, match="contact_point"):

@@ -7,6 +7,7 @@ import json
 import math
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -214,7 +215,7 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     assert "Johnson, Kendall and Roberts" in sources
     assert "Marquardt" in sources
     assert found.to("body.young", "kPa").values == pytest.approx(1e-3 * found["body.young"].values)
-    with pytest.raises(QuantityError, match="no 'modulus'"):
+    with pytest.raises(QuantityError, match="no quantity 'modulus'; this map has"):
         found["modulus"]
     assert "30 of 30 curves fitted" in found.summary()
     found.to_csv(tmp_path / "map.csv")
@@ -228,9 +229,9 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
 
 
 def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):
-    from pymdr.solving.fits import maps
+    from pymdr.solving.fits import stretches
 
-    monkeypatch.setattr(maps, "_CHUNK", 10 * 240)
+    monkeypatch.setattr(stretches, "_CHUNK", 10 * 240)
     curves, _ = gel
     start, data = contact_of("paraboloid", 1e4, 1e-4), stored(curves, (6, 5))
     whole = mdr.fit_map(start, data, FREE)
@@ -338,14 +339,16 @@ def test_a_table_of_a_whole_record_is_read_ready_for_a_fit(tmp_path):
     curve = curve_of(contact_of("paraboloid", 3e3, 2e-4), 1e-6, 0.05, 0.005, 1, 0.2, 0.3)
     lines = [f"{-1e6 * x:.9f},{-1e9 * f:.9f}" for x, f in zip(curve.travel, curve.force, strict=True)]
     (tmp_path / "curve.csv").write_text("\n".join(["travel [um],load [nN]", *lines]) + "\n")
-    (record,) = mdr.read_records(tmp_path / "curve.csv", spring_constant="0.05 N/m")
+    (record,) = mdr.read_prepared_curves(tmp_path / "curve.csv", spring_constant="0.05 N/m")
     assert [step.name for step in record.steps] == ["joined", "outliers", "signs", "saturation", "baseline"]
     found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), [record], FREE)
     assert found["body.young"].values == pytest.approx(3e3, abs=5.0 * found["body.young_error"].values[0])
-    (approach,) = mdr.read_records(tmp_path / "curve.csv", segment="approach", spring_constant="0.05 N/m")
+    (approach,) = mdr.read_prepared_curves(
+        tmp_path / "curve.csv", segment="approach", spring_constant="0.05 N/m"
+    )
     assert approach.force.size < record.force.size
     with pytest.raises(ProblemError, match="one of record, approach, retreat"):
-        mdr.read_records(tmp_path / "curve.csv", segment="hold", spring_constant="0.05 N/m")
+        mdr.read_prepared_curves(tmp_path / "curve.csv", segment="hold", spring_constant="0.05 N/m")
 
 
 def test_curves_with_pixels_are_stacked_into_a_map():
@@ -453,7 +456,7 @@ def test_a_cluster_gives_the_same_numbers(gel):
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        found = mdr.fit_map(start, data, FREE, client=client)
+        found = mdr.fit_map(start, data, FREE, workers=client)
     for name in here.data:
         assert np.array_equal(found.data[name].values, here.data[name].values, equal_nan=True)
 
@@ -467,7 +470,7 @@ REAL = Path(__file__).parents[2] / "shared/data/afm"
 def test_halves_of_a_measured_record_agree(name, law):
     pytest.importorskip("afmformats", reason="afmformats, of the extra afm, is not installed")
     (file,) = REAL.glob(f"*{name}.jpk-force")
-    (curve,) = mdr.read_records(file, segment="approach" if law == "Hertz" else "retreat")
+    (curve,) = mdr.read_prepared_curves(file, segment="approach" if law == "Hertz" else "retreat")
     adhesion = None if law == "Hertz" else mdr.JKR("0.1 mJ/m^2")
     start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion=adhesion)
     halves = [
@@ -526,7 +529,7 @@ def test_waves_are_told_for_every_curve():
 @settings(max_examples=examples(20), deadline=None)
 @given(st.integers(0, 10**6), st.integers(30, 3000))
 def test_white_noise_is_no_wave(seed, samples):
-    from pymdr.solving.fits.searching import hanging
+    from pymdr.solving.fits.residuals import hanging
 
     noise = np.random.default_rng(seed).normal(size=(3, samples))
     assert np.all(hanging(noise, np.ones(3)).waves < 1.0)
@@ -751,7 +754,7 @@ def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
     drift = tilt * (clean.position - middle)
     curves = [dataclasses.replace(clean, force=clean.force + drift + one) for one in noise]
     start, free = contact_of("paraboloid", 1e4, work and 1e-4), FREE[: 1 if work is None else 2]
-    found = mdr.fit_map(start, curves, free, tilt=True)
+    found = mdr.fit_map(start, curves, [*free, "tilt"])
     assert found.counts == {"found": 300}
     true = {"body.young": 3e3, "adhesion.work": work, "contact_point": 0.0, "baseline": 0.0, "tilt": tilt}
     for name in found.names:
@@ -759,7 +762,7 @@ def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
         # four deviations of a mean and of a share of 300
         assert abs(off.mean()) < 4.0 / math.sqrt(300)
         assert np.mean(np.abs(off) < 1.96) > 0.95 - 4.0 * math.sqrt(0.05 * 0.95 / 300)
-    single = mdr.fit(start, curves[0], free, tilt=True)
+    single = mdr.fit(start, curves[0], [*free, "tilt"])
     for name in found.names:
         error = float(found[f"{name}_error"][0])
         assert single[name].value == pytest.approx(float(found[name][0]), abs=0.3 * error)
@@ -767,11 +770,50 @@ def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
     assert mdr.fit(start, curves[0], free).waves > 1.0
 
 
-def test_a_tilt_is_true_or_false_and_of_force_curves():
+def test_a_tilt_has_no_bounds_and_is_looked_for_with_other_numbers():
     curve, start = curve_of(contact_of("paraboloid", 3e3), 1e-6), contact_of("paraboloid", 1e4)
-    for found in (mdr.fit, mdr.fit_map):
-        with pytest.raises(ProblemError, match="tilt = '1 N/m'; True"):
-            found(start, curve if found is mdr.fit else [curve], ["body.young"], tilt="1 N/m")
+    for fit, record in ((mdr.fit, curve), (mdr.fit_map, [curve])):
+        with pytest.raises(ProblemError, match="bounds of tilt"):
+            fit(start, record, {"body.young": None, "tilt": ["0 N/m", "1 N/m"]})
+        with pytest.raises(ProblemError, match="name what is looked for"):
+            fit(start, record, "tilt")
+        assert "tilt" in fit(start, record, {"body.young": None, "tilt": None}).summary()
+
+
+def test_laws_are_compared_with_a_tilt():
+    clean = curve_of(contact_of("paraboloid", 3e3), 1e-6)
+    drift = 0.3 * clean.force.max() * clean.position / np.ptp(clean.position)
+    noise = 1e-3 * clean.force.max() * np.random.default_rng(1).normal(size=drift.size)
+    curve = dataclasses.replace(clean, force=clean.force + drift + noise)
+    laws = {
+        "ball": contact_of("paraboloid", 1e4),
+        "cone": mdr.Contact(mdr.Cone(slope=0.5), mdr.Elastic("10 kPa", 0.5)),
+    }
+    found = mdr.compare_laws(laws, curve, ["body.young", "tilt"])
+    assert found.best == "ball"
+    assert found["ball"]["body.young"].value == pytest.approx(3e3, rel=0.05)
+    assert set(found["cone"].values) >= {"tilt"}
+    with pytest.raises(ProblemError, match="has nothing of"):
+        mdr.compare_laws(laws, curve, ["tilt"])
+
+
+def test_cores_are_a_number_or_a_client():
+    curve, start = curve_of(contact_of("paraboloid", 3e3), 1e-6), contact_of("paraboloid", 1e4)
+    for workers in (0, True, 1.5, "2", None):
+        with pytest.raises(ProblemError, match="whole number of at least 1"):
+            mdr.fit_map(start, [curve], ["body.young"], workers=workers)
+
+    class Client:
+        """As one of dask.distributed."""
+
+        def get_executor(self):
+            return ThreadPoolExecutor(1)
+
+        def ncores(self):
+            return {"here": 1}
+
+    alone, shared = (mdr.fit_map(start, [curve] * 3, ["body.young"], workers=one) for one in (1, Client()))
+    xr.testing.assert_identical(alone.data, shared.data)
 
 
 BLOCKED = """

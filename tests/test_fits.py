@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import pickle
 import re
 from html import escape
 
@@ -18,9 +19,10 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
-from pymdr.solving.fits.fitting import estimate
+from pymdr.solving.fits.estimating import estimate
 from pymdr.solving.fits.forces import forces_of, modelled
-from pymdr.solving.fits.searching import hanging
+from pymdr.solving.fits.residuals import hanging
+from pymdr.solving.study import Answer
 from pymdr.workbench.cli import app
 from pymdr.workbench.tables import read_curve
 
@@ -159,6 +161,44 @@ def test_a_fit_is_shown_cited_and_saved(tmp_path):
     assert decode_contact(told["contact"])[1] == found.contact
     with pytest.raises(FileError, match="NetCDF"):
         found.save(tmp_path / "fit.txt")
+
+
+@pytest.mark.parametrize("kind", ["fit", "map", "laws"])
+def test_what_fits_find_is_shown_and_written_as_a_study(tmp_path, kind):
+    # a claim that is approximate, and a radius of curvature that is too small: both are told
+    dmt = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.DMT("1 uJ/m^2"))
+    bare = mdr.Contact(dmt.profile, dmt.body)
+    curve, free = recorded(dmt, np.linspace(3e-6, -1e-6, 100), None, 1e-3, 1), ["body.young"]
+    found = {
+        "fit": lambda: mdr.fit(dmt, curve, free),
+        "map": lambda: mdr.fit_map(dmt, [curve, curve], free),
+        "laws": lambda: mdr.compare_laws({"DMT": dmt, "Hertz": bare}, curve, free),
+    }[kind]()
+    assert isinstance(found, Answer)
+    found.save(tmp_path / "found.nc")
+    with xr.open_dataset(tmp_path / "found.nc") as kept:
+        told = json.loads(kept.attrs["pymdr_told"])
+        assert kept.drop_attrs().equals(found.data.drop_attrs())
+    assert {name: claim["level"] for name, claim in told["claims"].items()} == {
+        name: claim.level.name for name, claim in found.claims.items()
+    }
+    found.to_csv(tmp_path / "found.csv")
+    titles = (tmp_path / "found.csv").read_text().splitlines()[0].split(",")
+    # what a model is off says nothing of what was measured
+    assert "normal_force_error" not in titles
+    assert {title.partition(" [")[0] for title in titles} >= set(map(str, found.data))
+    pytest.importorskip("openpyxl")
+    found.to_xlsx(tmp_path / "found.xlsx")
+    unmet = [one.words for one in found.assumptions if not one.met]
+    assert len(unmet) == (0 if kind == "laws" else 2)
+    figure = found.plot()
+    below = figure.get_supxlabel().replace("\n", " ")
+    assert all(words in below for words in unmet)
+    if kind == "fit":
+        assert str(found["body.young"]) in figure.get_suptitle()
+    again = pickle.loads(pickle.dumps(found))
+    assert again.summary() == found.summary()
+    assert all(words in found.summary() for words in unmet)
 
 
 def test_several_curves_share_the_contact():

@@ -20,6 +20,8 @@ from pymdr.line.adhesion import power_law_pull_off
 from pymdr.line.friction import cattaneo_mindlin, loop_energy
 from pymdr.problem.laws import AdhesionLaw
 from pymdr.problem.values import OptionalSIField, SIField
+from pymdr.solving.fits.families import ways_of
+from pymdr.solving.fits.unknowns import unknowns_of
 from pymdr.solving.teaching import friction_foundation
 
 TIP = mdr.Paraboloid("50 um")
@@ -570,6 +572,7 @@ BODIES = (
     mdr.Graded("1 MPa", "1 mm", 0.3, 0.3),
     mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.45), "1 mm")], base=mdr.Rigid()),
 )
+FREE = ["body.young", "adhesion.work"]
 QUESTIONS = {
     "solve": lambda contact, path: mdr.solve(contact, path),
     "assess": lambda contact, path: mdr.assess(contact, path),
@@ -622,3 +625,48 @@ def test_a_law_is_what_its_row_says(data):
         assert told_of(question, contact_of, one) == told_of(question, contact_of, other)
     finally:
         del THEORIES[type(one)]
+
+
+@pytest.mark.parametrize(
+    ("own", "known"),
+    [
+        (Edge("1 mJ/m^2"), mdr.JKR("1 mJ/m^2")),
+        (Pull("1 mJ/m^2"), mdr.DMT("1 mJ/m^2")),
+        (Pull("1 mJ/m^2", "1 um"), mdr.DMT("1 mJ/m^2", "1 um")),
+    ],
+)
+def test_a_fit_asks_the_row_of_a_law(own, known, monkeypatch):
+    gel, tip = mdr.Elastic("3 kPa", 0.5), mdr.Paraboloid("5 um")
+    record = mdr.solve(
+        mdr.Contact(tip, gel, adhesion=known), mdr.Path(indentation=np.linspace(1e-6, -5e-7, 60))
+    )
+    held = record["normal_force"].values != 0.0
+    force, depth = (record[name].values[held] for name in ("normal_force", "indentation"))
+    curve = mdr.MeasuredCurve(force=force, indentation=depth)
+    monkeypatch.setitem(THEORIES, type(own), THEORIES[type(known)])
+
+    def found(law, fit, free):
+        try:
+            answer = fit(mdr.Contact(tip, gel, adhesion=law), curve, free)
+        except mdr.PymdrError as refusal:
+            return str(refusal)
+        return repr({name: column.values.tolist() for name, column in answer.data.items()}), answer.notes
+
+    for free in (["body.young"], ["adhesion.work"]):
+        assert found(own, mdr.fit, free) == found(known, mdr.fit, free)
+    maps = [
+        found(law, lambda contact, one, free: mdr.fit_map(contact, [one], free), FREE) for law in (own, known)
+    ]
+    assert maps[0] == maps[1]
+    assert "tables of the forces" in str(maps[0])
+
+
+def test_a_stress_that_does_not_grow_with_the_work_is_fitted_law_by_law(monkeypatch):
+    monkeypatch.setitem(THEORIES, Ring, THEORIES[mdr.MaugisDugdale])
+    for law, tabulated in (
+        (Ring("1 mJ/m^2", "1 kPa"), False),
+        (mdr.MaugisDugdale("1 mJ/m^2", strength="1 kPa"), False),
+        (mdr.MaugisDugdale("1 mJ/m^2", range="1 um"), True),
+    ):
+        contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=law)
+        assert (ways_of(contact, unknowns_of(contact, FREE)) is not None) == tabulated

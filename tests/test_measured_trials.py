@@ -182,7 +182,7 @@ def test_no_fit_lies_farther_from_the_record_than_what_made_it(seed):
     known = {"contact_point": 0.0} if rng.random() < 0.5 else {}
     start = mdr.Contact(BALL.profile, mdr.Elastic(young * 10.0 ** rng.uniform(-4, 4), POISSON))
     found = mdr.fit(
-        start, mdr.MeasuredCurve(force=force + noise, **place), ["body.young"], tilt=tilt, **known
+        start, mdr.MeasuredCurve(force=force + noise, **place), ["body.young", *["tilt"] * tilt], **known
     )
     assert (found.data["residual"].values ** 2).sum() < (1.0 + 1e-6) * (noise**2).sum()
 

@@ -14,7 +14,7 @@ from scipy.special import ellipk
 import pymdr as mdr
 from common import STEEL, UNIT
 from drawing import examples
-from pymdr.interpretation.shapes import ellipse_displacement, ellipse_pressure
+from pymdr.interpretation.ellipses import ellipse_displacement, ellipse_pressure
 from pymdr.line.ellipses import ellipse_bounds
 from pymdr.line.shapes import PYRAMID_FORCES, ellipse_factor, pyramid_factor, shape_law
 from pymdr.mapping.azimuth import azimuthal_mean

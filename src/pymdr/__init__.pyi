@@ -99,9 +99,8 @@ from .solving.sweep import sweep as sweep
 from .solving.teaching import foundation as foundation
 from .solving.thickness import thickness_correction as thickness_correction
 from .solving.verb import solve as solve
-from .workbench.curves import force_map as force_map
 from .workbench.curves import read_curves as read_curves
-from .workbench.curves import read_records as read_records
+from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony

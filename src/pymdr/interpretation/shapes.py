@@ -1,15 +1,14 @@
-"""What can be claimed of bodies that are not of revolution, and the fields of the elliptic contact."""
+"""What can be claimed of bodies that are not of revolution."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-import scipy
 
-from pymdr.errors import QuantityError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import (
     EXACT_WITHIN,
@@ -29,7 +28,6 @@ from pymdr.line.shapes import (
     PYRAMID_FORCES,
     ShapeStates,
 )
-from pymdr.mapping.abel import Curve
 from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Sampled2D, Shape
 from pymdr.units import FloatArray, metres
 
@@ -55,6 +53,11 @@ _ESTIMATE = f"an estimate and no bound, by the functional of Shield, Barber and 
 _MEASURED_ON = (
     "on 120 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outline differs from an ellipse "
     "by no more than theirs"
+)
+_UNKNOWN = (
+    "no estimate: in some direction the outline runs beyond what is known of the body, or it is more than "
+    f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or it is "
+    "below the lower bound; press it by boundary elements"
 )
 _CUT_OFF = 0.02
 _SMALL_SLOPE = 0.3
@@ -93,15 +96,13 @@ def shape_claims(
     dict of str to Claim
     """
     everywhere = np.ones(bound.force.shape, dtype=bool)
-    if isinstance(shape, EllipticParaboloid):
-        claims = _exact(everywhere)
-    else:
-        claims = _pyramid(shape, everywhere) if isinstance(shape, Pyramid) else _estimated(shape, states)
-        claims |= _refused(claims, everywhere)
+    theory = shape_theory(shape)
+    claims = theory.claims(shape, states)
+    claims |= _refused(claims, everywhere)
     none = np.zeros(everywhere.shape, dtype=bool)
-    claims["contact_radius"] = Claim(Level.NOT_VALID, _no_radius(shape), SOURCES["johnson"], none)
-    claims["force_estimate"] = _estimate_claim(shape, states)
-    claims["force_lower_bound"] = _bound_claim(shape, states, bound)
+    claims["contact_radius"] = Claim(Level.NOT_VALID, theory.no_radius, SOURCES["johnson"], none)
+    claims["force_estimate"] = _estimate_claim(theory, states)
+    claims["force_lower_bound"] = _bound_claim(theory, states, bound)
     for name, known in prescribed.items():
         claim = claims[name]
         if known.all():
@@ -112,13 +113,14 @@ def shape_claims(
     return claims
 
 
-def _exact(everywhere: BoolArray) -> dict[str, Claim]:
+def _exact(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
+    everywhere = np.ones(states.force.shape, dtype=bool)
     reason = f"exact {_MODEL}, on an ellipse that is small against the radii of curvature"
     return {name: Claim(Level.EXACT, reason, SOURCES["hertz"], everywhere) for name in OF_SHAPES}
 
 
-def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
-    sides = shape.sides
+def _pyramid(shape: Pyramid, states: ShapeStates) -> dict[str, Claim]:
+    everywhere, sides = np.ones(states.force.shape, dtype=bool), shape.sides
     reason = f"F = C E* d^2 / slope by self-similarity {_MODEL}; "
     if sides in PYRAMID_FORCES:
         reason += f"C = {PYRAMID_FORCES[sides]:g} by boundary elements, error {PYRAMID_ERROR:g}"
@@ -139,16 +141,16 @@ def _pyramid(shape: Pyramid, everywhere: BoolArray) -> dict[str, Claim]:
     return with_errors(base, errors)
 
 
-def _estimate_error(shape: Shape, states: ShapeStates, known: BoolArray) -> tuple[FloatArray | None, str]:
+def _estimate_error(
+    theory: ShapeTheory, states: ShapeStates, known: BoolArray
+) -> tuple[FloatArray | None, str]:
     """The errors of the estimate in the rows in which there is one, None where they are not known; and what is said of them."""
     error = np.where(known, states.error, 0.0)
-    if isinstance(shape, Sampled2D):
+    if theory.interpolated:
         return None, "; its error is not known: of heights between the samples it was not measured"
     if np.isnan(error).any():
         return None, f"; its error is not known here: it was measured {_MEASURED_ON}"
-    if isinstance(shape, EllipticParaboloid | Pyramid):
-        return error, ""
-    return error, f"; its error is that of bodies by boundary elements {_MEASURED_ON}"
+    return error, theory.measured
 
 
 def _level(error: FloatArray | None) -> Level:
@@ -159,14 +161,14 @@ def _level(error: FloatArray | None) -> Level:
 
 def _estimated(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
     known = np.isfinite(states.force)
-    error, measured = _estimate_error(shape, states, known)
-    reason = f"{_ESTIMATE}; {_MODEL}{measured}" if known.any() else _unknown()
+    error, measured = _estimate_error(shape_theory(shape), states, known)
+    reason = f"{_ESTIMATE}; {_MODEL}{measured}" if known.any() else _UNKNOWN
     level = _level(error) if known.any() else Level.NOT_VALID
     claims = {name: Claim(level, reason, SOURCES["popov-shapes"], known, error) for name in _FORCES[:3]}
     if known.any() and not known.all():
         claims = {
             name: replace(
-                claim, reason=f"{reason}; at {int((~known).sum())} of {known.size} steps none: {_unknown()}"
+                claim, reason=f"{reason}; at {int((~known).sum())} of {known.size} steps none: {_UNKNOWN}"
             )
             for name, claim in claims.items()
         }
@@ -178,14 +180,6 @@ def _estimated(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
         high = f"; where the outline is cut off, the stiffness is up to {100.0 * _CUT_OFF:g} % high"
         stiff = replace(stiff, reason=f"{stiff.reason}{high}")
     return {**claims, "normal_stiffness": stiff}
-
-
-def _unknown() -> str:
-    return (
-        "no estimate: in some direction the outline runs beyond what is known of the body, or it is more than "
-        f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or it is "
-        "below the lower bound; press it by boundary elements"
-    )
 
 
 def _refused(given: Mapping[str, Claim], everywhere: BoolArray) -> dict[str, Claim]:
@@ -204,27 +198,18 @@ def _refused(given: Mapping[str, Claim], everywhere: BoolArray) -> dict[str, Cla
     }
 
 
-def _no_radius(shape: Shape) -> str:
-    if isinstance(shape, EllipticParaboloid):
-        return "the contact is an ellipse and has no radius; read semi_axis_x and semi_axis_y"
-    return "the contact is no disk and has no radius"
-
-
-def _estimate_claim(shape: Shape, states: ShapeStates) -> Claim:
+def _estimate_claim(theory: ShapeTheory, states: ShapeStates) -> Claim:
     known = np.isfinite(states.estimate)
     source = SOURCES["popov-shapes"]
     if not known.any():
-        why = _unknown()
-        if isinstance(shape, EllipticParaboloid):
-            why = f"its error was measured up to a ratio of {LONGEST_RATIO:g} of the radii; normal_force is exact"
-        return Claim(Level.NOT_VALID, why, source, known)
+        return Claim(Level.NOT_VALID, theory.no_estimate, source, known)
     cut = np.any(states.clipped[known] > 0.0)
     outline = "; in some directions it has no outline of its own, and none is offered" if cut else ""
-    error, measured = _estimate_error(shape, states, known)
+    error, measured = _estimate_error(theory, states, known)
     return Claim(_level(error), f"{_ESTIMATE}{outline}{measured}", source, known, error)
 
 
-def _bound_claim(shape: Shape, states: ShapeStates, bound: LowerBound) -> Claim:
+def _bound_claim(theory: ShapeTheory, states: ShapeStates, bound: LowerBound) -> Claim:
     everywhere = np.ones(bound.force.shape, dtype=bool)
     reason = "a rigorous lower bound of the force at this indentation, for a body that does not tilt: "
     if bound.ellipses is None:
@@ -236,7 +221,7 @@ def _bound_claim(shape: Shape, states: ShapeStates, bound: LowerBound) -> Claim:
         share = float(np.max(1.0 - bound.force[pressed] / states.force[pressed]))
         reason += f"; here up to {100.0 * max(share, 0.0):.2g} % below normal_force"
     level = Level.EXACT
-    if isinstance(shape, Sampled2D):
+    if theory.interpolated:
         level, reason = Level.APPROXIMATE, f"{reason}; of the heights as they are interpolated"
         if bound.ellipses is None:
             reason += ", and their mean between rings a pixel apart"
@@ -261,15 +246,47 @@ def _where(bound: LowerBound) -> str:
     )
 
 
-def shape_assumptions(
-    shape: Shape, steepest: float, largest: float, dundurs_beta: float
-) -> tuple[Assumption, ...]:
+@dataclass(frozen=True)
+class ShapeTheory:
+    """What a kind of shape brings to step 3."""
+
+    claims: Callable[[Any, ShapeStates], dict[str, Claim]] = _estimated
+    """Of the quantities that it has."""
+    references: tuple[str, ...] = ("shield", "barber", "popov-shapes")
+    no_radius: str = "the contact is no disk and has no radius"
+    no_estimate: str = _UNKNOWN
+    """Why there is no estimate, where there is none."""
+    measured: str = f"; its error is that of bodies by boundary elements {_MEASURED_ON}"
+    """What is said of the error of the estimate."""
+    interpolated: bool = False
+    """Whether it is known at samples only."""
+
+
+SHAPES: dict[type[Shape], ShapeTheory] = {
+    EllipticParaboloid: ShapeTheory(
+        _exact,
+        references=("hertz", "shield", "barber", "popov-shapes"),
+        no_radius="the contact is an ellipse and has no radius; read semi_axis_x and semi_axis_y",
+        no_estimate=f"its error was measured up to a ratio of {LONGEST_RATIO:g} of the radii; normal_force is exact",
+        measured="",
+    ),
+    Pyramid: ShapeTheory(_pyramid, references=("shield", "barber", "popov-shapes", "bilodeau"), measured=""),
+    Sampled2D: ShapeTheory(interpolated=True),
+}
+"""One row for each kind; others are estimated."""
+
+
+def shape_theory(shape: Shape) -> ShapeTheory:
+    """The row of a shape."""
+    return next((SHAPES[kind] for kind in type(shape).__mro__ if kind in SHAPES), ShapeTheory())
+
+
+def shape_assumptions(steepest: float, largest: float, dundurs_beta: float) -> tuple[Assumption, ...]:
     """
     What the half-space model assumes of a shape, measured over the history.
 
     Parameters
     ----------
-    shape : Shape
     steepest : float
         Largest slope in the contact.
     largest : float
@@ -288,138 +305,4 @@ def shape_assumptions(
         abs(dundurs_beta),
         0.5,
     )
-    return (slope, ratio, similar) if isinstance(shape, EllipticParaboloid) else (slope, similar)
-
-
-@dataclass(frozen=True)
-class EllipseSurface:
-    """The surface of an elliptic contact, row by row."""
-
-    shape: EllipticParaboloid
-    modulus: float
-    """E* in Pa."""
-    indentation: FloatArray
-    semi_axis_x: FloatArray
-    semi_axis_y: FloatArray
-    force: FloatArray
-    angle: float = 0.0
-    """Direction of the radii in rad."""
-
-    @property
-    def gap_function(self) -> Curve:
-        """The gap along the radii."""
-        cos, sin = math.cos(self.angle), math.sin(self.angle)
-        return lambda r: self.shape.gap_at(r * cos, r * sin)
-
-    def towards(self, angle: float) -> EllipseSurface:
-        """The same in another direction."""
-        return replace(self, angle=angle)
-
-    def default_radii(self, step: int) -> FloatArray:
-        """To twice the longer semi-axis, graded to the edge."""
-        a, b = float(self.semi_axis_x[step]), float(self.semi_axis_y[step])
-        longer = max(a, b) or float(np.nanmax(np.maximum(self.semi_axis_x, self.semi_axis_y))) or 1.0
-        # along the angle the edge lies at 1 / hypot(cos / a, sin / b)
-        edge = longer
-        if min(a, b) > 0.0:
-            edge = 1.0 / math.hypot(math.cos(self.angle) / a, math.sin(self.angle) / b)
-        inner = edge * np.sin(np.linspace(0.0, math.pi / 2.0, 101))
-        return np.unique(np.append(inner, np.linspace(edge, 2.0 * longer, 61)))
-
-    def marks(self, step: int) -> tuple[float, ...]:
-        """None: the pressure is smooth."""
-        return ()
-
-    def edge_amplitude(self, step: int) -> float:
-        """nan: the pressure has no singularity."""
-        return math.nan
-
-    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
-        """Values of a field at radii in m in one step."""
-        x, y = position * math.cos(self.angle), position * math.sin(self.angle)
-        axes = float(self.semi_axis_x[step]), float(self.semi_axis_y[step])
-        d = float(self.indentation[step])
-        if name == "pressure":
-            return ellipse_pressure(*axes, float(self.force[step]), x, y)
-        if name not in NORMAL_FIELDS:
-            raise QuantityError(f"no field {name!r}; fields are {', '.join(NORMAL_FIELDS)}")
-        f = self.shape.gap_at(x, y)
-        u, inside = np.zeros(x.shape), np.zeros(x.shape, dtype=bool)
-        if min(axes) > 0.0:
-            inside = (x / axes[0]) ** 2 + (y / axes[1]) ** 2 <= 1.0
-            u = ellipse_displacement(*axes, float(self.force[step]) / self.modulus, x, y)
-            u = np.where(inside, d - f, u)
-        return u if name == "normal_displacement" else np.where(inside, 0.0, f - d + u)
-
-
-def ellipse_pressure(
-    semi_axis_x: float, semi_axis_y: float, force: float, x: FloatArray, y: FloatArray
-) -> FloatArray:
-    """
-    Pressure p = 3 F / (2 pi a_x a_y) sqrt(1 - x^2 / a_x^2 - y^2 / a_y^2) of the elliptic contact.
-
-    Parameters
-    ----------
-    semi_axis_x, semi_axis_y : float
-        In m; 0 without contact.
-    force : float
-        F in N.
-    x, y : ndarray
-        Positions in m.
-
-    Returns
-    -------
-    ndarray
-        In Pa; 0 outside.
-
-    Notes
-    -----
-    Hertz (1882); Johnson (1985), eq. (4.24).
-    """
-    if not min(semi_axis_x, semi_axis_y) > 0.0:
-        return np.zeros(np.shape(x))
-    rho = np.hypot(x / semi_axis_x, y / semi_axis_y)
-    peak = 1.5 * force / (math.pi * semi_axis_x) / semi_axis_y
-    return np.asarray(peak * np.sqrt(np.maximum((1.0 - rho) * (1.0 + rho), 0.0)))
-
-
-def ellipse_displacement(
-    semi_axis_x: float, semi_axis_y: float, force: float, x: FloatArray, y: FloatArray
-) -> FloatArray:
-    """
-    Displacement u_z of the surface around and under an elliptic contact, the potential of its pressure.
-
-    With the largest root l of x^2 / (a^2 + l) + y^2 / (b^2 + l) = 1, 0 in the contact, it is 3 F / (2 pi E*) times R_F(a^2 + l,
-    b^2 + l, l) - x^2 / 3 R_D(b^2 + l, l, a^2 + l) - y^2 / 3 R_D(a^2 + l, l, b^2 + l).
-
-    Parameters
-    ----------
-    semi_axis_x, semi_axis_y : float
-        a and b in m, above 0.
-    force : float
-        F / E* in m^2.
-    x, y : ndarray
-        Positions in m.
-
-    Returns
-    -------
-    ndarray
-        In m.
-
-    Notes
-    -----
-    Johnson (1985), eq. (3.65); the integrals are Carlson's (DLMF 19.16).
-    """
-    size = max(semi_axis_x, semi_axis_y)
-    a2, b2 = (semi_axis_x / size) ** 2, (semi_axis_y / size) ** 2
-    x2, y2 = (np.asarray(x) / size) ** 2, (np.asarray(y) / size) ** 2
-    half = 0.5 * (x2 + y2 - a2 - b2)
-    product = np.maximum(x2 * b2 + y2 * a2 - a2 * b2, 0.0)
-    root = np.hypot(half, np.sqrt(product))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        beyond = np.where(half > 0.0, half + root, product / (root - half))
-    beyond = np.where(product > 0.0, beyond, 0.0)
-    far_a, far_b = a2 + beyond, b2 + beyond
-    bent = x2 * scipy.special.elliprd(far_b, beyond, far_a) + y2 * scipy.special.elliprd(far_a, beyond, far_b)
-    potential = scipy.special.elliprf(far_a, far_b, beyond) - bent / 3.0
-    return np.asarray(1.5 * force / (math.pi * size) * potential)
+    return (slope, similar) if math.isnan(largest) else (slope, ratio, similar)

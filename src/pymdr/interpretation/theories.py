@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from pymdr.interpretation.validity import SOURCES, Level, bodies_of
 from pymdr.line.adhesion import DMT as RigidPull
 from pymdr.line.adhesion import (
     DMT_BELOW,
+    JKR_ABOVE,
     dmt_pull,
     energy_release_rate,
     jkr_opening,
@@ -29,7 +30,7 @@ from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.profiles import Profile, Sum
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, written
 
 Said = tuple[Level, str, str]
 """Level, reason and source of a claim."""
@@ -71,6 +72,10 @@ class Theory:
     """The range of its attraction in m."""
     pull: Callable[[Any, Profile, Line], float | None] = _no_pull
     """A force in N that has no place in its pressure."""
+    proportional: Callable[[Any], bool] = lambda law: False
+    """Whether its forces are s times as large where the moduli and the work are, so that fits may tabulate them once."""
+    range_note: Callable[[Any, float], str] = lambda law, size: ""
+    """For which ranges of the attraction it holds, given Maugis' parameter times the range in m."""
 
     @property
     def opens(self) -> bool:
@@ -205,6 +210,27 @@ def _claim_of_dmt(law: DMT, profile: Profile, line: Line) -> Said:
     )
 
 
+def _range_of_jkr(law: JKR, size: float) -> str:
+    return (
+        f"JKR holds where the attraction reaches less than {written(size / JKR_ABOVE, 'm', 3)} (Maugis' parameter above {JKR_ABOVE:g}); how far it does no "
+        "force curve of JKR tells"
+    )
+
+
+def _range_of_dmt(law: DMT, size: float) -> str:
+    if law.range is None:
+        return (
+            f"DMT holds where the attraction reaches more than {written(size / DMT_BELOW, 'm', 3)} (Maugis' parameter below {DMT_BELOW:g}); how far it does is "
+            "not known"
+        )
+    if size / law.range <= DMT_BELOW:
+        return ""
+    return (
+        f"Maugis' parameter of what was found is {size / law.range:.3g}, and DMT holds below {DMT_BELOW:g}: fit MaugisDugdale(work, "
+        f"range='{written(law.range, 'm', 4)}')"
+    )
+
+
 THEORIES: dict[type[AdhesionLaw], Theory] = {
     JKR: Theory(
         curve=lambda law, profile, line: ShortRange(line, law.work),
@@ -213,6 +239,8 @@ THEORIES: dict[type[AdhesionLaw], Theory] = {
         rising=False,
         opening=lambda law, line, a: jkr_opening(line, a, law.work),
         columns=_edge_columns,
+        proportional=lambda law: True,
+        range_note=_range_of_jkr,
     ),
     MaugisDugdale: Theory(
         curve=lambda law, profile, line: maugis_dugdale(
@@ -222,6 +250,9 @@ THEORIES: dict[type[AdhesionLaw], Theory] = {
         references=("maugis",),
         columns=lambda equilibria, line, s: {"cohesive_radius": equilibria.states(s).cohesive_radius},
         range=lambda law: law.work / law.cohesive_stress,
+        proportional=lambda law: (
+            replace(law, work=2.0 * law.work).cohesive_stress == 2.0 * law.cohesive_stress
+        ),
     ),
     DMT: Theory(
         curve=lambda law, profile, line: RigidPull(line, rigid_pull_of(law, profile, line)),
@@ -229,6 +260,8 @@ THEORIES: dict[type[AdhesionLaw], Theory] = {
         references=("dmt", "maugis"),
         range=lambda law: law.range,
         pull=rigid_pull_of,
+        proportional=lambda law: True,
+        range_note=_range_of_dmt,
     ),
 }
 """One row for each law of adhesion."""

@@ -35,7 +35,6 @@ from pymdr.numerics.panels import as_place
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Elastic, Rigid
-from pymdr.problem.profiles import ForceCurve, Shape
 from pymdr.units import FloatArray, metres
 
 THICKNESS_LIMIT = 0.1
@@ -262,10 +261,8 @@ def _quantities(line: Line, states: DiskStates) -> dict[str, FloatArray]:
 
 def _measured(contact: Contact) -> _Sample | str:
     """What a thickness is measured with, or why it is not."""
-    if isinstance(contact.profile, ForceCurve):
-        return "a force curve does not know how wide its contacts are"
-    if isinstance(contact.profile, Shape):
-        return "the contact is no disk"
+    if contact.profile.no_radius:
+        return contact.profile.no_radius
     (sample, *_) = samples_of(contact)
     other = contact.counterbody if contact.body is sample else contact.body
     if not isinstance(other, Rigid):

@@ -135,37 +135,3 @@ def study_html(
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
     )
-
-
-def found_html(
-    head: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    lines: Sequence[str],
-    claims: Mapping[str, Claim],
-    assumptions: Sequence[Assumption],
-    notes: Sequence[str],
-) -> str:
-    """Numbers that were found in measurements, how well, and how far the model can be trusted."""
-    return (
-        f"<div>{table(head, ([escape(cell) for cell in row] for row in rows))}"
-        + "".join(f"<p>{escape(line)}</p>" for line in lines)
-        + f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
-        f"<details><summary>Assumptions</summary>{assumptions_html(assumptions)}</details>"
-        + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
-        + "</div>"
-    )
-
-
-def laws_html(
-    rows: Iterable[tuple[str, float, float, Level, Sequence[str]]], samples: int, refusals: Mapping[str, str]
-) -> str:
-    """Laws with weight, difference of AICc, level and the assumptions that are not met; those that could not be fitted."""
-    told = (
-        [escape(name), f"{weight:.3g}", f"{above:.4g}", badge(level), escape(", ".join(unmet))]
-        for name, weight, above, level, unmet in rows
-    )
-    return (
-        f"<div>{table(('law', 'weight', 'AICc above the best', 'model', 'not met'), told)}<p>over {samples} samples</p>"
-        + "".join(f"<p>{escape(name)}: {escape(why)}</p>" for name, why in refusals.items())
-        + "</div>"
-    )

@@ -18,7 +18,6 @@ from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact
 
 if TYPE_CHECKING:
-    import xarray as xr
     from openpyxl import Workbook
     from openpyxl.worksheet.worksheet import Worksheet
 
@@ -130,16 +129,6 @@ def with_error_columns(
         each = np.where(claim.where, error, np.nan)
         written[f"{name}_error"] = np.repeat(each, values.size // claim.where.size)
     return written
-
-
-def titled_columns(data: xr.Dataset) -> dict[str, np.ndarray]:
-    """All variables of a dataset, one row for each of its points, with units in the titles."""
-    columns = data.to_dataframe().reset_index()
-    units = {str(name): str(array.attrs.get("units", "")) for name, array in data.variables.items()}
-    return {
-        f"{name} [{units[str(name)]}]" if units.get(str(name)) else str(name): columns[name].to_numpy()
-        for name in columns
-    }
 
 
 def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], about: About = ()) -> None:

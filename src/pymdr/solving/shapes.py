@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
-from pymdr.interpretation.shapes import EllipseSurface, LowerBound, shape_assumptions, shape_claims
+from pymdr.interpretation.ellipses import EllipseSurface
+from pymdr.interpretation.shapes import (
+    LowerBound,
+    shape_assumptions,
+    shape_claims,
+    shape_theory,
+)
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, BoolArray, Claim
 from pymdr.line.ellipses import ellipse_bounds
@@ -21,13 +27,12 @@ from pymdr.line.foundation import (
     states_at_force,
     states_at_travel,
 )
-from pymdr.line.shapes import PYRAMID_FORCES, RayLaw, ShapeLaw, ShapeStates, shape_law
-from pymdr.mapping.azimuth import azimuthal_mean, mean_error, ray_slopes
-from pymdr.mapping.ellipse import HertzEllipse
+from pymdr.line.shapes import ShapeLaw, ShapeStates, shape_law
+from pymdr.mapping.azimuth import azimuthal_mean, mean_error
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.profiles import EllipticParaboloid, Profile, Pyramid, Shape
+from pymdr.problem.profiles import EllipticParaboloid, Profile, Shape
 from pymdr.problem.schedule import Stretch
 from pymdr.result import FieldReader, Result, Status
 from pymdr.rows import taken
@@ -80,7 +85,7 @@ class Pressed:
         disks = states_at_depth(self.bound, depth)
         force = normal_force(self.bound, disks) / self.modulus
         error = np.full(force.shape, 2.0 * mean_error(self.shape))
-        if not isinstance(self.law, RayLaw):
+        if self.law.known:
             return LowerBound(force, error, force, None)
         ellipses = ellipse_bounds(self.shape, depth, disks.contact_radius)
         better = ellipses.force * (1.0 - ellipses.error) > force * (1.0 + _ALIKE)
@@ -216,23 +221,23 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Interpretat
         "force_lower_bound": modulus * bounds.force,
         "force_estimate": modulus * states.estimate,
     }
-    if isinstance(shape, EllipticParaboloid):
-        columns |= _of_ellipse(shape, d, force)
+    axes = found.law.semi_axes(d)
+    if axes is not None:
+        columns |= _of_ellipse(*axes, force)
     if task.machine_stiffness is not None:
         claims["travel"] = claims["normal_force"]
     return Interpretation(
         columns=with_travel(task, columns),
         claims=claims,
         assumptions=(*_assumed(task.contact, found, rows), *thickness_assumption(task.contact, 0.0)),
-        status=_status(shape, claims),
+        status=_status(found.law, claims),
         notes=(),
-        references=_references(shape),
+        references=shape_theory(shape).references,
         conducting=0.5 * states.stiffness,
     )
 
 
-def _of_ellipse(shape: EllipticParaboloid, d: FloatArray, force: FloatArray) -> dict[str, FloatArray]:
-    a_x, a_y = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(d)
+def _of_ellipse(a_x: FloatArray, a_y: FloatArray, force: FloatArray) -> dict[str, FloatArray]:
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.where(a_x > 0.0, force / (math.pi * a_x) / a_y, 0.0)
     return {
@@ -247,33 +252,18 @@ def _of_ellipse(shape: EllipticParaboloid, d: FloatArray, force: FloatArray) -> 
 def _assumed(contact: Contact, found: Pressed, rows: _Rows) -> tuple[Assumption, ...]:
     """What the model assumes, measured where the contact is largest."""
     beta = effective_moduli(contact.body, contact.counterbody).dundurs_beta
-    shape, longest = found.shape, rows.states.longest
+    longest = rows.states.longest
     size = float(np.nanmax(np.where(np.isnan(longest), rows.radius, longest), initial=0.0))
     if size == 0.0:
         return ()
-    if isinstance(shape, EllipticParaboloid):
-        axes = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(rows.indentation)
-        steepest = max(
-            float(np.max(a)) / r for a, r in zip(axes, (shape.radius_x, shape.radius_y), strict=True)
-        )
-        return shape_assumptions(shape, steepest, steepest, beta)
-    if isinstance(shape, Pyramid):
-        return shape_assumptions(shape, shape.gradient, math.nan, beta)
-    steepest = float(np.nanmax(ray_slopes(shape, min(size, shape.reach)), initial=0.0))
-    return shape_assumptions(shape, steepest, math.nan, beta)
+    return shape_assumptions(*found.law.slopes(rows.indentation, size), beta)
 
 
-def _status(shape: Shape, claims: dict[str, Claim]) -> Status:
-    if isinstance(shape, EllipticParaboloid | Pyramid):
+def _status(law: ShapeLaw, claims: dict[str, Claim]) -> Status:
+    if law.known:
         return Status.NOT_ROUND
     known = claims["force_estimate"]
     return Status.ESTIMATED if known.readable and known.where.all() else Status.BOUNDED
-
-
-def _references(shape: Shape) -> tuple[str, ...]:
-    if isinstance(shape, EllipticParaboloid):
-        return ("hertz", "shield", "barber", "popov-shapes")
-    return ("shield", "barber", "popov-shapes", *(("bilodeau",) if isinstance(shape, Pyramid) else ()))
 
 
 def shape_surface(result: Result) -> FieldReader:
@@ -313,22 +303,18 @@ def shape_plots(result: Result, row: int) -> Plots:
     states = found.at(depth).above(bound)
     d = np.array([float(data["indentation"].values[row]) if row >= 0 else deepest])
     disk = float(found.disks(d)[0])
-    axes = None
-    if isinstance(shape, EllipticParaboloid):
-        a_x, a_y = HertzEllipse(shape.radius_x, shape.radius_y).semi_axes(d)
-        axes = (float(a_x[0]), float(a_y[0]))
+    axes = found.law.semi_axes(d)
     longest = float(np.nanmax(found.at(d).longest, initial=disk))
     drawn = ShapeData(
         depth=depth,
         force=found.modulus * states.force,
         bound=found.modulus * bound,
         estimate=found.modulus * states.estimate,
-        exact=isinstance(shape, EllipticParaboloid),
-        computed=isinstance(shape, Pyramid) and shape.sides in PYRAMID_FORCES,
+        source=found.law.source,
         gap=shape.gap_at,
         level=float(d[0]),
         trial=_trial(found.bounds(d), disk),
-        axes=axes,
+        axes=None if axes is None else (float(axes[0][0]), float(axes[1][0])),
         extent=1.5 * max(longest, disk),
         across=(lambda r: result.field("pressure", r, row, angle="90 deg")) if row >= 0 else None,
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 
 from pymdr.errors import ProblemError, QuantityError
-from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from pymdr.presentation.text import Said
 
 
+TextTable = tuple[tuple[list[str], list[str]], list[list[str]]]
+"""Words and units of columns, and rows of cells."""
 _SHOWN = 40
 """Rows of a summary."""
 
@@ -38,8 +40,8 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Study:
-    """Quantities over the rows of a request, or single numbers, each with its claim."""
+class Answer:
+    """Data with claims, conditions and sources, and how they are shown and written."""
 
     data: xr.Dataset
     claims: Mapping[str, Claim] = field(default_factory=dict)
@@ -50,13 +52,15 @@ class Study:
     """What was said on the way."""
     contact: Contact | None = None
     """What was studied, where it is one contact."""
+    references: tuple[str, ...] = ()
+    """Keys of the sources that :meth:`cite` names."""
 
-    what: ClassVar[str]
-    """What was studied, for messages."""
     columns: ClassVar[Mapping[str, Column]] = {}
     """Of the summary, by quantity."""
     told: ClassVar[tuple[str, ...]] = ()
     """The quantities whose claims the summary shows; all unless given."""
+    claims_of_rows: ClassVar[bool] = True
+    """Whether the claims are about the rows of the data, whose tables then show their errors."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "claims", Claims(self.claims))
@@ -68,47 +72,9 @@ class Study:
         largest = max((float(np.nanmax(radius, initial=0.0)) for radius in radii), default=math.nan)
         return {**self.__dict__, "contact": portable(self.contact, largest)}
 
-    def __getitem__(self, name: str) -> xr.DataArray:
-        if one_name(name) in self.claims:
-            self.claims[name].require(name)
-        if name not in self.data.variables:
-            known = ", ".join(map(str, self.data.variables))
-            raise QuantityError(f"no quantity {shown(name)}; {self.what} has {known}")
-        return self.data[name]
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return [name for name in map(str, self.data) if name not in self.claims or self.claims[name].readable]
-
-    def __getattr__(self, name: str) -> Any:
-        known = "data" in self.__dict__ and not name.startswith("_") and name in self.data.variables
-        raise AttributeError(
-            f"{type(self).__name__} has no attribute {name!r}" + (f"; write [{name!r}]" if known else "")
-        )
-
-    def to(self, name: str, unit: str) -> xr.DataArray:
-        """
-        A quantity converted to another unit.
-
-        Parameters
-        ----------
-        name, unit : str
-
-        Returns
-        -------
-        xarray.DataArray
-
-        Raises
-        ------
-        QuantityError
-            If there is no such quantity.
-        NotValidError
-            If it is nowhere valid.
-        UnitError
-            If the unit is of another kind.
-        """
-        array = self[name]
-        own = str(array.attrs.get("units", ""))
-        return array.copy(data=from_si(array.values, own, unit)).assign_attrs(units=unit)
+    def cite(self) -> tuple[str, ...]:
+        """References of the theory and of the method."""
+        return tuple(SOURCES[key] for key in self.references)
 
     def plot(self) -> Figure:
         """What a person wants to see first; conditions that are not met stand below it."""
@@ -148,7 +114,7 @@ class Study:
         remarks = [*cut, *self._remarks()]
         return self.groups(), (words, cells), remarks, self._shown_claims, self.assumptions, self.notes
 
-    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
+    def _table(self) -> TextTable:
         """Words and units, and the numbers."""
         found = self._columns()
         names = [name for name in self.columns if name in found]
@@ -260,12 +226,14 @@ class Study:
             unit = (units or {}).get(name, own)
             title = f"{name} [{unit}]" if unit else name
             written[title] = np.asarray(from_si(values, own, unit)) if unit else values
-        return with_error_columns(written, self.claims)
+        return with_error_columns(written, self.claims if self.claims_of_rows else {})
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows
 
-        return about_rows(self.contact, self.claims, self.assumptions, self.notes, others=self._others())
+        return about_rows(
+            self.contact, self.claims, self.assumptions, self.notes, self.cite(), self._others()
+        )
 
     def _others(self) -> dict[str, str]:
         """What else a table rests on, by kind."""
@@ -273,6 +241,56 @@ class Study:
 
         single = number_lines(self.groups() if self.data.dims else {})
         return {f"{heading} {words}": value for heading, rows in single for words, value in rows}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study(Answer):
+    """Quantities over the rows of a request, or single numbers, each with its claim."""
+
+    what: ClassVar[str]
+    """What was studied, for messages."""
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        if one_name(name) in self.claims:
+            self.claims[name].require(name)
+        if name not in self.data.variables:
+            known = ", ".join(map(str, self.data.variables))
+            raise QuantityError(f"no quantity {shown(name)}; {self.what} has {known}")
+        return self.data[name]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [name for name in map(str, self.data) if name not in self.claims or self.claims[name].readable]
+
+    def __getattr__(self, name: str) -> Any:
+        known = "data" in self.__dict__ and not name.startswith("_") and name in self.data.variables
+        raise AttributeError(
+            f"{type(self).__name__} has no attribute {name!r}" + (f"; write [{name!r}]" if known else "")
+        )
+
+    def to(self, name: str, unit: str) -> xr.DataArray:
+        """
+        A quantity converted to another unit.
+
+        Parameters
+        ----------
+        name, unit : str
+
+        Returns
+        -------
+        xarray.DataArray
+
+        Raises
+        ------
+        QuantityError
+            If there is no such quantity.
+        NotValidError
+            If it is nowhere valid.
+        UnitError
+            If the unit is of another kind.
+        """
+        array = self[name]
+        own = str(array.attrs.get("units", ""))
+        return array.copy(data=from_si(array.values, own, unit)).assign_attrs(units=unit)
 
 
 def _some_rows(count: int) -> np.ndarray:

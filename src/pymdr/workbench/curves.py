@@ -6,7 +6,7 @@ import logging
 import os
 import stat
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,7 +57,7 @@ def read_curves(
     -------
     tuple of MeasuredCurve
         In the order of the file; `segment` says what each is, told by how the travel changes, and `metadata` what the file says, the pixels of a
-        force map among it (see :func:`force_map`). Travel is minus the height of the cantilever, so that it grows toward the body.
+        force map among it (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def read_curves(
     return tuple(_part(whole, segment, facts) for segment in segments_in(whole.position, whole.time, None))
 
 
-def read_records(
+def read_prepared_curves(
     file: str | os.PathLike[str], *, segment: str = "record", spring_constant: QuantityLike | None = None
 ) -> tuple[MeasuredCurve, ...]:
     """
@@ -170,25 +170,31 @@ def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:
     return chosen.mark_outliers().orient(signs.numbers).mark_saturated().subtract_baseline(baseline)
 
 
-def stack_curves(curves: Sequence[MeasuredCurve]) -> xr.Dataset:
+def stack_curves(
+    curves: Sequence[MeasuredCurve], numbers: Mapping[str, Sequence[float]] | None = None
+) -> xr.Dataset:
     """
-    Curves of a map as one dataset, as :func:`fit_map` takes it and a Zarr store keeps it.
+    Curves of a map, and numbers that belong to them, as one dataset, as :func:`fit_map` takes it and a Zarr store keeps it.
 
     Parameters
     ----------
     curves : sequence of MeasuredCurve
         One for each pixel, all with travel or all with indentation.
+    numbers : mapping of str to sequence of float, optional
+        Name -> one for each curve, such as contact points.
 
     Returns
     -------
     xarray.Dataset
-        ``force`` (N) and ``travel`` or ``indentation`` (m), ``time`` (s) where all have it, over the pixels ``y`` and ``x``, or
-        ``curve`` where there are none, and ``sample``; shorter ones and samples that are marked are nan; ``spring_constant`` (N/m).
+        ``force`` (N) and ``travel`` or ``indentation`` (m), ``time`` (s) where all have it, over the pixels ``y`` and ``x`` with
+        their places in m, or ``curve`` of a single one and where one has none, and ``sample``; shorter ones, samples that are marked and pixels without a
+        curve are nan; ``spring_constant`` (N/m), and the numbers.
 
     Raises
     ------
     ProblemError
-        If there is no curve, some have travel and others indentation, or two lie in the same pixel.
+        If there is no curve, some have travel and others indentation, two lie in the same pixel, or there are other numbers of
+        numbers than of curves.
     """
     import xarray as xr
 
@@ -203,67 +209,44 @@ def stack_curves(curves: Sequence[MeasuredCurve]) -> xr.Dataset:
     }
     if all(one.time is not None for one in some):
         columns["time"] = ("s", [one.time for one in some if one.time is not None])
-    filled = {}
+    data = xr.Dataset()
     for name, (unit, values) in columns.items():
         rows = np.full((len(some), width), np.nan)
         for row, value in zip(rows, values, strict=True):
             row[: value.size] = value
-        filled[name] = (("curve", "sample"), rows, {"units": unit})
-    data = xr.Dataset(filled)
+        data[name] = ("curve", "sample"), rows, {"units": unit}
     if channel == "travel":
-        data["spring_constant"] = ("curve", np.array([one.spring_constant for one in some]), {"units": "N/m"})
-    if len(some) < 2 or any("grid index x" not in one.metadata for one in some):
-        return data
-    numbers = force_map(some, np.arange(len(some), dtype=float).tolist())
-    there = np.where(np.isfinite(numbers.values), numbers.values, 0.0).astype(int)
-    on_grid = data.isel(curve=xr.DataArray(there, dims=("y", "x"))).where(
-        xr.DataArray(np.isfinite(numbers.values), dims=("y", "x"))
-    )
-    for variable, array in data.items():
-        on_grid[variable].attrs.update(array.attrs)
-    return on_grid.assign_coords({axis: numbers[axis] for axis in ("y", "x")}).transpose("y", "x", "sample")
+        data["spring_constant"] = "curve", np.array([one.spring_constant for one in some]), {"units": "N/m"}
+    for name, each in (numbers or {}).items():
+        if len(each) != len(some):
+            raise ProblemError(
+                f"stack_curves: {len(each)} numbers {shown(name)} for {len(some)} curves; give one for each"
+            )
+        data[name] = "curve", np.asarray(each, dtype=float)
+    return _on_pixels(data, some)
 
 
-def force_map(curves: Sequence[MeasuredCurve], values: Sequence[float], name: str = "value") -> xr.DataArray:
-    """
-    Numbers of the curves of a force map at their pixels.
-
-    Parameters
-    ----------
-    curves : sequence of MeasuredCurve
-        One for each number, with pixels in their metadata, as :func:`read_curves` gives them.
-    values : sequence of float
-        Such as moduli or contact points.
-    name : str
-        Of the numbers.
-
-    Returns
-    -------
-    xarray.DataArray
-        Over ``y`` and ``x`` in m, the places of the pixels; nan where the map has no curve.
-
-    Raises
-    ------
-    ProblemError
-        If the numbers are not as many as the curves, a curve has no pixel, or two have the same.
-    """
+def _on_pixels(data: xr.Dataset, curves: Sequence[MeasuredCurve]) -> xr.Dataset:
+    """What is over curves, over the pixels that they have; the same of a single one, and where one has none."""
     import xarray as xr
 
-    if len(curves) != len(values):
-        raise ProblemError(f"force_map: {len(values)} values for {len(curves)} curves; give one for each")
-    for curve in curves:
-        if "grid index x" not in curve.metadata or "grid index y" not in curve.metadata:
-            raise ProblemError(
-                "force_map: a curve has no pixel ('grid index x' and 'grid index y' in its metadata): give the curves of a map"
-            )
-    x, y = ([float(curve.metadata[f"grid index {axis}"]) for curve in curves] for axis in "xy")
-    if len(set(zip(x, y, strict=True))) < len(curves):
+    if len(curves) < 2 or any(f"grid index {axis}" not in one.metadata for one in curves for axis in "xy"):
+        return data
+    pixels = [tuple(int(float(curve.metadata[f"grid index {axis}"])) for axis in "yx") for curve in curves]
+    if len(set(pixels)) < len(curves):
         raise ProblemError(
-            "force_map: two curves lie in the same pixel; give one segment of each record, such as the approach"
+            "stack_curves: two curves lie in the same pixel; give one segment of each record, such as the approach"
         )
-    shape = [int(_of_grid(curves, "shape", axis, max(where) + 1)) for axis, where in (("y", y), ("x", x))]
-    values_at = np.full(shape, np.nan)
-    values_at[np.array(y, dtype=int), np.array(x, dtype=int)] = values
+    shape = [
+        int(_of_grid(curves, "shape", axis, max(where) + 1.0))
+        for axis, where in zip("yx", zip(*pixels, strict=True), strict=True)
+    ]
+    there = np.full(shape, -1)
+    there[tuple(np.array(pixels).T)] = np.arange(len(curves))
+    at = xr.DataArray(there, dims=("y", "x"))
+    on_grid = data.isel(curve=at).where(at >= 0)
+    for name, array in data.items():
+        on_grid[name].attrs.update(array.attrs)
     places = {
         axis: (
             axis,
@@ -273,7 +256,7 @@ def force_map(curves: Sequence[MeasuredCurve], values: Sequence[float], name: st
         )
         for axis, n in zip("yx", shape, strict=True)
     }
-    return xr.DataArray(values_at, dims=("y", "x"), coords=places, name=name)
+    return on_grid.assign_coords(places).transpose("y", "x", "sample")
 
 
 def _of_grid(curves: Sequence[MeasuredCurve], what: str, axis: str, otherwise: float) -> float:

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.mapping.closure import Polyline
+from pymdr.mapping.closure.polyline import Polyline
 from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.numerics.panels import Place, Position, as_place
 from pymdr.units import FloatArray

@@ -75,7 +75,7 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
         left.set_xlabel(axis_label("time", own) if along == "time" else "sample")
         left.set_ylabel(f"measured less model ({unit})")
         letter_panels(figure)
-        figure.supxlabel("\n".join(words).replace("^2", "²"), fontsize=8)
+        figure.suptitle("\n".join(words).replace("^2", "²"), fontsize=8)
     return figure
 
 

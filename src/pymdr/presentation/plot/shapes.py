@@ -48,10 +48,8 @@ class ShapeData:
     bound: FloatArray
     estimate: FloatArray
     """Forces over them, nan where there is none."""
-    exact: bool
-    """Whether the force is exact."""
-    computed: bool
-    """Whether it was computed by boundary elements."""
+    source: str
+    """Where a force that is no estimate comes from; empty where there is none."""
     gap: Callable[[ArrayLike, ArrayLike], FloatArray]
     """f(x, y)."""
     level: float
@@ -103,8 +101,8 @@ def draw_force(axes: Axes, data: FigureData, shape: ShapeData) -> None:
     f_unit = good_unit(np.append(shape.force[np.isfinite(shape.force)], shape.bound), "N")
     d = lengths(shape.depth, d_unit)
     curves = [("lower bound", shape.bound, GREEN, "-."), ("estimate", shape.estimate, ORANGE, "--")]
-    if shape.exact or shape.computed:
-        curves.append(("exact" if shape.exact else "boundary elements", shape.force, BLUE, "-"))
+    if shape.source:
+        curves.append((shape.source, shape.force, BLUE, "-"))
     for words, force, colour, line in curves:
         if np.isfinite(force).any():
             axes.plot(d, scaled(force, "normal_force", f_unit), line, color=colour, lw=1.5, label=words)

@@ -20,6 +20,8 @@ class Profile(Value, ABC):
 
     whole: ClassVar[bool] = False
     """Whether it stands for a whole contact, to which nothing can be added."""
+    no_radius: ClassVar[str] = ""
+    """Why its contacts have no radius; empty where they have one."""
 
     @abstractmethod
     def gap(self, r: ArrayLike) -> FloatArray:

@@ -89,6 +89,7 @@ class ForceCurve(Profile):
     """
 
     whole: ClassVar[bool] = True
+    no_radius: ClassVar[str] = "a force curve does not know how wide its contacts are"
 
     indentation: ArrayField = ArrayField("m", words="depths on approach")
     force: ArrayField = ArrayField("N", words="normal force at the depths")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,11 +17,14 @@ from pymdr.line.foundation import normal_force, normal_stiffness, states_at_dept
 from pymdr.problem.contact import Contact
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.exporting.knots import Knots, Sample
+from pymdr.solving.pulloff import PullOff
 from pymdr.solving.reach import map_to_line
-from pymdr.units import FloatArray, metres
+from pymdr.units import FloatArray, metres, newtons
 
 _BESIDE = 1e-9
 """Of a depth: how far from a kink the knots on both of its sides are."""
+_BELOW = 73
+"""Depths below the first knot at which a law is checked, over twelve decades."""
 _CORNER = 1e-3
 """Slopes of d at a fold, in parts of those beside it, above which it is a corner."""
 _WIDTHS = np.array([1.0, 0.3, 0.1, 0.03, 0.01, 0.003])
@@ -44,6 +48,47 @@ class Tip:
     """d ln a / d ln d there."""
     pull: float
     """Constant pull in N that is taken off the force; 0 without adhesion."""
+
+    @property
+    def added(self) -> tuple[float, float]:
+        """What is added to |F| in N and to |k| in N/m where errors are relative to them."""
+        return self.pull, 0.0
+
+    @property
+    def tip(self) -> tuple[float, float, float]:
+        """Both powers and the pull in N, with which the law begins."""
+        return self.power, self.radius_power, self.pull
+
+    def least(self, knots: Knots) -> float:
+        """The least coordinate that is interpolated."""
+        return float(knots.u[0])
+
+    def before(self, d: FloatArray, knots: Knots) -> FloatArray:
+        """Force, stiffness and radius before the first knot at depths in m: powers; 0 without contact."""
+        answers = np.zeros((3, d.size))
+        made = d > 0.0
+        along = np.log(d[made]) - knots.u[0]
+        pressing = np.exp(knots.y[0] + self.power * along)
+        radius = np.exp(knots.z[0] + self.radius_power * along)
+        answers[:, made] = pressing - self.pull, self.power * pressing / d[made], radius
+        return answers
+
+    def checked(self, d: FloatArray, first: float) -> FloatArray:
+        """Depths in m at which a law is checked, of those between its knots: far below the first depth too."""
+        return np.concatenate([first * np.geomspace(1e-12, 1.0, _BELOW), d])
+
+    def outside(self, first: float, lost: PullOff | None) -> str:
+        """What holds outside a table, in words."""
+        pull = f", F = -{self.pull!r} N at first touch" if self.pull else ""
+        return f"below d = {first!r} m F ~ d^{self.power:.12g}, a ~ d^{self.radius_power:.12g}; d <= 0: no contact{pull}"
+
+    def remark(self, lost: PullOff | None) -> str:
+        """The same in short."""
+        return f"below the table F ~ d^{self.power:.6g}, a ~ d^{self.radius_power:.6g}"
+
+    def relative_to(self) -> dict[str, str]:
+        """What errors of force and stiffness are relative to, in words, where it is more than themselves."""
+        return {"normal_force": f"|F| + {self.pull:.6g} N, the pull"} if self.pull else {}
 
     def coordinate(self, d: FloatArray) -> FloatArray:
         """The coordinate u of depths in m."""
@@ -78,6 +123,46 @@ class Fold:
     """Stiffness in N/m that is added to |k|: that of the contact held at its radius of the pull-off."""
     nearest: float
     """Depth in m above d_off below which the rounding of d is seen in the stiffness."""
+
+    tip: ClassVar = None
+
+    @property
+    def added(self) -> tuple[float, float]:
+        """What is added to |F| in N and to |k| in N/m where errors are relative to them."""
+        return self.force, self.stiffness
+
+    def least(self, knots: Knots) -> float:
+        """The least coordinate that is interpolated: the stiffness has no bound at the first knot."""
+        return float(_BESIDE * knots.u[1])
+
+    def before(self, d: FloatArray, knots: Knots) -> FloatArray:
+        """Force, stiffness and radius before the first knot: there is no contact."""
+        return np.zeros((3, d.size))
+
+    def checked(self, d: FloatArray, first: float) -> FloatArray:
+        """Depths in m at which a law is checked, of those between its knots: beyond the rounding of d."""
+        return d[d - self.off >= self.nearest]
+
+    def outside(self, first: float, lost: PullOff | None) -> str:
+        """What holds outside a table, in words."""
+        assert lost is not None
+        return (
+            "of a contact that is made: it begins at d = 0, where the surfaces touch and it jumps to "
+            f"F = {lost.jump_in_force!r} N, a = {lost.jump_in_radius!r} m, and is held down to d = {lost.indentation!r} m, where it is lost "
+            f"from F = {lost.normal_force!r} N; the largest pull on the way is {-lost.largest_pull!r} N"
+        )
+
+    def remark(self, lost: PullOff | None) -> str:
+        """The same in short."""
+        assert lost is not None
+        return f"lost at d = {metres(lost.indentation)}, F = {newtons(lost.normal_force)}"
+
+    def relative_to(self) -> dict[str, str]:
+        """What errors of force and stiffness are relative to, in words."""
+        return {
+            "normal_force": f"|F| + {self.force:.6g} N, the largest pull",
+            "normal_stiffness": f"|k| + {self.stiffness:.6g} N/m, that of the contact held at its radius of the pull-off",
+        }
 
     def coordinate(self, d: FloatArray) -> FloatArray:
         """The coordinate u of depths in m."""

@@ -11,22 +11,19 @@ import numpy as np
 import xarray as xr
 
 from pymdr.errors import FileError
-from pymdr.interpretation.validity import SOURCES
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
 from pymdr.solving.exporting.knots import Knots
-from pymdr.solving.exporting.sources import Fold, Form, Tip
+from pymdr.solving.exporting.sources import Form
 from pymdr.solving.pulloff import PullOff
-from pymdr.solving.study import Column, Study
-from pymdr.units import ArrayQuantityLike, FloatArray, metres, newtons, to_si_array
+from pymdr.solving.study import Column, Study, TextTable
+from pymdr.units import ArrayQuantityLike, FloatArray, metres, to_si_array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LAW_QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")
-_BESIDE_FOLD = 1e-9
-"""Of the second knot: the least coordinate at which a stiffness is given."""
 _DRAWN, _DECADES_DRAWN = 1001, 1e-6
 _HEADERS = (".h", ".hh", ".hpp", ".hxx")
 _SHOWN = 9
@@ -45,35 +42,24 @@ class Table:
     @property
     def first(self) -> float:
         """The first depth of the table in m."""
-        return self.form.off if isinstance(self.form, Fold) else float(self.form.depth(self.knots.u[0]))
-
-    @property
-    def least(self) -> float:
-        """The least coordinate that is interpolated: at a fold the stiffness has no bound."""
-        return float(self.knots.u[0] if isinstance(self.form, Tip) else _BESIDE_FOLD * self.knots.u[1])
+        return float(self.form.depth(self.knots.u[0]))
 
     def at(self, indentation: FloatArray) -> FloatArray:
         """Force (N), stiffness (N/m) and radius (m) at depths in m."""
         d = np.atleast_1d(indentation)
-        answers = np.zeros((3, *d.shape))
-        inside = (d >= self.first) & (d <= self.last)
+        answers = np.full((3, *d.shape), np.nan)
+        before, inside = d < self.first, (d >= self.first) & (d <= self.last)
+        answers[:, before] = self.form.before(d[before], self.knots)
         if inside.any():
-            u = np.clip(self.form.coordinate(d[inside]), self.least, self.knots.u[-1])
+            u = np.clip(self.form.coordinate(d[inside]), self.form.least(self.knots), self.knots.u[-1])
             answers[:, inside] = self.form.physical(self.knots.at(u))[1:4]
-        if isinstance(self.form, Tip):
-            below = (d > 0.0) & (d < self.first)
-            along = np.log(d[below]) - self.knots.u[0]
-            pressing = np.exp(self.knots.y[0] + self.form.power * along)
-            radius = np.exp(self.knots.z[0] + self.form.radius_power * along)
-            answers[:, below] = pressing - self.form.pull, self.form.power * pressing / d[below], radius
-        answers[:, ~(d <= self.last)] = np.nan
         return answers.reshape(3, *np.shape(indentation))
 
     def data(self) -> xr.Dataset:
         """The knots over ``knot``, in SI units."""
         d, force, stiffness, radius, rate = self.form.physical(self.knots)
-        if isinstance(self.form, Fold) and self.knots.y_slope[0] == 0.0:
-            stiffness[0], rate[0] = self.at(np.array([self.form.off]))[1, 0], 0.0
+        if np.isnan(stiffness[0]):  # 0 over 0, at a corner of the law
+            stiffness[0], rate[0] = self.at(np.array([self.first]))[1, 0], 0.0
         # the ends are those that were asked for, and not those of their logarithms
         d[0], d[-1] = self.first, self.last
         values = {
@@ -110,7 +96,6 @@ class ContactLaw(Study):
     """The errors that were measured between the knots and below them, over ``check``."""
     pull_off: PullOff | None
     """With adhesion: where the contact is lost under displacement control, and what it jumps into at the first touch."""
-    references: tuple[str, ...]
 
     what: ClassVar[str] = "the law"
     columns: ClassVar[Mapping[str, Column]] = {
@@ -154,62 +139,34 @@ class ContactLaw(Study):
     def _at(self, indentation: ArrayQuantityLike) -> FloatArray:
         return self.table.at(to_si_array(indentation, "m", name="indentation"))
 
-    def cite(self) -> tuple[str, ...]:
-        """References of the theory behind the law."""
-        return tuple(SOURCES[key] for key in self.references)
-
     def remarks(self) -> tuple[str, ...]:
         """What the law is, its range, errors, claims and sources, in lines."""
         from pymdr.presentation.tables import about_lines
 
         return tuple(about_lines(self._about()))
 
-    def _about(self) -> list[tuple[str, str, str]]:
-        from pymdr.presentation.tables import about_rows
-
+    def _others(self) -> dict[str, str]:
         first, last = self.range
         told = {
             "law": f"force, stiffness and radius over d, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m",
-            "course": self._course(),
+            "course": self.table.form.outside(first, self.pull_off),
         }
         for name in LAW_QUANTITIES:
             told[f"measured error of {name}"] = (
                 f"{self.errors[name]:.2g} relative to {self.relative_to[name]}, the largest at {self.checks.sizes['check']} depths "
                 "against pymdr.solve"
             )
-        return about_rows(self.contact, self.claims, self.assumptions, self.notes, self.cite(), told)
-
-    def _course(self) -> str:
-        """What holds outside the table, in words."""
-        form, first = self.table.form, self.range[0]
-        if isinstance(form, Tip):
-            pull = f", F = -{form.pull!r} N at first touch" if form.pull else ""
-            return f"below d = {first!r} m F ~ d^{form.power:.12g}, a ~ d^{form.radius_power:.12g}; d <= 0: no contact{pull}"
-        off = self.pull_off
-        assert off is not None
-        return (
-            "of a contact that is made: it begins at d = 0, where the surfaces touch and it jumps to "
-            f"F = {off.jump_in_force!r} N, a = {off.jump_in_radius!r} m, and is held down to d = {off.indentation!r} m, where it is lost "
-            f"from F = {off.normal_force!r} N; the largest pull on the way is {-off.largest_pull!r} N"
-        )
+        return told
 
     def _remarks(self) -> list[str]:
         first, last = self.range
         errors = ", ".join(f"{self.columns[name].words} {self.errors[name]:.1e}" for name in LAW_QUANTITIES)
-        lines = [
-            f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; largest errors: {errors}"
+        return [
+            f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; largest errors: {errors}",
+            self.table.form.remark(self.pull_off),
         ]
-        if isinstance(self.table.form, Fold):
-            off = self.pull_off
-            assert off is not None
-            lines.append(f"lost at d = {metres(off.indentation)}, F = {newtons(off.normal_force)}")
-        else:
-            lines.append(
-                f"below the table F ~ d^{self.table.form.power:.6g}, a ~ d^{self.table.form.radius_power:.6g}"
-            )
-        return lines
 
-    def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:
+    def _table(self) -> TextTable:
         """Some of the knots, evenly among them."""
         rows = np.unique(np.linspace(0, self.table.knots.u.size - 1, _SHOWN).round().astype(int))
         return Study._table(replace(self, data=self.data.isel(knot=rows)))
@@ -261,8 +218,8 @@ class ContactLaw(Study):
                     "z": knots.z,
                     "z_slope": knots.z_slope,
                 },
-                tip=(form.power, form.radius_power, form.pull) if isinstance(form, Tip) else None,
-                least=self.table.least,
+                tip=form.tip,
+                least=form.least(knots),
             )
         )
 
@@ -314,11 +271,13 @@ class ContactLaw(Study):
         from pymdr.presentation.plot import law_study
 
         form, last = self.table.form, self.table.last
-        if isinstance(form, Fold):
-            d, held_to = form.depth(np.linspace(0.0, float(self.table.knots.u[-1]), _DRAWN)), form.off
-        else:
-            least = min(self.table.first, _DECADES_DRAWN * last)
-            d, held_to = np.geomspace(least, last, _DRAWN), None
-        d = np.minimum(d, last)
+        least = float(form.coordinate(np.array(min(self.table.first, _DECADES_DRAWN * last))))
+        d = np.minimum(form.depth(np.linspace(least, self.table.knots.u[-1], _DRAWN)), last)
         knots = self.data.isel(knot=self.data["indentation"].values >= d[0])
-        return law_study(knots, (d, self.table.at(d)[0]), self.checks, self.tolerance, held_to)
+        return law_study(
+            knots,
+            (d, self.table.at(d)[0]),
+            self.checks,
+            self.tolerance,
+            None if form.tip else self.table.first,
+        )

@@ -13,13 +13,12 @@ from pymdr.interpretation.validity import Claim, approximated
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent
-from pymdr.problem.profiles import ForceCurve, Shape
 from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.exporting.knots import adapted
-from pymdr.solving.exporting.sources import Fold, Form, Tip, source_of
+from pymdr.solving.exporting.sources import source_of
 from pymdr.solving.exporting.value import LAW_QUANTITIES, ContactLaw, Table
 from pymdr.solving.pulloff import pull_off
 from pymdr.solving.verb import solve
@@ -27,8 +26,7 @@ from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 _BETWEEN = np.array([0.02, 0.07, 0.18, 0.31, 0.46, 0.57, 0.72, 0.83, 0.96])
 """Of every interval: where the law is held against `solve`, none of them where the knots were chosen."""
-_BELOW = 73
-"""Depths below the first knot, over twelve decades."""
+_ITSELF = {"normal_force": "the force", "normal_stiffness": "the stiffness", "contact_radius": "the radius"}
 _TIGHTEST, _LOOSEST = 1e-7, 1e-2
 """Tolerances; below, the rounding of d - d_off is seen where a contact is lost."""
 _FEW, _FINER = 33, 0.3
@@ -108,7 +106,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
         assumptions=plain.assumptions,
         notes=_notes(contact, plain),
         errors=errors,
-        relative_to=_relative_to(source.form),
+        relative_to={name: source.form.relative_to().get(name, words) for name, words in _ITSELF.items()},
         table=table,
         checks=checks,
         pull_off=None if contact.adhesion is None else pull_off(alone, pressed_to=deepest),
@@ -142,7 +140,6 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
         raise ProblemError(
             f"export_law: tolerance = {shown(tolerance)}; a number from {_TIGHTEST:g} to {_LOOSEST:g} is needed, such as 1e-6"
         )
-    kind = type(contact.profile).__name__
     for refused, why in (
         (
             contact.remembers,
@@ -155,12 +152,9 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
             "radius does not hold; give JKR or DMT, as adhesion_regime(contact) recommends",
         ),
         (
-            isinstance(contact.profile, Shape),
-            f"{kind} is not of revolution, and its contact has no radius; write the curve of solve(...) with Result.to_csv",
-        ),
-        (
-            isinstance(contact.profile, ForceCurve),
-            "a ForceCurve knows no contact radius; write the curve of solve(...) with Result.to_csv",
+            bool(contact.profile.no_radius),
+            f"the contact of {type(contact.profile).__name__} has no radius: {contact.profile.no_radius}; write the curve of solve(...) with "
+            "Result.to_csv",
         ),
     ):
         if refused:
@@ -188,19 +182,14 @@ def _checked_against_solve(table: Table, contact: Contact) -> tuple[xr.Dataset, 
     u, form = table.knots.u, table.form
     wide = np.flatnonzero(np.diff(u) > 1e-8 * (np.abs(u[1:]) + u[-1] - u[0]))
     d = form.depth((u[wide, None] + np.diff(u)[wide, None] * _BETWEEN).ravel())
-    if isinstance(form, Tip):
-        d = np.concatenate([float(form.depth(u[0])) * np.geomspace(1e-12, 1.0, _BELOW), d])
-    else:
-        d = d[d - form.off >= form.nearest]
-    d = np.unique(np.append(np.minimum(d, table.last), table.last))
+    d = np.unique(np.append(np.minimum(form.checked(d, table.first), table.last), table.last))
     exact = _solved(contact, d)
     rows = slice(None) if contact.adhesion is None else slice(None, 0, -1)
     force, stiffness, radius = (exact[name].values[rows] for name in LAW_QUANTITIES)
     ours = table.at(d)
-    added = (form.pull, 0.0) if isinstance(form, Tip) else (form.force, form.stiffness)
     columns = {
-        "normal_force": np.abs(ours[0] - force) / (np.abs(force) + added[0]),
-        "normal_stiffness": np.abs(ours[1] - stiffness) / (np.abs(stiffness) + added[1]),
+        "normal_force": np.abs(ours[0] - force) / (np.abs(force) + form.added[0]),
+        "normal_stiffness": np.abs(ours[1] - stiffness) / (np.abs(stiffness) + form.added[1]),
         "contact_radius": np.abs(ours[2] - radius) / radius,
     }
     checks = xr.Dataset(
@@ -229,16 +218,3 @@ def _notes(contact: Contact, result: Result) -> tuple[str, ...]:
     if scatter_of(contact.profile):
         notes += ("the scatter of the profile is not in the law",)
     return notes
-
-
-def _relative_to(form: Form) -> dict[str, str]:
-    """What errors are relative to, in words."""
-    words = {"normal_force": "the force", "normal_stiffness": "the stiffness", "contact_radius": "the radius"}
-    if isinstance(form, Fold):
-        words["normal_force"] = f"|F| + {form.force:.6g} N, the largest pull"
-        words["normal_stiffness"] = (
-            f"|k| + {form.stiffness:.6g} N/m, that of the contact held at its radius of the pull-off"
-        )
-    elif form.pull:
-        words["normal_force"] = f"|F| + {form.pull:.6g} N, the pull"
-    return words

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError, QuantityError
-from pymdr.interpretation.validity import SOURCES
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameters_of
 from pymdr.quantities import one_name
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.fitting import aicc, fit
+from pymdr.solving.fits.estimating import aicc
+from pymdr.solving.fits.fitting import fit
 from pymdr.solving.fits.found import FitResult
+from pymdr.solving.fits.unknowns import TILT
+from pymdr.solving.study import Answer, Column
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown
 
 if TYPE_CHECKING:
@@ -25,24 +26,41 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LawComparison:
+class LawComparison(Answer):
     """Fits of several laws to one record, and what it says of them."""
 
+    data: xr.Dataset
+    """Over ``law``, the likeliest first: ``weight``, ``difference`` of AICc from the smallest one, the level of the ``claim`` of the
+    force, and the assumptions that are ``not_met``."""
     fits: Mapping[str, FitResult]
     """By the names of the laws."""
     refusals: Mapping[str, str]
     """Why the others could not be fitted."""
-    differences: Mapping[str, float]
-    """Of AICc from the smallest one."""
-    weights: Mapping[str, float]
-    """Akaike's: how likely each law is the best of those compared."""
     samples: int
     """That all of the fits use."""
+
+    columns: ClassVar = {
+        "law": Column("law", ""),
+        "weight": Column("weight", ""),
+        "difference": Column("AICc above the best", ""),
+        "claim": Column("model", ""),
+        "not_met": Column("not met", ""),
+    }
+
+    @property
+    def weights(self) -> dict[str, float]:
+        """Akaike's: how likely each law is the best of those compared."""
+        return self._by_law("weight")
+
+    @property
+    def differences(self) -> dict[str, float]:
+        """Of AICc from the smallest one."""
+        return self._by_law("difference")
 
     @property
     def best(self) -> str:
         """The law with the largest weight."""
-        return max(self.weights, key=lambda name: self.weights[name])
+        return str(self.data["law"].values[0])
 
     def __getitem__(self, name: str) -> FitResult:
         if one_name(name) in self.refusals:
@@ -51,57 +69,20 @@ class LawComparison:
             raise QuantityError(f"no law {shown(name)}; compared are {', '.join(self.fits)}")
         return self.fits[name]
 
-    @property
-    def _order(self) -> list[str]:
-        return sorted(self.weights, key=lambda name: -self.weights[name])
-
-    def _unmet(self, name: str) -> list[str]:
-        return [a.words for a in self.fits[name].assumptions if not a.met]
-
-    def summary(self) -> str:
-        """The laws by their weights."""
-        lines = [f"{len(self.fits)} laws over {self.samples} samples"]
-        for name in self._order:
-            claim = self.fits[name].claims[self.fits[name].force]
-            unmet = self._unmet(name)
-            lines.append(
-                f"{name}: weight {self.weights[name]:.3g}, AICc {self.differences[name]:.4g} above the best; "
-                + claim.level.value
-                + (f"; not met: {', '.join(unmet)}" if unmet else "")
-            )
-        lines += [f"{name}: {words}" for name, words in self.refusals.items()]
-        return "\n".join(lines)
-
-    def __str__(self) -> str:
-        return self.summary()
-
     def __repr__(self) -> str:
-        weights = ", ".join(f"{name} {self.weights[name]:.3g}" for name in self._order)
+        weights = ", ".join(f"{name} {weight:.3g}" for name, weight in self.weights.items())
         return f"<pymdr.LawComparison {weights}>"
 
-    def _repr_html_(self) -> str:
-        """The summary as a table, for notebooks."""
-        from pymdr.presentation.html import laws_html
+    def _by_law(self, name: str) -> dict[str, float]:
+        return dict(zip(self.data["law"].values.tolist(), self.data[name].values.tolist(), strict=True))
 
-        rows = (
-            (
-                name,
-                self.weights[name],
-                self.differences[name],
-                self.fits[name].claims[self.fits[name].force].level,
-                self._unmet(name),
-            )
-            for name in self._order
-        )
-        return laws_html(rows, self.samples, self.refusals)
+    def _remarks(self) -> list[str]:
+        return [
+            f"{len(self.fits)} laws over {self.samples} samples",
+            *(f"{name}: {words}" for name, words in self.refusals.items()),
+        ]
 
-    def cite(self) -> tuple[str, ...]:
-        """References of the laws, of the search and of the weights."""
-        return tuple(
-            dict.fromkeys([s for one in self.fits.values() for s in one.cite()] + [SOURCES["akaike"]])
-        )
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The record with the models of all laws, and what each leaves."""
         from pymdr.presentation.plot import weighed_laws
 
@@ -116,7 +97,6 @@ def compare_laws(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
-    tilt: bool = False,
 ) -> LawComparison:
     """
     Fit several laws to one record and weigh them.
@@ -125,7 +105,7 @@ def compare_laws(
     ----------
     contacts : mapping of str to Contact
         The laws by the names that they are to have.
-    curve, contact_point, shift_origin, baseline, tilt
+    curve, contact_point, shift_origin, baseline
         As for :func:`fit`.
     free : sequence of str, or mapping of str to pair of quantities or None
         What is looked for; every law takes what it has of it.
@@ -165,22 +145,17 @@ def compare_laws(
     refusals: dict[str, str] = {}
     for name, contact in contacts.items():
         own = {p.name for p in parameters_of(contact)}
-        taken = (
-            {key: free[key] for key in free if key in own}
-            if isinstance(free, Mapping)
-            else [key for key in free if key in own]
-        )
-        if not taken:
+        taken = [key for key in free if key in own or key == TILT]
+        if not own.intersection(taken):
             raise ProblemError(f"compare_laws: {name} has nothing of {', '.join(free)}")
         try:
             fits[name] = fit(
                 contact,
                 curve,
-                taken,
+                {key: free[key] for key in taken} if isinstance(free, Mapping) else taken,
                 contact_point=contact_point,
                 shift_origin=shift_origin,
                 baseline=baseline,
-                tilt=tilt,
             )
         except PymdrError as error:
             refusals[name] = str(error)
@@ -189,15 +164,33 @@ def compare_laws(
     used = np.logical_and.reduce([one.data["used"].values for one in fits.values()])
     n = used.sum() / min(one.correlated for one in fits.values())
     criteria = {name: _aicc(one, used, n) for name, one in fits.items()}
-    least = min(criteria.values())
-    differences = {name: value - least for name, value in criteria.items()}
-    likely = {name: math.exp(-0.5 * value) for name, value in differences.items()}
     return LawComparison(
+        data=_weighed(fits, criteria),
         fits=fits,
         refusals=refusals,
-        differences=differences,
-        weights={name: value / sum(likely.values()) for name, value in likely.items()},
+        references=tuple(
+            dict.fromkeys([*(key for one in fits.values() for key in one.references), "akaike"])
+        ),
         samples=int(used.sum()),
+    )
+
+
+def _weighed(fits: Mapping[str, FitResult], criteria: Mapping[str, float]) -> xr.Dataset:
+    """The laws with their weights, the likeliest first."""
+    import xarray as xr
+
+    order = sorted(criteria, key=lambda name: criteria[name])
+    above = np.array([criteria[name] for name in order])
+    above -= above[0]
+    likely = np.exp(-0.5 * above)
+    columns = {
+        "weight": likely / likely.sum(),
+        "difference": above,
+        "claim": [fits[name].claims[fits[name].force].level.value for name in order],
+        "not_met": [", ".join(a.words for a in fits[name].assumptions if not a.met) for name in order],
+    }
+    return xr.Dataset(
+        {name: ("law", values, {"units": ""}) for name, values in columns.items()}, coords={"law": order}
     )
 
 

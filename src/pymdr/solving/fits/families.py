@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError
+from pymdr.interpretation.theories import theory_of
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, JKR, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.parameters import parameters_of, with_parameters
 from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, bare_forces
@@ -109,9 +109,7 @@ def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
     if contact.remembers:
         return None
     law = contact.adhesion
-    if isinstance(law, MaugisDugdale) and law.range is None:  # its stress does not grow with the moduli
-        return None
-    if law is not None and not isinstance(law, JKR | DMT | MaugisDugdale):
+    if law is not None and not theory_of(law).proportional(law):
         return None
     moduli = [p.name for p in parameters_of(contact) if p.unit == "Pa"]
     share = 1.0
@@ -292,12 +290,7 @@ def _row(forces: ElasticForces | AdhesiveForces, deepest: float) -> tuple[FloatA
     """Forces, their slopes over the root, and the depth at which the profile ends."""
     r, reach = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
     depth = forces.fold + reach * r * r
-    if isinstance(forces, AdhesiveForces):
-        value, slope = forces.over_root(r * math.sqrt(reach))
-        slope = slope * math.sqrt(reach)
-    else:
-        value, stiffness = forces.at(depth)
-        slope = stiffness * 2.0 * r * reach
+    value, slope = forces.over_root(r, reach)
     known = depth <= forces.end
     if known.all():
         return value, slope, math.inf

@@ -73,6 +73,11 @@ class ElasticForces:
         stiffness = self.line.stiffness(states.place)
         return normal_force(self.line, states) + stiffness * np.maximum(depth - self.end, 0.0), stiffness
 
+    def over_root(self, r: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over r at the depths reach r^2, in m."""
+        force, stiffness = self.at(reach * r * r)
+        return force, stiffness * 2.0 * r * reach
+
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
         return np.asarray(states_at_depth(self.line, np.maximum(depth, 0.0)).contact_radius)
@@ -106,9 +111,10 @@ class AdhesiveForces:
         """Contact radius in m at depths in m."""
         return np.interp(depth, self.depth, self.contact_radius)
 
-    def over_root(self, root: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over the root of the distance from the fold in m."""
-        return self._over_root(root), self._over_root(root, 1)
+    def over_root(self, r: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over r at the distances reach r^2 from the fold, in m."""
+        root = math.sqrt(reach)
+        return self._over_root(r * root), self._over_root(r * root, 1) * root
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m; those of the fold before it."""

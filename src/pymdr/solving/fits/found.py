@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from pymdr.errors import QuantityError
-from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.searching import Search, profile_end
+from pymdr.solving.study import Answer, TextTable
 from pymdr.units import FloatArray, shown, written
 
 if TYPE_CHECKING:
@@ -55,15 +54,13 @@ class Fitted(NamedTuple):
         }
 
     def __str__(self) -> str:
-        value, low, high = (
-            written(one, self.unit, self._digits) for one in (self.value, self.low, self.high)
-        )
+        value, low, high = (written(one, self.unit, self.digits) for one in (self.value, self.low, self.high))
         if self.is_at_bound:
             return f"{self.name} = {value}, at one of its bounds {low} and {high}"
         return f"{self.name} = {value}, 95 % between {low} and {high}"
 
     @property
-    def _digits(self) -> int:
+    def digits(self) -> int:
         """As many as tell the ends of the interval apart."""
         width, largest = self.high - self.low, max(abs(self.low), abs(self.high))
         if not 0.0 < width < largest < math.inf:
@@ -77,7 +74,7 @@ def force_of(contact: Contact) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitResult:
+class FitResult(Answer):
     """What a fit found, and how well it fits."""
 
     contact: Contact
@@ -88,7 +85,8 @@ class FitResult:
     data: xr.Dataset
     """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N), with friction ``shift`` (m) and
     ``tangential_force`` (N), from the origins that were found, and the load or indentation of the record; ``model`` and
-    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s)."""
+    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s). The claims say how far the model
+    can be trusted at the deepest sample."""
     noise: float
     """Standard deviation of the residuals in N."""
     waves: float
@@ -97,15 +95,12 @@ class FitResult:
     """How many samples tell as much as one independent one; it widens the errors by its root."""
     aicc: float
     """Akaike's information criterion for small samples, of the independent ones."""
-    claims: Mapping[str, Claim]
-    """How far the model can be trusted at the deepest sample."""
-    assumptions: tuple[Assumption, ...]
-    notes: tuple[str, ...]
-    references: tuple[str, ...]
-    """Keys of the sources that :meth:`cite` names."""
     search: Search
     free: FloatArray
     """The numbers at which the search ended: logarithms of sizes, and parts of the ranges of the record."""
+
+    told: ClassVar = ("normal_force", "tangential_force")
+    claims_of_rows: ClassVar = False
 
     @property
     def force(self) -> str:
@@ -161,105 +156,42 @@ class FitResult:
             ends[name] = (min(values), max(values))
         return ends
 
-    def summary(self) -> str:
-        """Values with their intervals, how well they fit, and how far to trust the model."""
-        claim = self.claims[self.force]
-        lines = [str(value) for value in self.values.values()]
-        lines.append(self._told_of_noise())
-        lines.append(f"model: {claim.level.value}: {claim.reason}")
-        lines += [
-            f"not met: {a.words} {a.measure:.3g}, limit {a.limit:.3g}" for a in self.assumptions if not a.met
-        ]
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def _told_of_noise(self) -> str:
-        used = int(self.data["used"].values.sum())
-        told = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
-        if self.correlated > 1.0:
-            told += f", of which {self.correlated:.3g} tell as much as an independent one"
-        return told
-
-    def __str__(self) -> str:
-        return self.summary()
-
-    def __repr__(self) -> str:
-        found = ", ".join(f"{one.name} = {written(one.value, one.unit, 4)}" for one in self.values.values())
-        return f"<pymdr.FitResult {found}>"
-
-    def _repr_html_(self) -> str:
-        """The summary as tables, for notebooks."""
-        from pymdr.presentation.html import found_html
-
-        rows = (
-            [one.name, *(written(value, one.unit, 4) for value in (one.value, one.error, one.low, one.high))]
+    def _table(self) -> TextTable:
+        rows = [
+            [one.name, *(written(x, one.unit, one.digits) for x in (one.value, one.error, one.low, one.high))]
             for one in self.values.values()
-        )
-        head = ("found", "value", "standard error", "95 % from", "to")
-        return found_html(head, rows, [self._told_of_noise()], self.claims, self.assumptions, self.notes)
+        ]
+        words = ["found", "value", "standard error", "95 % from", "to"]
+        return (words, [""] * len(words)), rows
 
-    def cite(self) -> tuple[str, ...]:
-        """References of the theory and of the search."""
-        return tuple(SOURCES[key] for key in self.references)
+    def _remarks(self) -> list[str]:
+        used = int(self.data["used"].values.sum())
+        line = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
+        if self.correlated > 1.0:
+            line += f", of which {self.correlated:.3g} tell as much as an independent one"
+        return [line]
 
-    def save(self, file: str | os.PathLike[str]) -> None:
-        """
-        Write the samples with their model, and what was found, to a NetCDF file, which xarray opens, whole or not at all.
+    def _others(self) -> dict[str, str]:
+        return {"found": "; ".join(map(str, self.values.values()))}
 
-        Parameters
-        ----------
-        file : path
-            For example "fit.nc". Its attribute ``pymdr_fit`` is the JSON of the values, the noise, the contact, claims, notes and
-            references.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written, or its name is that of another format.
-        ProblemError
-            If the profile is a Python function, which no file holds.
-        """
-        from pymdr.presentation.files import write_dataset
-
-        told = {
+    def _stored(self) -> xr.Dataset:
+        fitted = {
             "values": {name: one.plain() for name, one in self.values.items()},
             "noise": self.noise,
             "waves": self.waves,
             "correlated": self.correlated,
             "aicc": self.aicc,
             "contact": encode(self.contact),
-            "claims": {name: [c.level.name, c.reason, c.source] for name, c in self.claims.items()},
-            "notes": self.notes,
             "references": self.cite(),
         }
-        write_dataset(self.data.assign_attrs(pymdr_fit=json.dumps(told)), file)
+        return super()._stored().assign_attrs(pymdr_fit=json.dumps(fitted))
 
-    def to_csv(self, file: str | os.PathLike[str]) -> None:
-        """
-        Write the samples with their model, one row each, with units in the names of the columns.
-
-        Parameters
-        ----------
-        file : path
-            For example "fit.csv".
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        from pymdr.presentation.tables import write_csv
-
-        units = {name: str(self.data[name].attrs.get("units", "")) for name in self.data}
-        write_csv(
-            {
-                f"{name} [{unit}]" if unit else str(name): self.data[name].values
-                for name, unit in units.items()
-            },
-            file,
-        )
-
-    def plot(self) -> Figure:
+    def _figure(self) -> Figure:
         """The curves with their model, and what is left."""
         from pymdr.presentation.plot import fitted_curves
 
         return fitted_curves(self.data, [str(value) for value in self.values.values()])
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{one.name} = {written(one.value, one.unit, 4)}" for one in self.values.values())
+        return f"<pymdr.FitResult {found}>"

@@ -38,7 +38,7 @@ from pymdr.solving.fits.kernels import (
 )
 from pymdr.solving.fits.kernels import TILT as TILTED
 from pymdr.solving.fits.records import Stretch
-from pymdr.solving.fits.searching import hanging
+from pymdr.solving.fits.residuals import hanging
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, TILT
 from pymdr.units import FloatArray, written
 

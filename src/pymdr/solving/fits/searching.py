@@ -9,10 +9,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
 
-from pymdr.errors import ConvergenceError, ProblemError, PymdrError
-from pymdr.numerics.panels import IndexArray
+from pymdr.errors import ConvergenceError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled
@@ -27,20 +25,10 @@ from pymdr.solving.fits.unknowns import (
     Unknown,
     put_into,
 )
-from pymdr.units import FloatArray, written
+from pymdr.units import FloatArray
 
 _STEP, _FORWARD = 1e-4, 1e-6
 _TOLERANCE, _TRIALS = 1e-8, 400
-_LAGS = 32
-"""Whose correlations are summed one by one; longer ones come from the spectrum."""
-_SIGNIFICANT, _FLAT = 5.0, 1e-4
-_BLIND = 1e-6
-"""Of the largest: singular values of unknowns that a record cannot tell apart."""
-_LOST = math.log(1e3)
-_ALONE = 0.05
-"""Of the unknown that moves most: what the others take part in."""
-_BEYOND = 1e6
-"""Times the start: a size that nothing holds back."""
 _POOR = 10.0
 """A residual in parts of the noise, where the model cannot be computed."""
 
@@ -70,7 +58,12 @@ class Search:
     @property
     def shears(self) -> bool:
         """Whether the records are of tangential forces."""
-        return isinstance(self.curves[0], ShearRecord)
+        return not self.measured
+
+    @property
+    def measured(self) -> tuple[MeasuredCurve, ...]:
+        """The records of normal forces."""
+        return tuple(one for one in self.curves if isinstance(one, MeasuredCurve))
 
     @property
     def place(self) -> str:
@@ -280,191 +273,6 @@ def profile_end(search: Search, best: FloatArray, i: int, step: float, grows: fl
             return float(brentq(beyond, inner, outer, xtol=1e-6 * abs(step)))
         step *= 2.0
     return outer
-
-
-def refuse_blind(search: Search, free: FloatArray) -> None:
-    """
-    Refuse unknowns that the records cannot tell apart.
-
-    Raises
-    ------
-    ProblemError
-        With what they do determine.
-    """
-    own, sizes = _own_slopes(search, search.slopes(free))
-    left = np.linalg.norm(own, axis=0)
-    unfelt = left <= _BLIND * np.maximum(sizes, sizes.max())
-    if unfelt.any():
-        raise ProblemError(_unfelt(search, free, unfelt))
-    _, singular, rows = np.linalg.svd(own / np.linalg.norm(own, axis=0), full_matrices=False)
-    if singular[-1] > _BLIND * singular[0]:
-        return
-    direction = rows[-1] / np.linalg.norm(own, axis=0)
-    raise ProblemError(_combination(search, free, direction / np.abs(direction).max()))
-
-
-def refuse_lost(search: Search, free: FloatArray, slopes: FloatArray, noise: float) -> None:
-    """
-    Refuse sizes that the noise of records, in N, moves by more than a factor of a thousand.
-
-    Raises
-    ------
-    ProblemError
-        With what the records do determine.
-    """
-    if not all(u.is_size for u in search.unknowns) or not search.unknowns:
-        return
-    own, _ = _own_slopes(search, slopes)
-    _, singular, rows = np.linalg.svd(own, full_matrices=False)
-    if noise <= _LOST * singular[-1]:
-        return
-    weakest = rows[-1] / np.abs(rows[-1]).max()
-    if np.count_nonzero(np.abs(weakest) > _ALONE) > 1:
-        raise ProblemError(_combination(search, free, np.where(np.abs(weakest) > _ALONE, weakest, 0.0)))
-    lost = np.abs(weakest) == 1.0
-    raise ProblemError(_unfelt(search, free, lost))
-
-
-def _own_slopes(search: Search, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rates of the residuals over the unknowns, without what the origins of the records take up, and how large they were with that."""
-    n = len(search.unknowns)
-    own, origin = slopes[:, :n], slopes[:, n:]
-    sizes = np.linalg.norm(own, axis=0)
-    if origin.shape[1]:
-        own = own - origin @ np.linalg.lstsq(origin, own, rcond=None)[0]
-    return own, sizes
-
-
-def _unfelt(search: Search, free: FloatArray, unfelt: BoolArray) -> str:
-    """What is determined where unknowns leave no trace."""
-    values, _ = search.from_free(free)
-    told = [_near(u, float(v)) for u, v in zip(search.unknowns, values, strict=True)]
-    silent = [one for one, is_silent in zip(told, unfelt, strict=True) if is_silent]
-    heard = [one for one, is_silent in zip(told, unfelt, strict=True) if not is_silent]
-    rest = f"; it determines {', '.join(heard)}" if heard else ""
-    names = " and ".join(u.name for u, is_silent in zip(search.unknowns, unfelt, strict=True) if is_silent)
-    return (
-        f"fit: the record does not feel {names}, which is fitted best with {', '.join(silent)}{rest}; leave {names} out of free, or take a contact "
-        "without it"
-    )
-
-
-def _near(unknown: Unknown, value: float) -> str:
-    """A value in words where a search took it beyond all measure."""
-    if unknown.is_size and value < unknown.start / _BEYOND:
-        return f"{unknown.name} near 0"
-    if unknown.is_size and value > unknown.start * _BEYOND:
-        return f"{unknown.name} without end"
-    return f"{unknown.name} = {written(value, unknown.unit, 4)}"
-
-
-def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str:
-    """What is determined where unknowns may change along a direction without a trace."""
-    values, _ = search.from_free(free)
-    moving = [i for i in range(direction.size) if abs(direction[i]) > 1e-3]
-    names = [search.unknowns[i].name for i in moving]
-    told = f"fit: the record cannot tell {' and '.join(names)} apart"
-    record = search.curves[0]
-    if isinstance(record, ShearRecord):
-        stiffness, load = record.stuck(put_into(search.contact, search.unknowns, values))
-        told += (
-            f": of the bodies it determines the tangential stiffness where they stick, {stiffness:.4g} N/m under "
-            f"{written(load, 'N', 4)}"
-        )
-    elif all(search.unknowns[i].is_size for i in moving):
-        last = max(moving, key=lambda i: abs(direction[i]))
-        products = []
-        for i in moving:
-            if i != last:
-                power = round(-direction[i] / direction[last], 3)
-                value = float(values[i] * values[last] ** power)
-                u, v = search.unknowns[i], search.unknowns[last]
-                products.append(f"{u.name} x {v.name}^{power:g} = {value:.4g} (in {u.unit} and {v.unit})")
-        told += f": it determines {', and '.join(products)}"
-    return f"{told}; fix one of them"
-
-
-class Hanging(NamedTuple):
-    """How the residuals of records hang together."""
-
-    correlated: FloatArray
-    """1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1: how many samples tell as much as
-    one independent one."""
-    waves: FloatArray
-    """What of them hangs together, in parts of what differs between neighbours."""
-
-
-def hanging(residuals: FloatArray, span: FloatArray) -> Hanging:
-    """
-    How residuals hang together.
-
-    Parameters
-    ----------
-    residuals : ndarray, shape (records, samples)
-        In the order in which they were measured; shorter records are filled up with nan at their ends.
-    span : ndarray, shape (records,)
-        Of the forces of each record: waves of less than 1e-4 of it are none.
-
-    Returns
-    -------
-    Hanging
-        The waves are sqrt(2/eta - 1) with von Neumann's ratio eta of the mean squares of differences between neighbours and of the
-        residuals themselves, which is 2 for white noise; 0 where it lies within five standard deviations, 2/sqrt(n), of that.
-
-    Examples
-    --------
-    >>> noise, wave = np.random.default_rng(1).normal(size=1000), 3.0 * np.sin(np.linspace(0.0, 20.0, 1000))
-    >>> found = hanging(np.array([noise, noise + wave]), np.full(2, 100.0))
-    >>> found.waves.round(1).tolist(), found.correlated.round().tolist()
-    ([0.0, 2.1], [1.0, 80.0])
-    """
-    there = np.isfinite(residuals)
-    n = there.sum(axis=1)
-    values = np.where(there, residuals, 0.0)
-    square = (values**2).sum(axis=1)
-    differences = np.where(there[:, 1:], np.diff(values, axis=1), 0.0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = (differences**2).sum(axis=1) / (n - 1) / (square / n)
-        waves = np.sqrt(np.maximum(2.0 / ratio - 1.0, 0.0))
-        plain = (ratio > 2.0 - _SIGNIFICANT * 2.0 / np.sqrt(n)) | (np.sqrt(square / n) < _FLAT * span)
-        centred = np.where(there, values - (values.sum(axis=1) / n)[:, None], 0.0)
-    times = _correlation_times(centred, n)
-    long = np.flatnonzero(np.isnan(times))
-    if long.size:
-        times[long] = _long_correlations(centred[long], n[long])
-    return Hanging(times, np.where(plain | ~np.isfinite(waves), 0.0, waves))
-
-
-def _correlation_times(centred: FloatArray, n: IndexArray) -> FloatArray:
-    """1 + 2 sum rho_k of each row, up to the first lag within the noise; nan where that is none of the first."""
-    times, total, rows = np.full(n.size, math.nan), np.ones(n.size), np.arange(n.size)
-    power = (centred**2).sum(axis=1)
-    for lag in range(1, _LAGS + 1):
-        products = np.einsum("ij,ij->i", centred[:, lag:], centred[:, :-lag])
-        with np.errstate(invalid="ignore", divide="ignore"):
-            rho = np.where(power > 0.0, products / power, 0.0)
-            ended = (rho < 2.5 / np.sqrt(n)) | (lag >= n // 2) | (n < 2)
-        times[rows[ended]] = total[ended]
-        going = ~ended
-        if not going.any():
-            break
-        if ended.any():
-            centred, n, power, rows = centred[going], n[going], power[going], rows[going]
-        total = total[going] + 2.0 * rho[going]
-    return times
-
-
-def _long_correlations(centred: FloatArray, n: IndexArray) -> FloatArray:
-    """The same by the spectrum."""
-    width = centred.shape[1]
-    lags = width // 2 + 1
-    size = next_fast_len(width + lags, real=True)
-    spectrum = np.abs(rfft(centred, size)) ** 2
-    rho = irfft(spectrum, size)[:, :lags] / (centred**2).sum(axis=1)[:, None]
-    noise = (rho < (2.5 / np.sqrt(n))[:, None]) | (np.arange(rho.shape[1]) >= (n // 2)[:, None])
-    noise[:, 0], noise[:, -1] = False, True
-    sums = np.cumsum(rho, axis=1)[np.arange(n.size), np.argmax(noise, axis=1) - 1] - rho[:, 0]
-    return np.asarray(np.maximum(1.0, 1.0 + 2.0 * sums))
 
 
 def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, maugis_parameter
+from pymdr.interpretation.theories import theory_of
+from pymdr.line.adhesion import maugis_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, JKR
-from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.found import FitResult
 from pymdr.units import written
 
@@ -40,27 +39,13 @@ def range_of_law(contact: Contact) -> tuple[str, ...]:
     modulus = effective_moduli(contact.body, contact.counterbody).normal
     # of a range of 1 m, to which it is inversely proportional
     size = float(maugis_parameter(radius, modulus, law.work, law.work))
-    if isinstance(law, JKR):
-        return (
-            f"JKR holds where the attraction reaches less than {written(size / JKR_ABOVE, 'm', 3)} (Maugis' parameter above {JKR_ABOVE:g}); how far it does no "
-            "force curve of JKR tells",
-        )
-    if isinstance(law, DMT) and law.range is None:
-        return (
-            f"DMT holds where the attraction reaches more than {written(size / DMT_BELOW, 'm', 3)} (Maugis' parameter below {DMT_BELOW:g}); how far it does is "
-            "not known",
-        )
-    if isinstance(law, DMT) and law.range is not None and size / law.range > DMT_BELOW:
-        return (
-            f"Maugis' parameter of what was found is {size / law.range:.3g}, and DMT holds below {DMT_BELOW:g}: fit MaugisDugdale(work, "
-            f"range='{written(law.range, 'm', 4)}')",
-        )
-    return ()
+    note = theory_of(law).range_note(law, size)
+    return (note,) if note else ()
 
 
 def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:
     """Whether a record stays at its largest force while it is pressed on."""
-    curves = [one for one in found.curves if isinstance(one, MeasuredCurve)]
+    curves = found.search.measured
     count = sum(int(one.mark_saturated().marked.sum()) for one in curves if one.saturated is None)
     if not count:
         return ()

@@ -126,13 +126,18 @@ def _limits(contact: Contact, name: str) -> tuple[float, float]:
     return max(described.above, described.at_least), min(described.below, described.at_most)
 
 
-def origins(given: Mapping[str, QuantityLike | None], tilt: bool) -> dict[str, float]:
-    """The origins that are known, in SI units; those that are None are looked for, and a tilt where it is asked for."""
-    if not isinstance(tilt, bool):
-        raise ProblemError(
-            f"fit: tilt = {shown(tilt)}; True, where a tilt of the baseline is to be looked for, or False"
-        )
-    level = {} if tilt else {TILT: 0.0}
+def without_tilt(free: Free) -> Free:
+    """What is looked for in the contact, of names among which may be that of a tilt."""
+    if isinstance(free, Mapping):
+        if free.get(TILT) is not None:
+            raise ProblemError(f"fit: bounds of {TILT} = {shown(free[TILT])}; it has none: write None")
+        return {name: bounds for name, bounds in free.items() if name != TILT}
+    return [name for name in ([free] if isinstance(free, str) else free) if name != TILT]
+
+
+def origins(given: Mapping[str, QuantityLike | None], free: Free) -> dict[str, float]:
+    """The origins that are known, in SI units: those that are given, and no tilt unless it is looked for."""
+    level = {} if TILT in ([free] if isinstance(free, str) else free) else {TILT: 0.0}
     return level | {
         name: to_si(value, ORIGINS[name], name=f"fit: {name}")
         for name, value in given.items()

@@ -30,7 +30,12 @@ def fit(
             "the folder of a Zarr store of a map.",
         ),
     ],
-    free: Annotated[list[str], typer.Option(help="What is looked for, such as body.young; one or several.")],
+    free: Annotated[
+        list[str],
+        typer.Option(
+            help="What is looked for, such as body.young; one or several. tilt is that of the baseline: a drift, or a virtual deflection."
+        ),
+    ],
     spring_constant: Annotated[
         str | None, typer.Option(help="Of the machine, where travel was measured, such as '0.1 N/m'.")
     ] = None,
@@ -47,10 +52,6 @@ def fit(
     baseline: Annotated[
         str | None, typer.Option(help="Force of the record when they do not touch; looked for unless given.")
     ] = None,
-    tilt: Annotated[
-        bool,
-        typer.Option("--tilt", help="Look for a tilt of the baseline too: a drift, or a virtual deflection."),
-    ] = False,
     segment: Annotated[
         str | None,
         typer.Option(
@@ -83,7 +84,7 @@ def fit(
         if isinstance(curves, list):
             from pymdr.solving.fits import fit as find
 
-            found = find(contact, curves, free, **origins, tilt=tilt)
+            found = find(contact, curves, free, **origins)
             written = write_found(found, output, "fit")
             told = _told_of_fit(found)
         else:
@@ -92,7 +93,7 @@ def fit(
                     raise ProblemError(
                         "--shift-origin: is for cases with friction; force curves have --contact-point"
                     )
-                options = {**origins, "tilt": tilt, "workers": workers, "progress": stage("fitting")}
+                options = {**origins, "workers": workers, "progress": stage("fitting")}
                 found, written = _map(contact, curves, free, options, output)
             told = _told_of_map(found)
     if as_json:
@@ -110,7 +111,7 @@ def _read(
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map of them: a dataset, or the folder of its store."""
     from pymdr.errors import ProblemError
-    from pymdr.workbench.curves import read_records, stack_curves
+    from pymdr.workbench.curves import read_prepared_curves, stack_curves
     from pymdr.workbench.tables import read_curve
 
     curves: list[MeasuredCurve] = []
@@ -133,7 +134,7 @@ def _read(
                 )
             continue
         taken = segment or ("record" if whole else "approach")
-        records = read_records(file, segment=taken, spring_constant=spring_constant)
+        records = read_prepared_curves(file, segment=taken, spring_constant=spring_constant)
         if len(records) > 1:
             if len(files) > 1:
                 raise ProblemError(

@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pymdr.result import Result
-    from pymdr.solving.fits import FitResult
-    from pymdr.solving.study import Study
+    from pymdr.solving.study import Answer
     from pymdr.solving.sweep import Sweep
 
 
@@ -93,7 +92,7 @@ def write_figures(
     return files
 
 
-def write_found(found: Study | FitResult, output: Path | None, name: str) -> list[Path]:
+def write_found(found: Answer, output: Path | None, name: str) -> list[Path]:
     """The table and the figure of what was found, where a folder is named for them."""
     from pymdr.solving.press import PressedSurface
 

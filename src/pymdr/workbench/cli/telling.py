@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
     from pymdr.interpretation.validity import Assumption, Claim
     from pymdr.result import Result
-    from pymdr.solving.fits import FitResult, FittedMap
-    from pymdr.solving.study import Study
+    from pymdr.solving.study import Answer, Study
 
 OK, FAILED, REFUSED = 0, 1, 3
 """Exit statuses beside the 2 of wrong use; REFUSED: the method gives nothing for this contact."""
@@ -175,7 +174,7 @@ def table_of(data: xr.Dataset) -> dict[str, list[float]]:
     return {str(name): [float(value) for value in array.values] for name, array in data.items()}
 
 
-def validity_of(found: Result | Study | FitResult | FittedMap) -> dict[str, Any]:
+def validity_of(found: Result | Answer) -> dict[str, Any]:
     """How far what was found can be trusted."""
     return {
         "claims": claims_of(found.claims),

@@ -1,32 +1,23 @@
-"""Normal force over depth of bodies that are not of revolution: what is exact, what was computed, and an estimate."""
+"""The estimate of the force of any shape, from its sections along rays."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import lru_cache, partial, singledispatch
-from typing import Protocol
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.errors import ConvergenceError
+from pymdr.line.shapes.base import BELOW, ShapeLaw, ShapeStates
 from pymdr.mapping.azimuth import RayTable, ray_table
-from pymdr.mapping.ellipse import HertzEllipse
 from pymdr.numerics.roots import boundary
-from pymdr.problem.profiles import EllipticParaboloid, Pyramid, Shape
+from pymdr.problem.profiles import Shape
 from pymdr.units import FloatArray
 
 BoolArray = NDArray[np.bool_]
-PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 5: 0.69334, 6: 0.6733, 7: 0.66239, 8: 0.655767}
-"""C of F = C E* d^2 / slope by boundary elements on 256 x 256 points."""
-PYRAMID_ERROR = 3e-4
-"""Relative error of these."""
-MANY_SIDES_ERROR = 0.0025
-"""Relative error of the estimate of a pyramid of 8 sides, which falls with their number."""
-LONGEST_RATIO = 10.0
-"""Ratio of the radii of curvature up to which the estimate was held against Hertz."""
 LONGEST_OUTLINE = 5.0
 """Longest over shortest radius of the outline of the estimate at that ratio."""
 _ROWS = 16
@@ -39,8 +30,6 @@ _CLEAR = 1.3
 """Of the outline, from where on the surface must be free."""
 _FAR, _FAR_RAYS, _FAR_RADII = 64.0, 512, 400
 """Where other summits are looked for: how many times as far as the outline, and at how many places."""
-_BELOW = 1e-3
-"""Of the force of a disk, that an estimate may lie below it."""
 _PER_DISTORTION, _PER_ELONGATION = 0.75, 0.2
 """Relative error of the estimate over what is in its outline beside an ellipse, and over the fourth power of its elongation."""
 _MOST_DISTORTED = 0.3
@@ -52,207 +41,7 @@ _WITHIN = 1e-9
 
 
 @dataclass(frozen=True)
-class ShapeStates:
-    """What a shape bears at some depths, for an effective modulus of 1 Pa; nan where it is not known."""
-
-    force: FloatArray
-    """F / E* in m^2."""
-    stiffness: FloatArray
-    """In m."""
-    energy: FloatArray
-    """In m^3."""
-    estimate: FloatArray
-    """Of the functional of Shield, Barber and Fabrikant, in m^2."""
-    error: FloatArray
-    """Relative error of the estimate, of its model as of its numbers; nan where it is not known."""
-    longest: FloatArray
-    """Largest distance of the edge from the apex in m, as far as it is known."""
-    clipped: FloatArray
-    """Share of the directions in which the estimate has no outline of its own."""
-
-    def above(self, bound: FloatArray) -> ShapeStates:
-        """Those whose force is not below a bound, F / E* in m^2: an estimate that is below it is none."""
-        wrong = self.force < bound * (1.0 - _BELOW)
-        force, stiffness, estimate = (
-            np.where(wrong, math.nan, one) for one in (self.force, self.stiffness, self.estimate)
-        )
-        return replace(self, force=force, stiffness=stiffness, estimate=estimate)
-
-
-class ShapeLaw(Protocol):
-    """A shape as a law between depth and force."""
-
-    def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
-        """States at depths in m, given the radii in m of the disks of the lower bound."""
-
-
-@singledispatch
-def shape_law(shape: Shape) -> ShapeLaw:
-    """
-    The law of a shape.
-
-    Parameters
-    ----------
-    shape : Shape
-
-    Returns
-    -------
-    ShapeLaw
-    """
-    return RayLaw(shape)
-
-
-@shape_law.register
-def _(shape: EllipticParaboloid) -> ShapeLaw:
-    return EllipseLaw(shape)
-
-
-@shape_law.register
-def _(shape: Pyramid) -> ShapeLaw:
-    return PyramidLaw(shape)
-
-
-@dataclass(frozen=True)
-class EllipseLaw:
-    """Hertz."""
-
-    shape: EllipticParaboloid
-
-    def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
-        """States at depths in m."""
-        rx, ry = self.shape.radius_x, self.shape.radius_y
-        d = np.maximum(depth, 0.0)
-        hertz = HertzEllipse(rx, ry)
-        force = hertz.force(d)
-        ratio = max(rx, ry) / min(rx, ry)
-        none = np.full(d.shape, math.nan)
-        estimate, clipped = none, np.zeros(d.shape)
-        if ratio <= LONGEST_RATIO:
-            factor, share = ellipse_factor(ratio)
-            estimate, clipped = factor * math.sqrt(min(rx, ry)) * d * np.sqrt(d), clipped + share
-        with np.errstate(divide="ignore", invalid="ignore"):
-            stiffness = np.where(d > 0.0, 1.5 * force / d, 0.0)
-            error = np.where(d > 0.0, np.abs(estimate / force - 1.0), 0.0)
-        return ShapeStates(
-            force, stiffness, 0.4 * force * d, estimate, error, np.maximum(*hertz.semi_axes(d)), clipped
-        )
-
-
-@dataclass(frozen=True)
-class PyramidLaw:
-    """F = C E* d^2 / slope, which self-similarity makes exact but for the number C."""
-
-    shape: Pyramid
-
-    def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
-        """States at depths in m."""
-        slope, d = self.shape.gradient, np.maximum(depth, 0.0)
-        estimated, longest = pyramid_factor(self.shape.sides)
-        known = PYRAMID_FORCES.get(self.shape.sides)
-        error = MANY_SIDES_ERROR if known is None else abs(estimated / known - 1.0) + PYRAMID_ERROR
-        known = estimated if known is None else known
-        square = d * (d / slope)
-        force = known * square
-        return ShapeStates(
-            force,
-            2.0 * known * (d / slope),
-            force * d / 3.0,
-            estimated * square,
-            0.0 * d + error,
-            longest * (d / slope),
-            0.0 * d,
-        )
-
-
-@lru_cache(maxsize=64)
-def ellipse_factor(ratio: float) -> tuple[float, float]:
-    """
-    The estimate F / (E* sqrt(R) d^(3/2)) of an elliptic paraboloid, R being its smaller radius.
-
-    Parameters
-    ----------
-    ratio : float
-        Of the radii of curvature, at least 1.
-
-    Returns
-    -------
-    tuple of float
-        The factor, and the share of directions without an outline of their own.
-
-    Examples
-    --------
-    >>> round(ellipse_factor(2.0)[0], 8), round(ellipse_factor(1.0)[0], 8)
-    (1.60168035, 1.33333333)
-    """
-    phi = 2.0 * math.pi * (np.arange(4096) + 0.5) / 4096
-    found = homogeneous_estimate(
-        2, 0.5 * (np.cos(phi) ** 2 / ratio + np.sin(phi) ** 2), np.full(4096, 1.0 / 4096)
-    )
-    return found[0], found[2]
-
-
-@lru_cache(maxsize=64)
-def pyramid_factor(sides: int) -> tuple[float, float]:
-    """
-    The estimate F slope / (E* d^2) of a regular pyramid.
-
-    Parameters
-    ----------
-    sides : int
-
-    Returns
-    -------
-    tuple of float
-        The factor, and the longest radius of its outline times slope / d.
-
-    Examples
-    --------
-    >>> round(pyramid_factor(4)[0], 4)
-    0.7243
-    """
-    x, weights = np.polynomial.legendre.leggauss(40)
-    found = homogeneous_estimate(1, np.cos(0.5 * math.pi / sides * (x + 1.0)), 0.5 * weights)
-    return found[0], found[1]
-
-
-def homogeneous_estimate(power: int, shape: FloatArray, weights: FloatArray) -> tuple[float, float, float]:
-    """
-    F / E* of f = r^power shape(phi) at d = 1 by the functional of :class:`RayLaw`, whose equation has a closed derivative here.
-
-    Parameters
-    ----------
-    power : int
-    shape, weights : ndarray
-        Over directions; the weights of a quadrature.
-
-    Returns
-    -------
-    tuple of float
-        Force, longest radius, and share of directions in which there is no root.
-    """
-    n = power
-    moment = shape * 0.5 * math.sqrt(math.pi) * math.gamma(0.5 * n + 1.0) / math.gamma(0.5 * n + 1.5)
-    top = (2.0 / ((n + 1) * (n + 2) * moment)) ** (1.0 / n)
-    end = (2.0 / ((n + 2) * moment)) ** (1.0 / n)
-    highest = 2.0 * top - (n + 2) * moment * top ** (n + 1)
-    a = (1.0 / ((n + 1) * moment)) ** (1.0 / n)
-    level = 0.0
-    for _ in range(100):
-        before = level
-        level = float((weights * (a * a - moment * a ** (n + 2))).sum() / (weights * a).sum())
-        if abs(level - before) <= 1e-15 * level:
-            return 2.0 * level, float(a.max()), float(weights[level >= highest].sum() / weights.sum())
-        # concave beyond its top, so that Newton's steps from the right stay there
-        a = end.copy()
-        for _ in range(60):
-            fall = np.minimum(2.0 - (n + 1) * (n + 2) * moment * a**n, -1e-300)
-            a = np.maximum(a - (2.0 * a - (n + 2) * moment * a ** (n + 1) - level) / fall, top)
-        a = np.where(level >= highest, top, a)
-    raise ConvergenceError(f"the estimate of a shape with f ~ r^{n} did not settle; its last is {level:g}")
-
-
-@dataclass(frozen=True)
-class RayLaw:
+class RayLaw(ShapeLaw):
     """
     The estimate F = 2 E* oint (d a^2 - a int_0^a g_phi dx) dphi / oint a dphi, stationary in the outline a(phi).
 
@@ -266,6 +55,7 @@ class RayLaw:
     """
 
     shape: Shape
+    known: ClassVar = False
 
     def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
         """States at depths in m, given the radii in m of the disks of the lower bound."""
@@ -300,7 +90,7 @@ class RayLaw:
         on_rays = np.repeat(np.log(radius)[:, None], table.directions, axis=1)
         disk = 2.0 * radius * (depth - table.at(on_rays)[0].mean(axis=1))
         # stationary outlines that run over a second summit bear less than a disk, which no body does
-        wrong = whole[0] < disk * (1.0 - _BELOW - change - table.error)
+        wrong = whole[0] < disk * (1.0 - BELOW - change - table.error)
         whole[:, wrong | _others_touch(self.shape, depth, whole[2], whole[0])] = math.nan
         whole[5] += change + table.error
         return whole

@@ -1,0 +1,218 @@
+"""A stiffness that rises with the depth, straight between nodes, through or near points of a force curve."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.units import FloatArray
+
+ROUNDING = 1e-13
+"""Of the largest force: by how much rounding may bend a curve."""
+PIECES = (2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128)
+_PARTS = 8
+"""Straight parts of k in a piece."""
+_PATIENCE = 3
+"""Numbers of pieces that may be no better before the search ends."""
+BLOCK, BLOCKS = 24, 12
+_BEGINNING = 60
+"""Points on a power of the depth before the first point."""
+_SYSTEMATIC = 5.0
+"""Noises by which the mean of neighbouring points may lie off the curve."""
+OCTAVE = 4
+"""Entries of the table of errors in a factor of 2 of the depth."""
+_LAST = 0.05
+"""Of a depth: what slip of a part of the contact feels."""
+
+
+class Polyline(NamedTuple):
+    """A rising k(d), straight between nodes; a step is two nodes at one depth."""
+
+    depth: FloatArray
+    """In m from the contact point, not falling, from 0 on."""
+    stiffness: FloatArray
+    """In N/m, not falling, from 0 on."""
+
+    def at(self, d: FloatArray) -> FloatArray:
+        """k, F and U at depths, shape (3, n)."""
+        t, k = self
+        h = np.diff(t)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.where(h > 0.0, np.diff(k) / h, 0.0)
+        force = np.append(0.0, np.cumsum(h * (k[:-1] + 0.5 * rate * h)))
+        energy = np.append(0.0, np.cumsum(h * (force[:-1] + h * (0.5 * k[:-1] + rate * h / 6.0))))
+        j = np.clip(np.searchsorted(t, d, side="right") - 1, 0, h.size - 1)
+        s = np.maximum(d, 0.0) - t[j]
+        return np.stack(
+            [
+                k[j] + rate[j] * s,
+                force[j] + s * (k[j] + 0.5 * rate[j] * s),
+                energy[j] + s * (force[j] + s * (0.5 * k[j] + rate[j] * s / 6.0)),
+            ]
+        )
+
+
+def slopes_rise(depth: FloatArray, force: FloatArray) -> bool:
+    """Whether the mean slopes between points rise, to rounding."""
+    slopes = np.append(0.0, np.diff(force) / np.diff(depth))
+    falls = np.maximum.accumulate(slopes)[1:] - slopes[1:]
+    return bool(np.all(falls <= ROUNDING / np.diff(depth)))
+
+
+def with_beginning(depth: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points with others before the first, on the power of the depth that leads through the first two."""
+    one, two = force[1:3]
+    if not one > 0.0:
+        return depth, force
+    power = max(math.log(two / one) / math.log(depth[2] / depth[1]), 1.0)
+    part = 2.0 ** -(np.arange(_BEGINNING, 0, -1) / OCTAVE)
+    depth = np.concatenate([[0.0], depth[1] * part, depth[1:]])
+    return depth, np.concatenate([[0.0], one * part**power, force[1:]])
+
+
+def polyline_through(depth: FloatArray, force: FloatArray) -> Polyline:
+    """
+    A rising k whose force is that of points with rising slopes.
+
+    At the points k is that of a local power of the depth, between the mean slopes on both sides; between two points it
+    rises to the mean slope and then on, in two straight pieces that meet where that leaves the mean as it is (Schumaker
+    1983).
+    """
+    h = np.diff(depth)
+    slope = np.maximum.accumulate(np.diff(force) / h)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u, v = np.log(depth[1:]), np.log(force[1:])
+        du, dv = np.diff(u), np.diff(v)
+        power = (du[1:] * dv[:-1] / du[:-1] + du[:-1] * dv[1:] / du[1:]) / (du[1:] + du[:-1])
+        inner = force[2:-1] / depth[2:-1] * power
+    inner = np.append(slope[0], np.where(np.isfinite(inner), inner, slope[1:-1]))
+    inner = np.clip(inner, slope[:-1], slope[1:])
+    last = 2.0 * slope[-1] - inner[-1]
+    if power.size and np.isfinite(power[-1]):
+        last = force[-1] / depth[-1] * (2.0 * dv[-1] / du[-1] - power[-1])
+    k = np.concatenate([[0.0], inner, [max(last, slope[-1])]])
+    rise = np.diff(k)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(rise > 0.0, (k[1:] - slope) / rise, 0.5)
+    share = np.where(share < 1e-9, 0.0, np.where(share > 1.0 - 1e-9, 1.0, share))
+    meet = np.minimum(depth[:-1] + share * h, depth[1:])
+    t = np.append(np.stack([depth[:-1], meet], axis=1).ravel(), depth[-1])
+    return Polyline(t, np.append(np.stack([k[:-1], slope], axis=1).ravel(), k[-1]))
+
+
+def graded_nodes(x: FloatArray, n: int) -> FloatArray:
+    """Depths between which dk/dd is straight, closer toward the contact point, with a point at least between two of them."""
+    rows = np.arange(n + 1) / n
+    index = np.maximum(x.size * rows**2, np.arange(n + 1.0))
+    return np.unique(np.interp(index, np.arange(x.size + 1), np.append(0.0, x)))
+
+
+def fit_ramps(x: FloatArray, y: FloatArray, sigma: FloatArray, nodes: FloatArray) -> tuple[Polyline, float]:
+    """
+    The rising k whose force is nearest to points, and the squares that are left.
+
+    dk/dd is straight between nodes and nowhere below 0, so that k is smooth; k may begin with a step.
+    """
+    from scipy.optimize import nnls
+
+    columns = np.column_stack([x, _forces(x, nodes)]) / sigma[:, None]
+    size = np.linalg.norm(columns, axis=0)
+    size[size == 0.0] = 1.0
+    target = y / sigma
+    reduced = np.asarray(np.linalg.qr(np.column_stack([columns / size, target]), mode="r"))
+    found = nnls(reduced[:, :-1], reduced[:, -1])[0] / size
+    part = np.arange(_PARTS) / _PARTS
+    h = np.diff(nodes)[:, None]
+    begin, end = found[1:-1, None], found[2:, None]
+    rise = np.append(0.0, np.cumsum(0.5 * h * (begin + end)))
+    k = found[0] + rise[:-1, None] + h * part * (begin + 0.5 * (end - begin) * part)
+    depth = np.append((nodes[:-1, None] + h * part).ravel(), nodes[-1])
+    line = Polyline(
+        np.append(0.0, depth),
+        np.maximum.accumulate(np.concatenate([[0.0], k.ravel(), [found[0] + rise[-1]]])),
+    )
+    return line, float(np.sum((target - columns @ found) ** 2))
+
+
+def _forces(x: FloatArray, nodes: FloatArray) -> FloatArray:
+    """Forces at depths of stiffnesses whose rates are hats, 1 at one node and 0 at all others; one column per node."""
+    h = np.diff(nodes)
+    cubes = np.clip(x[:, None] - nodes, 0.0, None) ** 3 / 6.0
+    ramps = np.diff(cubes, axis=1) / h
+    hats = np.empty(cubes.shape)
+    hats[:, 1:-1] = ramps[:, 1:] - ramps[:, :-1]
+    hats[:, 0] = 0.5 * x**2 + ramps[:, 0]
+    hats[:, -1] = -ramps[:, -1]
+    return hats
+
+
+def fit_pieces(x: FloatArray, y: FloatArray, sigma: FloatArray) -> tuple[Polyline, FloatArray]:
+    """The rising k with as many pieces as the points ask for (Schwarz' criterion), where they ask for them; and its nodes."""
+
+    def tried(nodes: FloatArray) -> tuple[float, Polyline, FloatArray]:
+        line, rest = fit_ramps(x, y, sigma, nodes)
+        return x.size * math.log(rest / x.size + 1e-30) + math.log(x.size) * nodes.size, line, nodes
+
+    best, worse = tried(graded_nodes(x, 1)), 0
+    for n in PIECES:
+        nodes = graded_nodes(x, n)
+        if nodes.size > 1 + max(x.size // 2, 2) or worse == _PATIENCE:
+            break
+        found = tried(nodes)
+        worse = 0 if found[0] < best[0] else worse + 1
+        best = min(best, found, key=lambda one: one[0])
+    current, worse = best, 0
+    while worse < _PATIENCE:
+        off = systematic_stretch(x, (y - current[1].at(x)[1]) / sigma)
+        if off is None:
+            break
+        nodes = current[2]
+        beside = (nodes[1:] > off[0]) & (nodes[:-1] < off[1])
+        current = tried(np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])[beside])))
+        worse = 0 if current[0] < best[0] else worse + 1
+        best = min(best, current, key=lambda one: one[0])
+    return best[1], best[2]
+
+
+def systematic_stretch(x: FloatArray, residual: FloatArray) -> tuple[float, float, float] | None:
+    """The stretch whose points lie off the curve on one side, in noises of its mean."""
+    width = max(x.size // 16, 4)
+    if x.size < 2 * width:
+        return None
+    sums = np.append(0.0, np.cumsum(residual))
+    mean = np.abs(sums[width:] - sums[:-width]) / math.sqrt(width)
+    i = int(np.argmax(mean))
+    return (float(x[i]), float(x[i + width - 1]), float(mean[i])) if mean[i] > _SYSTEMATIC else None
+
+
+def missed_forces(residual: FloatArray, sigma: FloatArray) -> FloatArray:
+    """
+    By how much a curve lies off every point beyond its noise: the largest mean of 1, 2, 4 ... neighbours that noise does not explain.
+
+    The noise is that of differences, which no smooth curve has: what is left of points without noise is all misfit.
+    """
+    missed = np.zeros(residual.size)
+    # without noise at all every sigma is 1, and no point is farther off than that
+    noise = np.where(sigma < 1.0, sigma, 0.0)
+    # the noise of a few points is uncertain: the largest of two stretches beside a point counts
+    noise = np.lib.stride_tricks.sliding_window_view(np.pad(noise, BLOCK, mode="edge"), 2 * BLOCK + 1).max(
+        axis=1
+    )
+    sums, squares = (np.append(0.0, np.cumsum(each)) for each in (residual, noise**2))
+    width = 1
+    while width <= max(residual.size // 4, 1):
+        mean = np.abs(sums[width:] - sums[:-width]) / width
+        explained = _SYSTEMATIC * np.sqrt(np.maximum(squares[width:] - squares[:-width], 0.0)) / width
+        real = np.pad(np.where(mean > explained, mean, 0.0), width - 1)
+        windows = np.lib.stride_tricks.sliding_window_view(real, width).max(axis=1)
+        missed = np.maximum(missed, windows)
+        width *= 2
+    return missed
+
+
+def stiffness_states(line: Polyline, depth: FloatArray) -> FloatArray:
+    """k, F and U at depths, and by how much k rises in the last part of them, shape (4, n)."""
+    at = line.at(depth)
+    return np.vstack([at, at[0] - line.at((1.0 - _LAST) * depth)[0]])
