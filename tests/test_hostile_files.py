@@ -284,7 +284,7 @@ def test_what_another_program_wrote_has_no_checksum(saved, tmp_path):
     import xarray as xr
 
     xr.load_dataset(file, engine="h5netcdf").to_netcdf(tmp_path / "again.nc", engine="h5netcdf")
-    with pytest.raises(mdr.FileError, match="checksum is gone"):
+    with pytest.raises(mdr.FileError, match="checksum is missing"):
         mdr.open_result(tmp_path / "again.nc")
 
 

@@ -129,7 +129,7 @@ def test_files_of_a_profile_that_nobody_registered(kinds, tmp_path):
     assert mdr.open_result(tmp_path / "own.nc").contact == result.contact
     del PROFILES["own"]
     forget_models()
-    with pytest.raises(mdr.FileError, match="nobody has registered the kind 'own' here; import the module"):
+    with pytest.raises(mdr.FileError, match="the kind 'own' is not registered; import the module"):
         mdr.open_result(tmp_path / "own.nc")
 
 

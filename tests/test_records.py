@@ -224,7 +224,7 @@ def test_what_is_no_name_of_a_file_is_refused(file):
     reading = (mdr.read_path, mdr.read_record, mdr.read_profile, mdr.open_result, read_case)
     for verb, functions in {"read": reading, "write": (result.save, result.to_csv)}.items():
         for function in functions:
-            with pytest.raises(mdr.FileError, match=f"cannot {verb} .*: the name of a file is needed"):
+            with pytest.raises(mdr.FileError, match=f"cannot {verb} .*: give the name of a file"):
                 function(file)
 
 

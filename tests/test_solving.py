@@ -385,7 +385,7 @@ def test_files_that_cannot_be_read_or_written(tmp_path):
         result.save(tmp_path / "file" / "r.nc")
     with pytest.raises(mdr.FileError, match="no such file"):
         mdr.open_result(tmp_path / "none.nc")
-    with pytest.raises(OSError, match="not a whole NetCDF file"):
+    with pytest.raises(OSError, match="not a complete NetCDF file"):
         mdr.open_result(tmp_path / "file")
 
 

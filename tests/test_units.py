@@ -238,9 +238,9 @@ def test_answers_for_lists():
 def test_the_table_of_quantities(name):
     q = quantity(name)
     assert q.name == name
-    assert q.words
+    assert q.long_name
     assert q.symbol
-    assert q.label == f"{q.words} ${q.symbol}$"
+    assert q.label == f"{q.long_name} ${q.symbol}$"
     assert to_si(UREG.Quantity(2.0, q.unit), q.unit) == 2.0
     assert set(q.dims) <= {"step", "r", "x", "time", "angular_frequency"}
 

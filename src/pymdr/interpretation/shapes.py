@@ -284,7 +284,7 @@ def shape_assumptions(
     ratio = Assumption("half-space", "semi-axis over radius of curvature a/R", largest, 0.3)
     similar = Assumption(
         "elastic similarity",
-        "Dundurs' beta; only with friction does it change the pressure",
+        "Dundurs' beta; affects the pressure only with friction",
         abs(dundurs_beta),
         0.5,
     )

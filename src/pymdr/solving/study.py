@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from pymdr.presentation.text import Said
+    from pymdr.presentation.text import StudyText
 
 
 _SHOWN = 40
@@ -131,7 +131,7 @@ class Study:
 
         return study_summary(*self._said())
 
-    def _said(self) -> Said:
+    def _said(self) -> StudyText:
         """What the summary says, as text or as HTML."""
         words, cells = self._table()
         rows = max(self.data.sizes.values(), default=1)
@@ -195,9 +195,9 @@ class Study:
 
     def _stored(self) -> xr.Dataset:
         """What a file keeps: the data, and the rest as JSON."""
-        from pymdr.presentation.files import as_text
+        from pymdr.presentation.files import study_json
 
-        told = as_text(self.claims, self.assumptions, self.notes)
+        told = study_json(self.claims, self.assumptions, self.notes)
         return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told)
 
     def to_csv(

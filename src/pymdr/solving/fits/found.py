@@ -188,14 +188,14 @@ class FitResult:
 
     def _repr_html_(self) -> str:
         """The summary as tables, for notebooks."""
-        from pymdr.presentation.html import found_html
+        from pymdr.presentation.html import fit_html
 
         rows = (
             [one.name, *(written(value, one.unit, 4) for value in (one.value, one.error, one.low, one.high))]
             for one in self.values.values()
         )
         head = ("found", "value", "standard error", "95 % from", "to")
-        return found_html(head, rows, [self._told_of_noise()], self.claims, self.assumptions, self.notes)
+        return fit_html(head, rows, [self._told_of_noise()], self.claims, self.assumptions, self.notes)
 
     def cite(self) -> tuple[str, ...]:
         """References of the theory and of the search."""

@@ -172,10 +172,10 @@ class FittedMap:
 
     def _repr_html_(self) -> str:
         """The summary as tables, for notebooks."""
-        from pymdr.presentation.html import found_html
+        from pymdr.presentation.html import fit_html
 
         head = ("found", "median", "half of the curves from", "to")
-        return found_html(
+        return fit_html(
             head, self._quartiles(), self._told_of_endings(), self.claims, self.assumptions, self.notes
         )
 

@@ -119,7 +119,7 @@ def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: boo
 
 def _tell_memory(case: Case) -> None:
     """Say what a long history will take before it is followed."""
-    from pymdr.presentation.text import in_bytes
+    from pymdr.presentation.text import bytes_text
     from pymdr.problem.schedule import total_rows
     from pymdr.solving.verb import bytes_of
 
@@ -127,7 +127,7 @@ def _tell_memory(case: Case) -> None:
     keep = int(case.options.get("keep") or 1)
     if bytes_of(rows, keep) > _LARGE:
         complain(
-            f"{rows} rows, of which {rows // keep} are kept, take about {in_bytes(bytes_of(rows, keep))} while they are "
+            f"{rows} rows, of which {rows // keep} are kept, take about {bytes_text(bytes_of(rows, keep))} while they are "
             "solved; with friction [solve] keep = k keeps every k-th"
         )
 

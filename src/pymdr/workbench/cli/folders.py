@@ -75,9 +75,9 @@ def ready_folder(folder: Path) -> Iterator[Path]:
 
 def write_figure(figure: Figure, file: Path) -> Path:
     """Write a figure, whole or not at all."""
-    from pymdr.presentation.files import write_whole
+    from pymdr.presentation.files import write_atomically
 
-    write_whole(file, lambda beside: figure.savefig(beside, dpi=150))
+    write_atomically(file, lambda beside: figure.savefig(beside, dpi=150))
     return file
 
 

@@ -22,7 +22,7 @@ def new(
     ] = None,
 ) -> None:
     """Write a commented case to start from."""
-    from pymdr.presentation.files import write_whole
+    from pymdr.presentation.files import write_atomically
     from pymdr.workbench.templates import template
 
     text = template(kind)
@@ -33,7 +33,7 @@ def new(
 
     if output.exists():
         raise FileError(f"{output} exists already; name another file with -o")
-    write_whole(output, lambda beside: beside.write_text(text, encoding="utf-8"))
+    write_atomically(output, lambda beside: beside.write_text(text, encoding="utf-8"))
 
 
 def schema(

@@ -89,7 +89,7 @@ def press(
     as_json: Json = False,
 ) -> None:
     """Press a measured or random surface by boundary elements; with -o its table and figure are written, and a file for open_pressed_surface."""
-    from pymdr.presentation.text import in_bytes
+    from pymdr.presentation.text import bytes_text
     from pymdr.solving.press import bytes_of, pixels_of
     from pymdr.solving.press import press as press_surface
     from pymdr.workbench.casefile import read_press_case
@@ -100,7 +100,7 @@ def press(
         loads = forces if forces is not None else depths
         if not quiet and not as_json and loads is not None:
             nx, ny = pixels_of(surface)
-            needed = in_bytes(round(bytes_of((nx, ny), len(loads), engine)))
+            needed = bytes_text(round(bytes_of((nx, ny), len(loads), engine)))
             complain(f"{nx} x {ny} pixels at {len(loads)} loads take about {needed}")
         with stages(quiet or as_json) as stage:
             return asked.title, press_surface(
