@@ -1240,7 +1240,7 @@ BALL_JOINT = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("210 GPa", 0.3), fricti
 @pytest.mark.parametrize(
     ("make", "kind", "words"),
     [
-        (lambda: mdr.Coulomb(1e-200), mdr.ProblemError, r"below 1e-30 .* give Coulomb\(0\)"),
+        (lambda: mdr.Coulomb(1e-200), mdr.ProblemError, r"below 1e-30 .* use Coulomb\(0\)"),
         (
             lambda: mdr.Path(indentation=np.ma.array([1e-6, 2e-6], mask=[False, True]), shift=np.zeros(2)),
             mdr.UnitError,

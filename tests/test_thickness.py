@@ -304,9 +304,7 @@ def test_thickness_is_given_by_name_and_once():
     with pytest.raises(TypeError):
         mdr.Elastic(1.0, 0.3, 1.0)  # type: ignore[misc]
     thin = mdr.Elastic(1.0, 0.3, thickness=1.0)
-    with pytest.raises(
-        ProblemError, match=r"Layer\.material has a thickness of 1 m, and the layer one of 2 m"
-    ):
+    with pytest.raises(ProblemError, match=r"Layer\.material has a thickness of 1 m, the layer one of 2 m"):
         mdr.Layer(thin, 2.0)
     with pytest.raises(ProblemError, match=r"Layered\.base has a thickness of 1 m"):
         mdr.Layered([mdr.Layer(mdr.Elastic(1.0, 0.3), 1.0)], base=thin)
