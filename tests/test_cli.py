@@ -262,7 +262,7 @@ def test_new_cases_are_valid(kind, tmp_path, shell):
     assert f"My {kind}" in out
     status, _, err = shell("new", kind, "-o", file)
     assert status == 1
-    assert "exists already" in err
+    assert "already exists" in err
 
 
 def test_new_of_an_unknown_kind(shell):
@@ -290,7 +290,7 @@ def test_a_new_case_of_a_pressed_surface_is_answered(tmp_path, shell):
     status, _, err = shell("press", file, "--normal-force", "1 N", "--quiet")
     assert (status, err) == (0, "")
     file.write_text(re.sub("^# (punch)", r"\1", file.read_text(), flags=re.MULTILINE))
-    assert "as it is" in shell("press", file, "--normal-force", "1 N")[2]
+    assert "always a punch" in shell("press", file, "--normal-force", "1 N")[2]
 
 
 def test_a_new_case_of_a_pressed_surface_shows_every_key_of_measured_heights():
@@ -708,7 +708,7 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
     assert "write --normal-force '-3 N'" in shell("rough", rough, "--normal-force", "-3")[2]
     assert "above 0 N" in shell("rough", rough, "--normal-force", "-3 N")[2]
     assert "--points 1" in shell("rough", rough, "--normal-force", "1 N", "--points", "1")[2]
-    assert "with pymdr rough" in shell("check", rough)[2]
+    assert "use pymdr rough" in shell("check", rough)[2]
 
 
 PRESS = """
@@ -740,7 +740,7 @@ def test_surfaces_are_pressed_from_the_shell(tmp_path, shell):
     status, out, err = shell("press", case, *loads, "-o", tmp_path / "out", "--keep", tmp_path / "kept")
     assert status == 0, err
     assert "A lens" in out
-    assert "24 x 24 pixels at 3 loads take about" in err
+    assert "24 x 24 pixels at 3 loads need about" in err
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == [
         "press.csv",
         "press.nc",
@@ -775,7 +775,7 @@ poisson = 0.5
         (PRESS.replace("lens.npy", "none.npy"), "none.npy"),
         (PRESS.replace("[surface]", "[surfaces]"), "table [surface] is missing"),
         ('punch = "yes"' + PRESS, "punch"),
-        ("punch = true\n" + rough, "as it is"),
+        ("punch = true\n" + rough, "always a punch"),
         (rough + '\n[ball]\nradius = "1 mm"\n', "[ball]"),
     ):
         case.write_text(text)
@@ -823,7 +823,7 @@ def test_a_sweep_tells_which_points_the_method_refuses(hollow, shell):
     asked = ("sweep", hollow, "--over", "body.young = 100 GPa, 200 GPa")
     status, out, err = shell(*asked)
     assert (status, "2 of 2 points REFUSED: the contact is a disk at no step" in out) == (3, True)
-    assert "refuses the contact at every point" in err
+    assert "refuses the contact at all points" in err
     assert json.loads(shell(*asked, "--json")[1])["status"] == "REFUSED"
 
 

@@ -119,7 +119,7 @@ def test_records_of_other_places(tmp_path_factory, values, encoding, between, qu
         ("load [N],shift [m]\n1\n", None, "line 2: 1 entries for 2 columns"),
         ("load [N],shift [m]\n1,2\n1,x\n", None, "line 3: shift = 'x' is not a number"),
         ("load [N],shift [m]\n1,\n", None, "line 2: shift = ''; every entry"),
-        ("load [N],shift [m]\n1,1e999\n", None, "a float can hold"),
+        ("load [N],shift [m]\n1,1e999\n", None, "outside the range of floats"),
         ("time [s]\n1\n", None, "no column of indentation"),
         ("load [N]\n1\n", ["shift"], "no column of 'shift'; it has normal_force"),
         ("load [N]\n1\n", "load", "a list of names"),

@@ -227,7 +227,7 @@ def test_punch_cone_and_lost_contact():
 
 def test_unreached_tolerance_is_an_error(monkeypatch):
     monkeypatch.setattr(solvers, "_ITERATIONS", 3)
-    with pytest.raises(ConvergenceError, match="misfit of"):
+    with pytest.raises(ConvergenceError, match="did not converge: relative residual"):
         solve_sliding(BALL, Elastic(1.0, 0.3), Rigid(), MU, [DEPTH], [0.0])
 
 
