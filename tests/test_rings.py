@@ -394,18 +394,18 @@ def test_number_of_rings_is_checked(n):
     [
         ({"modulus": 0.0}, "modulus"),
         ({"modulus": math.nan}, "modulus"),
-        ({"reach": -1.0}, "reach"),
+        ({"max_radius": -1.0}, "max_radius"),
         ({"edge": 0.0}, "edge"),
         ({"indentation": math.inf}, "indentation"),
         ({"breakpoints": [-1.0]}, "not negative"),
         ({"gap": lambda r: 0.0}, "one height for each radius"),
         ({"gap": lambda r: -np.inf + r}, "-inf"),
-        ({"reach": 0.5}, "larger reach"),
+        ({"max_radius": 0.5}, "larger max_radius"),
         ({"gap": lambda r: np.where(r < 0.5, r**2 / 2, np.nan)}, "end of the gap"),
     ],
 )
 def test_bad_input_is_named(changed, words):
-    given = {"gap": paraboloid, "indentation": 1.0, "modulus": 1.0, "reach": 2.0, "n": 50} | changed
+    given = {"gap": paraboloid, "indentation": 1.0, "modulus": 1.0, "max_radius": 2.0, "n": 50} | changed
     with pytest.raises(ProblemError, match=words):
         solve_indentation(**given)
 

@@ -241,10 +241,10 @@ RADII = np.linspace(0.0, 0.12, 60)
         ({"friction": math.inf}, ProblemError, "finite"),
         ({"grid": HalfSpaceGrid(half_width=0.05)}, ProblemError, "larger half_width"),
         ({"body": Rigid()}, ProblemError, "both bodies are rigid"),
-        ({"shift": [0.0, 1.0]}, PathError, "as many"),
+        ({"shift": [0.0, 1.0]}, PathError, "equal numbers"),
         ({"indentation": [math.nan]}, PathError, "finite"),
         ({"indentation": [-DEPTH]}, PathError, "no row touches"),
-        ({"profile": Sampled(RADII, RADII**2 / 2), "indentation": [0.0225]}, ProblemError, "is known to"),
+        ({"profile": Sampled(RADII, RADII**2 / 2), "indentation": [0.0225]}, ProblemError, "the profile to"),
         ({"profile": Function(f=lambda r: 1e-3 * r / (1 + r))}, ProblemError, "never rises"),
     ],
 )
