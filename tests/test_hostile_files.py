@@ -175,7 +175,7 @@ def test_cases_of_one_name_keep_their_results(tmp_path, shell):
         assert found.contact.profile == mdr.Sphere(radius)
     status, _, err = shell("run", tmp_path / "a/case.toml", tmp_path / "a/case.toml", "-q")
     assert status == 1
-    assert "each of them once" in err
+    assert "each case once" in err
 
 
 # --- files that a case names -----------------------------------------------------------------------------

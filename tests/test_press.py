@@ -349,11 +349,11 @@ def test_what_is_refused_before_it_starts(monkeypatch):
             "1 of 256 heights are missing",
         ),
         (lambda: mdr.press(mdr.Topography(heights[:4], 1.0), UNIT, indentation=0.1), "4 x 16 heights"),
-        (lambda: mdr.press(mdr.Sphere(1.0), UNIT, indentation=0.1), "is no surface"),
+        (lambda: mdr.press(mdr.Sphere(1.0), UNIT, indentation=0.1), "is not a Topography"),
         (lambda: mdr.press(surface, UNIT), "exactly one"),
         (lambda: mdr.press(surface, UNIT, indentation=-0.1), "must be above 0"),
         (lambda: mdr.press(surface, UNIT, indentation=0.1, engine="none"), "is unknown; give one of"),
-        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine=3), "no engine"),
+        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine=3), "is not an engine"),
         (
             lambda: mdr.press(surface, mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.5), indentation=0.1),
             "Viscoelastic",

@@ -457,7 +457,7 @@ def test_a_spectrum_from_the_shell(rough_file, tmp_path, shell):
     assert told["claims"]["law"]["level"] == "APPROXIMATE"
     for bad, words in (
         ((), "no unit of the heights"),
-        ((*known, "--tip-radius", "1 m"), "resolved nothing"),
+        ((*known, "--tip-radius", "1 m"), "resolves no wave"),
         ((*known, "--detrend", "cubic"), "detrend = 'cubic'"),
         ((*known, "--channel", "3"), "one surface only"),
         ((*known, "--profile"), "not one bump"),

@@ -112,28 +112,28 @@ def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
         or Young's modulus.
     """
     example = "time [s], G [kPa]' or 'frequency [Hz], G' [kPa], G'' [kPa]"
-    found = _read(file, _RHEOMETRY, (), example)
-    unnamed = [name for name in found if name.startswith(_UNNAMED)]
+    columns = _read(file, _RHEOMETRY, (), example)
+    unnamed = [name for name in columns if name.startswith(_UNNAMED)]
     if unnamed:
         raise CaseError(
             f"{file}: the column {unnamed[0].removeprefix(_UNNAMED)} does not say whether it is a shear or a Young's modulus; "
             "name the columns G, or G' and G'', for shear, and E, or E' and E'', for Young's modulus"
         )
-    if "frequency" in found and "angular_frequency" not in found:
-        found["angular_frequency"] = 2.0 * np.pi * found.pop("frequency")
-    if "angular_frequency" in found:
-        found["omega"] = found.pop("angular_frequency")
-    tangent = found.pop("loss_tangent", None)
+    if "frequency" in columns and "angular_frequency" not in columns:
+        columns["angular_frequency"] = 2.0 * np.pi * columns.pop("frequency")
+    if "angular_frequency" in columns:
+        columns["omega"] = columns.pop("angular_frequency")
+    tangent = columns.pop("loss_tangent", None)
     for storage, loss in (("storage", "loss"), ("young_storage", "young_loss")):
-        if tangent is not None and storage in found and loss not in found:
-            found[loss] = found[storage] * tangent
-        elif tangent is not None and loss in found and storage not in found and (tangent > 0.0).all():
-            found[storage] = found[loss] / tangent
+        if tangent is not None and storage in columns and loss not in columns:
+            columns[loss] = columns[storage] * tangent
+        elif tangent is not None and loss in columns and storage not in columns and (tangent > 0.0).all():
+            columns[storage] = columns[loss] / tangent
     for names in _TESTS:
-        if set(found) == set(names):
-            return {name: found[name] for name in names}
+        if set(columns) == set(names):
+            return {name: columns[name] for name in names}
     raise CaseError(
-        f"{file} has {', '.join(found)}; a relaxation test needs time and a modulus (G or E), a frequency sweep needs "
+        f"{file} has {', '.join(columns)}; a relaxation test needs time and a modulus (G or E), a frequency sweep needs "
         f"frequency with G' and G'', or E' and E''; write a header such as '{example}'"
     )
 
@@ -208,17 +208,17 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     FileError, CaseError
         As :func:`read_columns`.
     """
-    found = _read(
+    columns = _read(
         file,
         {**_CURVE, **_CURVE_ERRORS},
         ("indentation", "normal_force"),
         "d [nm], F [uN]",
         tuple(_CURVE_ERRORS),
     )
-    depth, force = found["indentation"], found["normal_force"]
-    if not any(name in found for name in _CURVE_ERRORS):
+    depth, force = columns["indentation"], columns["normal_force"]
+    if not any(name in columns for name in _CURVE_ERRORS):
         return {"indentation": depth, "force": force}
-    errors = (found.get(name, np.zeros(depth.shape)) for name in _CURVE_ERRORS)
+    errors = (columns.get(name, np.zeros(depth.shape)) for name in _CURVE_ERRORS)
     return {"indentation": depth, "force": force, "error": error_of_force(depth, force, *errors)}
 
 
@@ -277,9 +277,11 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     PathError
         If the prescribed channels are ambiguous, or times do not rise.
     """
-    found = _read(file, _RECORD, (), "time [s], load [mN], shift [um]")
+    columns = _read(file, _RECORD, (), "time [s], load [mN], shift [um]")
     named = (
-        [name for name in CHANNELS if name in found] if channels is None else _chosen(file, channels, found)
+        [name for name in CHANNELS if name in columns]
+        if channels is None
+        else _chosen(file, channels, columns)
     )
     directions = [[n for n in named if n in group] for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS)]
     for both in directions:
@@ -292,7 +294,7 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
     with _named_file(file):
-        return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+        return MeasuredPath(time=columns.get("time"), **{name: columns[name] for name in named})
 
 
 @contextmanager
@@ -360,7 +362,7 @@ def curve_of_columns(
         raise ProblemError(f"{file}: {error}") from error
 
 
-def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArray]) -> list[str]:
+def _chosen(file: object, channels: Sequence[str], columns: Mapping[str, FloatArray]) -> list[str]:
     if (
         not isinstance(channels, Sequence)
         or isinstance(channels, str)
@@ -370,7 +372,7 @@ def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArra
         raise PathError(
             f"channels = {channels!r}: a list of names such as ['normal_force', 'shift'] is needed"
         )
-    has = [name for name in CHANNELS if name in found]
+    has = [name for name in CHANNELS if name in columns]
     for name in channels:
         if name not in has:
             raise PathError(f"channels: {file} has no column of {name!r}; it has {', '.join(has) or 'none'}")

@@ -197,7 +197,7 @@ def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
     )
     x = lengths(depth, d_unit)
     for name, values in known.items():
-        words, style, colour = forces[name]
+        label, style, colour = forces[name]
         if np.isfinite(values).any():
             panel.plot(
                 x,
@@ -205,7 +205,7 @@ def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
                 style,
                 color=colour,
                 lw=1.5,
-                label=words,
+                label=label,
                 marker=".",
             )
     own = scaled(force * table["normal_force_error"].values, "normal_force", f_unit)
@@ -265,8 +265,8 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
         r_unit, t_unit = good_unit(tractions["r"].values, "m"), good_unit(tractions["grid"].values, "Pa")
         r = lengths(tractions["r"].values, r_unit)
         grid = scaled(tractions["grid"].values, "shear_traction", t_unit)
-        words = "boundary elements, near the x axis"
-        right.plot(r, grid, "o", ms=5, mfc="none", color=ORANGE, label=words)
+        label = "boundary elements, near the x axis"
+        right.plot(r, grid, "o", ms=5, mfc="none", color=ORANGE, label=label)
         fine = lengths(curves["r"].values, r_unit)
         tau = scaled(curves["shear_traction"].values, "shear_traction", t_unit)
         right.plot(fine, tau, color=BLUE, lw=1.2, label="MDR")

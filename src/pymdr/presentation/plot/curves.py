@@ -87,8 +87,8 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
             x, scaled(low), scaled(high), color=BLUE, alpha=0.15, lw=0, label="band of the scatter"
         )
     if is_force and bound is not None and not np.isfinite(drawn).all():
-        words = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
-        axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, marker=few, ms=2.5, label=words)
+        label = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
+        axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, marker=few, ms=2.5, label=label)
     if known.any() and data.loading is not None:
         depth = max(float(d[known].max()), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
         between = from_si(data.loading(depth)[name], unit, y_unit)
@@ -122,8 +122,8 @@ def draw_pressure(axes: Axes, data: FigureData) -> None:
     peaks = infinite_within(data, a)
     for radius in (*peaks, *([a] if sign != 0.0 else [])):
         axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
-    words = singularities(float(p["edge_amplitude"]), sign, peaks)
-    axes.text(0.97, 0.95, words, ha="right", va="top", transform=axes.transAxes, fontsize=8)
+    notes = singularities(float(p["edge_amplitude"]), sign, peaks)
+    axes.text(0.97, 0.95, notes, ha="right", va="top", transform=axes.transAxes, fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(axis_label("pressure", unit))
 

@@ -129,12 +129,12 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
             own = str(data[name].attrs["units"])
             unit = good_unit(data[name].values, own)
             values = np.asarray(from_si(data[name].values, own, unit))
-            words = f"{name.replace('_', ' ')} ({unit.replace('^2', '²')})"
+            label = f"{name.replace('_', ' ')} ({unit.replace('^2', '²')})"
             if len(dims) == 2:
-                _draw_picture(axes, data, dims, values, words)
+                _draw_picture(axes, data, dims, values, label)
             else:
                 _draw_points(axes, data, name, unit)
-                axes.set_ylabel(words)
+                axes.set_ylabel(label)
         for axes in panels[len(names) :]:
             figure.delaxes(axes)
         letter_panels(figure)
@@ -156,7 +156,7 @@ def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     axes.set_xlabel("curve")
 
 
-def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, words: str) -> None:
+def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, label: str) -> None:
     """Values over the grid; failed fits in grey."""
     (y, up), (x, along) = (_coordinates(data, dim) for dim in dims)
     low, high = _colour_limits(values)
@@ -165,7 +165,7 @@ def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: Flo
     )
     axes.set_facecolor(GREY)
     axes.set_aspect("equal" if up and up == along else "auto")
-    axes.figure.colorbar(picture, ax=axes, label=words)
+    axes.figure.colorbar(picture, ax=axes, label=label)
     axes.set_ylabel(f"{dims[0]} ({up})" if up else dims[0])
     axes.set_xlabel(f"{dims[1]} ({along})" if along else dims[1])
 

@@ -141,7 +141,7 @@ def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
     """Stick and slip zones over the history, with lines at the rows whose tractions are drawn."""
     a, unit = column(data, "contact_radius")
     least = most = lengths(data.data["stick_radius"].values, unit)
-    x, words = along_history(data)
+    x, x_label = along_history(data)
     for row, colour in zip(rows, _SHOWN, strict=False):
         axes.axvline(x[row], color=colour, lw=1.2, ls=":")
     if x.size == 1:
@@ -154,7 +154,7 @@ def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
     else:
         _fill_zones(axes, x, a, least, most)
     axes.ticklabel_format(axis="x", style="plain")
-    axes.set_xlabel(words)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(f"radius ({unit})")
     axes.set_ylim(0.0, 1.1 * float(np.nanmax(a, initial=0.0)) or 1.0)
     axes.margins(x=0.0)
@@ -282,7 +282,7 @@ def _draw_energies(axes: Axes, data: FigureData) -> None:
     """Stored and dissipated energy over the history."""
     names = ("stored_tangential_energy", "dissipated_energy")
     unit = good_unit(np.concatenate([data.data[name].values for name in names]), "J")
-    x, words = along_history(data)
+    x, x_label = along_history(data)
     for name, colour in zip(names, (BLUE, ORANGE), strict=True):
         values = scaled(data.data[name].values, name, unit)
         kept = thinned(values)
@@ -293,7 +293,7 @@ def _draw_energies(axes: Axes, data: FigureData) -> None:
         few = "o" if x.size <= MARKED_ROWS else None
         axes.plot(x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5, label=label)
     draw_zero(axes)
-    axes.set_xlabel(words)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(f"energy ({unit})")
     axes.ticklabel_format(axis="x", style="plain")
     legend_above(axes)

@@ -58,14 +58,14 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
         legend_above(axes[0])
         if panels == 2:
             current, resistance = data["current"].values, data["cold_resistance"].values
-            along, words, si = current, "current $I$", "A"
+            along, label, si = current, "current $I$", "A"
             if np.ptp(current) == 0.0 and np.ptp(resistance) > 0.0:
-                along, words, si = resistance, "cold resistance $R_0$", "ohm"
+                along, label, si = resistance, "cold resistance $R_0$", "ohm"
             shown = good_unit(along, si)
             x, cold = from_si(along, si, shown), from_si(current * resistance, "V", unit)
             axes[1].plot(x, given, few, color=BLUE, ms=4, label="heated")
             axes[1].plot(x, cold, few, color=GREY, ms=3, label="cold")
-            axes[1].set_xlabel(f"{words} ({shown.replace('ohm', 'Ω')})")
+            axes[1].set_xlabel(f"{label} ({shown.replace('ohm', 'Ω')})")
             axes[1].set_ylabel(f"voltage $V$ ({unit})")
             draw_zero(axes[1])
             legend_above(axes[1])
@@ -96,13 +96,13 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
         v = ordered["speed"].values
         unit = good_unit(v, "m/s")
         few = "o" if v.size <= MARKED_ROWS else None
-        for name, words, colour in (
+        for name, label, colour in (
             ("largest_temperature_rise", "largest", BLUE),
             ("mean_temperature_rise", "mean over the contact", ORANGE),
         ):
             if name in ordered:
                 left.plot(
-                    from_si(v, "m/s", unit), ordered[name].values, color=colour, marker=few, ms=3, label=words
+                    from_si(v, "m/s", unit), ordered[name].values, color=colour, marker=few, ms=3, label=label
                 )
         left.set_xlabel(f"speed $v$ ({unit})")
         left.set_ylabel("temperature rise (K)")

@@ -147,10 +147,10 @@ def calibration_study(data: xr.Dataset) -> Figure:
             low, high = (data[f"stiffness_{end}"].values / over for end in ("low", "high"))
             axes.fill_between(load, low, high, color=ORANGE, alpha=0.25, lw=0)
             axes.plot(load, mean / over, "o-", color=ORANGE, ms=4, lw=1.2, label="three dimensions")
-            for name, (words, colour, style) in _LINES.items():
+            for name, (template, colour, style) in _LINES.items():
                 low, high = (data[f"{name}_{end}"].values / over for end in ("low", "high"))
                 axes.fill_between(load, low, high, color=colour, alpha=0.15, lw=0)
-                label = words.format(attributes["coefficient"])
+                label = template.format(attributes["coefficient"])
                 axes.plot(load, data[name].values / over, style, color=colour, lw=1.4, label=label)
             axes.plot(
                 load,
@@ -170,8 +170,8 @@ def calibration_study(data: xr.Dataset) -> Figure:
         for at in _GEIKE_RANGE:
             second.axhline(at, color=GREEN, lw=0.8, ls=":")
         second.set_ylabel("over that in three dimensions")
-        words = "dotted: Geike's line as measured\nwith 64 and 128 waves, 0.89 to 1.44"
-        second.annotate(words, (0.04, 0.9), xycoords="axes fraction", fontsize=7.5, color=GREY)
+        note = "dotted: Geike's line as measured\nwith 64 and 128 waves, 0.89 to 1.44"
+        second.annotate(note, (0.04, 0.9), xycoords="axes fraction", fontsize=7.5, color=GREY)
         third.fill_between(
             load, data["area_low"].values, data["area_high"].values, color=ORANGE, alpha=0.25, lw=0
         )

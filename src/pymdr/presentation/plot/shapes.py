@@ -105,9 +105,9 @@ def draw_force(axes: Axes, data: FigureData, shape: ShapeData) -> None:
     curves = [("lower bound", shape.bound, GREEN, "-."), ("estimate", shape.estimate, ORANGE, "--")]
     if shape.exact or shape.computed:
         curves.append(("exact" if shape.exact else "boundary elements", shape.force, BLUE, "-"))
-    for words, force, colour, line in curves:
+    for label, force, colour, line in curves:
         if np.isfinite(force).any():
-            axes.plot(d, scaled(force, "normal_force", f_unit), line, color=colour, lw=1.5, label=words)
+            axes.plot(d, scaled(force, "normal_force", f_unit), line, color=colour, lw=1.5, label=label)
     if "normal_force" in data.data and "indentation" in data.data:
         rows = (
             lengths(data.data["indentation"].values, d_unit),
@@ -171,9 +171,9 @@ def draw_pressures(axes: Axes, data: FigureData, shape: ShapeData) -> None:
     along, across = data.field("pressure", None), shape.across(None)
     longest = max(shape.axes or (0.0,)) or float(along["r"].values[-1])
     unit, p_unit = good_unit(np.array([longest]), "m"), good_unit(along.values, "Pa")
-    for words, p, colour in (("along $x$", along, BLUE), ("along $y$", across, ORANGE)):
+    for label, p, colour in (("along $x$", along, BLUE), ("along $y$", across, ORANGE)):
         r = p["r"].values
-        axes.plot(lengths(r, unit), scaled(p.values, "pressure", p_unit), color=colour, lw=1.5, label=words)
+        axes.plot(lengths(r, unit), scaled(p.values, "pressure", p_unit), color=colour, lw=1.5, label=label)
     axes.set_xlim(0.0, 1.2 * float(lengths(np.array([longest]), unit)[0]))
     axes.set_xlabel(axis_label("r", unit))
     axes.set_ylabel(axis_label("pressure", p_unit))

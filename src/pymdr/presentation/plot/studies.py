@@ -66,7 +66,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
             ("damping_ratio", "damping ratio", ""),
             ("secant_stiffness", "secant stiffness", "N/m"),
         )
-        for axes, (name, words, si) in zip(figure.subplots(1, 3), columns, strict=True):
+        for axes, (name, y_label, si) in zip(figure.subplots(1, 3), columns, strict=True):
             values = np.concatenate([study[name].values for _, study in studies])
             shown = good_unit(values, si) if si else ""
             axes.set_xscale("log" if amplitudes.size > len(studies) else "linear")
@@ -91,7 +91,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                     band = "band of the scatter" if mu is None else None
                     axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0, label=band)
             axes.set_xlabel(f"amplitude of the shift ({unit})")
-            axes.set_ylabel(f"{words} ({shown})" if shown else words)
+            axes.set_ylabel(f"{y_label} ({shown})" if shown else y_label)
             if name == "damping_ratio":
                 axes.set_ylim(bottom=0.0)
             if axes.get_legend_handles_labels()[0]:
@@ -175,11 +175,11 @@ def restitution_study(data: xr.Dataset) -> Figure:
             (ordered["restitution"].values, "coefficient of restitution $e$"),
             (np.asarray(from_si(time, "s", unit)), f"contact time $T$ ({unit})"),
         )
-        for axes, (values, words) in zip(figure.subplots(1, 2), shown, strict=True):
+        for axes, (values, label) in zip(figure.subplots(1, 2), shown, strict=True):
             axes.plot(v, values, color=BLUE, lw=1.5, marker=few, ms=3)
             axes.set_xscale("log" if v.size > 1 else "linear")
             axes.set_xlabel(f"speed $v$ ({v_unit})")
-            axes.set_ylabel(words)
+            axes.set_ylabel(label)
             axes.set_ylim(bottom=0.0)
         letter_panels(figure)
     return figure
@@ -233,13 +233,13 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure
             lw=1.3,
             label="equilibria",
         )
-        for words, colour, names in (
+        for label, colour, names in (
             ("last stable state", ORANGE, ("indentation", "normal_force")),
             ("after the jump into contact", GREEN, ("jump_in_indentation", "jump_in_force")),
         ):
             d, force = (data[name].values for name in names)
             axes.plot(
-                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=words
+                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=label
             )
         axes.set_xlabel(axis_label("indentation", d_unit))
         axes.set_ylabel(axis_label("normal_force", unit))
@@ -447,14 +447,14 @@ def sliding_study(data: xr.Dataset) -> Figure:
         few = "o" if v.size <= MARKED_ROWS else None
         friction = ordered["friction_coefficient"].values
         left.loglog(v, friction, color=BLUE, lw=1.5, marker=few, ms=3, label="MDR springs")
-        for name, words, colour in (
+        for name, label, colour in (
             ("slow_limit_over_speed", "slow limit (half of MDR)", ORANGE),
             ("fast_limit_times_speed", "fast limit", GREEN),
         ):
             if name in data.attrs:
                 speed = ordered["speed"].values
                 along = data.attrs[name] * (speed if name.endswith("over_speed") else 1.0 / speed)
-                left.loglog(v, along, color=colour, lw=1.2, ls="--", label=words)
+                left.loglog(v, along, color=colour, lw=1.2, ls="--", label=label)
         if "fast_limit" in ordered and "fast_limit_times_speed" not in data.attrs:
             left.loglog(v, ordered["fast_limit"].values, color=GREEN, lw=1.2, ls="--", label="fast limit")
         # outside its range a limit is far off
@@ -464,9 +464,9 @@ def sliding_study(data: xr.Dataset) -> Figure:
         if "leading_edge" not in ordered:
             parts = {"indentation": ("indentation", "-")}
         unit = good_unit(np.concatenate([ordered[name].values for name in parts]), "m")
-        for name, (words, style) in parts.items():
+        for name, (label, style) in parts.items():
             shown = lengths(ordered[name].values, unit)
-            right.semilogx(v, shown, style, color=BLUE, lw=1.5, marker=few, ms=3, label=words)
+            right.semilogx(v, shown, style, color=BLUE, lw=1.5, marker=few, ms=3, label=label)
         right.set_ylabel(
             f"edges of the contact on the line ({unit})" if len(parts) == 2 else f"depth $d$ ({unit})"
         )

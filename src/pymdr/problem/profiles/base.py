@@ -118,7 +118,7 @@ class Sum(Profile):
 
     @property
     def reach(self) -> float:
-        """The smallest reach of the parts."""
+        """The smallest radius up to which all parts are known."""
         return min(part.reach for part in self.parts)
 
     @property
