@@ -118,7 +118,9 @@ def against_rings() -> Iterator[Ratio]:
         depth, force = (float(f(np.array([a]))[0]) for f in (line.depth, line.force))
 
         def rings(n, a=a, depth=depth):
-            return solve_indentation(tip.gap, depth, line.modulus, reach=2.0 * a, n=n, surface=stack).force
+            return solve_indentation(
+                tip.gap, depth, line.modulus, max_radius=2.0 * a, n=n, surface=stack
+            ).force
 
         # the error falls with the third power of their number
         n = max(20, math.ceil(100 * (abs(rings(100) / force - 1.0) / accuracy) ** (1 / 3)))

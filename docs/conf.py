@@ -113,7 +113,7 @@ def write_glossary(app):
     """The table of quantities, from the one place that defines them."""
     lines = ["| name | symbol | unit | meaning | over |", "|---|---|---|---|---|"]
     for q in (*QUANTITIES.values(), RADIUS, POSITION):
-        lines.append(f"| `{q.name}` | ${q.symbol}$ | {q.unit or '1'} | {q.words} | {', '.join(q.dims)} |")
+        lines.append(f"| `{q.name}` | ${q.symbol}$ | {q.unit or '1'} | {q.long_name} | {', '.join(q.dims)} |")
     folder = HERE / "generated"
     folder.mkdir(exist_ok=True)
     (folder / "quantities.md").write_text("\n".join(lines) + "\n")

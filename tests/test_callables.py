@@ -118,9 +118,9 @@ def failing(error):
 @pytest.mark.parametrize(
     ("function", "words"),
     [
-        (lambda r: math.sqrt(r), r"Function.f does not take arrays .*numpy.vectorize"),
-        (lambda r: max(r, 0.0), r"does not take arrays .*numpy.vectorize"),
-        (lambda r: r if r > 1 else 0.0, r"does not take arrays .*numpy.vectorize"),
+        (lambda r: math.sqrt(r), r"Function.f does not accept arrays .*numpy.vectorize"),
+        (lambda r: max(r, 0.0), r"does not accept arrays .*numpy.vectorize"),
+        (lambda r: r if r > 1 else 0.0, r"does not accept arrays .*numpy.vectorize"),
         (
             failing(ZeroDivisionError("by zero")),
             r"Function.f \(f\) fails for radii from 0 m to 10 mm .*by zero",
@@ -129,7 +129,7 @@ def failing(error):
         (failing(OwnError()), "fails .*Own"),
         (failing(mdr.UnitError("no")), "UnitError: no"),
         (lambda: 0.0, "TypeError"),
-        (lambda r: None, "None: it must return"),
+        (lambda r: None, "None; it must return"),
         (lambda r: np.array([None] * r.size), "NoneType"),
         (lambda r: r + 0j, "complex"),
         (lambda r: np.array([1j] * r.size, dtype=object), "complex"),
@@ -225,7 +225,7 @@ def test_nan_inside_the_reach_is_refused():
     holed = mdr.Function(lambda r: np.where(r < 0.2, r, math.nan), reach=0.3)
     with pytest.raises(mdr.ProblemError, match="nan at r = 250 mm, inside its reach of 300 mm"):
         holed.gap([0.1, 0.25])
-    with pytest.raises(mdr.ProblemError, match="nan at r = 0, where a profile must be defined"):
+    with pytest.raises(mdr.ProblemError, match="nan at r = 0, where a profile must be finite"):
         mdr.Function(lambda r: r * r * np.log(r)).gap([0.1, 0.25])
 
 

@@ -188,7 +188,7 @@ def test_against_boundary_elements_on_rings(A):
     assert left
     low, high = left[0]
     for d, is_disk in ((0.8 * low, True), (0.5 * (low + high), False), (min(1.05 * high, 0.5), True)):
-        zones = solve_indentation(profile.gap, d, 1.0, reach=3.0, n=200).zones
+        zones = solve_indentation(profile.gap, d, 1.0, max_radius=3.0, n=200).zones
         assert (len(zones) == 1 and zones[0][0] == 0.0) is is_disk
 
 

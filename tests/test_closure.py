@@ -690,7 +690,7 @@ def test_a_stiffness_that_falls_throughout_is_refused():
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        (lambda c: mdr.Contact(c, STEEL, adhesion=mdr.JKR("1 J/m^2")), "adhesion is not in a ForceCurve"),
+        (lambda c: mdr.Contact(c, STEEL, adhesion=mdr.JKR("1 J/m^2")), "a ForceCurve cannot have adhesion"),
         (lambda c: mdr.Contact(c, mdr.Graded("1 GPa", "1 mm", 0.3, 0.3)), "homogeneous"),
         (
             lambda c: mdr.solve(mdr.Contact(c, STEEL, STEEL), mdr.indent("3 um")),

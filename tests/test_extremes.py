@@ -46,9 +46,9 @@ def test_any_size_is_refused_or_gives_numbers(kind, size, young, target, leg):
 @settings(deadline=None)
 @given(st.floats(61.0, 308.0))
 def test_sizes_that_nothing_has_are_refused(make, exponent):
-    with pytest.raises(mdr.ProblemError, match="nothing has that size; it must be at most 1e\\+60"):
+    with pytest.raises(mdr.ProblemError, match="it must be at most 1e\\+60"):
         make(10.0**exponent)
-    with pytest.raises(mdr.ProblemError, match="nothing has that size; it must be at least 1e-60"):
+    with pytest.raises(mdr.ProblemError, match="it must be at least 1e-60"):
         make(10.0**-exponent)
 
 

@@ -99,7 +99,7 @@ def test_a_file_whose_errors_are_gone_is_damaged(rough):
         result_from_dataset(lost)
     holder = next(name for name in packed if str(name).startswith("pymdr_error_"))
     shorter = packed.drop_vars(holder).assign({holder: ("other", np.zeros(3))})
-    with pytest.raises(FileError, match="another number of steps in the claims of"):
+    with pytest.raises(FileError, match="wrong number of steps in the claims of"):
         result_from_dataset(shorter)
 
 

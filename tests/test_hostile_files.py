@@ -175,7 +175,7 @@ def test_cases_of_one_name_keep_their_results(tmp_path, shell):
         assert found.contact.profile == mdr.Sphere(radius)
     status, _, err = shell("run", tmp_path / "a/case.toml", tmp_path / "a/case.toml", "-q")
     assert status == 1
-    assert "each of them once" in err
+    assert "each case once" in err
 
 
 # --- files that a case names -----------------------------------------------------------------------------
@@ -284,7 +284,7 @@ def test_what_another_program_wrote_has_no_checksum(saved, tmp_path):
     import xarray as xr
 
     xr.load_dataset(file, engine="h5netcdf").to_netcdf(tmp_path / "again.nc", engine="h5netcdf")
-    with pytest.raises(mdr.FileError, match="checksum is gone"):
+    with pytest.raises(mdr.FileError, match="checksum is missing"):
         mdr.open_result(tmp_path / "again.nc")
 
 

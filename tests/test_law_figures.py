@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 import pymdr as mdr
 from common import GEL, STEEL
 from drawing import examples
-from pymdr.presentation.plot.shared import ORANGE, as_seen
+from pymdr.presentation.plot.shared import ORANGE, thinned_curve
 from pymdr.units import to_si
 
 TIP = mdr.Paraboloid("50 um")
@@ -178,7 +178,7 @@ def test_a_million_rows_with_jumps():
 def test_long_curves_look_the_same():
     t = np.linspace(0, 1, 1_000_000)
     x, y = np.cos(40 * t) * t, np.sin(300 * t)
-    seen = np.stack(as_seen(x, y), axis=1)
+    seen = np.stack(thinned_curve(x, y), axis=1)
     assert len(seen) < 60_000
     assert np.nanmax(seen[:, 1]) == y.max()
     seen = seen[np.isfinite(seen[:, 0])]
@@ -246,7 +246,7 @@ def test_loop_study():
     contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     figure = mdr.friction_loop(contact, np.geomspace(1e-8, 1e-6, 20), normal_force="50 N").plot()
     assert [y for _, y in labels(figure)] == [
-        "energy lost per cycle (µJ)",
+        "energy dissipated per cycle (µJ)",
         "damping ratio",
         "secant stiffness (MN/m)",
     ]

@@ -270,7 +270,7 @@ HOLLOW = mdr.Function(lambda r: r**2 / 1e-4 - 1e-6 * np.sin(r / 1e-6) ** 2)
         (lambda: mdr.MaugisDugdale(WORK), "neither of strength and range"),
         (
             lambda: mdr.Contact(TIP, GEL, adhesion=JKR, friction=mdr.Coulomb(0.3)),
-            "adhesion and friction together",
+            "adhesion with friction",
         ),
         (lambda: mdr.solve(STICKY, mdr.load("-1 nN")), "carries down to -471.239 nN"),
         (lambda: mdr.solve(STICKY, mdr.travel("1 um")), "machine_stiffness"),

@@ -31,7 +31,7 @@ def coating(ratio, poisson=(0.3, 0.3), size=1.0):
 def ring_force(profile, body, depth, reach):
     stack = stack_of(body)
     return solve_indentation(
-        profile.gap, depth, stack.modulus, reach=reach, n=40, edge=profile.edge, surface=stack
+        profile.gap, depth, stack.modulus, max_radius=reach, n=40, edge=profile.edge, surface=stack
     ).force
 
 

@@ -71,9 +71,7 @@ def test_relaxation_in_tension(tmp_path):
 )
 def test_a_table_must_say_which_modulus_it_has(tmp_path, head):
     file = table(tmp_path / "dma.csv", head, *columns("storage loss", 3.0)[: head.count(",") + 1])
-    with pytest.raises(
-        mdr.CaseError, match=r"does not say whether .* three times for rubber; name the columns G"
-    ):
+    with pytest.raises(mdr.CaseError, match=r"does not say whether .* Young's modulus; name the columns G"):
         mdr.fit_prony(file, poisson=0.5)
 
 
@@ -83,7 +81,7 @@ def test_a_body_of_a_rheology_in_tension():
         assert body.shear.relaxation(T) == pytest.approx(same.shear.relaxation(T), rel=1e-14)
     for wrong, match in (
         ({"shear": LAW, "young": LAW, "poisson": 0.5}, "both shear and young"),
-        ({"young": LAW, "bulk": "1 GPa"}, "without poisson"),
+        ({"young": LAW, "bulk": "1 GPa"}, "young needs poisson"),
         ({"young": 3.0, "poisson": 0.5}, "a rheology such as"),
         ({"poisson": 0.5}, "a rheology such as"),
     ):
@@ -133,7 +131,7 @@ def test_moduli_that_grow_with_time_are_refused(seed):
     rise = T ** rng.uniform(0.05, 0.5) * 10.0 ** rng.uniform(2, 9) * noise
     for terms in (None, 2):
         with pytest.raises(
-            mdr.ProblemError, match=r"G grows with time, from .* no linear body relaxes so: leave out"
+            mdr.ProblemError, match=r"G grows with time, from .* which no linear body does: leave out"
         ):
             mdr.fit_prony({"time": T, "modulus": rise}, terms=terms)
     with pytest.raises(mdr.ProblemError, match="G' grows with falling frequency"):
@@ -147,7 +145,7 @@ def test_degenerate_rows():
         assert (found.times.size, found.equilibrium) == (0, pytest.approx(1e5, rel=0.01))
     elastic = {"omega": T, "storage": np.full(T.size, 1e5), "loss": np.zeros(T.size)}
     assert mdr.fit_prony(elastic).series.equilibrium == pytest.approx(1e5)
-    with pytest.raises(mdr.ProblemError, match=r"no term fits, .* 33 % off the rows"):
+    with pytest.raises(mdr.ProblemError, match=r"no term fits, .* misfit of 33 %"):
         mdr.fit_prony(elastic | {"storage": T**0.2})
     with pytest.raises(mdr.ProblemError, match="it must be at least 0 Pa"):
         mdr.fit_prony(elastic | {"loss": np.full(T.size, -1.0)})

@@ -320,7 +320,7 @@ def one_fit(contact, curve):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("law", "--to", "1 um", "--name", ""), "a C identifier is needed"),
+        (("law", "--to", "1 um", "--name", ""), "not usable as a C identifier"),
         (("fit", "curve.csv", "--free", "body.young", "--spring-constant", "1 N/m"), "has indentations"),
         (
             ("fit", "curve.csv", "--free", "body.young", "--workers", "0"),

@@ -86,7 +86,7 @@ def test_a_cell_that_registers_may_run_again(kinds):
     register("own", second)
     assert encode(second(b=1.0)) == {"kind": "own", "b": 1.0}
     with pytest.raises(
-        mdr.ProblemError, match=r"Own is no class that files know; call .*register\('own', Own\)"
+        mdr.ProblemError, match=r"Own is not registered for files; call .*register\('own', Own\)"
     ):
         encode(first(a=1.0))
 
@@ -94,20 +94,20 @@ def test_a_cell_that_registers_may_run_again(kinds):
 @pytest.mark.parametrize(
     ("kind", "cls", "words"),
     [
-        ("sphere", own_profile(), "'sphere' is that of Sphere; choose another"),
-        ("indent", own_profile(), "'indent' is the word for something else"),
-        ("function", own_profile(), "'function' is the word for something else"),
-        ("Own one", own_profile(), "a word of small letters"),
-        (3, own_profile(), "kind = 3; a word of small letters"),
-        ("ball", mdr.Sphere, "Sphere is registered as 'sphere' already"),
+        ("sphere", own_profile(), "'sphere' belongs to Sphere; choose another"),
+        ("indent", own_profile(), "'indent' is reserved; choose another"),
+        ("function", own_profile(), "'function' is reserved; choose another"),
+        ("Own one", own_profile(), "use lower-case letters"),
+        (3, own_profile(), "kind = 3; use lower-case letters"),
+        ("ball", mdr.Sphere, "Sphere is already registered as 'sphere'"),
         ("own", own_profile(frozen=False), r"@dataclass\(frozen=True, eq=False\)"),
         ("own", own_profile(eq=True), r"@dataclass\(frozen=True, eq=False\)"),
-        ("own", own_profile(shape=3), "Own.shape is no quantity; declare it as shape: SIField = SIField"),
-        ("own", own_profile(kind=SIField("m")), "Own.kind is a key of files"),
-        ("own", int, "is no class of profiles"),
-        ("own", mdr.Elastic, "Elastic is registered as 'elastic' already"),
-        ("own", Profile, "is no class of profiles"),
-        ("own", mdr.Sphere(1.0), "is no class of profiles"),
+        ("own", own_profile(shape=3), "Own.shape is not a quantity; declare it as shape: SIField = SIField"),
+        ("own", own_profile(kind=SIField("m")), "Own.kind is a reserved key of files"),
+        ("own", int, "is not a class of profiles"),
+        ("own", mdr.Elastic, "Elastic is already registered as 'elastic'"),
+        ("own", Profile, "is not a class of profiles"),
+        ("own", mdr.Sphere(1.0), "is not a class of profiles"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_registered(kinds, kind, cls, words):
@@ -129,7 +129,7 @@ def test_files_of_a_profile_that_nobody_registered(kinds, tmp_path):
     assert mdr.open_result(tmp_path / "own.nc").contact == result.contact
     del PROFILES["own"]
     forget_models()
-    with pytest.raises(mdr.FileError, match="nobody has registered the kind 'own' here; import the module"):
+    with pytest.raises(mdr.FileError, match="the kind 'own' is not registered; import the module"):
         mdr.open_result(tmp_path / "own.nc")
 
 

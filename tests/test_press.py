@@ -349,11 +349,11 @@ def test_what_is_refused_before_it_starts(monkeypatch):
             "1 of 256 heights are missing",
         ),
         (lambda: mdr.press(mdr.Topography(heights[:4], 1.0), UNIT, indentation=0.1), "4 x 16 heights"),
-        (lambda: mdr.press(mdr.Sphere(1.0), UNIT, indentation=0.1), "is no surface"),
+        (lambda: mdr.press(mdr.Sphere(1.0), UNIT, indentation=0.1), "is not a Topography"),
         (lambda: mdr.press(surface, UNIT), "exactly one"),
         (lambda: mdr.press(surface, UNIT, indentation=-0.1), "must be above 0"),
-        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine="none"), "there is none of that name"),
-        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine=3), "no engine"),
+        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine="none"), "is unknown; give one of"),
+        (lambda: mdr.press(surface, UNIT, indentation=0.1, engine=3), "is not an engine"),
         (
             lambda: mdr.press(surface, mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.5), indentation=0.1),
             "Viscoelastic",
@@ -490,7 +490,7 @@ def test_what_tamaas_ends_without_a_number_has_a_remedy(monkeypatch):
         raise tamaas.FloatingPointError("NaN")
 
     monkeypatch.setattr(type(half_space), "_solved", ended)
-    with pytest.raises(ConvergenceError, match=r"at a force of 0\.1: NaN; take the engine contactmechanics"):
+    with pytest.raises(ConvergenceError, match=r"at a force of 0\.1: NaN; use the engine contactmechanics"):
         half_space.press(ball(32), force=0.1)
 
 

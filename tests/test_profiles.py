@@ -407,5 +407,7 @@ def test_an_ellipsoid_is_not_pressed_in_by_its_height():
 
 def test_a_formula_in_a_case_is_refused_with_the_way_out():
     case = {"profile": {"kind": "function", "f": "r**4"}, "body": {"kind": "rigid"}, "path": []}
-    with pytest.raises(mdr.CaseError, match=r"kind = 'function': no text .*'sampled'.*Python script"):
+    with pytest.raises(
+        mdr.CaseError, match=r"kind = 'function': cases cannot contain formulas.*'sampled'.*Python script"
+    ):
         decode_case(case)

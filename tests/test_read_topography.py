@@ -100,7 +100,7 @@ def test_what_is_missing_and_the_trend(tmp_path):
     assert [step.split(",")[0] for step in filled.steps] == [
         "read from surface.csv",
         "1 of 48 heights were missing (2.1 %)",
-        "a plane taken off",
+        "a plane subtracted",
     ]
     assert mdr.read_topography(file, missing="crop").heights.shape == (6, 4)
     for wrong in ({"missing": "guess"}, {"detrend": "cubic"}):
@@ -443,7 +443,7 @@ def test_a_spectrum_from_the_shell(rough_file, tmp_path, shell):
     status, out, error = shell("topography", rough_file, *known, "-o", tmp_path / "out")
     assert (status, error) == (0, "")
     assert "64 x 64 heights on 1 µm x 1 µm" in out
-    assert "a plane taken off" in out
+    assert "a plane subtracted" in out
     assert "H = 0." in out
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["topography.csv", "topography.png"]
     assert (tmp_path / "out" / "topography.csv").read_text().startswith("wave_number [m^-1],wavelength [m]")
@@ -457,7 +457,7 @@ def test_a_spectrum_from_the_shell(rough_file, tmp_path, shell):
     assert told["claims"]["law"]["level"] == "APPROXIMATE"
     for bad, words in (
         ((), "no unit of the heights"),
-        ((*known, "--tip-radius", "1 m"), "resolved nothing"),
+        ((*known, "--tip-radius", "1 m"), "resolves no wave"),
         ((*known, "--detrend", "cubic"), "detrend = 'cubic'"),
         ((*known, "--channel", "3"), "one surface only"),
         ((*known, "--profile"), "not one bump"),

@@ -191,7 +191,7 @@ def test_what_is_no_name(ball, name):
         mdr.thickness_correction(BALL.profile, 0.3, thickness="1 mm", indentation="1 um"),
     ]
     for one in (*(one.__getitem__ for one in named), ball.field):
-        with pytest.raises(mdr.QuantityError, match="ask for one at a time"):
+        with pytest.raises(mdr.QuantityError, match="give one name as text"):
             one(name)
 
 
@@ -319,7 +319,7 @@ def test_truncated_files(ball, tmp_path, fraction):
 
 def test_files_that_are_not_ours(tmp_path):
     (tmp_path / "text.nc").write_text("not a NetCDF file")
-    with pytest.raises(mdr.FileError, match="not a whole NetCDF file"):
+    with pytest.raises(mdr.FileError, match="not a complete NetCDF file"):
         mdr.open_result(tmp_path / "text.nc")
     xr.Dataset({"a": ("x", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     with pytest.raises(mdr.FileError, match="not a pymdr result"):

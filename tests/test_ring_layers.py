@@ -154,7 +154,7 @@ def test_displacement_is_the_hankel_integral(r):
 def test_flat_punch_on_a_layer(name):
     for a, kappa in zip(LAYERS[name]["inputs"]["a_over_h"], LAYERS[name]["expected"]["kappa"], strict=True):
         if a <= 5:
-            found = solve_indentation(flat, 1.0, 1.0, reach=a, edge=a, n=60, surface=of_reference(name))
+            found = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=60, surface=of_reference(name))
             assert found.force / (2 * a) == pytest.approx(kappa, rel=2e-5)
             assert found.stiffness == pytest.approx(found.force, rel=1e-12)
 
@@ -162,7 +162,7 @@ def test_flat_punch_on_a_layer(name):
 def test_flat_punch_on_a_thin_incompressible_layer_gets_a_third_order_closer():
     exact = LAYERS["hayes_flat_nu0.5"]["expected"]["kappa"][-1]
     errors = [
-        solve_indentation(flat, 1.0, 1.0, reach=8, edge=8, n=n, surface=single()).force / 16 / exact - 1
+        solve_indentation(flat, 1.0, 1.0, max_radius=8, edge=8, n=n, surface=single()).force / 16 / exact - 1
         for n in (60, 120, 240)
     ]
     assert abs(errors[-1]) < 1e-6
@@ -175,7 +175,7 @@ def test_published_table_is_below_by_what_is_known(name):
     entry = LAYERS[name]
     ratio, published = np.array(entry["inputs"]["a_over_h"]), np.array(entry["expected"]["hayes_table"])
     for a, printed in zip(ratio, published, strict=True):
-        found = solve_indentation(flat, 1.0, 1.0, reach=a, edge=a, n=60, surface=of_reference(name))
+        found = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=60, surface=of_reference(name))
         behind = 1 - printed / (found.force / (2 * a))
         most = next(
             error for end, error in ((0.4, 5e-4), (1, 3e-3), (2, 1e-2), (4, 0.03), (8, 0.06)) if a <= end
@@ -189,18 +189,22 @@ def test_paraboloid_on_a_layer(name):
     for a, d, f in list(
         zip(inputs["a_over_h"], expected["dR_over_a2"], expected["F_over_FHertz_a"], strict=True)
     )[1::2]:
-        found = solve_indentation(paraboloid, d * a**2, 1.0, reach=3 * a, n=60, surface=of_reference(name))
+        found = solve_indentation(
+            paraboloid, d * a**2, 1.0, max_radius=3 * a, n=60, surface=of_reference(name)
+        )
         assert found.force == pytest.approx(f * 4 / 3 * a**3, rel=2e-6)
         assert found.contact_radius == pytest.approx(a, rel=2e-6)
 
 
 def test_thin_layers_are_winklers_or_squeezed_films():
     a, poisson = 16.0, 0.5
-    squeezed = solve_indentation(flat, 1.0, 1.0, reach=a, edge=a, n=240, surface=single()).force / (2 * a)
+    squeezed = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=240, surface=single()).force / (
+        2 * a
+    )
     assert squeezed == pytest.approx(3 * math.pi / 64 * (a + 1.459) ** 4 / a, rel=2e-3)
     a, poisson = 60.0, 0.25
     springs = (1 - poisson) ** 2 / (1 - 2 * poisson)  # 2 G (1 - ν)/((1 - 2 ν) h) over E*
-    thin = solve_indentation(flat, 1.0, 1.0, reach=a, edge=a, n=240, surface=single(1.0, poisson))
+    thin = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=240, surface=single(1.0, poisson))
     assert thin.force == pytest.approx(springs * math.pi * a**2, rel=1.5 / a)
 
 
@@ -213,25 +217,27 @@ def test_contact_with_a_stack_obeys_signorini_and_virtual_work(stack, exponent, 
         return a * (r / a) ** power
 
     depths = np.array([0.499, 0.5, 0.501]) * a
-    low, middle, high = (solve_indentation(gap, d, 1.0, reach=6 * a, n=60, surface=stack) for d in depths)
+    low, middle, high = (
+        solve_indentation(gap, d, 1.0, max_radius=6 * a, n=60, surface=stack) for d in depths
+    )
     slope = (high.force - low.force) / (depths[2] - depths[0])
     assert slope == pytest.approx(middle.stiffness, rel=1e-4)
     assert (high.energy - low.energy) / (depths[2] - depths[0]) == pytest.approx(middle.force, rel=1e-4)
     assert middle.pressure.min() >= 0
     r = middle.contact_radius
-    punch = solve_indentation(flat, 1.0, 1.0, reach=r, edge=r, n=60, surface=stack)
+    punch = solve_indentation(flat, 1.0, 1.0, max_radius=r, edge=r, n=60, surface=stack)
     if punch.is_disk and middle.is_disk:
         assert punch.force == pytest.approx(middle.stiffness, rel=1e-4)
     beside = r * np.array([1.05, 1.2, 1.5, 2.0, 3.0])
     assert np.all(displacement_at(middle, beside) > depths[1] - gap(beside))
-    back = solve_force(gap, middle.force, 1.0, reach=6 * a, n=60, surface=stack)
+    back = solve_force(gap, middle.force, 1.0, max_radius=6 * a, n=60, surface=stack)
     assert back.indentation == pytest.approx(depths[1], rel=1e-6)
 
 
 def test_incompressible_layers_bulge_into_contact():
     # Of an incompressible layer what sinks must rise: the radius tends to √(4 R d), where a half-space has √(R d).
     surface, depth = single(0.1), np.array([1.0])
-    found = solve_indentation(paraboloid, 1.0, 1.0, reach=5.0, n=40, surface=surface)
+    found = solve_indentation(paraboloid, 1.0, 1.0, max_radius=5.0, n=40, surface=surface)
     assert 1.85 < found.contact_radius < 2.0
     (by_depth,) = solve_steps(Paraboloid(1.0), 1.0, depth, False, Rings(40), surface)
     assert by_depth.force == pytest.approx(found.force, rel=1e-7)
@@ -242,11 +248,11 @@ def test_incompressible_layers_bulge_into_contact():
 def test_a_stiff_coating_lifts_off_the_middle_of_a_blunt_tip():
     # Like a plate it would have to be pulled into a cubic shape: contact is a ring, as under a flat punch.
     stack = Stack((1.0,), (1.0, 0.01), (0.5, 0.5), (False,))
-    cubic = solve_indentation(lambda r: r**3 / 100, 5.0, 1.0, reach=20.0, n=60, surface=stack)
+    cubic = solve_indentation(lambda r: r**3 / 100, 5.0, 1.0, max_radius=20.0, n=60, surface=stack)
     assert cubic.zones[0][0] > 2.0
-    round_tip = solve_indentation(lambda r: r**2 / 10, 5.0, 1.0, reach=20.0, n=60, surface=stack)
+    round_tip = solve_indentation(lambda r: r**2 / 10, 5.0, 1.0, max_radius=20.0, n=60, surface=stack)
     assert round_tip.is_disk
-    punch = solve_indentation(flat, 1.0, 1.0, reach=3.0, edge=3.0, n=60, surface=stack)
+    punch = solve_indentation(flat, 1.0, 1.0, max_radius=3.0, edge=3.0, n=60, surface=stack)
     assert punch.zones[0][0] > 0.0
     r = np.linspace(0.0, 0.98 * cubic.zones[0][0], 50)
     assert np.all(displacement_at(cubic, r) > 5.0 - r**3 / 100)
@@ -289,7 +295,7 @@ def test_sizes_do_not_matter():
     def relative(size):
         stack = Stack((0.4 * size, 0.3 * size), (1.0, 50.0, 3.0), (0.5, 0.3, 0.2), (True, False))
         found = solve_indentation(
-            lambda r: r**2 / (2 * size), 0.5 * size, 1.0, reach=2 * size, n=40, surface=stack
+            lambda r: r**2 / (2 * size), 0.5 * size, 1.0, max_radius=2 * size, n=40, surface=stack
         )
         return found.force / size**2, found.contact_radius / size, found.energy / size**3
 

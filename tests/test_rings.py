@@ -66,17 +66,17 @@ NUMBERS = (50, 100, 200, 400)
 
 @pytest.fixture(scope="module")
 def hertz():
-    return {n: solve_indentation(paraboloid, 1.0, 1.0, reach=2.0, n=n) for n in NUMBERS}
+    return {n: solve_indentation(paraboloid, 1.0, 1.0, max_radius=2.0, n=n) for n in NUMBERS}
 
 
 @pytest.fixture(scope="module")
 def cone():
-    return {n: solve_indentation(lambda r: r, 1.0, 1.0, reach=2.0, n=n) for n in NUMBERS}
+    return {n: solve_indentation(lambda r: r, 1.0, 1.0, max_radius=2.0, n=n) for n in NUMBERS}
 
 
 @pytest.fixture(scope="module")
 def punch():
-    return {n: solve_indentation(flat, 1.0, 1.0, reach=1.0, edge=1.0, n=n) for n in NUMBERS}
+    return {n: solve_indentation(flat, 1.0, 1.0, max_radius=1.0, edge=1.0, n=n) for n in NUMBERS}
 
 
 @pytest.mark.parametrize("r", [0.0, 0.3, 0.999, 1.0000001, 1.5, 40.0])
@@ -162,7 +162,7 @@ def test_pressure_converges_with_the_second_order(hertz, cone, punch):
 
 @pytest.mark.parametrize("reach", [1.2, 1e5])
 def test_given_force_finds_the_depth_whatever_the_reach(reach):
-    solution = solve_force(paraboloid, 4 / 3, 1.0, reach=reach, n=100)
+    solution = solve_force(paraboloid, 4 / 3, 1.0, max_radius=reach, n=100)
     assert solution.indentation == pytest.approx(1, rel=1e-7)
     assert solution.force == pytest.approx(4 / 3, rel=1e-13)
 
@@ -173,8 +173,8 @@ def test_sizes_and_moduli_do_not_matter():
             x = r / size
             return size * (x**2 / 2 + 30 * np.sin(x / 2) ** 2)
 
-        s = solve_indentation(gap, 58.0 * size, modulus, reach=12 * size, n=60)
-        t = solve_force(gap, s.force, modulus, reach=12 * size, n=60)
+        s = solve_indentation(gap, 58.0 * size, modulus, max_radius=12 * size, n=60)
+        t = solve_force(gap, s.force, modulus, max_radius=12 * size, n=60)
         return np.array(
             [
                 s.force / (modulus * size**2),
@@ -195,7 +195,7 @@ def test_sizes_and_moduli_do_not_matter():
 
 def test_concave_punch_in_full_contact():
     for d in (1.0, 1.5):
-        solution = solve_indentation(concave, d, 1.0, reach=1.0, edge=1.0, n=200)
+        solution = solve_indentation(concave, d, 1.0, max_radius=1.0, edge=1.0, n=200)
         assert solution.force == pytest.approx(2 * (d + 1 / 3), rel=1e-6)
     assert solution.is_disk
     assert solution.edge_amplitudes[0][1] == pytest.approx(2.5 / (np.pi * math.sqrt(2)), rel=1e-4)
@@ -204,21 +204,21 @@ def test_concave_punch_in_full_contact():
 def test_concave_punch_in_annular_contact_is_above_the_bound():
     force = 0.0
     for d in (-0.4, 0.0, 0.5, 0.9):
-        solution = solve_indentation(concave, d, 1.0, reach=1.0, edge=1.0, n=60)
+        solution = solve_indentation(concave, d, 1.0, max_radius=1.0, edge=1.0, n=60)
         ((inner, outer),) = solution.zones
         assert outer == 1
         assert inner > 0
         assert not solution.is_disk
         assert solution.force > max(force, 2 * (d + 1 / 3))
         force = solution.force
-        back = solve_force(concave, force, 1.0, reach=1.0, edge=1.0, n=60)
+        back = solve_force(concave, force, 1.0, max_radius=1.0, edge=1.0, n=60)
         assert back.indentation == pytest.approx(d, abs=1e-11)
 
 
 def test_wavy_paraboloid_with_disks_only_is_mdr():
     gap, best_disk = wavy(2.5)
     for d in (0.01, 1.0, 10.0, 58.0, 200.0):
-        solution = solve_indentation(gap, d, 1.0, reach=20.0, n=100)
+        solution = solve_indentation(gap, d, 1.0, max_radius=20.0, n=100)
         assert solution.is_disk
         assert solution.force == pytest.approx(best_disk(d), rel=1e-5)
 
@@ -227,7 +227,7 @@ def test_wavy_paraboloid_with_rings_is_above_the_best_disk():
     gap, best_disk = wavy(15.0)
     counts = []
     for d in (10.0, 25.0, 58.0, 132.0, 200.0):
-        solution = solve_indentation(gap, d, 1.0, reach=20.0, n=100)
+        solution = solve_indentation(gap, d, 1.0, max_radius=20.0, n=100)
         counts.append(len(solution.zones))
         above = solution.force / best_disk(d) - 1
         assert above > -1e-5
@@ -252,7 +252,7 @@ def test_random_profiles_obey_signorini_and_the_bound(seed):
 
     r = np.linspace(0, 5, 1001)
     d = gap(r).min() + rng.choice([0.03, 0.3, 3.0])
-    solution = solve_indentation(gap, d, 1.0, reach=5.0, n=100)
+    solution = solve_indentation(gap, d, 1.0, max_radius=5.0, n=100)
     assert solution.pressure.min() >= 0
     outside = ~np.any(
         [(r > a - 0.02 * (b - a)) & (r < b + 0.02 * (b - a)) for a, b in solution.zones], axis=0
@@ -264,7 +264,7 @@ def test_random_profiles_obey_signorini_and_the_bound(seed):
     middle = (x[1:] + x[:-1]) / 2
     bound = 2 * max(0.0, np.cumsum((d - g(middle)) * np.diff(x)).max())
     assert solution.force >= bound * (1 - 1e-4)
-    back = solve_force(gap, solution.force, 1.0, reach=5.0, n=100)
+    back = solve_force(gap, solution.force, 1.0, max_radius=5.0, n=100)
     assert back.indentation == pytest.approx(d, abs=1e-7)
 
 
@@ -273,11 +273,11 @@ def test_ring_indenter_touches_away_from_the_axis_and_tends_to_a_line_contact(ri
     def gap(r):
         return (r - 1) ** 2 / 2 - 1 / 2
 
-    solution = solve_indentation(gap, -0.5 + rise, 1.0, reach=2.0, n=100)
+    solution = solve_indentation(gap, -0.5 + rise, 1.0, max_radius=2.0, n=100)
     ((inner, outer),) = solution.zones
     half = (outer - inner) / 2
     assert solution.force / (2 * np.pi) == pytest.approx(np.pi / 4 * half**2, rel=4 * half**2 + 1e-5)
-    back = solve_force(gap, solution.force, 1.0, reach=3.0, n=100)
+    back = solve_force(gap, solution.force, 1.0, max_radius=3.0, n=100)
     assert back.indentation + 0.5 == pytest.approx(rise, rel=1e-6)
 
 
@@ -285,7 +285,13 @@ def test_flat_annulus_has_two_sharp_edges():
     # Collins 1963; Gubenko and Mossakovskii 1960: F = 2 E* b d (1 - 4 ε³/(3 π²) - ...) for a small hole.
     hole = 0.1
     solution = solve_indentation(
-        lambda r: np.where(r < hole, np.nan, 0.0), 1.0, 1.0, reach=1.0, edge=1.0, breakpoints=[hole], n=200
+        lambda r: np.where(r < hole, np.nan, 0.0),
+        1.0,
+        1.0,
+        max_radius=1.0,
+        edge=1.0,
+        breakpoints=[hole],
+        n=200,
     )
     assert solution.zones == ((hole, 1.0),)
     assert min(solution.edge_amplitudes[0]) > 0
@@ -296,7 +302,7 @@ def test_stepped_punch_has_a_sharp_and_a_free_edge():
     def gap(r):
         return np.where(r < 0.5, 0.0, 0.1)
 
-    solution = solve_indentation(gap, 0.2, 1.0, reach=1.0, edge=1.0, breakpoints=[0.5], n=100)
+    solution = solve_indentation(gap, 0.2, 1.0, max_radius=1.0, edge=1.0, breakpoints=[0.5], n=100)
     assert solution.zones[0] == (0.0, 0.5)
     assert solution.zones[1][1] == 1.0
     (_, first), (inner, outer) = solution.edge_amplitudes
@@ -305,7 +311,7 @@ def test_stepped_punch_has_a_sharp_and_a_free_edge():
 
 def test_stiffness_and_energy_belong_to_the_force_in_ring_contact():
     gap, _ = wavy(15.0)
-    low, middle, high = (solve_indentation(gap, d, 1.0, reach=20.0, n=100) for d in (57.9, 58.0, 58.1))
+    low, middle, high = (solve_indentation(gap, d, 1.0, max_radius=20.0, n=100) for d in (57.9, 58.0, 58.1))
     assert (high.force - low.force) / 0.2 == pytest.approx(middle.stiffness, rel=1e-5)
     assert (high.energy - low.energy) / 0.2 == pytest.approx(middle.force, rel=1e-5)
 
@@ -313,7 +319,7 @@ def test_stiffness_and_energy_belong_to_the_force_in_ring_contact():
 def test_force_is_continuous_where_a_hole_closes():
     gap, _ = wavy(6.0)
     depth = 40.2617 + 1e-3 * np.linspace(-1, 1, 5)
-    solutions = [solve_indentation(gap, d, 1.0, reach=20.0, n=100) for d in depth]
+    solutions = [solve_indentation(gap, d, 1.0, max_radius=20.0, n=100) for d in depth]
     force = np.array([s.force for s in solutions])
     rough = force - np.polyval(np.polyfit(depth - depth[2], force, 1), depth - depth[2])
     assert np.abs(rough).max() < 1e-6 * force[0]
@@ -363,7 +369,7 @@ def test_adhesion_is_checked():
 
 
 def test_no_contact():
-    solution = solve_indentation(paraboloid, -1.0, 1.0, reach=1.0)
+    solution = solve_indentation(paraboloid, -1.0, 1.0, max_radius=1.0)
     assert solution.zones == ()
     assert solution.force == solution.contact_radius == solution.mean_pressure == solution.energy == 0
     assert not solution.is_disk
@@ -388,29 +394,29 @@ def test_number_of_rings_is_checked(n):
     [
         ({"modulus": 0.0}, "modulus"),
         ({"modulus": math.nan}, "modulus"),
-        ({"reach": -1.0}, "reach"),
+        ({"max_radius": -1.0}, "max_radius"),
         ({"edge": 0.0}, "edge"),
         ({"indentation": math.inf}, "indentation"),
         ({"breakpoints": [-1.0]}, "not negative"),
         ({"gap": lambda r: 0.0}, "one height for each radius"),
         ({"gap": lambda r: -np.inf + r}, "-inf"),
-        ({"reach": 0.5}, "larger reach"),
+        ({"max_radius": 0.5}, "larger max_radius"),
         ({"gap": lambda r: np.where(r < 0.5, r**2 / 2, np.nan)}, "end of the gap"),
     ],
 )
 def test_bad_input_is_named(changed, words):
-    given = {"gap": paraboloid, "indentation": 1.0, "modulus": 1.0, "reach": 2.0, "n": 50} | changed
+    given = {"gap": paraboloid, "indentation": 1.0, "modulus": 1.0, "max_radius": 2.0, "n": 50} | changed
     with pytest.raises(ProblemError, match=words):
         solve_indentation(**given)
 
 
 def test_force_must_be_carried():
     with pytest.raises(ProblemError, match="positive finite number of newtons"):
-        solve_force(paraboloid, 0.0, 1.0, reach=1.0)
+        solve_force(paraboloid, 0.0, 1.0, max_radius=1.0)
     with pytest.raises(ProblemError, match="no finite value"):
-        solve_force(lambda r: r + np.inf, 1.0, 1.0, reach=1.0)
-    with pytest.raises(ProblemError, match="larger reach"):
-        solve_force(paraboloid, 10.0, 1.0, reach=1.0)
+        solve_force(lambda r: r + np.inf, 1.0, 1.0, max_radius=1.0)
+    with pytest.raises(ProblemError, match="larger max_radius"):
+        solve_force(paraboloid, 10.0, 1.0, max_radius=1.0)
 
 
 def test_radii_are_checked(hertz):
@@ -423,4 +429,4 @@ def test_radii_are_checked(hertz):
 
 def test_unsettled_zones_are_an_error_that_holds_the_last_iterate():
     with pytest.raises(ConvergenceError, match=r"0 m to 500 mm, 86.* at d = 200 mm.*breakpoints"):
-        solve_indentation(lambda r: np.where(r < 0.5, 0.0, 0.1), 0.2, 1.0, reach=1.0, edge=1.0, n=60)
+        solve_indentation(lambda r: np.where(r < 0.5, 0.0, 0.1), 0.2, 1.0, max_radius=1.0, edge=1.0, n=60)

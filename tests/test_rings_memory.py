@@ -76,7 +76,7 @@ def test_a_flat_punch_relaxes_as_its_modulus():
 def test_without_memory_they_are_the_elastic_rings():
     rows = followed(mdr.Paraboloid(1.0), Relaxation(3.0), [0.0, 1.0, 2.0], [0.0, 0.1, 0.04], n=200)
     for d, force, energy in zip((0.1, 0.04), rows["force"], rows["energy"], strict=True):
-        exact = solve_indentation(lambda r: r**2 / 2.0, d, 3.0, reach=1.0, n=100)
+        exact = solve_indentation(lambda r: r**2 / 2.0, d, 3.0, max_radius=1.0, n=100)
         assert force == pytest.approx(exact.force, rel=1e-4)
         assert energy == pytest.approx(exact.energy, rel=1e-4)
 

@@ -690,7 +690,7 @@ def test_ellipses_conduct_as_their_stiffness(log_radius, log_ratio, log_conducti
 
 def test_layers_take_bodies_of_revolution():
     film = mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.45), "1 mm")])
-    with pytest.raises(mdr.ProblemError, match="a Layered body is not offered"):
+    with pytest.raises(mdr.ProblemError, match="a Layered body is not available"):
         mdr.Contact(mdr.Pyramid.vickers(), film)
 
 

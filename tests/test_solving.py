@@ -177,7 +177,7 @@ def test_an_offset_is_removed_and_said_so():
         (mdr.Function(lambda r: -r), mdr.ProblemError, "never rises"),
         (mdr.Function(lambda r: 0.0 * r), mdr.ProblemError, "never rises"),
         (mdr.Function(lambda r: r * r * np.exp(-r)), mdr.PymdrError, "again|never rises"),
-        (mdr.Function(lambda r: max(r, 0.0)), mdr.ProblemError, "does not take arrays"),
+        (mdr.Function(lambda r: max(r, 0.0)), mdr.ProblemError, "does not accept arrays"),
         (mdr.Function(lambda r: np.where(r > 0.1, r, 0.0), [0.1]), mdr.ProblemError, "jumps"),
         (mdr.Function(lambda r: r * math.nan), mdr.PymdrError, "defined"),
     ],
@@ -385,7 +385,7 @@ def test_files_that_cannot_be_read_or_written(tmp_path):
         result.save(tmp_path / "file" / "r.nc")
     with pytest.raises(mdr.FileError, match="no such file"):
         mdr.open_result(tmp_path / "none.nc")
-    with pytest.raises(OSError, match="not a whole NetCDF file"):
+    with pytest.raises(OSError, match="not a complete NetCDF file"):
         mdr.open_result(tmp_path / "file")
 
 

@@ -37,7 +37,7 @@ def sheets(file):
     assert book.sheetnames == ["table", "about"]
     head, *rows = book["table"].iter_rows(values_only=True)
     kinds, *about = book["about"].iter_rows(values_only=True)
-    assert kinds == ("kind", "name", "words")
+    assert kinds == ("kind", "name", "text")
     return dict(zip(head, zip(*rows, strict=True), strict=True)), about
 
 
@@ -174,7 +174,7 @@ def test_texts_are_no_formulas_and_what_is_infinite_is_told(tmp_path):
     [
         (lambda r, t: r.to_xlsx(t / "ball.csv"), mdr.FileError, r"ends with '\.xlsx'"),
         (lambda r, t: r.to_csv(t / "ball.xlsx"), mdr.FileError, "to_xlsx"),
-        (lambda r, t: r.to_csv(t / "ball.nc"), mdr.FileError, "hold arrays"),
+        (lambda r, t: r.to_csv(t / "ball.nc"), mdr.FileError, "suffix of array files"),
         (
             lambda r, t: mdr.export_law(r.contact, to="1 um").to_c(t / "ball.csv"),
             mdr.FileError,

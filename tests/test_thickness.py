@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -139,7 +140,7 @@ def test_thin_bodies_are_not_valid_and_say_what_to_do(adhesion):
         result.field("pressure", [0.0])
     assert result["indentation"].values[-1] == 1e-6
     assert not thickness_of(result).met
-    assert "NOT MET thickness" in result.summary()
+    assert re.search("thickness: .* NOT MET", result.summary())
     if adhesion is None:
         lower = result["force_lower_bound"].values
         film = mdr.Contact(contact.profile, layer("1 MPa", 0.5, "2 um"))
@@ -303,9 +304,7 @@ def test_thickness_is_given_by_name_and_once():
     with pytest.raises(TypeError):
         mdr.Elastic(1.0, 0.3, 1.0)  # type: ignore[misc]
     thin = mdr.Elastic(1.0, 0.3, thickness=1.0)
-    with pytest.raises(
-        ProblemError, match=r"Layer\.material has a thickness of 1 m, and the layer one of 2 m"
-    ):
+    with pytest.raises(ProblemError, match=r"Layer\.material has a thickness of 1 m, the layer one of 2 m"):
         mdr.Layer(thin, 2.0)
     with pytest.raises(ProblemError, match=r"Layered\.base has a thickness of 1 m"):
         mdr.Layered([mdr.Layer(mdr.Elastic(1.0, 0.3), 1.0)], base=thin)

@@ -49,8 +49,8 @@ def test_steps_are_told_and_kept():
         ([[0.0, np.inf], [0.0, 1.0]], "1 um", UnitError, r"heights\[0, 1\] is not finite"),
         ([["1 nm", "2 nm"], ["3 N", "4 nm"]], "1 um", UnitError, "N"),
         (HEIGHTS, "1 N", UnitError, "N"),
-        (HEIGHTS, -1.0, ProblemError, "side of a square above 0 m"),
-        (1e80 * HEIGHTS, 1.0, ProblemError, "nothing has that size"),
+        (HEIGHTS, -1.0, ProblemError, "side of a square or a pair of sides, above 0 m"),
+        (1e80 * HEIGHTS, 1.0, ProblemError, "at most 1e[+]60 m"),
     ],
 )
 def test_what_is_no_surface(heights, size, kind, words):

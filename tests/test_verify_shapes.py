@@ -140,7 +140,7 @@ def test_refusals(monkeypatch):
         held(tip, "1 um", pixels=9)
     with pytest.raises(PathError, match="no contact"):
         held(tip, "-1 um")
-    with pytest.raises(ProblemError, match="none of that name"):
+    with pytest.raises(ProblemError, match="is unknown; give one of"):
         held(tip, "1 um", engine="none")
 
     def missing():

@@ -382,10 +382,10 @@ def test_a_rate_is_the_speed_of_the_leg(depths, rate, wait):
     [
         (lambda: mdr.indent(1.0, rate="1 N/s"), "moves in m/s"),
         (lambda: mdr.load(1.0, rate="1 m/s"), "moves in N/s"),
-        (lambda: mdr.indent(1.0, rate=1.0, duration=1.0), "give one of them"),
+        (lambda: mdr.indent(1.0, rate=1.0, duration=1.0), "either duration or rate"),
         (lambda: mdr.indent(1.0, rate=-1.0), "above 0 m/s"),
         (lambda: mdr.load(1.0, rate="-1 N/s"), "above 0 N/s"),
-        (lambda: Ramp(indentation=1.0, shift=1.0, rate=1.0), "that of one channel"),
+        (lambda: Ramp(indentation=1.0, shift=1.0, rate=1.0), "a rate needs a single moving channel"),
     ],
 )
 def test_rates_that_say_nothing(leg, words):
@@ -395,7 +395,7 @@ def test_rates_that_say_nothing(leg, words):
 
 def test_a_leg_that_goes_nowhere_takes_no_time():
     path = mdr.indent(0.1, rate=1.0) >> mdr.indent(0.1, rate=1.0)
-    with pytest.raises(mdr.PymdrError, match=r"leg 2: .* takes no time"):
+    with pytest.raises(mdr.PymdrError, match=r"leg 2: .* a rate gives no duration"):
         mdr.solve(CONTACTS["normal"], path)
 
 
@@ -457,7 +457,7 @@ def test_refusals_of_a_case_name_its_file(tmp_path, path, words):
         (mdr.indent("1 um") >> mdr.travel("1 um"), "leg 2 prescribes travel"),
         (
             mdr.load("1 N", duration="1 s") >> mdr.load("1 N", rate="1 N/s"),
-            "leg 2: it starts where it goes to, normal_force = 1 N",
+            "leg 2: the start equals the target, normal_force = 1 N",
         ),
         (mdr.indent("1 um", duration=3.0) >> mdr.Path(time=[2.0], shift=[0.0]), "leg 2: Path.time begins"),
     ],

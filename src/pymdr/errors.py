@@ -1,6 +1,6 @@
 """The errors of pymdr: one family, each with a builtin parent, each surviving pickling.
 
-Every message names the value, the limit that it breaks and what to do instead.
+Every message names the value, the limit and the remedy.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ class PymdrError(Exception):
 
 
 class UnitError(PymdrError, ValueError):
-    """A text or quantity that is not a number with a fitting unit."""
+    """A text or quantity that is not a number with a compatible unit."""
 
 
 class ProblemError(PymdrError, ValueError):
@@ -19,7 +19,7 @@ class ProblemError(PymdrError, ValueError):
 
 
 class RefusedError(ProblemError):
-    """A contact for which the method gives nothing: it was asked well, and is no disk."""
+    """A valid contact to which the method does not apply, such as one that is not a disk."""
 
 
 class PathError(PymdrError, ValueError):
@@ -31,7 +31,7 @@ class CaseError(PymdrError, ValueError):
 
 
 class FileError(PymdrError, OSError):
-    """A file that cannot be read, is not ours, or cannot be written."""
+    """A file that cannot be read or written, or has another format."""
 
 
 class QuantityError(PymdrError, KeyError):
@@ -42,12 +42,12 @@ class QuantityError(PymdrError, KeyError):
 
 
 class NotValidError(PymdrError, RuntimeError):
-    """A quantity was read that the theory does not give for this contact."""
+    """A quantity that the theory does not give for this contact was read."""
 
 
 class ConvergenceError(PymdrError, ArithmeticError):
-    """A numerical failure: the message holds the last iterate. Never to be read as physics."""
+    """A numerical failure; the message holds the last iterate."""
 
 
 class MissingExtraError(PymdrError, ImportError):
-    """An optional package is not installed; the message says which extra brings it."""
+    """An optional package is not installed; the message names the extra."""

@@ -1,6 +1,6 @@
-"""One table of every quantity: its symbol, SI unit, dimensions and words.
+"""The table of all quantities: symbol, SI unit, dimensions and name in text.
 
-Results, figures, files and the command line read labels and units from here and nowhere else.
+Results, figures, files and the command line take labels and units from here only.
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ class Quantity:
     """In mathtext, without dollar signs."""
     unit: str
     """SI unit, readable by pint."""
-    words: str
+    long_name: str
+    """Name in text."""
     dims: tuple[str, ...] = ("step",)
 
     @property
     def label(self) -> str:
-        """Axis label without unit: words and symbol."""
-        return f"{self.words} ${self.symbol}$"
+        """Axis label without unit: name and symbol."""
+        return f"{self.long_name} ${self.symbol}$"
 
 
 _STEP = ("step",)
@@ -55,7 +56,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("energy_release_rate", "G", "J/m^2", "energy release rate"),
         Quantity("stress_intensity", "K_I", "Pa*m^0.5", "stress intensity of the edge"),
         Quantity("jumped", "j", "", "jumped in this step"),
-        Quantity("jump_dissipation", "\\Delta W_j", "J", "energy lost in jumps of this step"),
+        Quantity("jump_dissipation", "\\Delta W_j", "J", "energy dissipated in jumps of this step"),
         Quantity("dissipated_energy", "W_d", "J", "dissipated energy"),
         Quantity("external_work", "W", "J", "work done on contact and machine"),
         Quantity("shift", "u_x", "m", "tangential displacement"),
@@ -63,15 +64,15 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("tangential_stiffness", "k_x", "N/m", "tangential stiffness"),
         Quantity("stick_radius", "b", "m", "stick radius"),
         Quantity("tangential_velocity", "\\dot u_x", "m/s", "tangential velocity of the contact point"),
-        Quantity("slip_distance", "s", "m", "distance slid as a whole"),
-        Quantity("slip_work", "W_s", "J", "energy lost in slip"),
+        Quantity("slip_distance", "s", "m", "distance of full sliding"),
+        Quantity("slip_work", "W_s", "J", "energy dissipated by slip"),
         Quantity("stored_tangential_energy", "U_x", "J", "stored tangential energy"),
         Quantity("restitution", "e", "", "coefficient of restitution", ()),
         Quantity("tangential_restitution", "e_x", "", "tangential coefficient of restitution", ()),
         Quantity("contact_time", "T", "s", "contact time", ()),
         Quantity("rebound_speed", "v'", "m/s", "normal speed after the impact", ()),
         Quantity("tangential_speed", "v_x'", "m/s", "tangential speed after the impact", ()),
-        Quantity("contact_point_speed", "v_c'", "m/s", "speed of the contact point after it", ()),
+        Quantity("contact_point_speed", "v_c'", "m/s", "speed of the contact point after the impact", ()),
         Quantity("spin", "\\omega'", "rad/s", "spin after the impact", ()),
         Quantity("sticking_speed", "v_s", "m/s", "speed below which the bodies stick", ()),
         Quantity("energy_lost", "\\Delta E", "J", "energy lost", ()),
@@ -110,15 +111,15 @@ BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band o
 
 def one_name(name: object) -> str:
     """
-    The name of one quantity.
+    Check that a value is the name of one quantity.
 
     Raises
     ------
     QuantityError
-        If it is no text, such as a list of names.
+        If it is not text, such as a list of names.
     """
     if not isinstance(name, str):
-        raise QuantityError(f"{shown(name)} is no name of a quantity; ask for one at a time, by its name")
+        raise QuantityError(f"{shown(name)} is not the name of a quantity; give one name as text")
     return name
 
 
@@ -133,11 +134,11 @@ def quantity(name: str) -> Quantity:
 
     Examples
     --------
-    >>> quantity("normal_force_low").words
+    >>> quantity("normal_force_low").long_name
     'lower end of the band of normal force'
     """
     base, _, end = name.rpartition("_")
     if name not in QUANTITIES and end in BAND_ENDS and base in QUANTITIES:
         row = QUANTITIES[base]
-        return replace(row, name=name, words=f"{BAND_ENDS[end]} {row.words}")
+        return replace(row, name=name, long_name=f"{BAND_ENDS[end]} {row.long_name}")
     return QUANTITIES[name]

@@ -333,11 +333,11 @@ class Result:
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in self.reading.line_fields else RADIUS
         row = quantity(name)
-        unit, words, factor = row.unit, row.words, np.ones(len(chosen))
+        unit, words, factor = row.unit, row.long_name, np.ones(len(chosen))
         if drop is not None or flow is not None:
             unit, factor = driven(name, drop, flow, partial(self._told, chosen), len(chosen))
             values, words = values * factor[:, None], words.split(" per ")[0]
-        coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.words})}
+        coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.long_name})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen]) * factor
         edged = {"units": f"{unit}*m^0.5"} if name == "pressure" or carried is not None else None
         dims: tuple[str, ...] = (axis.name,)
@@ -585,9 +585,9 @@ class Result:
         return with_error_columns(columns, self.claims)
 
     def _about(self) -> list[tuple[str, str, str]]:
-        from pymdr.presentation.tables import about_rows, part_in_words
+        from pymdr.presentation.tables import about_rows, part_text
 
-        others = {"status": f"{self.status.name}: {self.status.value}", "path": part_in_words(self.path)}
+        others = {"status": f"{self.status.name}: {self.status.value}", "path": part_text(self.path)}
         if self.machine_stiffness is not None:
             others["machine_stiffness"] = f"{self.machine_stiffness!r} N/m"
         if self.rings is not None:
@@ -730,7 +730,7 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
         variables[name] = (
             "step",
             np.asarray(values),
-            {"units": q.unit, "long_name": q.words, "symbol": q.symbol},
+            {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol},
         )
     coords = {} if rows is None else {"row": ("step", np.asarray(rows), {"long_name": "row of the path"})}
     return xr.Dataset(variables, coords=coords)

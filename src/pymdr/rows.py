@@ -1,4 +1,4 @@
-"""Rows of several legs in one, whatever they hold: arrays, or dicts, named tuples and dataclasses of them, nested."""
+"""Concatenation and selection of rows: arrays, or nested dicts, named tuples and dataclasses of arrays."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Rows = TypeVar("Rows")
 
 def joined(parts: Sequence[Rows]) -> Rows:
     """
-    Rows of several parts, one after the other.
+    Concatenate the rows of several parts.
 
     Parameters
     ----------
     parts : sequence
-        At least one; all of one type, of arrays over rows, along their first axis.
+        At least one, all of one type, with rows along the first axis of their arrays.
 
     Returns
     -------
@@ -30,13 +30,13 @@ def joined(parts: Sequence[Rows]) -> Rows:
     >>> joined([np.array([1.0]), np.array([2.0, 3.0])]).tolist()
     [1.0, 2.0, 3.0]
     """
-    whole: Rows = parts[0] if len(parts) == 1 else _array_by_array(np.concatenate, parts)
-    return whole
+    together: Rows = parts[0] if len(parts) == 1 else _array_by_array(np.concatenate, parts)
+    return together
 
 
 def taken(rows: Rows, index: NDArray[Any] | slice | None) -> Rows:
     """
-    Some of the rows, or all for None.
+    Select rows; None selects all.
 
     Examples
     --------
@@ -45,8 +45,8 @@ def taken(rows: Rows, index: NDArray[Any] | slice | None) -> Rows:
     """
     if index is None:
         return rows
-    some: Rows = _array_by_array(lambda arrays: arrays[0][index], [rows])
-    return some
+    selected: Rows = _array_by_array(lambda arrays: arrays[0][index], [rows])
+    return selected
 
 
 def _array_by_array(make: Callable[[Sequence[NDArray[Any]]], NDArray[Any]], parts: Sequence[Any]) -> Any:

@@ -1,7 +1,7 @@
-"""The only door for units: text, pint quantities and plain numbers become SI floats here.
+"""Units: text, pint quantities and plain numbers become SI floats here and nowhere else.
 
-The number in a text is read by a strict grammar and only the unit by pint, so that
-``"1,5 mm"`` is refused instead of becoming 15 mm and ``"9**9**9 m"`` cannot hang.
+The number in a text is read by a strict grammar and only the unit by pint, so that ``"1,5 mm"`` is refused
+instead of becoming 15 mm, and ``"9**9**9 m"`` cannot hang.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 @runtime_checkable
 class HasUnits(Protocol):
-    """What pint quantities offer: a magnitude and a conversion."""
+    """The protocol of pint quantities: a magnitude and a conversion."""
 
     @property
     def magnitude(self) -> Any:
@@ -81,7 +81,7 @@ _COMMON = {
 """Factors of the commonest units, so that reading them needs no registry of pint."""
 
 
-_ONE_AT_A_TIME = threading.RLock()
+_PINT_LOCK = threading.RLock()
 """pint builds its registry, and units with prefixes, when they are first asked for, without a lock of its own."""
 
 
@@ -94,12 +94,12 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 @lru_cache(maxsize=512)
 def _factor(unit: str, si_unit: str) -> float:
-    """The number that turns a value in ``unit`` into one in ``si_unit``, to 15 digits."""
+    """Conversion factor from ``unit`` to ``si_unit``, to 15 digits."""
     if (unit, si_unit) in _COMMON:
         return _COMMON[unit, si_unit]
     if len(unit) > _LONGEST_TEXT or not _UNIT_TEXT.fullmatch(unit):
-        raise UnitError(f"cannot read {unit!r} as a unit: write products and powers such as 'mJ/m^2'")
-    with _ONE_AT_A_TIME:
+        raise UnitError(f"cannot read {unit!r} as a unit; write products and powers such as 'mJ/m^2'")
+    with _PINT_LOCK:
         return _factor_of(unit, si_unit)
 
 
@@ -113,10 +113,10 @@ def _factor_of(unit: str, si_unit: str) -> float:
         if si_unit == "K":
             factor -= registry.Quantity(0.0, parsed).to(si_unit).magnitude
     except pint.UndefinedUnitError as error:
-        raise UnitError(f"unknown unit {unit!r}: write a unit such as in {_example(si_unit)!r}") from error
+        raise UnitError(f"unknown unit {unit!r}; write a unit such as in {_example(si_unit)!r}") from error
     except pint.DimensionalityError as error:
         raise UnitError(
-            f"{unit!r} does not fit: a unit of the kind of {si_unit or 'a plain number'!r} is needed, "
+            f"{unit!r} does not fit: a unit compatible with {si_unit or 'a plain number'!r} is needed, "
             f"for example {_example(si_unit)!r}"
         ) from error
     except (pint.PintError, ValueError, TypeError, AttributeError, OverflowError) as error:
@@ -136,17 +136,17 @@ def _factor_of(unit: str, si_unit: str) -> float:
 
 @lru_cache(maxsize=32)
 def _zero(unit: str, si_unit: str) -> float:
-    """Where a unit has its 0: that of degC is at 273.15 K."""
+    """The zero of a unit in SI: 273.15 K for degC."""
     if si_unit != "K":
         return 0.0
-    with _ONE_AT_A_TIME:
+    with _PINT_LOCK:
         registry = _registry()
         parsed = registry.parse_units(unit.replace("·", "*"))
         return float(f"{registry.Quantity(0.0, parsed).to(si_unit).magnitude:.15g}")
 
 
 def _angles(registry: Any, unit: Any) -> float:
-    """The power of the radian in a unit, which pint takes for a plain number."""
+    """The exponent of the radian in a unit, which pint treats as dimensionless."""
     if isinstance(unit, str):
         unit = registry.parse_units(unit.replace("·", "*"))
     roots = registry.get_root_units(unit)[1]
@@ -154,10 +154,10 @@ def _angles(registry: Any, unit: Any) -> float:
 
 
 def shown(value: object) -> str:
-    """A value as messages show it: on one line, and cut where it is long."""
+    """A value for messages: on one line, cut after 80 characters."""
     try:
         text = " ".join(repr(value).split())
-    except ValueError:  # an integer of more digits than Python writes
+    except ValueError:  # an integer with more digits than Python prints
         return f"a {type(value).__name__} of thousands of digits"
     return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
@@ -167,7 +167,7 @@ def _example(si_unit: str) -> str:
 
 
 def _scaled(number: Any, factor: float) -> Any:
-    """``number * factor``, dividing where that is the correctly rounded way (5 um is 5e-6)."""
+    """``number * factor``, by division if that is correctly rounded (5 um is 5e-6)."""
     if factor < 1.0:
         return number / float(f"{1.0 / factor:.15g}")
     return number * factor
@@ -175,16 +175,16 @@ def _scaled(number: Any, factor: float) -> Any:
 
 def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
     """
-    Turn a text with a unit, a pint quantity or an SI number into an SI float.
+    Convert a text with a unit, a pint quantity or an SI number to an SI float.
 
     Parameters
     ----------
     value : float, str or pint.Quantity
         ``"5 mm"``, a pint quantity, or a plain number already in `unit`.
     unit : str
-        The SI unit of the answer; ``""`` for a plain number.
+        The SI unit of the result; ``""`` for a plain number.
     name : str
-        What the value is, for error messages.
+        Name of the value, for messages.
 
     Returns
     -------
@@ -194,7 +194,7 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
     Raises
     ------
     UnitError
-        If the text is not a number with a unit of the right kind, or the value is not finite.
+        If the text is not a number with a compatible unit, or the value is not finite.
 
     Examples
     --------
@@ -203,7 +203,7 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
     >>> to_si("1,5 mm", "m", name="radius")
     Traceback (most recent call last):
         ...
-    pymdr.errors.UnitError: radius: cannot read '1,5 mm': write a number with a decimal point and a unit, for example '5 mm'
+    pymdr.errors.UnitError: radius: cannot read '1,5 mm'; write a number with a decimal point and a unit, for example '5 mm'
     """
     if isinstance(value, float) and type(value) in (float, np.float64) and math.isfinite(value):
         return float(value)
@@ -218,7 +218,7 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
         number = _as_array(plain, name) if foreign is not None else plain
         if isinstance(number, bool) or not isinstance(number, int | float | np.number | np.ndarray):
             raise UnitError(
-                f"{name}: {shown(value)} is not a quantity: give a number in {unit or 'no unit'} or a text "
+                f"{name}: {shown(value)} is not a quantity; give a number in {unit or 'no unit'} or a text "
                 f"such as {_example(unit)!r}"
             )
         if np.ndim(number) != 0 or np.asarray(number).dtype.kind not in "fiuO":
@@ -226,22 +226,20 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
     if np.ndim(number) != 0:
         raise UnitError(f"{name}: one number is needed, not {shown(value)}")
     if np.ma.is_masked(number):
-        raise UnitError(f"{name}: the number is masked: give one that is known")
+        raise UnitError(f"{name}: the number is masked; give a known one")
     try:
         number = float(number)
     except (OverflowError, TypeError, ValueError) as error:
-        raise UnitError(
-            f"{name}: {shown(value)[:40]} is not a number that a float can hold: {error}"
-        ) from error
+        raise UnitError(f"{name}: {shown(value)[:40]} is outside the range of floats: {error}") from error
     if foreign:
         number = _converted(number, foreign, unit, name)
     if not math.isfinite(number):
-        raise UnitError(f"{name}: {shown(value)} is not finite: a finite number is needed")
+        raise UnitError(f"{name}: {shown(value)} is not finite; a finite number is needed")
     return float(number)
 
 
 def _bare(value: Any) -> Any:
-    """What a value without shape holds: NumPy and xarray wrap texts, flags and objects in arrays."""
+    """The content of a value without shape, which NumPy and xarray wrap in arrays."""
     data = getattr(value, "data", None) if type(value).__module__.startswith("xarray.") else None
     if data is not None and _is_pint(data):
         return data
@@ -257,10 +255,10 @@ _IN_NAME = re.compile(r".*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*")
 
 def _unit_of(values: Any, name: str) -> str | None:
     """
-    The unit that an array of another package carries: "" where it says that there is none, None where it is silent.
+    The unit of an array of another package: "" for dimensionless, None if not given.
 
-    xarray keeps it in ``attrs``, pandas too or in brackets behind the name of the column; astropy and unyt have
-    attributes. Units of pandas columns of pint are read elsewhere.
+    xarray and pandas keep it in ``attrs``, pandas also in brackets after the name of a column; astropy and unyt have
+    attributes. Pint columns of pandas are read elsewhere.
     """
     if _is_pint(values) or isinstance(values, str | bytes | int | float | list | tuple | dict):
         return None
@@ -283,24 +281,24 @@ def _as_text(unit: object, name: str) -> str:
 
 
 def _converted(values: Any, given: str, unit: str, name: str) -> Any:
-    """Numbers that came with a unit of their own, in SI."""
+    """Numbers with a unit of their own, in SI."""
     try:
         return _scaled(values, _factor(given, unit)) + _zero(given, unit)
     except UnitError as error:
-        raise UnitError(f"{name}: {error} (the unit that the array carries)") from error
+        raise UnitError(f"{name}: {error} (the unit of the array)") from error
 
 
 def _read_text(text: str, unit: str, name: str) -> float:
     match = _TEXT.fullmatch(text) if len(text) <= _LONGEST_TEXT else None
     if match is None:
         raise UnitError(
-            f"{name}: cannot read {text[:_LONGEST_TEXT]!r}: write a number with a decimal point and a unit, "
+            f"{name}: cannot read {text[:_LONGEST_TEXT]!r}; write a number with a decimal point and a unit, "
             f"for example {_example(unit)!r}"
         )
     number, given = match.groups()
     if given is None and unit:
         raise UnitError(
-            f"{name}: {text!r} has no unit: write for example {_example(unit)!r}, or the plain number for {unit}"
+            f"{name}: {text!r} has no unit; write for example {_example(unit)!r}, or a plain number in {unit}"
         )
     try:
         return float(_scaled(float(number), _factor(given, unit)) + _zero(given, unit) if given else number)
@@ -315,34 +313,34 @@ def _is_pint(value: object) -> bool:
 def _read_pint(value: Any, unit: str, name: str) -> Any:
     import pint
 
-    with _ONE_AT_A_TIME:
+    with _PINT_LOCK:
         try:
             if _angles(value._REGISTRY, value.units) != _angles(value._REGISTRY, unit):
                 raise UnitError(
-                    f"{name}: {shown(value)} does not fit: give for example {_example(unit)!r}"
+                    f"{name}: {shown(value)} does not fit; give for example {_example(unit)!r}"
                     + (" (an angle is not a plain number)" if not unit else "")
                 )
             return value.to(unit or "dimensionless").magnitude
         except pint.DimensionalityError as error:
-            raise UnitError(f"{name}: {value} does not fit: give for example {_example(unit)!r}") from error
+            raise UnitError(f"{name}: {value} does not fit; give for example {_example(unit)!r}") from error
 
 
 def to_si_array(
     values: ArrayQuantityLike, unit: str, *, name: str = "values", missing: bool = False
 ) -> FloatArray:
     """
-    Turn an array, a sequence of texts or numbers, or a pint array into SI floats.
+    Convert an array, a sequence of texts or numbers, or a pint array to SI floats.
 
     Parameters
     ----------
     values : array_like, sequence of str, or pint.Quantity
         Plain numbers are already in `unit`.
     unit : str
-        The SI unit of the answer.
+        The SI unit of the result.
     name : str
-        What the values are, for error messages.
+        Name of the values, for messages.
     missing : bool
-        Whether entries of arrays may be missing: nan or masked, and nan in the answer.
+        Whether entries may be missing (nan or masked), returned as nan.
 
     Returns
     -------
@@ -352,7 +350,7 @@ def to_si_array(
     Raises
     ------
     UnitError
-        If an entry is not a finite number of the right kind.
+        If an entry is not a finite number with a compatible unit.
 
     Examples
     --------
@@ -367,7 +365,7 @@ def to_si_array(
     if isinstance(plain, np.ma.MaskedArray) and missing:
         plain = np.ma.filled(plain.astype(float), np.nan)
     elif isinstance(plain, np.ma.MaskedArray) and bool(np.any(np.ma.getmaskarray(plain))):
-        raise UnitError(f"{name}: some entries are masked: leave them out, or fill them")
+        raise UnitError(f"{name}: some entries are masked; leave them out or fill them")
     if foreign is not None or (plain is not values and not isinstance(plain, str)):
         plain = _as_array(plain, name)
     if isinstance(plain, str):
@@ -383,7 +381,7 @@ def to_si_array(
     allowed = np.isfinite(array) | (missing & np.isnan(array))
     if not np.all(allowed):
         where = ", ".join(map(str, np.argwhere(~np.atleast_1d(allowed))[0].tolist()))
-        raise UnitError(f"{name}[{where}] is not finite: every entry must be a finite number")
+        raise UnitError(f"{name}[{where}] is not finite; every entry must be a finite number")
     array = np.asarray(array + 0.0)  # no negative zeros
     array.flags.writeable = False
     return array
@@ -392,9 +390,9 @@ def to_si_array(
 def _as_array(values: Any, name: str) -> np.ndarray:
     try:
         return np.asarray(values)
-    except (TypeError, ValueError) as error:  # xarray refuses to take a dataset for an array
+    except (TypeError, ValueError) as error:  # an xarray dataset is not an array
         raise UnitError(
-            f"{name}: a {type(values).__name__} is not an array of numbers; take one of its columns"
+            f"{name}: a {type(values).__name__} is not an array of numbers; give one of its columns"
         ) from error
 
 
@@ -402,10 +400,10 @@ def _of_numbers(values: Sequence[float], name: str) -> FloatArray:
     try:
         array = np.array(values, dtype=float)
     except OverflowError as error:
-        raise UnitError(f"{name}: an entry is not a number that a float can hold") from error
+        raise UnitError(f"{name}: an entry is outside the range of floats") from error
     if not np.all(np.isfinite(array)):
         i = int(np.argmin(np.isfinite(array)))
-        raise UnitError(f"{name}[{i}]: {values[i]} is not finite: a finite number is needed")
+        raise UnitError(f"{name}[{i}]: {values[i]} is not finite; a finite number is needed")
     return array
 
 
@@ -429,7 +427,7 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     values : float or array_like
         In `si_unit`.
     si_unit, unit : str
-        The units before and after.
+        The given and the requested unit.
 
     Returns
     -------
@@ -439,7 +437,7 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     Raises
     ------
     UnitError
-        If the units are of different kinds.
+        If the units are incompatible.
 
     Examples
     --------
@@ -447,11 +445,11 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     5.0
     """
     if not unit and si_unit:
-        raise UnitError(f"a unit of the kind of {si_unit!r} is needed, for example in {_example(si_unit)!r}")
+        raise UnitError(f"a unit compatible with {si_unit!r} is needed, for example in {_example(si_unit)!r}")
     factor = _factor(unit, si_unit) if unit else 1.0
     if unit and _zero(unit, si_unit):
         raise UnitError(
-            f"{unit!r} does not count from 0 K, and differences of temperature are not told from temperatures; ask for 'K'"
+            f"{unit!r} does not start at 0 K, so temperature differences would be ambiguous; use 'K'"
         )
     numbers = np.asarray(values) if isinstance(values, list | tuple) else values
     if factor < 1.0:
@@ -477,12 +475,12 @@ _SCALED: dict[str, tuple[int, str, str]] = {
     "A": (1, "f", "k"),
     "W": (1, "f", "G"),
 }
-"""Units that take prefixes, with the power in which they take them, and the smallest and largest that people write."""
+"""Units with prefixes: their power in the prefixed unit, and the smallest and largest usual prefix."""
 
 
 def in_good_units(value: float, unit: str) -> tuple[float, str]:
     """
-    A value with the SI prefix that a person would choose; the unit as it is where it takes none.
+    A value with a readable SI prefix; other units are unchanged.
 
     Examples
     --------
@@ -494,7 +492,7 @@ def in_good_units(value: float, unit: str) -> tuple[float, str]:
     if unit not in _SCALED or value == 0.0 or not math.isfinite(value):
         return value, unit
     power, smallest, largest = _SCALED[unit]
-    index = _UNITY + math.floor(math.log10(abs(value)) / (3.0 * power) + _hair(power))
+    index = _UNITY + math.floor(math.log10(abs(value)) / (3.0 * power) + _offset(power))
     index = min(max(index, _PREFIXES.index(smallest)), _PREFIXES.index(largest))
     prefixed = f"{_PREFIXES[index]}{unit}"
     return float(from_si(value, unit, prefixed)), prefixed
@@ -502,7 +500,7 @@ def in_good_units(value: float, unit: str) -> tuple[float, str]:
 
 def good_unit(values: FloatArray, unit: str) -> str:
     """
-    The prefixed unit that suits the largest finite value.
+    The prefixed unit for the largest finite value.
 
     Examples
     --------
@@ -513,14 +511,14 @@ def good_unit(values: FloatArray, unit: str) -> str:
     return in_good_units(float(finite.max()) if finite.size else 0.0, unit)[1]
 
 
-def _hair(power: int) -> float:
-    """What is added to the order of a value: rounding, and of an area the two decades that are read as 0.01 mm^2."""
+def _offset(power: int) -> float:
+    """Added to the order of magnitude: rounding and, for areas, the two decades written as 0.01 mm^2."""
     return 1e-12 if power == 1 else 1.0 / 3.0 + 1e-12
 
 
 def written(value: float, unit: str, digits: int = 4) -> str:
     """
-    A value in words, with the prefix that makes it readable.
+    A value as text with a readable prefix.
 
     Examples
     --------
@@ -531,19 +529,19 @@ def written(value: float, unit: str, digits: int = 4) -> str:
     """
     if math.isnan(value):
         return "-"
-    rounded = float(f"{value:.{digits}g}") + 0.0  # of -0 too
+    rounded = float(f"{value:.{digits}g}") + 0.0  # removes -0
     number, prefixed = in_good_units(rounded, unit)
     return f"{number:.{digits}g} {prefixed}".strip()
 
 
 _ROUNDING = 4e-15
 _NOTHING = 1e-6
-"""Of the unit with its smallest prefix."""
+"""Smallest value shown, in the unit with its smallest prefix."""
 
 
 def without_rounding(value: float, values: ArrayLike, unit: str) -> float:
     """
-    A value among others of its kind, 0 where it is the rounding of the largest one, or smaller than people can mean.
+    A value, or 0 if it is only rounding of the largest of `values` or below the smallest readable unit.
 
     Examples
     --------
@@ -563,10 +561,10 @@ def without_rounding(value: float, values: ArrayLike, unit: str) -> float:
 
 
 def metres(value: float) -> str:
-    """A length as messages give it, with six digits."""
+    """A length for messages, with six digits."""
     return written(value, "m", 6)
 
 
 def newtons(value: float) -> str:
-    """A force as messages give it, with six digits."""
+    """A force for messages, with six digits."""
     return written(value, "N", 6)

@@ -1,1 +1,1 @@
-"""Solutions that do not use MDR, to hold it against."""
+"""Solutions that do not use MDR, for comparison."""

@@ -1,4 +1,4 @@
-"""A loading history by rings: the states of many steps, and their fields."""
+"""A loading history by rings: states of all steps and their fields."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from pymdr.problem.profiles import Function, Profile, Sampled, Sum
 from pymdr.units import FloatArray, metres
 
 _DECADES = np.geomspace(1e-16, 1e7, 23 * 16 + 1)
-"""Radii in m between which the end of a contact is searched where the profile states no length."""
+"""Radii in m for the search of a bound of the contact if the profile has no end."""
 
 
 @dataclass(frozen=True)
 class RingHistory:
-    """Solutions of every step; None without contact."""
+    """Solutions of all steps; None without contact."""
 
     profile: Profile
     solutions: tuple[RingSolution | None, ...]
@@ -49,9 +49,9 @@ class RingHistory:
         a = solution.contact_radius
         marks = sorted({0.0, *(edge for zone in solution.zones for edge in zone)})
         graded = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 101)))
-        pieces = [low + (high - low) * graded for low, high in pairwise(marks)]
+        zones = [low + (high - low) * graded for low, high in pairwise(marks)]
         outside = a + a * np.linspace(0.0, 1.0, 61)[1:] ** 2
-        return np.unique(np.concatenate([*pieces, outside]))
+        return np.unique(np.concatenate([*zones, outside]))
 
     def marks(self, step: int) -> list[float]:
         """Radii between which the pressure is smooth."""
@@ -73,7 +73,7 @@ class RingHistory:
             for low, high in () if solution is None else solution.zones:
                 inside |= (position >= low) & (position <= high)
             return np.where(inside, 0.0, h)
-        raise QuantityError(f"no field {name!r} on the line: rings were used, not the method")
+        raise QuantityError(f"no field {name!r}: the rings have no line")
 
     def edge_amplitude(self, step: int) -> float:
         """Amplitude of the pressure singularity at the outermost edge in Pa m^0.5."""
@@ -82,7 +82,7 @@ class RingHistory:
 
 
 def gap_of(profile: Profile) -> Callable[[FloatArray], FloatArray]:
-    """f(r) of a profile as a callable, integrated from the derivative where only that was given."""
+    """f(r) of a profile as a callable, integrated from the derivative if f is not given."""
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     if all(not isinstance(part, Function) or part.f is not None for part in parts):
         return profile.gap
@@ -122,48 +122,48 @@ def solve_steps(
     targets : ndarray
         Indentations in m, or forces in N.
     by_force : bool
-        Which of the two.
+        Whether targets are forces.
     rings : Rings
-        How many rings.
+        Number of rings.
     surface : Surface
-        What is pressed, displaced in proportion to 1/E*.
+        Elastic surface, displaced in proportion to 1/E*.
 
     Returns
     -------
     list of RingSolution or None
-        None where there is no contact.
+        None without contact.
 
     Raises
     ------
     ProblemError
-        If the contact has no end inside the profile.
+        If the contact exceeds the profile.
     ConvergenceError
-        If the contact zones cannot be settled.
+        If the contact zones do not converge.
     """
     gap = gap_of(profile)
     marks = () if isinstance(profile, Sampled) else profile.breakpoints
     lowest = _lowest_gap(profile, gap)
-    found: list[RingSolution | None] = []
+    solutions: list[RingSolution | None] = []
     for target in targets.tolist():
         if (by_force and target <= 0.0) or (not by_force and target <= lowest):
-            found.append(None)
+            solutions.append(None)
             continue
         solver = solve_force if by_force else solve_indentation
-        depth = target if not by_force else _most_depth(profile, modulus, target, rings, surface)
-        reach = _reach(profile, gap, depth, surface)
-        found.append(
+        depth = target if not by_force else _max_depth(profile, modulus, target, rings, surface)
+        max_radius = _max_radius(profile, gap, depth, surface)
+        solutions.append(
             solver(
                 gap,
                 target,
                 modulus,
-                reach=reach,
+                max_radius=max_radius,
                 n=rings.n,
                 edge=profile.edge,
                 breakpoints=marks,
                 surface=surface,
             )
         )
-    return found
+    return solutions
 
 
 def _radii(profile: Profile) -> FloatArray:
@@ -178,10 +178,10 @@ def _lowest_gap(profile: Profile, gap: Callable[[FloatArray], FloatArray]) -> fl
     return min(0.0, float(np.nanmin(f)))
 
 
-def _most_depth(
+def _max_depth(
     profile: Profile, modulus: float, force: float, rings: Rings, surface: Surface
 ) -> float | None:
-    """A bound of the depth under a force: that of a half-space as soft as the surface is anywhere; None needs no bound."""
+    """Upper bound of the depth under a force, by the softest equivalent half-space; None if not needed."""
     if not surface.bulges:
         return None
     (softer,) = solve_steps(
@@ -190,10 +190,10 @@ def _most_depth(
     return None if softer is None else 1.5 * softer.indentation
 
 
-def _reach(
+def _max_radius(
     profile: Profile, gap: Callable[[FloatArray], FloatArray], depth: float | None, surface: Surface
 ) -> float:
-    """An upper bound of the contact radius: contact lies where f < d, or little beyond."""
+    """Upper bound of the contact radius: contact lies where f < d, or slightly beyond."""
     limit = min(profile.edge, profile.reach)
     if math.isfinite(limit):
         return limit
@@ -204,8 +204,8 @@ def _reach(
     below = np.flatnonzero(f < depth)
     if below.size and below[-1] == _DECADES.size - 1:
         raise ProblemError(
-            f"the profile never rises to {metres(depth)}: a contact without an edge has no end; add "
-            "FlatPunch(radius) for a cylinder of that end shape"
+            f"the profile never rises to {metres(depth)}, so the contact has no end; add "
+            "FlatPunch(radius) for a cylinder with this end"
         )
     bound = float(_DECADES[below[-1] + 1]) if below.size else float(_DECADES[0])
     return max(bound, bulge_radius(_DECADES[known], f[known], depth)) if surface.bulges else bound

@@ -1,12 +1,11 @@
-"""Axisymmetric contact of bodies with memory by boundary elements on rings: no Abel map, no g(x), no springs.
+"""Axisymmetric viscoelastic contact by boundary elements on rings: no Abel map, no g(x), no springs.
 
-The surface of the half-space obeys u(r, t) = K e, K the displacement by a pressure on an elastic surface of E* = 1, and
-p(r, t) = int E*(t - s) de(r, s): every ring has its own spring and Maxwell branches. Within a step e is straight in time, for
-which the branches are exact. A ring without pressure has a known e_0, so that with e = e_0 + x the step is
-Signorini's problem x >= 0, K x >= d - (f + K e_0), that of an elastic contact whose gap is what the past has left.
-Forces err as the square of the step and of the width of the rings; of two solutions, one in twice as many steps, the
-limit of none is taken. Where branches relax within a step they are dashpots, whose pressure is that of a punch: its force errs
-as the width of the rings.
+The surface of the half-space obeys u(r, t) = K e with K the displacement by a pressure for E* = 1, and
+p(r, t) = int E*(t - s) de(r, s): every ring has its own spring and Maxwell branches. Within a step e is linear in time, for
+which the branches are exact. A ring without pressure has a known e_0; with e = e_0 + x a step is Signorini's problem
+x >= 0, K x >= d - (f + K e_0): an elastic contact with the residual gap of the history. Errors of forces are of second order
+in the step and the ring width; two solutions, one with twice as many steps, are extrapolated. Branches that relax within a
+step act as dashpots with the pressure of a punch, for which errors are of first order in the ring width.
 """
 
 from __future__ import annotations
@@ -38,17 +37,17 @@ from pymdr.problem.profiles import Profile, Sampled
 from pymdr.units import FloatArray
 
 _PARTS = 200
-"""Steps of the coarser solution in a leg, shared out among its rows."""
+"""Steps of the coarser solution of a leg."""
 _LEAST = 12
-"""Rings between two kinks of the gap."""
-_ROOM = 4
-"""Rings beyond the contact that an elastic body would have."""
+"""Fewest rings between two kinks of the gap."""
+_EXTRA = 4
+"""Rings outside the largest elastic contact."""
 _FITTED = 8
-"""Rings whose pressures tell where the edge is."""
+"""Rings whose pressures determine the edge."""
 
 
 class Strained(NamedTuple):
-    """What the surface remembers, and its pressure."""
+    """Viscoelastic state of the surface, and its pressure."""
 
     strain: Array
     """(n,) e of every ring."""
@@ -65,22 +64,22 @@ class Strained(NamedTuple):
 
 
 class RingMemory(NamedTuple):
-    """All that a later leg needs."""
+    """State at the end of a leg."""
 
     mesh: RingMesh
     coarse: Strained
     fine: Strained
     largest_force: float
-    """In N, so far."""
+    """Largest force so far in N."""
 
 
 class MemoryLeg(NamedTuple):
-    """The rows of a leg, and the state after it."""
+    """The rows of a leg, and its final state."""
 
     solutions: list[RingSolution | None]
-    """None before anything was touched."""
+    """None before the first contact."""
     change: FloatArray
-    """Relative to the largest force, or indentation where forces are prescribed: what the extrapolation changed."""
+    """Change by the extrapolation, relative to the largest force (or indentation if forces are prescribed)."""
     state: RingMemory | None
 
 
@@ -96,7 +95,7 @@ def follow_rings(
     parts: int = _PARTS,
 ) -> MemoryLeg:
     """
-    Follow indentations, or forces, that are straight in time between the rows.
+    Follow indentations or forces that are linear in time between the rows.
 
     Parameters
     ----------
@@ -105,17 +104,17 @@ def follow_rings(
     relaxation : Relaxation
         E*(t).
     time : ndarray, shape (m + 1,)
-        t in s, not falling, at the start of the leg and of every row.
+        Non-decreasing times in s at the start of the leg and at every row.
     target : ndarray, shape (m + 1,)
-        Indentations in m or forces in N, none below 0, likewise.
+        Indentations in m or forces in N at these times, not below 0.
     by_force : bool
-        Which of the two.
+        Whether targets are forces.
     state : RingMemory or None
-        Where to go on; None for bodies that have not touched.
+        State to continue from; None before the first contact.
     rings : Rings
-        How many rings in the largest contact of the leg.
+        Number of rings in the largest contact of the leg.
     parts : int
-        Steps of the coarser of the two solutions, shared out among the rows.
+        Steps of the coarser of the two solutions, distributed over the rows.
 
     Returns
     -------
@@ -124,13 +123,13 @@ def follow_rings(
     Raises
     ------
     ProblemError
-        If a dashpot stands beside the springs, or the contact has no end inside the profile.
+        If the body has a parallel dashpot, or the contact exceeds the profile.
     ConvergenceError
-        If the contact of a step cannot be settled.
+        If the contact of a step does not converge.
 
     Notes
     -----
-    Lee and Radok (1960), J. Appl. Mech. 27, 438, for the law of the surface.
+    Lee and Radok (1960), J. Appl. Mech. 27, 438, for the constitutive law of the surface.
 
     Examples
     --------
@@ -144,8 +143,8 @@ def follow_rings(
     """
     if relaxation.viscosity > 0.0:
         raise ProblemError(
-            "rings: a dashpot beside the springs (KelvinVoigt) makes the pressure infinite at an edge that moves, which rings do "
-            "not follow; take StandardSolid with a short time for it"
+            "rings: a parallel dashpot (KelvinVoigt) makes the pressure infinite at a moving edge, which rings cannot "
+            "follow; use StandardSolid with a short relaxation time"
         )
     largest = max(float(target.max()) if by_force else 0.0, 0.0 if state is None else state.largest_force)
     radius = _largest_radius(profile, relaxation, time, target, by_force, largest)
@@ -155,17 +154,17 @@ def follow_rings(
     corners, mesh = _corners(profile), state.mesh
     coarse, fine = state.coarse, state.fine
     solutions: list[RingSolution | None] = []
-    told = np.zeros((2, target.size - 1))
-    for i, count in enumerate(_shares(time, target, parts)):
-        at, to = time[i : i + 2], target[i : i + 2]
+    outputs = np.zeros((2, target.size - 1))
+    for i, count in enumerate(_step_counts(time, target, parts)):
+        times, targets = time[i : i + 2], target[i : i + 2]
         coarse, fine = (
-            _followed(relaxation, mesh, corners, begun, at, to, by_force, times * count)
-            for begun, times in ((coarse, 1), (fine, 2))
+            _followed(relaxation, mesh, corners, start, times, targets, by_force, refinement * count)
+            for start, refinement in ((coarse, 1), (fine, 2))
         )
         solutions.append(_solution(relaxation, mesh, corners, _limit(coarse, fine)))
-        told[:, i] = [one.depth if by_force else float(one.pressure @ mesh.area) for one in (coarse, fine)]
+        outputs[:, i] = [s.depth if by_force else float(s.pressure @ mesh.area) for s in (coarse, fine)]
         largest = max(largest, float(fine.pressure @ mesh.area))
-    change = np.abs(told[1] - told[0]) / 3.0 / (float(np.max(np.abs(told))) or 1.0)
+    change = np.abs(outputs[1] - outputs[0]) / 3.0 / (float(np.max(np.abs(outputs))) or 1.0)
     return MemoryLeg(solutions, change, RingMemory(mesh, coarse, fine, largest))
 
 
@@ -177,20 +176,20 @@ def _largest_radius(
     by_force: bool,
     force: float,
 ) -> float:
-    """That of an elastic body at the deepest row, or under the largest force as soft as it has become in the end."""
+    """Contact radius of an elastic body at the deepest row, or under the largest force with the final compliance."""
     modulus = 1.0 / float(relaxation.retardation(time[-1])) if by_force else 1.0
     most = force if by_force else float(target.max())
-    (found,) = solve_steps(profile, modulus, np.array([most]), by_force, Rings(60))
-    return 0.0 if found is None else found.contact_radius
+    (solution,) = solve_steps(profile, modulus, np.array([most]), by_force, Rings(60))
+    return 0.0 if solution is None else solution.contact_radius
 
 
 def _extended(
     profile: Profile, state: RingMemory | None, relaxation: Relaxation, radius: float, n: int
 ) -> RingMemory | None:
-    """Rings out to a radius and a few beyond; what was there stays as it is, what is new remembers nothing."""
+    """Add rings up to a radius and a few more; existing ones keep their state, new ones have no history."""
     border = 0.0 if state is None else float(state.mesh.edges[-1])
-    end = min(radius * (1.0 + _ROOM / n), profile.edge, profile.reach)
-    if end <= border or (radius * (1.0 + 0.5 * _ROOM / n) <= border):
+    end = min(radius * (1.0 + _EXTRA / n), profile.edge, profile.reach)
+    if end <= border or (radius * (1.0 + 0.5 * _EXTRA / n) <= border):
         return state
     marks = [x for x in _corners(profile) if border < x < end]
     edges, centres, panel = [np.array([border])], [np.zeros(0)], [np.zeros(0, dtype=np.intp)]
@@ -219,7 +218,7 @@ def _extended(
     if state is None:
         none = Strained(np.zeros(0), np.zeros((relaxation.moduli.size, 0)), np.zeros(0), 0.0, (), 0.0)
         state = RingMemory(mesh, none, none, 0.0)
-    return RingMemory(mesh, _longer(state.coarse, r.size), _longer(state.fine, r.size), state.largest_force)
+    return RingMemory(mesh, _padded(state.coarse, r.size), _padded(state.fine, r.size), state.largest_force)
 
 
 def _corners(profile: Profile) -> tuple[float, ...]:
@@ -229,36 +228,36 @@ def _corners(profile: Profile) -> tuple[float, ...]:
 
 
 def _panel(low: float, high: float, width: float, kink: bool, end: bool) -> Array:
-    """Centres and outer edges of rings between two kinks in turn, finer at those that are."""
+    """Alternating centres and outer edges of rings, graded to kinks and to the end."""
     count = max(_LEAST if kink or end else 1, math.ceil((high - low) / width - 1e-9))
     s = 0.5 * np.pi * np.arange(1, 2 * count + 1) / (2 * count)
     if kink and end:
-        share = np.sin(s) ** 2
+        fraction = np.sin(s) ** 2
     elif kink:
-        share = 1.0 - np.cos(s)
+        fraction = 1.0 - np.cos(s)
     elif end:
-        share = np.sin(s)
+        fraction = np.sin(s)
     else:
-        share = s / s[-1]
-    points = low + (high - low) * share
+        fraction = s / s[-1]
+    points = low + (high - low) * fraction
     points[-1] = high
     return points
 
 
-def _longer(known: Strained, size: int) -> Strained:
-    more = size - known.strain.size
+def _padded(known: Strained, size: int) -> Strained:
+    extra = size - known.strain.size
     return known._replace(
-        strain=np.pad(known.strain, (0, more)),
-        branches=np.pad(known.branches, ((0, 0), (0, more))),
-        pressure=np.pad(known.pressure, (0, more)),
+        strain=np.pad(known.strain, (0, extra)),
+        branches=np.pad(known.branches, ((0, 0), (0, extra))),
+        pressure=np.pad(known.pressure, (0, extra)),
     )
 
 
-def _shares(time: FloatArray, target: FloatArray, parts: int) -> list[int]:
-    """Steps from row to row, by what they move and how long they last."""
-    shares = [np.abs(np.diff(values)) for values in (time, target)]
-    share = sum(values / (values.sum() or 1.0) for values in shares) / 2.0
-    counts: list[int] = np.maximum(np.ceil(parts * np.asarray(share) - 1e-9), 1.0).astype(int).tolist()
+def _step_counts(time: FloatArray, target: FloatArray, parts: int) -> list[int]:
+    """Number of steps of every row, by its change of target and duration."""
+    changes = [np.abs(np.diff(values)) for values in (time, target)]
+    fraction = sum(values / (values.sum() or 1.0) for values in changes) / 2.0
+    counts: list[int] = np.maximum(np.ceil(parts * np.asarray(fraction) - 1e-9), 1.0).astype(int).tolist()
     return counts
 
 
@@ -272,10 +271,10 @@ def _followed(
     by_force: bool,
     count: int,
 ) -> Strained:
-    """One row, in a number of steps."""
-    wait = float(time[1] - time[0]) / count
-    for to in np.linspace(target[0], target[1], count + 1)[1:].tolist():
-        state = _step(relaxation, mesh, corners, state, wait, to, by_force)
+    """Follow one row in `count` steps."""
+    duration = float(time[1] - time[0]) / count
+    for value in np.linspace(target[0], target[1], count + 1)[1:].tolist():
+        state = _step(relaxation, mesh, corners, state, duration, value, by_force)
     return state
 
 
@@ -284,13 +283,13 @@ def _step(
     mesh: RingMesh,
     corners: tuple[float, ...],
     state: Strained,
-    wait: float,
+    duration: float,
     target: float,
     by_force: bool,
 ) -> Strained:
-    x = wait / relaxation.times
-    share = relaxation.moduli * np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, x, 1.0), 1.0)
-    stiff = relaxation.equilibrium + float(share.sum())
+    x = duration / relaxation.times
+    moduli = relaxation.moduli * np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, x, 1.0), 1.0)
+    stiff = relaxation.equilibrium + float(moduli.sum())
     branches = state.branches * np.exp(-x)[:, None]
     free = state.strain - (relaxation.equilibrium * state.strain + branches.sum(axis=0)) / stiff
     gap = mesh.gap + product(mesh.matrix, free)
@@ -301,20 +300,20 @@ def _step(
         problem = RingProblem(np.zeros_like, depth, force, corners, free.size, 1.0)
         settled = active_set(problem, mesh._replace(gap=gap), state.zones)
     strain = free + settled.pressure
-    branches = branches + share[:, None] * (strain - state.strain)
+    branches = branches + moduli[:, None] * (strain - state.strain)
     return Strained(
         strain, branches, stiff * settled.pressure, settled.depth, settled.zones, settled.stiffness
     )
 
 
 def _touch(mesh: RingMesh, gap: Array) -> float:
-    """The least gap, from the rings and from where their two innermost ones point to on the axis."""
+    """The smallest gap at the rings and, by extrapolation, on the axis."""
     inner = gap[0] - (gap[1] - gap[0]) * mesh.centres[0] / (mesh.centres[1] - mesh.centres[0])
     return float(min(gap.min(), inner))
 
 
 def _limit(coarse: Strained, fine: Strained) -> Strained:
-    """Of steps without length."""
+    """Extrapolation to steps of zero length."""
 
     def limit(a: Array, b: Array) -> Array:
         return b + (b - a) / 3.0
@@ -370,7 +369,7 @@ def _solution(
 
 
 def _edge(mesh: RingMesh, pressure: Array, low: float, high: float) -> float:
-    """Where p^2, which is straight at a free edge, vanishes between the last rings of a contact."""
+    """Radius at which p^2, linear at a free edge, vanishes between the last rings of a contact."""
     own = np.flatnonzero((mesh.centres > low) & (mesh.centres < high))
     fitted = own[-_FITTED - 1 : -1]
     if fitted.size < 2:

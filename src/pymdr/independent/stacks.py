@@ -1,9 +1,9 @@
-"""Surface of a stack of elastic layers, for the rings: neither Fredholm's equation nor its kernel.
+"""Surface of a stack of elastic layers for the rings, without Fredholm's equation or its kernel.
 
-A pressure that waves as cos(q x) displaces the surface by 2 L/(E* q), E* that of the top layer. L is made by adding layers
-from the base up. Of each layer the squeezing and the bending half are solved in closed form, in those of their displacements
-and tractions for which no coefficient is a difference of large numbers, however thin, thick or incompressible it is.
-The displacement by rings is that of the half-space less a Hankel integral with 1 - L, which decays like e^(-2 q h).
+A pressure cos(q x) displaces the surface by 2 L/(E* q) with E* of the top layer. L is computed by adding layers from the base
+up. The symmetric and antisymmetric part of each layer are solved in closed form, in displacements and tractions whose
+coefficients are free of cancellation for thin, thick and incompressible layers. The displacement by rings is that of the
+half-space minus a Hankel integral with 1 - L, which decays like e^(-2 q h).
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic
 
 _END = 22.0
-"""In q h of the top layer: beyond it 1 - L is below rounding."""
+"""q h of the top layer above which 1 - L is below rounding."""
 _NODES = 24
 _WAVE = 30.0
-"""Phase of the Bessel functions over a panel, which its nodes resolve to rounding."""
+"""Phase of the Bessel functions per panel, resolved to rounding by its nodes."""
 _RATIO = 2.5
-"""Of the ends of a panel: the poles of L, plates on soft foundations included, stay as far away as the panel is long."""
+"""Ratio of the ends of a panel; the poles of L stay at least a panel length away."""
 _MOST = 400_000
 _BLOCK = 2048
 
@@ -38,17 +38,17 @@ class Stack:
 
     Parameters
     ----------
-    thickness : tuple of float, m
-        Of every layer.
+    thickness : tuple of float
+        Thickness of every layer in m.
     young, poisson : tuple of float
-        Young's modulus in Pa and Poisson's ratio of every layer and last of the base; that of a rigid base does not matter.
+        Young's modulus in Pa and Poisson's ratio of every layer and of the base; that of a rigid base is ignored.
     bonded : tuple of bool
-        Whether each layer sticks to what is below it, or slides on it without friction and without lifting.
+        Whether each layer is bonded to the one below, or slides on it without friction and lifting.
 
     Raises
     ------
     ProblemError
-        If there is no layer, the numbers of values differ, or one is outside its limits.
+        If there is no layer, numbers of values do not match, or a value is outside its limits.
 
     Examples
     --------
@@ -85,16 +85,16 @@ class Stack:
 
     @property
     def softness(self) -> float:
-        """The largest L."""
+        """Upper bound of L."""
         q = np.geomspace(1e-9, 1e3, 400) / sum(self.thickness)
         return float(1.05 * max(self.compliance(q).max(), 1.0))
 
     def compliance(self, q: ArrayLike) -> Array:
-        """L at wavenumbers `q` (k,) in 1/m: the displacement by a waving pressure over that of a half-space of the top layer.
+        """L at wavenumbers `q` (k,) in 1/m: the displacement by a cosine pressure over that of a half-space of the top layer.
 
         References
         ----------
-        Muskhelishvili 1953, sections 93 and 94, for the waves; Kausel and Roesset 1981, Bull. Seismol. Soc. Am. 71, 1743, for adding.
+        Muskhelishvili 1953, sections 93 and 94, for the layers; Kausel and Roesset 1981, Bull. Seismol. Soc. Am. 71, 1743, for their assembly.
 
         Examples
         --------
@@ -119,12 +119,12 @@ class Stack:
     def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
         """Displacement in m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n).
 
-        That of :func:`pymdr.independent.rings.ring_displacement` less 2 int (1 - L) J0(q r) [a J1(q a)] dq / q.
+        :func:`pymdr.independent.rings.ring_displacement` minus 2 int (1 - L) J0(q r) [a J1(q a)] dq / q.
 
         Raises
         ------
         ProblemError
-            As there, or if the layer is too thin for the radii to be resolved.
+            As there, or if the layer is too thin for the radii.
 
         Examples
         --------
@@ -140,14 +140,14 @@ class Stack:
         span = float(r.max() + a[-1])
         q, weight = _quadrature(self, 2.0 ** math.ceil(math.log2(span)))
         for i in range(0, q.size, _BLOCK):
-            some = slice(i, i + _BLOCK)
-            disks = a * scipy.special.j1(q[some, None] * a)
-            u -= (scipy.special.j0(r[:, None] * q[some]) * weight[some]) @ np.diff(disks, axis=1)
+            block = slice(i, i + _BLOCK)
+            disks = a * scipy.special.j1(q[block, None] * a)
+            u -= (scipy.special.j0(r[:, None] * q[block]) * weight[block]) @ np.diff(disks, axis=1)
         return u
 
 
 def stack_of(body: Layered) -> Stack:
-    """The stack that a body is.
+    """The stack of a layered body.
 
     Examples
     --------
@@ -166,10 +166,10 @@ def stack_of(body: Layered) -> Stack:
 
 
 def _added(c: Array, kappa: float, soft: float, below: Array, bonded: bool) -> Array:
-    """Compliance (k, 2, 2) of the top of a layer on one that is known; `soft`: shear modulus of reference over its own.
+    """Compliance (k, 2, 2) of a layer on a known compliance; `soft`: reference shear modulus over its own.
 
-    Displacements (U, W) along and out of the surface, tractions (T, S) over q times the modulus of reference. Of the halves of
-    a layer of q h = 2 c, squeezed: T = d U + e S, W = f S - e U; bent: U = g T - b W, S = D W + b T.
+    Displacements (U, W) along and out of the surface, tractions (T, S) over q times the reference modulus. For q h = 2 c,
+    symmetric part: T = d U + e S, W = f S - e U; antisymmetric part: U = g T - b W, S = D W + b T.
     """
     t, y, rest = _waves(c)
     d, D = 4 * (t + y), 4 * rest
@@ -196,10 +196,10 @@ def _added(c: Array, kappa: float, soft: float, below: Array, bonded: bool) -> A
 
 
 def _waves(c: Array) -> tuple[Array, Array, Array]:
-    """Of c: tanh c, c/cosh² c, and their difference without cancellation."""
-    fall = np.exp(-2 * c)
-    t = -np.expm1(-2 * c) / (1 + fall)
-    y = 4 * c * fall / (1 + fall) ** 2
+    """Tanh c, c/cosh² c, and their difference without cancellation."""
+    decay = np.exp(-2 * c)
+    t = -np.expm1(-2 * c) / (1 + decay)
+    y = 4 * c * decay / (1 + decay) ** 2
     x = np.minimum(2 * c, 1.0)
     series = np.ones_like(x)
     for k in range(9, 0, -1):
@@ -216,8 +216,8 @@ def _quadrature(stack: Stack, span: float) -> tuple[Array, Array]:
     number = end / longest * _NODES
     if number > _MOST:
         raise ProblemError(
-            f"Stack: rings of radii up to {span / 2:.3g} m on a layer of {stack.thickness[0]:.3g} m need {number:.2g} nodes, more than "
-            f"{_MOST}; a thicker layer or a smaller contact is needed."
+            f"Stack: rings of radii up to {span / 2:.3g} m on a layer of {stack.thickness[0]:.3g} m need {number:.2g} nodes (limit "
+            f"{_MOST}); use a thicker layer or a smaller contact."
         )
     first = 1e-8 / (sum(stack.thickness) + span)
     marks = [0.0, first]

@@ -343,7 +343,7 @@ def energy_assumption(residual: float) -> Assumption:
     """The energy balance as a measured condition."""
     return Assumption(
         "energy balance",
-        "work by quadrature less the change of energy and what the jumps dissipate, over the largest of them,",
+        "relative residual; work minus change of energy and dissipation in jumps",
         residual,
         1e-8,
     )

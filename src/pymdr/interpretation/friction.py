@@ -146,7 +146,7 @@ def similarity_assumption(dundurs_beta: float, friction: float) -> Assumption:
     coupled = 0.0 if friction == 0.0 else abs(dundurs_beta)
     return Assumption(
         "elastic similarity",
-        "Dundurs' beta, with which friction couples pressure and shear,",
+        "Dundurs' beta; friction couples pressure and shear",
         coupled,
         _SIMILAR,
     )

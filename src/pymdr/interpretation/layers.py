@@ -121,7 +121,7 @@ def base_assumption(line: LayeredLine, a: float, excess: float) -> tuple[Assumpt
     return (
         Assumption(
             "contact of the base",
-            "the frictionless layer never lifts off its base: largest tension there, over the largest pressure",
+            "largest tension at the base over the largest pressure; a frictionless layer must not lift off",
             _lifting(line, a, excess),
             _LIFTING,
         ),

@@ -214,7 +214,7 @@ def calibration_claims(
 def rough_assumptions(surface: RoughSurface) -> tuple[Assumption, ...]:
     """What the model and its comparisons assume, measured."""
     slope = "root mean square of the slope of the surface"
-    band = "lines were held against boundary elements up to so many shortest wavelengths in the size; here there are"
+    band = "size over shortest wavelength; lines are compared with boundary elements up to the limit"
     return (
         Assumption("small slope", slope, surface.rms_slope, _STEEPEST),
         Assumption("measured bandwidth", band, surface.longer_side / surface.shortest, _BANDWIDTH),

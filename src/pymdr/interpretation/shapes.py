@@ -301,7 +301,7 @@ def shape_assumptions(steepest: float, largest: float, dundurs_beta: float) -> t
     ratio = Assumption("half-space", "semi-axis over radius of curvature a/R", largest, 0.3)
     similar = Assumption(
         "elastic similarity",
-        "Dundurs' beta; only with friction does it change the pressure",
+        "Dundurs' beta; affects the pressure only with friction",
         abs(dundurs_beta),
         0.5,
     )

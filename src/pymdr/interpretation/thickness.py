@@ -83,7 +83,7 @@ def thickness_assumption(contact: Contact, contact_radius: float) -> tuple[Assum
     if not samples_of(contact):
         return ()
     a = contact_radius
-    words = "force of a layer of this thickness, bonded to a rigid base, over that of the half-space at equal indentation, less 1"
+    words = "force on a bonded layer over that on a half-space, minus 1; at equal indentation, rigid base"
     try:
         found = _measured(contact)
         if not isinstance(found, str):

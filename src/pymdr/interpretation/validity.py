@@ -266,7 +266,7 @@ def small_slope_assumptions(
     found.append(
         Assumption(
             "elastic similarity",
-            "Dundurs' beta; only with friction does it change the pressure",
+            "Dundurs' beta; affects the pressure only with friction",
             abs(dundurs_beta),
             0.5,
         )

@@ -109,7 +109,7 @@ def largest_coupling(body: Material, counterbody: Material, span: Span | None = 
 
 
 def _lag(kernel: Relaxation) -> float:
-    """The time in s of a dashpot beside a spring."""
+    """The time in s of a dashpot parallel to a spring."""
     return kernel.viscosity / kernel.equilibrium if kernel.equilibrium > 0.0 else 0.0
 
 
@@ -147,7 +147,7 @@ def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
         return [shear.scaled(2.0 / (1.0 - body.poisson))]
     # 4 G (3 K + G)/(3 K + 4 G) without a difference: terms of 1/(4 G) + (3/4)/(3 K + G) all but cancel where K is large
     volume = in_series([shear.scaled(3.0), Relaxation(2.25 * body.bulk)])
-    return [shear.beside(volume)]
+    return [shear.in_parallel(volume)]
 
 
 @singledispatch
@@ -168,4 +168,4 @@ def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
         assert body.poisson is not None
         return [shear.scaled(4.0 / (2.0 - body.poisson))]
     part = shear.scaled(4.0 / 3.0)
-    return [part.beside(in_series([part, Relaxation(2.0 * body.bulk)]))]
+    return [part.in_parallel(in_series([part, Relaxation(2.0 * body.bulk)]))]

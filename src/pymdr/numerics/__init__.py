@@ -1,1 +1,1 @@
-"""What knows no physics: curves on panels, roots, quadrature, exponential sums."""
+"""Numerics without physics: curves on panels, roots, quadrature, exponential sums."""

@@ -1,11 +1,11 @@
-"""Curves on panels side by side: Chebyshev series in the offset from a breakpoint, times a local power.
+"""Curves on adjacent panels: Chebyshev series in the offset from a breakpoint, times a local power.
 
 A place on the line is a pair (base, offset): x = base + offset, where the base is 0 or a breakpoint. Next to a
-breakpoint the offset keeps the digits that x has lost. A curve on a panel low <= offset <= high is
+breakpoint the offset keeps digits that x loses. A curve on a panel low <= offset <= high is
 
     value = (offset / high)^power * sum_j c_j T_j(2 u - 1),
 
-where u runs from 0 to 1 with the offset or, on rooted panels, with a root of it, the square root as a rule.
+where u runs from 0 to 1 with the offset or, on rooted panels, with a root of it (usually the square root).
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from pymdr.units import FloatArray
 IndexArray: TypeAlias = NDArray[np.intp]
 BoolArray: TypeAlias = NDArray[np.bool_]
 Selection: TypeAlias = Any
-"""Whatever selects some entries of an array."""
+"""An index of arrays."""
 
 TERMS = 16
 """Chebyshev coefficients of every curve on a panel."""
 _BLOCK = 1 << 15
-_NOTHING = TERMS * float(np.finfo(float).eps)
 """Points evaluated at once, so that gathered coefficients stay in the cache."""
+_ROUNDING = TERMS * float(np.finfo(float).eps)
+"""Relative rounding of a sum of terms."""
 
 
 class Place(NamedTuple):
@@ -82,7 +83,7 @@ def nodes(n: int = TERMS) -> FloatArray:
 @lru_cache(maxsize=8)
 def to_coefficients(n: int = TERMS) -> FloatArray:
     """Matrix from values at :func:`nodes` to Chebyshev coefficients, by discrete orthogonality."""
-    # cosines of multiples of pi / 2n, reduced as whole numbers so that none is rounded by its angle
+    # cosines of multiples of pi / 2n, reduced as integers to avoid rounding of angles
     turn = np.arange(n)[:, None] * (2 * n - 1 - 2 * np.arange(n)) % (4 * n)
     turn = np.minimum(turn, 4 * n - turn)
     sign = np.where(turn > n, -1.0, 1.0)
@@ -109,7 +110,7 @@ def _differentiation(n: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Panels:
-    """Intervals side by side on the line, rising, of shape (P,) each."""
+    """Adjacent rising intervals on the line, arrays of shape (P,)."""
 
     base: FloatArray
     """Breakpoint b in m, or 0, from which offsets are counted."""
@@ -118,9 +119,9 @@ class Panels:
     high: FloatArray
     """Offset of the upper end in m."""
     rooted: BoolArray
-    """Whether series run in a root of the offset."""
+    """Whether the variable is a root of the offset."""
     order: float = 2.0
-    """Which root that is."""
+    """Order of the root."""
 
     @property
     def count(self) -> int:
@@ -157,7 +158,7 @@ class Panels:
         return np.where(self.rooted[:, None], np.clip((low + (high - low) * u) ** n, low**n, high**n), plain)
 
     def root(self, offset: FloatArray) -> FloatArray:
-        """The roots of offsets in which series of rooted panels run."""
+        """The roots of offsets, the variable of rooted panels."""
         return np.sqrt(offset) if self.order == 2.0 else np.asarray(offset ** (1.0 / self.order))
 
     def stretch(self, offset: FloatArray) -> FloatArray:
@@ -189,11 +190,11 @@ class Panels:
         index = np.clip(np.searchsorted(self.start, x, side="right") - 1, 0, self.count - 1)
         offset = (place.base - self.base[index]) + place.offset
         while True:
-            # panels thinner than a rounding of x begin at the same float
+            # panels thinner than the rounding of x begin at the same float
             early = (offset < self.low[index]) & (index > 0)
             if not early.any():
                 break
-            # and a place just before a breakpoint may round to it
+            # a place just before a breakpoint may round to it
             early &= (self.base[index - 1] == self.base[index]) | (self.low[index] == 0.0)
             if not early.any():
                 break
@@ -203,7 +204,7 @@ class Panels:
 
 
 def joined(parts: list[Panels]) -> Panels:
-    """Panels of several stretches in one."""
+    """Concatenate panels."""
     base, low, high = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("base", "low", "high")
     )
@@ -226,7 +227,7 @@ class Series:
 
 
 def joined_series(parts: list[Series]) -> Series:
-    """A curve on several stretches of panels in one."""
+    """Concatenate curves on panels."""
     return Series(
         np.concatenate([part.power for part in parts]),
         np.concatenate([part.coefficients for part in parts]),
@@ -260,22 +261,22 @@ def evaluate(panels: Panels, series: Series, index: IndexArray, offset: FloatArr
     0.5
     """
     flat, at = np.ravel(index), np.ravel(offset)
-    answer = np.empty(flat.shape)
+    values = np.empty(flat.shape)
     for start in range(0, flat.size, _BLOCK):
         part = slice(start, start + _BLOCK)
         i, delta = flat[part], at[part]
-        answer[part] = clenshaw(series.coefficients[i], panels.variable(i, delta))
+        values[part] = clenshaw(series.coefficients[i], panels.variable(i, delta))
         power = series.power[i]
         if power.any():
             special = np.flatnonzero(power)
             with np.errstate(divide="ignore", under="ignore"):
                 scale = (delta[special] / panels.high[i[special]]) ** power[special]
-            # a sum that is nothing but the rounding of its terms has no infinite power behind it
+            # a sum that is only rounding of its terms is 0, also times an infinite power
             ends = np.flatnonzero(np.isinf(scale))
             terms = np.sum(np.abs(series.coefficients[i[special[ends]]]), axis=1)
-            scale[ends[np.abs(answer[part][special[ends]]) <= _NOTHING * terms]] = 0.0
-            answer[part][special] *= scale
-    return answer.reshape(np.shape(index))
+            scale[ends[np.abs(values[part][special[ends]]) <= _ROUNDING * terms]] = 0.0
+            values[part][special] *= scale
+    return values.reshape(np.shape(index))
 
 
 def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: FloatArray) -> FloatArray:
@@ -295,7 +296,7 @@ def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: Fl
     Returns
     -------
     ndarray, shape (n,)
-        Infinite at breakpoints behind which the curve runs in a root.
+        Infinite at breakpoints that begin a rooted panel.
 
     Examples
     --------
@@ -305,13 +306,13 @@ def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: Fl
     1.0
     """
     rate = np.sum(series.coefficients[index] * basis_slope(panels.variable(index, offset)), axis=1)
-    # a root is infinitely steep where it begins
+    # a root is infinitely steep at its start
     with np.errstate(divide="ignore"):
         return np.asarray(rate / panels.take(index).stretch(offset[:, None])[:, 0])
 
 
 def clenshaw(coefficients: FloatArray, u: FloatArray) -> FloatArray:
-    """Sums of c_j T_j(2 u - 1), one row of coefficients for every u."""
+    """Sums of c_j T_j(2 u - 1), with one row of coefficients per u."""
     twice = 4.0 * u - 2.0
     last, before = np.zeros_like(u), np.zeros_like(u)
     for j in range(coefficients.shape[1] - 1, 0, -1):

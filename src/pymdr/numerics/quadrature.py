@@ -1,4 +1,4 @@
-"""Gauss rules, and integrals over panels whose error is measured by two rules."""
+"""Gauss rules, and integrals over panels with an error estimate by two rules."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LEVELS = (24, 48, 96, 192, 320)
 TOLERANCE = 1e-13
 _JACOBI_LEVELS = (12, 20, 32, 48, 96, 192)
 _JACOBI_TOLERANCE = 3e-13
-"""Gauss-Jacobi nodes with a singular weight are good to about 1e-13 themselves, the fewer the better."""
+"""Gauss-Jacobi rules with a singular weight are accurate to about 1e-13, better with fewer nodes."""
 
 
 @lru_cache(maxsize=64)
@@ -56,20 +56,20 @@ Integrand: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class Rule:
-    """How panels are integrated."""
+    """Options of the integration over panels."""
 
     exponent: float = 0.0
-    """Of the weight t^exponent."""
+    """Exponent of the weight t^exponent."""
     power: int = 1
-    """Panels are mapped by s^power from their lower end, or from their upper one if it is negative."""
+    """Panels are mapped by s^power from the lower end, or from the upper end if negative."""
     tip_power: int = 1
-    """A panel that starts at t = 0 takes the weight into its rule, or is mapped by t = s^tip_power."""
+    """A panel that starts at t = 0 uses the weight in its rule, or is mapped by t = s^tip_power."""
     levels: tuple[int, ...] = LEVELS
-    """Numbers of nodes that are tried in turn."""
+    """Numbers of nodes, tried in order."""
     tolerance: float = TOLERANCE
-    """By how much two of them may differ, in parts of the integral of the absolute value."""
+    """Largest difference of two levels, relative to the integral of the absolute value."""
     noise: float = 0.0
-    """By how much they may differ besides."""
+    """Additional absolute tolerance."""
 
 
 def _panel_sum(
@@ -126,7 +126,7 @@ def integrate(integrand: Integrand, edges: FloatArray, columns: FloatArray, rule
     Returns
     -------
     ndarray
-        Of the shape of `columns`; nan where two rules did not come to agree.
+        Of the shape of `columns`; nan where no two rules agree.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Roots and boundaries of functions of one variable, for arrays of them, to rounding."""
+"""Roots and boundaries of functions of one variable, elementwise, to rounding."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def roots_of(
     Parameters
     ----------
     function : callable
-        Of arrays x and `args`; of opposite sign (or zero) at the two ends of each bracket.
+        Of arrays x and `args`, with opposite signs (or zero) at the ends of each bracket.
     low, high : ndarray
-        Brackets, flat and of one length, as are `args`.
+        One-dimensional brackets of the length of `args`.
 
     Returns
     -------
@@ -35,12 +35,12 @@ def roots_of(
     Raises
     ------
     ConvergenceError
-        When a bracket holds no change of sign or does not close.
+        If a bracket has no change of sign or does not close.
 
     Notes
     -----
-    Chandrupatla (1997), from ``scipy.optimize.elementwise``; its tolerance is relative to the root, so a
-    nanometre is found as exactly as a metre.
+    Chandrupatla (1997), from ``scipy.optimize.elementwise``; with a tolerance relative to the
+    root, so that nanometres are as accurate as metres.
 
     Examples
     --------
@@ -51,13 +51,13 @@ def roots_of(
         return low.copy()
     from scipy.optimize import elementwise
 
-    found = elementwise.find_root(function, (low, high), args=args)
-    if not np.all(found.success):
-        worst = int(np.flatnonzero(~found.success)[0])
+    result = elementwise.find_root(function, (low, high), args=args)
+    if not np.all(result.success):
+        worst = int(np.flatnonzero(~result.success)[0])
         raise ConvergenceError(
-            f"no root between {float(low[worst])!r} and {float(high[worst])!r} (last value {float(found.x[worst])!r})"
+            f"no root between {float(low[worst])!r} and {float(high[worst])!r} (last value {float(result.x[worst])!r})"
         )
-    return np.asarray(found.x, dtype=np.float64)
+    return np.asarray(result.x, dtype=np.float64)
 
 
 def rising_root(
@@ -107,21 +107,22 @@ def boundary(
     within: float = 0.0,
 ) -> tuple[FloatArray, FloatArray]:
     """
-    Where conditions that hold at one end of intervals cease to hold on the way to the other, by halving.
+    Bisect intervals for the boundary of a condition.
 
     Parameters
     ----------
     holds : callable
-        Of an array of places, of the shape of `inside` and `outside`: whether the condition holds there.
+        The condition for an array of positions of the shape of `inside` and `outside`.
     inside, outside : array_like
-        Ends of the intervals, in either order; it holds at the first and not at the second, which is not asked.
+        Ends of the intervals, in either order; the condition holds at the first and is false at the second, which is not
+        evaluated.
     within : float
-        Part of their first distance to which the two ends are brought; by default to neighbouring floats, or 2^-64 of it.
+        Final distance of the ends relative to the initial one; by default neighbouring floats or 2^-64.
 
     Returns
     -------
     inside, outside : ndarray
-        The last place at which it held and the first at which it did not.
+        Last position at which the condition holds and first at which it does not.
 
     Examples
     --------
@@ -129,13 +130,18 @@ def boundary(
     >>> bool(last < 2**0.5 <= first) and float(first - last) < 3e-16
     True
     """
-    held, failed = np.broadcast_arrays(np.asarray(inside, dtype=float), np.asarray(outside, dtype=float))
-    least = within * np.abs(failed - held)
+    true_end, false_end = np.broadcast_arrays(
+        np.asarray(inside, dtype=float), np.asarray(outside, dtype=float)
+    )
+    least = within * np.abs(false_end - true_end)
     for _ in range(_HALVINGS):
-        middle = held + 0.5 * (failed - held)
-        between = (middle != held) & (middle != failed) & (np.abs(failed - held) > least)
+        middle = true_end + 0.5 * (false_end - true_end)
+        between = (middle != true_end) & (middle != false_end) & (np.abs(false_end - true_end) > least)
         if not between.any():
             break
         good = np.asarray(holds(middle))
-        held, failed = np.where(between & good, middle, held), np.where(between & ~good, middle, failed)
-    return held, failed
+        true_end, false_end = (
+            np.where(between & good, middle, true_end),
+            np.where(between & ~good, middle, false_end),
+        )
+    return true_end, false_end

@@ -1,7 +1,7 @@
-"""Functions of one variable that are asked for at very many places: Chebyshev series on cells of smooth pieces.
+"""Tables of functions of one variable: Chebyshev series on cells of smooth segments.
 
-Half-integer powers at both ends of a piece are made smooth by x = low + (high - low) v^2 / [v^2 + (1 - v)^2]; cells of v are
-halved until the series has converged on each.
+Half-integer powers at both ends of a segment become smooth by x = low + (high - low) v^2 / [v^2 + (1 - v)^2]; cells of v are
+halved until the series converges on each.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ _EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class Table:
-    """Functions on pieces of their variable; made by :func:`tabulated`."""
+    """Functions on segments of their variable, made by :func:`tabulated`."""
 
     low: FloatArray
-    """Lower ends of the pieces, shape (P,)."""
+    """Lower ends of the segments, shape (P,)."""
     high: FloatArray
     """Upper ends."""
     keys: FloatArray
-    """Piece + v at the beginnings of the cells, rising, shape (C,)."""
+    """Segment + v at the beginnings of the cells, rising, shape (C,)."""
     start: FloatArray
     """v at the beginnings of the cells."""
     width: FloatArray
     """Widths of the cells in v."""
     coefficients: FloatArray
-    """Of T_0, T_1, ... in cells, shape (terms, functions, C); nan where a cell was not resolved."""
+    """Coefficients of T_0, T_1, ... in cells, shape (terms, functions, C); nan in unresolved cells."""
 
     @property
     def resolved(self) -> bool:
@@ -43,41 +43,41 @@ class Table:
         return not np.isnan(self.coefficients[0]).any()
 
     def first_unresolved(self) -> tuple[int, float]:
-        """The piece, and the place in it, at which a cell begins that was not resolved."""
+        """Segment and start of the first unresolved cell."""
         cell = int(np.flatnonzero(np.isnan(self.coefficients[0]).any(axis=0))[0])
-        piece = int(np.floor(self.keys[cell]))
-        return piece, float(_place(self.low[piece], self.high[piece], self.start[cell]))
+        segment = int(np.floor(self.keys[cell]))
+        return segment, float(_place(self.low[segment], self.high[segment], self.start[cell]))
 
-    def __call__(self, x: FloatArray, piece: IndexArray | None = None) -> FloatArray:
+    def __call__(self, x: FloatArray, segment: IndexArray | None = None) -> FloatArray:
         """
-        The functions at places.
+        Evaluate the functions.
 
         Parameters
         ----------
         x : ndarray, shape (n,)
-        piece : ndarray of int, optional
-            The piece of every place; by default pieces follow one another and are looked up.
+        segment : ndarray of int, optional
+            The segment of every x; by default it is looked up in adjacent segments.
 
         Returns
         -------
         ndarray, shape (functions, n)
-            nan where they were not resolved.
+            nan in unresolved cells.
         """
-        if piece is None:
-            piece = np.clip(np.searchsorted(self.low, x, side="right") - 1, 0, self.low.size - 1)
-        answer = np.empty((self.coefficients.shape[1], x.size))
+        if segment is None:
+            segment = np.clip(np.searchsorted(self.low, x, side="right") - 1, 0, self.low.size - 1)
+        values = np.empty((self.coefficients.shape[1], x.size))
         for i in range(0, x.size, _BLOCK):
             part = slice(i, i + _BLOCK)
-            self._block(x[part], piece[part], answer[:, part])
-        return answer
+            self._block(x[part], segment[part], values[:, part])
+        return values
 
-    def _block(self, x: FloatArray, piece: IndexArray, answer: FloatArray) -> None:
-        """Write a block that stays in the cache."""
-        v = np.sqrt(np.maximum(x - self.low[piece], 0.0))
-        v /= v + np.sqrt(np.maximum(self.high[piece] - x, 0.0))
-        cell = np.searchsorted(self.keys, piece + np.minimum(v, 1.0 - _EPS), side="right") - 1
+    def _block(self, x: FloatArray, segment: IndexArray, values: FloatArray) -> None:
+        """Evaluate a block that stays in the cache."""
+        v = np.sqrt(np.maximum(x - self.low[segment], 0.0))
+        v /= v + np.sqrt(np.maximum(self.high[segment] - x, 0.0))
+        cell = np.searchsorted(self.keys, segment + np.minimum(v, 1.0 - _EPS), side="right") - 1
         u = np.clip((v - self.start[cell]) * (2.0 / self.width[cell]) - 1.0, -1.0, 1.0)
-        for row, out in enumerate(answer):
+        for row, out in enumerate(values):
             terms = self.coefficients[:, row]
             last, before = np.zeros(u.shape), np.zeros(u.shape)
             for term in terms[:0:-1]:
@@ -91,19 +91,19 @@ class Table:
 
 @dataclass(frozen=True)
 class Effort:
-    """How far functions are resolved."""
+    """Resolution of a table."""
 
     terms: int = 16
     tolerance: float = 1e-13
-    """Of the last terms of a series, in parts of its largest."""
+    """Largest last term of a series, relative to its largest term."""
     rounding: float = 0.0
-    """Of the variable: what that makes of the functions is not resolved."""
+    """Absolute rounding of the variable; its effect on the functions is not resolved."""
     narrow: float = 0.0
-    """Width of a cell, in parts of its piece, at which it stands for a kink and is not divided."""
+    """Width of a cell, relative to its segment, that is not divided further (a kink)."""
     most: int = 2000
-    """Cells that are tried."""
+    """Largest number of cells."""
     graded: bool = False
-    """Whether the first piece is divided toward its lower end at once, where a small state deserves a small absolute error."""
+    """Whether the first segment is graded toward its lower end, for a small absolute error of small values."""
 
 
 def tabulated(
@@ -113,15 +113,15 @@ def tabulated(
     effort: Effort | None = None,
 ) -> Table:
     """
-    Tabulate functions on pieces.
+    Tabulate functions on segments.
 
     Parameters
     ----------
     function : callable
-        From places (n,) and the pieces in which they lie to values (functions, n); smooth inside a piece but for
-        half-integer powers of the distance from its ends, and not asked at the ends.
+        Of positions (n,) and their segments, returning values (functions, n); smooth inside a segment except for
+        half-integer powers of the distance from its ends, where it is not evaluated.
     low, high : ndarray, shape (P,)
-        Ends of the pieces.
+        Ends of the segments.
     effort : Effort, optional
 
     Returns
@@ -136,15 +136,15 @@ def tabulated(
     """
     effort = Effort() if effort is None else effort
     n, u, fit = effort.terms, nodes(effort.terms), to_coefficients(effort.terms)
-    piece, start, width = _begun(low.size, effort.graded)
+    segment, start, width = _first_cells(low.size, effort.graded)
     done: list[tuple[IndexArray, FloatArray, FloatArray, FloatArray]] = []
     count = 0
     for level in range(_LEVELS):
-        count += piece.size
-        bottom, top = low[piece][:, None], high[piece][:, None]
+        count += segment.size
+        bottom, top = low[segment][:, None], high[segment][:, None]
         x = _place(bottom, top, start[:, None] + width[:, None] * u)
         x = np.clip(x, np.nextafter(bottom, top), np.nextafter(top, bottom))
-        values = function(x.ravel(), np.repeat(piece, n)).reshape(-1, piece.size, n)
+        values = function(x.ravel(), np.repeat(segment, n)).reshape(-1, segment.size, n)
         series = values @ fit.T
         size, tail = (np.max(np.abs(part), axis=2) for part in (series, series[:, :, -2:]))
         fits = tail <= effort.tolerance * size
@@ -155,29 +155,29 @@ def tabulated(
         good = fits.all(axis=0) | (width <= effort.narrow)
         series[:, ~good] = np.nan
         good |= level == _LEVELS - 1 or count > effort.most
-        done.append((piece[good], start[good], width[good], series[:, good]))
-        piece, start, width = np.tile(piece[~good], 2), start[~good], np.tile(0.5 * width[~good], 2)
+        done.append((segment[good], start[good], width[good], series[:, good]))
+        segment, start, width = np.tile(segment[~good], 2), start[~good], np.tile(0.5 * width[~good], 2)
         start = np.append(start, start + width[: start.size])
-        if piece.size == 0:
+        if segment.size == 0:
             break
-    piece, start, width = (np.concatenate([part[i] for part in done]) for i in range(3))
-    order = np.lexsort((start, piece))
-    whole = np.concatenate([part[3] for part in done], axis=1)[:, order]
-    terms = np.ascontiguousarray(np.moveaxis(whole, 2, 0))
-    return Table(low, high, (piece + start)[order], start[order], width[order], terms)
+    segment, start, width = (np.concatenate([part[i] for part in done]) for i in range(3))
+    order = np.lexsort((start, segment))
+    series = np.concatenate([part[3] for part in done], axis=1)[:, order]
+    terms = np.ascontiguousarray(np.moveaxis(series, 2, 0))
+    return Table(low, high, (segment + start)[order], start[order], width[order], terms)
 
 
-def _begun(pieces: int, graded: bool) -> tuple[IndexArray, FloatArray, FloatArray]:
-    """The first cells: a piece each, the first of them divided toward its lower end."""
-    piece, start, width = np.arange(pieces), np.zeros(pieces), np.ones(pieces)
+def _first_cells(segments: int, graded: bool) -> tuple[IndexArray, FloatArray, FloatArray]:
+    """The initial cells: one per segment, the first optionally graded toward its lower end."""
+    segment, start, width = np.arange(segments), np.zeros(segments), np.ones(segments)
     if graded:
         octaves = 2.0 ** -np.arange(1.0, _GRADES + 1.0)
-        piece = np.append(piece, np.zeros(_GRADES, dtype=np.intp))
+        segment = np.append(segment, np.zeros(_GRADES, dtype=np.intp))
         start, width = np.append(start, octaves), np.append(width, octaves)
         width[0] = octaves[-1]
-    return piece, start, width
+    return segment, start, width
 
 
 def _place(low: FloatArray, high: FloatArray, v: FloatArray) -> FloatArray:
-    """The place in a piece at which the variable is v."""
+    """Position x in a segment for the variable v."""
     return np.asarray(low + (high - low) * (v * v / (v * v + (1.0 - v) ** 2)))

@@ -1,4 +1,4 @@
-"""Results as NetCDF files: written whole or not at all, read with care."""
+"""Results as NetCDF files: written atomically, validated when read."""
 
 from __future__ import annotations
 
@@ -31,68 +31,66 @@ _PREFIX = "pymdr_path_"
 _ERROR = "pymdr_error_"
 _CHECKSUM = "pymdr_checksum"
 _LONG = 100
-"""Rows above which a history is kept as an array."""
+"""Rows above which a path is saved as an array."""
 
 
 def named_file(file: object, verb: str) -> FilePath:
     """
-    The path of a file that people name.
+    The path of a file named by the user.
 
     Raises
     ------
     FileError
-        If it is no name of a file; `verb` says what was to be done with it, such as "read".
+        If it is not the name of a file; `verb`, such as "read", appears in the message.
 
     Examples
     --------
     >>> named_file(None, "read")
     Traceback (most recent call last):
         ...
-    pymdr.errors.FileError: cannot read None: the name of a file is needed, a text or a pathlib.Path
+    pymdr.errors.FileError: cannot read None: give the name of a file as text or pathlib.Path
     """
     name = os.fspath(file) if isinstance(file, os.PathLike) else file
     if not isinstance(name, str) or not name:
-        raise FileError(
-            f"cannot {verb} {shown(file)}: the name of a file is needed, a text or a pathlib.Path"
-        )
+        raise FileError(f"cannot {verb} {shown(file)}: give the name of a file as text or pathlib.Path")
     return FilePath(name)
 
 
-def write_whole(file: str | os.PathLike[str], write: Callable[[FilePath], object]) -> None:
+def write_atomically(file: str | os.PathLike[str], write: Callable[[FilePath], object]) -> None:
     """
-    Write a file beside its place and rename it, so that it is whole or not there.
+    Write a temporary file in the same folder and rename it, so that no file is left half written.
 
     Parameters
     ----------
     file : path
     write : callable
-        Writes to the path it is given.
+        Writes to the path given to it.
 
     Raises
     ------
     FileError
-        If the folder cannot be written.
+        If the file cannot be written.
     """
     target = named_file(file, "write")
     if "\0" in str(target):
-        raise FileError(f"cannot write {str(target)!r}: a name of a file has no character NUL")
+        raise FileError(f"cannot write {str(target)!r}: the name contains the character NUL")
     try:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
         os.close(handle)
     except OSError as error:
         raise FileError(
-            f"cannot write {target}: {error.strerror or error}; choose a folder that is writable"
+            f"cannot write {target}: {error.strerror or error}; choose a writable folder"
         ) from error
-    beside = FilePath(name)
+    temporary = FilePath(name)
     try:
-        write(beside)
-        beside.chmod(0o666 & ~_umask())
-        beside.replace(target)
+        write(temporary)
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(target)
     except OSError as error:
         raise FileError(f"cannot write {target}: {error.strerror or error}") from error
     finally:
         with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
 
 
 def _umask() -> int:
@@ -111,12 +109,12 @@ def pack(
     status: str,
     **others: Any,
 ) -> xr.Dataset:
-    """Arrays plus everything else as JSON texts in the attributes; long histories and errors stay arrays.
+    """The arrays, with everything else as JSON in the attributes; long paths and errors become arrays too.
 
-    `others` are what JSON holds: notes, references, rings, machine_stiffness and starts.
+    `others` are saved as JSON: notes, references, rings, machine_stiffness and starts.
     """
-    short, arrays = _apart(path)
-    errors, kept = _errors_apart(claims)
+    short, arrays = _split_path(path)
+    errors, error_arrays = _split_errors(claims)
     plain_claims = {
         name: {
             "level": claim.level.name,
@@ -130,7 +128,7 @@ def pack(
     plain_assumptions = [
         {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit} for a in assumptions
     ]
-    return data.assign(arrays | kept).assign_attrs(
+    return data.assign(arrays | error_arrays).assign_attrs(
         pymdr_format=FORMAT,
         pymdr_case=json.dumps(encode_case("", contact, short)),
         pymdr_claims=json.dumps(plain_claims),
@@ -140,8 +138,8 @@ def pack(
     )
 
 
-def as_text(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], notes: Sequence[str]) -> str:
-    """What is said of the numbers of a study, as JSON."""
+def study_json(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], notes: Sequence[str]) -> str:
+    """Claims, assumptions and notes of a study as JSON."""
     return json.dumps(
         {
             "claims": {
@@ -163,9 +161,9 @@ def as_text(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], note
     )
 
 
-def _apart(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
-    """The path with its long histories replaced by stand-ins of one row, and these as variables."""
-    pieces: list[Leg] = []
+def _split_path(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
+    """The path with each long leg replaced by one row, and the arrays of these legs."""
+    short: list[Leg] = []
     arrays: dict[str, Any] = {}
     for i, leg in enumerate(legs(path)):
         if isinstance(leg, Path) and leg.steps > _LONG:
@@ -174,54 +172,56 @@ def _apart(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
                 f"{_PREFIX}{i}_{name}": (f"{_PREFIX}{i}", np.asarray(getattr(leg, name))) for name in named
             }
             leg = Path(**{name: [0.0] for name in named})
-        pieces.append(leg)
-    return (pieces[0] if len(pieces) == 1 else History(tuple(pieces))), arrays
+        short.append(leg)
+    return (short[0] if len(short) == 1 else History(tuple(short))), arrays
 
 
-def _together(path: LoadingPath, dataset: xr.Dataset) -> LoadingPath:
-    """The inverse of :func:`_apart`."""
-    pieces = []
+def _restored_path(path: LoadingPath, dataset: xr.Dataset) -> LoadingPath:
+    """The inverse of :func:`_split_path`."""
+    restored: list[Leg] = []
     for i, leg in enumerate(legs(path)):
         start = f"{_PREFIX}{i}_"
-        found = {str(n)[len(start) :]: dataset[n].values for n in dataset if str(n).startswith(start)}
-        pieces.append(Path(**found) if found else leg)
-    return pieces[0] if len(pieces) == 1 else History(tuple(pieces))
+        channels = {str(n)[len(start) :]: dataset[n].values for n in dataset if str(n).startswith(start)}
+        restored.append(Path(**channels) if channels else leg)
+    return restored[0] if len(restored) == 1 else History(tuple(restored))
 
 
-def _errors_apart(claims: Mapping[str, Claim]) -> tuple[dict[str, float | str], dict[str, Any]]:
-    """For every quantity its one error, or the name of the variable that holds its errors; these variables."""
-    named: dict[str, float | str] = {}
-    seen: dict[bytes, str] = {}
+def _split_errors(claims: Mapping[str, Claim]) -> tuple[dict[str, float | str], dict[str, Any]]:
+    """The constant error of every quantity, or the name of the variable of its errors; these variables."""
+    errors: dict[str, float | str] = {}
+    variables: dict[bytes, str] = {}
     for name, claim in claims.items():
         if claim.error is None or (claim.level is Level.EXACT and not claim.error.any()):
-            continue  # as a claim is without one
+            continue
         error = np.ascontiguousarray(claim.error, dtype=float)
         if error.size and np.all(error == error[0]):
-            named[name] = float(error[0])
+            errors[name] = float(error[0])
         else:
-            named[name] = seen.setdefault(error.tobytes(), name)
-    holders = {name: np.asarray(claims[name].error, dtype=float) for name in seen.values()}
-    return named, {f"{_ERROR}{name}": ("step", error) for name, error in holders.items()}
+            errors[name] = variables.setdefault(error.tobytes(), name)
+    return errors, {
+        f"{_ERROR}{name}": ("step", np.asarray(claims[name].error, dtype=float))
+        for name in variables.values()
+    }
 
 
 def _error_from(plain: float | str | None, steps: int, dataset: xr.Dataset) -> np.ndarray | None:
-    """The errors of a claim that are not what its level alone says."""
+    """The saved errors of a claim; None if its level implies them."""
     if plain is None:
         return None
     return np.full(steps, plain) if isinstance(plain, float) else np.array(dataset[f"{_ERROR}{plain}"].values)
 
 
 def _claim_from(name: str, plain: Mapping[str, Any], dataset: xr.Dataset) -> Claim:
-    # counted before they are written out: a damaged length may be astronomical
+    # checked before expansion: a damaged length may be astronomical
     if sum(plain["where"]) != dataset.sizes.get("step", 0):
-        raise FileError(f"damaged pymdr result: another number of steps in the claims of {name}")
+        raise FileError(f"damaged pymdr result: wrong number of steps in the claims of {name}")
     where = _from_runs(plain["where"])
     error = _error_from(plain.get("error"), where.size, dataset)
     return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)
 
 
 def _runs(where: np.ndarray) -> list[int]:
-    """Lengths of runs, beginning with a run of True (which may be empty)."""
+    """Lengths of alternating runs of True and False, the first (possibly empty) of True."""
     changes = np.flatnonzero(np.diff(where.astype(int))) + 1
     lengths = np.diff([0, *changes.tolist(), where.size]).tolist()
     return lengths if where.size == 0 or where[0] else [0, *lengths]
@@ -237,47 +237,47 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
     attrs = dataset.attrs
     if attrs.get("pymdr_format") != FORMAT:
         raise FileError(
-            f"not a pymdr result: its format is {attrs.get('pymdr_format')!r}, {FORMAT!r} is needed; "
+            f"not a pymdr result: its format is {attrs.get('pymdr_format')!r} instead of {FORMAT!r}; "
             "write it with Result.save"
         )
     try:
         case = json.loads(attrs["pymdr_case"])
-        if strange := unknown_kinds(case):
+        if unknown := unknown_kinds(case):
             raise FileError(
-                f"cannot read the result: nobody has registered the kind {strange[0]!r} here; import the module that "
-                "calls pymdr.problem.codec.register for it"
+                f"cannot read the result: the kind {unknown[0]!r} is not registered; import the module that "
+                "registers it with pymdr.problem.codec.register"
             )
         _, contact, path = decode_case(case)
-        path = _together(path, dataset)
-        told = _told(attrs)
-        claims = {name: _claim_from(name, claim, dataset) for name, claim in told["claims"].items()}
+        path = _restored_path(path, dataset)
+        texts = _parsed_texts(attrs)
+        claims = {name: _claim_from(name, claim, dataset) for name, claim in texts["claims"].items()}
         dataset = dataset.drop_vars([name for name in dataset if str(name).startswith((_PREFIX, _ERROR))])
         parts = {
             "contact": contact,
             "path": path,
             "data": dataset.drop_attrs(deep=False),
             "claims": claims,
-            "assumptions": tuple(Assumption(**a) for a in told["assumptions"]),
+            "assumptions": tuple(Assumption(**a) for a in texts["assumptions"]),
             "status": attrs["pymdr_status"],
-            "notes": tuple(told["notes"]),
-            "references": tuple(told["references"]),
-            "rings": told["rings"],
-            "starts": None if told["starts"] is None else tuple(told["starts"]),
-            "machine_stiffness": told["machine_stiffness"],
+            "notes": tuple(texts["notes"]),
+            "references": tuple(texts["references"]),
+            "rings": texts["rings"],
+            "starts": None if texts["starts"] is None else tuple(texts["starts"]),
+            "machine_stiffness": texts["machine_stiffness"],
         }
     except FileError:
         raise
     except (LookupError, ValueError, TypeError, AttributeError, RecursionError, PymdrError) as error:
         raise FileError(f"damaged pymdr result: {error}") from error
-    _check_whole(dataset, claims, parts["references"])
+    _check_consistent(dataset, claims, parts["references"])
     if contact.friction is not None and len(parts["starts"] or ()) != len(legs(path)):
-        raise FileError("damaged pymdr result: it does not say where every leg of the path starts")
+        raise FileError("damaged pymdr result: the starts of some legs of the path are missing")
     return parts
 
 
 @lru_cache(maxsize=1)
 def _saved_texts() -> TypeAdapter[Any]:
-    """What the texts in the attributes have to be, read as JSON."""
+    """The validator of the JSON texts in the attributes."""
     from pydantic import NonNegativeInt, TypeAdapter, create_model
 
     level: Any = Literal["EXACT", "APPROXIMATE", "NOT_VALID"]
@@ -306,22 +306,22 @@ def _saved_texts() -> TypeAdapter[Any]:
     )
 
 
-def _told(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """The texts of the attributes, as they were packed."""
+def _parsed_texts(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """The JSON texts of the attributes, validated."""
     from pydantic import ValidationError
 
     names = ("claims", "assumptions", "notes", "references", "rings", "machine_stiffness", "starts")
     try:
-        found = _saved_texts().validate_python({name: json.loads(attrs[f"pymdr_{name}"]) for name in names})
+        parsed = _saved_texts().validate_python({name: json.loads(attrs[f"pymdr_{name}"]) for name in names})
     except ValidationError as error:
         where = ".".join(map(str, error.errors()[0]["loc"]))
         raise FileError(f"damaged pymdr result: pymdr_{where} is not what Result.save writes") from error
-    told: dict[str, Any] = found.model_dump()
-    return told
+    texts: dict[str, Any] = parsed.model_dump()
+    return texts
 
 
-def _check_whole(dataset: xr.Dataset, claims: Mapping[str, Claim], references: Sequence[str]) -> None:
-    """Refuse a result whose arrays, claims and references do not belong together."""
+def _check_consistent(dataset: xr.Dataset, claims: Mapping[str, Claim], references: Sequence[str]) -> None:
+    """Refuse a result whose arrays, claims and references are inconsistent."""
     foreign = [
         str(name)
         for name, array in dataset.items()
@@ -343,16 +343,16 @@ def _check_whole(dataset: xr.Dataset, claims: Mapping[str, Claim], references: S
         for name, claim in claims.items()
         if claim.where.size != steps or (claim.error is not None and claim.error.shape != (steps,))
     ]
-    for what, names in (
+    for fault, names in (
         ("no claims of", [] if "pressure" in claims else ["pressure"]),
-        ("no numbers over the steps in", foreign),
+        ("no numeric column over the steps in", foreign),
         ("unknown references", unknown),
         ("no values of", missing),
         ("no claims of", unclaimed),
-        ("another number of steps in the claims of", short),
+        ("wrong number of steps in the claims of", short),
     ):
         if names:
-            raise FileError(f"damaged pymdr result: {what} {', '.join(map(str, names))}")
+            raise FileError(f"damaged pymdr result: {fault} {', '.join(map(str, names))}")
 
 
 def _base(name: str) -> str:
@@ -364,43 +364,43 @@ _SUFFIXES = (".nc", ".nc4", ".cdf", ".h5", ".hdf5")
 
 
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
-    """Write a packed dataset as NetCDF, with its checksum behind the end."""
+    """Write a packed dataset as NetCDF and append its checksum."""
     if named_file(file, "write").suffix.lower() not in _SUFFIXES:
         raise FileError(
-            f"cannot write {str(file)!r}: a result is saved as NetCDF, with a name that ends with '.nc'; a table of its "
-            "quantities is Result.to_csv('ball.csv')"
+            f"cannot write {str(file)!r}: results are saved as NetCDF with a name that ends with '.nc'; for a table use "
+            "Result.to_csv('ball.csv')"
         )
     small = {str(name): {"zlib": True} for name in dataset if str(name).startswith(_ERROR)}
 
-    def write(beside: FilePath) -> None:
+    def write(temporary: FilePath) -> None:
         marked = dataset.assign_attrs(
             {_CHECKSUM: "SHA-256 of the file up to its last 77 bytes, which hold it"}
         )
-        marked.to_netcdf(beside, engine="h5netcdf", encoding=small)
-        seal = _SEAL + _checksum(beside, beside.stat().st_size).encode()
-        with beside.open("ab") as opened:
+        marked.to_netcdf(temporary, engine="h5netcdf", encoding=small)
+        seal = _SEAL + _checksum(temporary, temporary.stat().st_size).encode()
+        with temporary.open("ab") as opened:
             opened.write(seal)
 
-    write_whole(file, write)
+    write_atomically(file, write)
 
 
 _SEAL = b"\npymdr sha256 "
 _SEALED = len(_SEAL) + 64
-"""Bytes behind the end of the NetCDF file, which its readers pass over."""
+"""Bytes appended to the NetCDF file; its readers ignore them."""
 
 
 def _checksum(file: FilePath, size: int) -> str:
     """The SHA-256 of the first bytes of a file."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     with file.open("rb") as opened:
         while size > 0 and (block := opened.read(min(size, 2**20))):
-            found.update(block)
+            digest.update(block)
             size -= len(block)
-    return found.hexdigest()
+    return digest.hexdigest()
 
 
 def _is_sealed(source: FilePath) -> bool:
-    """Whether a file has a checksum; one that contradicts it is refused."""
+    """Whether a file has a checksum; a file that contradicts its checksum is refused."""
     size = source.stat().st_size - _SEALED
     if size < 0:
         return False
@@ -411,7 +411,7 @@ def _is_sealed(source: FilePath) -> bool:
         return False
     if seal[len(_SEAL) :].decode("ascii", "replace") != _checksum(source, size):
         raise FileError(
-            f"cannot read {source}: it has changed since it was written (its checksum differs); take another copy, or "
+            f"cannot read {source}: its checksum differs, so it changed since it was written; use another copy, or "
             "solve again"
         )
     return True
@@ -423,22 +423,22 @@ def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
 
     source = named_file(file, "read")
     try:
-        there, regular = source.exists(), source.is_file()
+        exists, regular = source.exists(), source.is_file()
     except ValueError:
-        there = regular = False
+        exists = regular = False
     if not regular:
-        why = "it is a folder, pipe or device" if there else "no such file"
-        raise FileError(f"cannot read {str(source)!r}: {why}")
+        reason = "it is a folder, pipe or device" if exists else "no such file"
+        raise FileError(f"cannot read {str(source)!r}: {reason}")
     try:
         sealed = _is_sealed(source)
         dataset = xr.load_dataset(source, engine="h5netcdf")
         if not sealed and _CHECKSUM in dataset.attrs:
             raise FileError(
-                f"cannot read {source}: its checksum is gone, so that it was cut off or rewritten by another program; take "
-                "the file that Result.save wrote"
+                f"cannot read {source}: its checksum is missing, so it was truncated or rewritten by another program; use "
+                "the file written by Result.save"
             )
         return dataset
     except FileError:
         raise
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as error:
-        raise FileError(f"cannot read {source}: not a whole NetCDF file ({error})") from error
+        raise FileError(f"cannot read {source}: not a complete NetCDF file ({error})") from error

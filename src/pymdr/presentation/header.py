@@ -1,4 +1,4 @@
-"""A law of contact as a C header."""
+"""A contact law as a C header."""
 
 from __future__ import annotations
 
@@ -94,28 +94,28 @@ _KEYWORDS = frozenset(
 
 @dataclass(frozen=True)
 class HeaderData:
-    """What a header is written from."""
+    """The contents of a header."""
 
     name: str
-    """What all names begin with."""
+    """Prefix of all C names."""
     remarks: Sequence[str]
-    """Lines of its comment."""
+    """Lines of the comment at its top."""
     constants: Mapping[str, tuple[float, str]]
     """Value and unit by name."""
     columns: Mapping[str, FloatArray]
-    """u, y, y_slope, z and z_slope of the knots."""
+    """u, y, y_slope, z and z_slope at the knots."""
     tip: tuple[float, float, float] | None
-    """Powers of F and a below the first knot and the pull in N, of a law over ln d; None of one over sqrt(d - d_off)."""
+    """Of a law over ln d: exponents of F and a below the first knot, and the pull in N. None for a law over sqrt(d - d_off)."""
     least: float
-    """The least u that is interpolated."""
+    """Smallest u that is interpolated."""
 
 
 def identifier(name: str) -> str:
-    """The name itself, if C knows it as one."""
+    """The name, if it is a valid C identifier."""
     if not isinstance(name, str) or not _IDENTIFIER.fullmatch(name) or name in _KEYWORDS:
         raise ProblemError(
-            f"name = {shown(name)}: a C identifier is needed that begins with a letter, has at most 40 letters, digits and "
-            "underscores, and is no keyword, such as 'ball_on_glass'"
+            f"name = {shown(name)} is not usable as a C identifier: begin with a letter and use at most 40 letters, digits and "
+            "underscores, no keyword, such as 'ball_on_glass'"
         )
     return name
 
@@ -135,37 +135,37 @@ def c_header(data: HeaderData) -> str:
     Raises
     ------
     ProblemError
-        If the name is no C identifier.
+        If the name is not a C identifier.
     """
     name = identifier(data.name)
-    big = name.upper()
+    prefix = name.upper()
     parts = [
         _comment([*data.remarks, *_usage(name, data.tip is not None)]),
-        f"#ifndef {big}_H\n#define {big}_H\n\n#include <math.h>\n#include <stddef.h>\n",
+        f"#ifndef {prefix}_H\n#define {prefix}_H\n\n#include <math.h>\n#include <stddef.h>\n",
         "\n".join(
-            f"#define {big}_{key} ({value!r})" + (f" /* {unit} */" if unit else "")
+            f"#define {prefix}_{key} ({value!r})" + (f" /* {unit} */" if unit else "")
             for key, (value, unit) in data.constants.items()
         ),
-        f"#define {big}_KNOTS {data.columns['u'].size}\n",
+        f"#define {prefix}_KNOTS {data.columns['u'].size}\n",
         *(_array(f"{name}_{key}_", values) for key, values in data.columns.items()),
-        _body(data).replace("@@", big).replace("@", name),
+        _body(data).replace("@@", prefix).replace("@", name),
         "#endif\n",
     ]
     return "\n".join(parts)
 
 
 def _usage(name: str, from_tip: bool) -> list[str]:
-    begin = "d <= 0" if from_tip else "d below the pull-off"
+    outside = "d <= 0" if from_tip else "d below the pull-off"
     return [
         "",
         f"{name}_force(d) in N, {name}_stiffness(d) = dF/dd in N/m and {name}_radius(d) in m of the indentation d in m; "
-        f"{name}_law gives all three at once, or those whose pointers are not NULL.",
-        f"{begin}: 0, no contact; d above {name.upper()}_LARGEST_INDENTATION, or NAN: NAN (not with -ffast-math).",
+        f"{name}_law gives all three at once; a NULL pointer skips its value.",
+        f"{outside}: 0, no contact; d above {name.upper()}_LARGEST_INDENTATION, or NAN: NAN (not with -ffast-math).",
     ]
 
 
 def _comment(lines: Sequence[str]) -> str:
-    """A comment of plain characters that nothing in it ends."""
+    """A C comment in ASCII; comment marks inside it are broken up."""
     wrapped = [
         part
         for line in lines
@@ -232,15 +232,15 @@ static inline void @_law(double d, double *force, double *stiffness, double *rad
     size_t low = 0, high = @@_KNOTS - 1;
     double u, h, t, m0, m1, rise, slope, y, z;
     if (!(d <= @@_LARGEST_INDENTATION) || %(outside)s) {
-        double nothing = 0.0;
+        double value = 0.0;
         if (!(d <= @@_LARGEST_INDENTATION))
-            nothing = NAN;
+            value = NAN;
         if (force)
-            *force = nothing;
+            *force = value;
         if (stiffness)
-            *stiffness = nothing;
+            *stiffness = value;
         if (radius)
-            *radius = nothing;
+            *radius = value;
         return;
     }
 %(below)s    u = %(coordinate)s;

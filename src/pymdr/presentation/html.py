@@ -1,4 +1,4 @@
-"""Results, contacts and claims as HTML that reads well in notebooks."""
+"""Results, studies and claims as HTML for notebooks."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 _COLOURS = {Level.EXACT: "#009E73", Level.APPROXIMATE: "#B07D00", Level.NOT_VALID: "#D55E00"}
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table whose cells are HTML already."""
-    top = "".join(f"<th style='text-align:left'>{cell}</th>" for cell in head)
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of cells that are HTML."""
+    top = "".join(f"<th style='text-align:left'>{cell}</th>" for cell in header)
     body = "".join(
         "<tr>" + "".join(f"<td style='text-align:left'>{c}</td>" for c in row) + "</tr>" for row in rows
     )
@@ -40,7 +40,7 @@ def badge(level: Level) -> str:
 
 
 def claims_html(claims: Mapping[str, Claim]) -> str:
-    """Claims by quantity, with the largest error of its numbers."""
+    """Claims by quantity, with their largest relative errors."""
     return table(
         ("quantity", "claim", "error", "reason", "source"),
         (
@@ -93,7 +93,7 @@ def result_html(
         if ends:
             low, high = (escape(written(float(end), quantity.unit)) for end in ends)
             value += f" <small>between {low} and {high}</small>"
-        rows.append([escape(quantity.words), value, level + remark])
+        rows.append([escape(quantity.long_name), value, level + remark])
     steps = data.sizes["step"]
     return (
         f"<div><b>{escape(status)}</b>: {escape(meaning)}"
@@ -117,11 +117,13 @@ def study_html(
     single = []
     for heading, lines in number_lines(groups):
         single += [[f"<b>{escape(heading)}</b>", ""]]
-        single += [[escape(words), escape(value)] for words, value in lines]
-    (words, units), rows = columns
-    head = [escape(f"{word} ({unit})" if unit else word) for word, unit in zip(words, units, strict=True)]
+        single += [[escape(name), escape(value)] for name, value in lines]
+    (titles, units), rows = columns
+    header = [
+        escape(f"{title} ({unit})" if unit else title) for title, unit in zip(titles, units, strict=True)
+    ]
     first = table(("quantity", ""), single) if single else ""
-    second = table(head, ([escape(cell) for cell in row] for row in rows)) if head else ""
+    second = table(header, ([escape(cell) for cell in row] for row in rows)) if header else ""
     return (
         f"<div>{first}{second}"
         + "".join(f"<p>{escape(line)}</p>" for line in remarks)

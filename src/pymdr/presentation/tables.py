@@ -1,4 +1,4 @@
-"""Tables for people: CSV files and spreadsheets with units in their headers, and what their numbers rest on."""
+"""CSV files and spreadsheets with units in their headers, and the claims behind their numbers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import numpy as np
 
 from pymdr.errors import FileError, MissingExtraError
 from pymdr.interpretation.validity import Assumption, Claim, Level
-from pymdr.presentation.files import named_file, write_whole
-from pymdr.presentation.text import largest_error
+from pymdr.presentation.files import named_file, write_atomically
+from pymdr.presentation.text import assumption_text, largest_error
 from pymdr.problem.contact import Contact
 
 if TYPE_CHECKING:
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
 
 About = Sequence[tuple[str, str, str]]
-"""Rows of what is said of a table: kind, name, words."""
+"""Rows about a table: kind, name, text."""
 
 _LONGEST = 300
-"""Characters of a part of a contact: arrays are not written out."""
+"""Characters of the text of a part of a contact: long arrays are cut."""
 _MOST_ROWS, _MOST_COLUMNS = 2**20 - 1, 2**14
-"""That a sheet has below its header, and beside one another."""
+"""Largest sheet: rows below the header, and columns."""
 _WIDEST = 100
 _NO_TEXT = (".nc", ".h5", ".hdf5", ".zarr", ".npy", ".npz")
 _UNPRINTABLE = dict.fromkeys((*range(32), *range(127, 160), 0x2028, 0x2029), " ")
-"""What would end a line, or is no character of a sheet."""
+"""Characters that end a line or are not allowed in a sheet."""
 
 
 def about_rows(
@@ -43,7 +43,7 @@ def about_rows(
     others: Mapping[str, str] | None = None,
 ) -> list[tuple[str, str, str]]:
     """
-    What the numbers of a table rest on.
+    Rows about a table: contact, claims, errors, assumptions, notes and sources.
 
     Parameters
     ----------
@@ -51,44 +51,37 @@ def about_rows(
     claims : mapping of str to Claim
         By quantity.
     assumptions, notes, sources : iterable
-        Those of the answer; `sources` are references written out.
+        Those of the result; `sources` are full references.
     others : mapping of str to str, optional
-        What else is said, by kind.
+        Further rows: text by kind.
 
     Returns
     -------
     list of tuple of str
-        Kind, name, words.
+        Kind, name, text.
     """
     rows = [("version", "", f"pymdr {version('pymdr')}")]
     if contact is not None:
         rows += [
-            (part, "", part_in_words(value))
+            (part, "", part_text(value))
             for part in ("profile", "body", "counterbody", "adhesion", "friction")
             if (value := getattr(contact, part)) is not None
         ]
-    rows += [(kind, "", words) for kind, words in (others or {}).items()]
+    rows += [(kind, "", text) for kind, text in (others or {}).items()]
     for name, claim in claims.items():
-        held = f"holds in {int(claim.where.sum())} of {claim.where.size}"
-        rows.append(("claim", name, f"{claim.level.name}: {claim.reason} [{claim.source}]; {held}"))
+        steps = f"holds in {int(claim.where.sum())} of {claim.where.size}"
+        rows.append(("claim", name, f"{claim.level.name}: {claim.reason} [{claim.source}]; {steps}"))
         error = largest_error(claim)
         if claim.readable:
-            words = "not known" if error is None else f"relative errors of up to {error:.1e}"
-            rows.append(("error", name, words))
-    rows += [
-        (
-            "assumption",
-            a.name,
-            f"{a.words} is {a.measure:.3g}, limit {a.limit:g}{'' if a.met else ', NOT MET'}",
-        )
-        for a in assumptions
-    ]
+            size = "not known" if error is None else f"relative errors of up to {error:.1e}"
+            rows.append(("error", name, size))
+    rows += [("assumption", a.name, assumption_text(a)) for a in assumptions]
     rows += [("note", "", note) for note in notes]
     return rows + [("cite", "", source) for source in sources]
 
 
-def part_in_words(value: object) -> str:
-    """A part of a contact on one line, cut where it holds long arrays."""
+def part_text(value: object) -> str:
+    """A part of a contact on one line, cut after 300 characters."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
@@ -97,15 +90,15 @@ def with_error_columns(
     columns: Mapping[str, np.ndarray], claims: Mapping[str, Claim]
 ) -> dict[str, np.ndarray]:
     """
-    Columns with the relative errors of what is approximate beside them, nan where an error is not known.
+    Columns, each approximate one followed by its relative errors (nan where not known).
 
     Parameters
     ----------
     columns : mapping of str to ndarray
         By title, a quantity with its unit in brackets.
     claims : mapping of str to Claim
-        By quantity. One that is exact errs by at most 1e-9, and has no column of errors; one with fewer entries than there are
-        rows holds for runs of equally many.
+        By quantity. Exact quantities (error below 1e-9) have no column of errors. A claim with fewer entries than there are
+        rows applies to equal blocks of rows.
 
     Returns
     -------
@@ -118,22 +111,22 @@ def with_error_columns(
     >>> list(with_error_columns({"normal_force [N]": np.ones(1)}, {"normal_force": claim}))
     ['normal_force [N]', 'normal_force_error']
     """
-    written: dict[str, np.ndarray] = {}
+    extended: dict[str, np.ndarray] = {}
     for title, values in columns.items():
-        written[title] = values
+        extended[title] = values
         name = title.partition(" [")[0]
         claim = claims.get(name)
         if claim is None or claim.level is not Level.APPROXIMATE or values.size % max(claim.where.size, 1):
             continue
         error = np.full(claim.where.shape, np.nan) if claim.error is None else claim.error
-        each = np.where(claim.where, error, np.nan)
-        written[f"{name}_error"] = np.repeat(each, values.size // claim.where.size)
-    return written
+        valid = np.where(claim.where, error, np.nan)
+        extended[f"{name}_error"] = np.repeat(valid, values.size // claim.where.size)
+    return extended
 
 
 def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], about: About = ()) -> None:
     """
-    Write columns as CSV, whole or not at all; numbers that are nan are empty.
+    Write columns as CSV atomically; nan is written as an empty cell.
 
     Parameters
     ----------
@@ -141,37 +134,35 @@ def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], a
         By title.
     file : path
     about : sequence
-        What stands above the header, in lines that begin with ``#``.
+        Rows written above the header, in lines that begin with ``#``.
 
     Raises
     ------
     FileError
-        If the file cannot be written, or is named as a spreadsheet or a file of arrays.
+        If the file cannot be written, or its suffix is that of a spreadsheet or an array file.
     """
     import pandas as pd
 
     suffix = named_file(file, "write").suffix.lower()
     if suffix == ".xlsx":
-        raise FileError(
-            f"cannot write {str(file)!r}: to_csv writes text; a spreadsheet is written by to_xlsx"
-        )
+        raise FileError(f"cannot write {str(file)!r}: to_csv writes text; use to_xlsx for a spreadsheet")
     if suffix in _NO_TEXT:
         raise FileError(
-            f"cannot write {str(file)!r}: to_csv writes text, and files that end with {suffix!r} hold arrays; name it 'table.csv'"
+            f"cannot write {str(file)!r}: to_csv writes text, and {suffix!r} is a suffix of array files; use a name such as 'table.csv'"
         )
     table = pd.DataFrame(dict(columns))
 
-    def write(beside: Path) -> None:
-        with beside.open("w", encoding="utf-8", newline="") as opened:
+    def write(temporary: Path) -> None:
+        with temporary.open("w", encoding="utf-8", newline="") as opened:
             opened.writelines(f"# {line.translate(_UNPRINTABLE)}\n" for line in about_lines(about))
             table.to_csv(opened, index=False, lineterminator=os.linesep)
 
-    write_whole(file, write)
+    write_atomically(file, write)
 
 
 def about_lines(about: About) -> list[str]:
     """
-    The same in lines, quantities of which the same is said together.
+    Rows about a table as lines; quantities with the same text share a line.
 
     Examples
     --------
@@ -179,24 +170,24 @@ def about_lines(about: About) -> list[str]:
     ['claim of normal_force, contact_radius: exact', 'note: odd']
     """
     names: dict[tuple[str, str], list[str]] = {}
-    for kind, name, words in about:
-        names.setdefault((kind, words), []).extend([name] if name else [])
+    for kind, name, text in about:
+        names.setdefault((kind, text), []).extend([name] if name else [])
     return [
-        f"{kind} of {', '.join(some)}: {words}" if some else f"{kind}: {words}"
-        for (kind, words), some in names.items()
+        f"{kind} of {', '.join(shared)}: {text}" if shared else f"{kind}: {text}"
+        for (kind, text), shared in names.items()
     ]
 
 
 def write_xlsx(columns: Mapping[str, np.ndarray], about: About, file: str | os.PathLike[str]) -> None:
     """
-    Write columns as a spreadsheet, whole or not at all; what their numbers rest on is its second sheet.
+    Write columns as a spreadsheet atomically, with the rows about them on a second sheet.
 
     Parameters
     ----------
     columns : mapping of str to ndarray
         By title.
     about : sequence
-        Kind, name and words.
+        Kind, name and text.
     file : path
         With a name that ends with ``.xlsx``.
 
@@ -205,7 +196,7 @@ def write_xlsx(columns: Mapping[str, np.ndarray], about: About, file: str | os.P
     MissingExtraError
         Without openpyxl.
     FileError
-        If the file cannot be written, its name is that of another format, or a sheet has no room for the table.
+        If the file cannot be written, its suffix is not ``.xlsx``, or the table is larger than a sheet.
     """
     if named_file(file, "write").suffix.lower() != ".xlsx":
         raise FileError(
@@ -214,8 +205,8 @@ def write_xlsx(columns: Mapping[str, np.ndarray], about: About, file: str | os.P
     rows = max((len(column) for column in columns.values()), default=0)
     if rows > _MOST_ROWS or len(columns) > _MOST_COLUMNS:
         raise FileError(
-            f"cannot write {str(file)!r}: {rows} rows and {len(columns)} columns, and a sheet has room for {_MOST_ROWS} and "
-            f"{_MOST_COLUMNS}; write to_csv, or fewer steps"
+            f"cannot write {str(file)!r}: the table has {rows} rows and {len(columns)} columns (limit of a sheet: {_MOST_ROWS} and "
+            f"{_MOST_COLUMNS}); use to_csv or fewer steps"
         )
     book = new_book()
     table = book.active
@@ -223,13 +214,13 @@ def write_xlsx(columns: Mapping[str, np.ndarray], about: About, file: str | os.P
     _fill(
         table, list(columns), zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True)
     )
-    _fill(book.create_sheet("about"), ["kind", "name", "words"], about)
-    write_whole(file, book.save)
+    _fill(book.create_sheet("about"), ["kind", "name", "text"], about)
+    write_atomically(file, book.save)
 
 
 def new_book() -> Workbook:
     """
-    An empty spreadsheet, for those too who ask early whether one can be written.
+    An empty spreadsheet; also called early to check that openpyxl is installed.
 
     Raises
     ------
@@ -240,20 +231,20 @@ def new_book() -> Workbook:
         from openpyxl import Workbook
     except ImportError as error:
         raise MissingExtraError(
-            f"a spreadsheet needs openpyxl, which cannot be imported ({error}): pip install 'pymdr[xlsx]'; tables as CSV are written "
-            "without it"
+            f"spreadsheets need openpyxl, which cannot be imported ({error}); install it with pip install 'pymdr[xlsx]', or "
+            "write CSV"
         ) from error
     return Workbook()
 
 
-def _fill(sheet: Worksheet, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+def _fill(sheet: Worksheet, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     from openpyxl.styles import Font
 
-    widths = [len(title) for title in head]
-    for i, row in enumerate((head, *rows), start=1):
+    widths = [len(title) for title in header]
+    for i, row in enumerate((header, *rows), start=1):
         for j, value in enumerate(row, start=1):
             if isinstance(value, str):
-                # a text that begins like a formula stays a text
+                # text that begins like a formula stays text
                 cell = sheet.cell(i, j)
                 cell.value = value.translate(_UNPRINTABLE)
                 cell.data_type = "s"

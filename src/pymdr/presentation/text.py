@@ -1,4 +1,4 @@
-"""Results in words."""
+"""Results and studies as text."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def summary(
     meaning: str,
     notes: Sequence[str],
 ) -> str:
-    """The last step of a result with what can be said of it."""
+    """The last step of a result with its claims, assumptions and notes."""
     n = data.sizes["step"]
     lines = [f"{status}: {meaning}", f"{n} step{'s' if n != 1 else ''}; the last one:"]
     for name in map(str, data):
@@ -39,16 +39,16 @@ def summary(
             ends = (written(float(data[f"{name}_{end}"].values[-1]), quantity.unit) for end in BAND_ENDS)
             band = f"  between {' and '.join(ends)}"
         error = f"  {last_error(claims[name])}".rstrip() if name in claims else ""
-        lines.append(f"  {quantity.words:<36}{written(value, quantity.unit):>16}{level}{error}{band}")
+        lines.append(f"  {quantity.long_name:<36}{written(value, quantity.unit):>16}{level}{error}{band}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
 
 _MUCH_SMALLER = 1e-3
-"""Of the largest contact of a path: what is left of a smaller one is not the rounding of what was."""
+"""Fraction of the largest contact radius of a path, below which small values are not treated as rounding."""
 
 
 def last_value(data: xr.Dataset, name: str) -> float:
-    """The last value of a quantity, 0 where it is the rounding of its largest one."""
+    """The last value of a quantity; 0 if it is only rounding of the largest value."""
     values = data[name].values
     if "contact_radius" in data:
         radius = data["contact_radius"].values
@@ -58,13 +58,13 @@ def last_value(data: xr.Dataset, name: str) -> float:
 
 
 Numbers = Mapping[str, Mapping[str, float]]
-"""Single numbers in SI units under headings, by the names of their quantities."""
+"""Single numbers in SI units, by heading and name of quantity."""
 Table = tuple[tuple[Sequence[str], Sequence[str]], Sequence[Sequence[str]]]
-"""Words and units of columns, and rows of cells."""
+"""Titles and units of columns, and rows of cells."""
 
 
 def number_lines(groups: Numbers) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Headings, each with the words and the values of its numbers."""
+    """Headings, each with the names and formatted values of its numbers."""
     kinds: dict[str, list[float]] = {}
     for values in groups.values():
         for name, value in values.items():
@@ -72,14 +72,14 @@ def number_lines(groups: Numbers) -> list[tuple[str, list[tuple[str, str]]]]:
 
     def row(name: str, value: float) -> tuple[str, str]:
         quantity = QUANTITIES[name]
-        return quantity.words, written(
+        return quantity.long_name, written(
             without_rounding(value, kinds[quantity.unit], quantity.unit), quantity.unit
         )
 
     return [(heading, [row(*pair) for pair in values.items()]) for heading, values in groups.items()]
 
 
-Said = tuple[Numbers, Table, Sequence[str], Mapping[str, Claim], Sequence[Assumption], Sequence[str]]
+StudyText = tuple[Numbers, Table, Sequence[str], Mapping[str, Claim], Sequence[Assumption], Sequence[str]]
 """Single numbers, table, remarks, claims, assumptions and notes of a study."""
 
 
@@ -91,13 +91,13 @@ def study_summary(
     assumptions: Sequence[Assumption],
     notes: Sequence[str],
 ) -> str:
-    """Single numbers under headings, the table of the others, and what can be said of them."""
+    """Single numbers under headings, the table, and claims, assumptions and notes."""
     lines = []
     for heading, rows in number_lines(groups):
-        lines += [f"{heading}:", *(f"  {words:<36}{value:>16}" for words, value in rows)]
-    (words, units), cells = table
-    if words:
-        table_rows = (words, units, *cells) if any(units) else (words, *cells)
+        lines += [f"{heading}:", *(f"  {name:<36}{value:>16}" for name, value in rows)]
+    (titles, units), cells = table
+    if titles:
+        table_rows = (titles, units, *cells) if any(units) else (titles, *cells)
         widths = [max(12, *map(len, column)) for column in zip(*table_rows, strict=True)]
         lines += [" ".join(f"{cell:>{n}}" for cell, n in zip(row, widths, strict=True)) for row in table_rows]
     return "\n".join([*lines, *remarks, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
@@ -105,7 +105,7 @@ def study_summary(
 
 def largest_error(claim: Claim) -> float | None:
     """
-    The largest relative error of a quantity over the steps at which its claim holds; None where it is not known.
+    The largest relative error of a quantity over the steps at which its claim holds; None if not known.
 
     Examples
     --------
@@ -117,17 +117,17 @@ def largest_error(claim: Claim) -> float | None:
     """
     if claim.error is None:
         return None
-    held = np.asarray(claim.error)[claim.where]
-    return float(np.max(held, initial=0.0, where=~np.isnan(held)))
+    valid = np.asarray(claim.error)[claim.where]
+    return float(np.max(valid, initial=0.0, where=~np.isnan(valid)))
 
 
 def last_level(claim: Claim) -> Level:
-    """What can be said of a quantity at the last step."""
+    """The level of a claim at the last step."""
     return claim.level if claim.where[-1:].all() else Level.NOT_VALID
 
 
 def last_error(claim: Claim) -> str:
-    """The relative error of a quantity at the last step, in words; empty where it is rounding or nothing is claimed."""
+    """The relative error of a quantity at the last step as text; empty if it is rounding or not valid."""
     if not (claim.readable and claim.where[-1]):
         return ""
     if claim.error is None:
@@ -135,8 +135,8 @@ def last_error(claim: Claim) -> str:
     return f"error {claim.error[-1]:.1e}" if claim.error[-1] > EXACT_WITHIN else ""
 
 
-def in_bytes(count: int) -> str:
-    """A number of bytes in words."""
+def bytes_text(count: int) -> str:
+    """A number of bytes as text."""
     size, unit = next(
         (count / 1000**n, u) for n, u in ((3, "GB"), (2, "MB"), (1, "kB")) if count >= 1000**n or n == 1
     )
@@ -145,10 +145,10 @@ def in_bytes(count: int) -> str:
 
 def _claims(claims: Mapping[str, Claim]) -> list[str]:
     lines = ["Claims:"] if claims else []
-    by_words: dict[tuple[Level, str, str], list[str]] = {}
+    by_claim: dict[tuple[Level, str, str], list[str]] = {}
     for name, claim in claims.items():
-        by_words.setdefault((claim.level, claim.reason, claim.source), []).append(name)
-    for (level, reason, source), names in by_words.items():
+        by_claim.setdefault((claim.level, claim.reason, claim.source), []).append(name)
+    for (level, reason, source), names in by_claim.items():
         lines += [f"  {level.name}: {', '.join(names)}", f"    {reason}", f"    [{source}]"]
         errors = {name: largest_error(claims[name]) for name in names if claims[name].readable}
         known = [f"{name} {error:.1e}" for name, error in errors.items() if error and error > EXACT_WITHIN]
@@ -163,11 +163,21 @@ def _claims(claims: Mapping[str, Claim]) -> list[str]:
 def _assumptions(assumptions: Sequence[Assumption]) -> list[str]:
     if not assumptions:
         return []
-    rows = [
-        f"  {'met    ' if a.met else 'NOT MET'} {a.name}: {a.words} is {a.measure:.3g} (limit {a.limit:g})"
-        for a in assumptions
-    ]
-    return ["Assumptions of the model:", *rows]
+    return ["Assumptions of the model:", *(f"  {a.name}: {assumption_text(a)}" for a in assumptions)]
+
+
+def assumption_text(assumption: Assumption) -> str:
+    """
+    The measure of an assumption, its limit, and whether it is met; a remark after a semicolon follows the limit.
+
+    Examples
+    --------
+    >>> assumption_text(Assumption("similarity", "Dundurs' beta; affects the pressure only with friction", 0.203, 0.5))
+    "Dundurs' beta = 0.203 (limit 0.5; affects the pressure only with friction): met"
+    """
+    measure, separator, remark = assumption.words.partition("; ")
+    verdict = "met" if assumption.met else "NOT MET"
+    return f"{measure} = {assumption.measure:.3g} (limit {assumption.limit:g}{separator}{remark}): {verdict}"
 
 
 def _notes(notes: Sequence[str]) -> list[str]:

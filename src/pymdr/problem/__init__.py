@@ -1,1 +1,1 @@
-"""What is asked: frozen values without behaviour."""
+"""Problem values: frozen, without behaviour."""

@@ -15,29 +15,29 @@ from pymdr.problem.values import Value
 @dataclass(frozen=True, eq=False)
 class Contact(Value):
     """
-    A contact of two bodies: of revolution, of any shape in frictionless contact, or known by a force curve.
+    A contact of two bodies: axisymmetric, of any shape without friction, or given by a force curve.
 
     Parameters
     ----------
     profile : Profile
-        The combined initial gap f(r); or a :class:`~pymdr.ForceCurve` in its place, or a gap f(x, y) that is not of
-        revolution, such as :class:`~pymdr.EllipticParaboloid`.
+        The combined initial gap f(r), a :class:`~pymdr.ForceCurve`, or a gap f(x, y) without axial symmetry, such as
+        :class:`~pymdr.EllipticParaboloid`.
     body : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
         The first body.
     counterbody : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
-        The second body; rigid unless given. A graded body needs a rigid one, or one of the same exponent, a layered body a rigid one.
+        The second body, by default rigid. A graded body needs a rigid one or one of the same exponent; a layered body needs a rigid one.
     adhesion : JKR, MaugisDugdale or DMT, optional
-        How the surfaces attract each other; not at all unless given.
+        Law of adhesion; by default none.
     friction : Coulomb, optional
-        The law of friction, of elastic and of viscoelastic bodies; frictionless unless given.
+        Law of friction of elastic and viscoelastic bodies; by default frictionless.
 
     Raises
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, a graded or layered body with friction or MaugisDugdale, a layered one with another that is not rigid, a
-        viscoelastic one with adhesion, a ForceCurve with adhesion or a graded or layered body, or a body
-        that is not of revolution with anything but elastic half-spaces.
+        friction, a graded or layered body with friction or MaugisDugdale, a layered body with a deformable one, a
+        viscoelastic body with adhesion, a ForceCurve with adhesion or a graded or layered body, or a shape
+        without axial symmetry with anything but elastic half-spaces.
 
     Examples
     --------
@@ -76,8 +76,8 @@ class Contact(Value):
             raise ProblemError(f"Contact.friction = {self.friction!r}: a law such as Coulomb(0.3) is needed")
         if self.adhesion is not None and self.friction is not None:
             raise ProblemError(
-                "Contact: adhesion and friction together are not covered by the theory: Coulomb's limit is not "
-                "defined where the surfaces pull at each other; leave one of the two out"
+                "Contact: adhesion with friction is not covered by the theory, because Coulomb's limit is not "
+                "defined under tension; leave one of the two out"
             )
         if isinstance(self.profile, ForceCurve):
             self._refuse_beyond_curve(exponent)
@@ -89,20 +89,19 @@ class Contact(Value):
             self._refuse_beyond_layers(self.layered)
         if exponent != 0.0 and self.friction is not None:
             raise ProblemError(
-                f"Contact: friction of a body that is graded (exponent {exponent:g}) is not offered: within the contact its "
-                "tangential displacements are not proportional to its normal ones, and the error of the theory of Cattaneo "
-                "and Mindlin is not measured there; leave friction out, or give exponent 0"
+                f"Contact: friction of a graded body (exponent {exponent:g}) is not available: its tangential displacements are not "
+                "proportional to its normal ones, and the error of the theory of Cattaneo and Mindlin is not known; leave "
+                "friction out, or give exponent 0"
             )
         if exponent != 0.0 and self._is_cohesive:
             raise ProblemError(
-                f"Contact: {type(self.adhesion).__name__} is not derived for a body that is graded (exponent {exponent:g}): its cohesive zone "
-                "is known on the springs of homogeneous bodies only; take JKR for soft and large bodies, DMT for stiff and "
-                "small ones"
+                f"Contact: {type(self.adhesion).__name__} is not derived for a graded body (exponent {exponent:g}), only for "
+                "homogeneous ones; use JKR for soft and large bodies, DMT for stiff and small ones"
             )
 
     @property
     def remembers(self) -> bool:
-        """Whether one of the bodies does."""
+        """Whether one of the bodies is viscoelastic."""
         return self.body.remembers or self.counterbody.remembers
 
     @property
@@ -111,67 +110,66 @@ class Contact(Value):
 
     @property
     def layered(self) -> Layered | None:
-        """The body that is made of layers, if one is."""
+        """The layered body; None without one."""
         return next((body for body in (self.body, self.counterbody) if isinstance(body, Layered)), None)
 
     def _refuse_beyond_layers(self, body: Layered) -> None:
         other = self.counterbody if self.body is body else self.body
         if not isinstance(other, Rigid):
             raise ProblemError(
-                f"Contact: a Layered body against {type(other).__name__} is not covered: the compliances of two surfaces of which "
-                "one has layers do not make one line; take the other body as Rigid(), if it is much stiffer"
+                f"Contact: a Layered body against {type(other).__name__} is not available: a layered and a deformable surface do "
+                "not combine to one line; use Rigid() for the other body if it is much stiffer"
             )
         if isinstance(self.profile, ForceCurve):
             raise ProblemError(
-                "Contact: a ForceCurve is that of homogeneous half-spaces, and a body is Layered; give the shape as a profile"
+                "Contact: a ForceCurve needs homogeneous half-spaces, but a body is Layered; give the shape as a profile"
             )
         if self.friction is not None:
             raise ProblemError(
-                "Contact: friction of a Layered body is not offered: its tangential displacements are not proportional to its "
-                "normal ones, and the error of the theory of Cattaneo and Mindlin is not measured there; leave friction out, or "
-                "take Elastic for the body"
+                "Contact: friction of a Layered body is not available: its tangential displacements are not proportional to its "
+                "normal ones, and the error of the theory of Cattaneo and Mindlin is not known; leave friction out, or use "
+                "Elastic for the body"
             )
         if self._is_cohesive:
             raise ProblemError(
-                f"Contact: {type(self.adhesion).__name__} is not derived for a Layered body: its cohesive zone is known on springs that do not act "
-                "on one another; take JKR for soft and large bodies, DMT for stiff and small ones"
+                f"Contact: {type(self.adhesion).__name__} is not derived for a Layered body, only for homogeneous "
+                "ones; use JKR for soft and large bodies, DMT for stiff and small ones"
             )
 
     def _refuse_beyond_curve(self, exponent: float) -> None:
         if self.adhesion is not None:
             raise ProblemError(
-                "Contact: adhesion is not in a ForceCurve: it acts along the edges of the true contact, which the curve does "
-                "not know; give the shape as a profile, or leave adhesion out"
+                "Contact: a ForceCurve cannot have adhesion, which acts at the edges of the true contact; give the shape as a "
+                "profile, or leave adhesion out"
             )
         if exponent != 0.0:
             raise ProblemError(
-                f"Contact: a ForceCurve is that of homogeneous half-spaces, and a body is graded (exponent {exponent:g}); "
+                f"Contact: a ForceCurve needs homogeneous half-spaces, but a body is graded (exponent {exponent:g}); "
                 "give exponent 0, or the shape as a profile"
             )
 
     def _refuse_beyond_shape(self, exponent: float) -> None:
         name = type(self.profile).__name__
-        by_curve = "solve the elastic contact without friction, and put the force_curve() of its result in place of the shape"
-        for lacking, has, remedy in (
-            ("adhesion", self.adhesion is not None, "leave adhesion out, or give a profile of revolution"),
+        by_curve = "solve the frictionless elastic contact, and use the force_curve() of its result instead of the shape"
+        for feature, present, remedy in (
+            ("adhesion", self.adhesion is not None, "leave adhesion out, or give an axisymmetric profile"),
             ("friction", self.friction is not None, by_curve),
             ("a viscoelastic body", self.remembers, by_curve),
-            ("a Layered body", self.layered is not None, "give a half-space, or a profile of revolution"),
+            ("a Layered body", self.layered is not None, "give a half-space, or an axisymmetric profile"),
             (
-                f"a body that is graded (exponent {exponent:g})",
+                f"a graded body (exponent {exponent:g})",
                 exponent != 0.0,
-                "give exponent 0, or a profile of revolution",
+                "give exponent 0, or an axisymmetric profile",
             ),
         ):
-            if has:
+            if present:
                 raise ProblemError(
-                    f"Contact: {name} is not of revolution, and its contact no disk: {lacking} is not offered with it; {remedy}"
+                    f"Contact: {name} is not axisymmetric, so {feature} is not available; {remedy}"
                 )
 
     def _refuse_memory(self) -> None:
         if self.adhesion is not None:
             raise ProblemError(
-                "Contact: adhesion of a viscoelastic body is not covered by the method: what is lost at the edge of the "
-                "contact, where it opens and closes, depends on the speed and is not on the line; leave adhesion out, or "
-                "take Elastic for the stiffness at one time"
+                "Contact: adhesion of a viscoelastic body is not covered by the method: the dissipation at the opening and closing "
+                "edge depends on the speed; leave adhesion out, or use Elastic with the stiffness at one time"
             )

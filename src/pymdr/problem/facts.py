@@ -1,4 +1,4 @@
-"""Named facts about a measurement, which cannot be changed."""
+"""Immutable metadata of a measurement."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Fact = str | float
 
 class Facts(Mapping[str, Fact]):
     """
-    A mapping of words and numbers that is hashed by its content.
+    An immutable mapping of texts and numbers, hashed by its content.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Laws of adhesion and friction: what holds the surfaces together, and what keeps them from sliding."""
+"""Laws of adhesion and friction."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from pymdr.units import QuantityLike
 
 
 class AdhesionLaw(Value, ABC):
-    """How the surfaces attract each other."""
+    """Law of attraction between the surfaces."""
 
     work: SIField
 
     @property
     def cohesive_stress(self) -> float | None:
-        """The stress in Pa that pulls in a ring around the contact; None if the law has none there."""
+        """Cohesive stress in Pa around the contact; None if the law has none."""
         return None
 
 
 @dataclass(frozen=True, eq=False)
 class JKR(AdhesionLaw):
     """
-    Adhesion of short range: the surfaces attract each other only where they touch.
+    Short-range adhesion: the surfaces attract each other only in contact.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class JKR(AdhesionLaw):
     Notes
     -----
     Johnson, Kendall and Roberts (1971); for any profile by the rule of Hess (2011): the outermost springs
-    part at the elongation sqrt(2 pi a work / E*).
+    detach at the elongation sqrt(2 pi a work / E*).
 
     Examples
     --------
@@ -43,7 +43,7 @@ class JKR(AdhesionLaw):
     0.05
     """
 
-    work: SIField = SIField("J/m^2", above=0.0, words="work of adhesion")
+    work: SIField = SIField("J/m^2", above=0.0, description="work of adhesion")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +76,9 @@ class MaugisDugdale(AdhesionLaw):
     100000000.0
     """
 
-    work: SIField = SIField("J/m^2", above=0.0, words="work of adhesion")
-    strength: OptionalSIField = OptionalSIField("Pa", above=0.0, words="cohesive stress")
-    range: OptionalSIField = OptionalSIField("m", above=0.0, words="range of the cohesive stress")
+    work: SIField = SIField("J/m^2", above=0.0, description="work of adhesion")
+    strength: OptionalSIField = OptionalSIField("Pa", above=0.0, description="cohesive stress")
+    range: OptionalSIField = OptionalSIField("m", above=0.0, description="range of the cohesive stress")
 
     def __post_init__(self) -> None:
         if (self.strength is None) == (self.range is None):
@@ -107,8 +107,8 @@ class DMT(AdhesionLaw):
     work : quantity
         Work of adhesion in J/m^2, above 0.
     range : quantity, optional
-        Range of the attraction in m, above 0. A body with a radius of curvature needs none: its pull is
-        2 pi work R. For others the pull depends on the range.
+        Range of the attraction in m, above 0. Not needed for a body with a radius of curvature R, whose pull is
+        2 pi work R; for others the pull depends on the range.
 
     Notes
     -----
@@ -121,8 +121,8 @@ class DMT(AdhesionLaw):
     True
     """
 
-    work: SIField = SIField("J/m^2", above=0.0, words="work of adhesion")
-    range: OptionalSIField = OptionalSIField("m", above=0.0, words="range of the attraction")
+    work: SIField = SIField("J/m^2", above=0.0, description="work of adhesion")
+    range: OptionalSIField = OptionalSIField("m", above=0.0, description="range of the attraction")
 
 
 _SMALLEST_COEFFICIENT, _LARGEST_COEFFICIENT = 1e-30, 1e6
@@ -140,13 +140,13 @@ class _CoefficientField(SIField):
         number = super().read(value)
         if number > _LARGEST_COEFFICIENT:
             raise ProblemError(
-                f"{self.owner}.{self.name} = {value!r}: above {_LARGEST_COEFFICIENT:g} nothing slips that could be "
-                "resolved; give Coulomb(math.inf) for contact without slip"
+                f"{self.owner}.{self.name} = {value!r}: slip above {_LARGEST_COEFFICIENT:g} cannot be "
+                "resolved; use Coulomb(math.inf) for contact without slip"
             )
         if 0.0 < number < _SMALLEST_COEFFICIENT:
             raise ProblemError(
-                f"{self.owner}.{self.name} = {value!r}: below {_SMALLEST_COEFFICIENT:g} nothing is carried that could "
-                "be resolved; give Coulomb(0) for contact without friction"
+                f"{self.owner}.{self.name} = {value!r}: friction below {_SMALLEST_COEFFICIENT:g} cannot "
+                "be resolved; use Coulomb(0) for frictionless contact"
             )
         return number + 0.0  # no negative zero
 
@@ -167,4 +167,4 @@ class Coulomb(Value):
     0.3
     """
 
-    coefficient: SIField = _CoefficientField("", at_least=0.0, words="coefficient of friction")
+    coefficient: SIField = _CoefficientField("", at_least=0.0, description="coefficient of friction")

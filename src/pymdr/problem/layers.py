@@ -1,4 +1,4 @@
-"""Bodies of layers: coatings, films, cartilage."""
+"""Layered bodies: coatings, films, cartilage."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pymdr.units import metres, shown
 
 BONDS = ("bonded", "frictionless")
 _MOST = 32
-"""Most layers of a stack."""
+"""Largest number of layers."""
 _STIFFEST = 1e8
 """Largest ratio of two Young's moduli in a body."""
 _THICKEST = 1e4
@@ -43,7 +43,7 @@ class Layer(Value):
     """
 
     material: Elastic
-    thickness: SIField = SIField("m", above=0.0, words="thickness")
+    thickness: SIField = SIField("m", above=0.0, description="thickness")
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, Elastic):
@@ -52,8 +52,8 @@ class Layer(Value):
             )
         if self.material.thickness is not None:
             raise ProblemError(
-                f"Layer.material has a thickness of {metres(self.material.thickness)}, and the layer one of "
-                f"{metres(self.thickness)}; leave that of the material out"
+                f"Layer.material has a thickness of {metres(self.material.thickness)}, the layer one of "
+                f"{metres(self.thickness)}; give only that of the layer"
             )
 
 
@@ -67,14 +67,14 @@ class Layered(Material):
     layers : list of Layer
         From the surface downward, bonded to one another.
     base : Rigid or Elastic, optional
-        What they lie on, a half-space; rigid unless given.
+        Half-space below the layers; by default rigid.
     bond : str, optional
-        "bonded", or "frictionless": the lowest layer slides on the base, but never lifts off it.
+        "bonded", or "frictionless": the lowest layer slides on the base without lifting off.
 
     Raises
     ------
     ProblemError
-        If there are no layers or more than 32, the base is neither rigid nor elastic, the bond is another word, or moduli
+        If there are no layers or more than 32, the base is neither rigid nor elastic, the bond is unknown, moduli
         differ by more than 10^8, or thicknesses by more than 10^4.
 
     Examples
@@ -94,7 +94,7 @@ class Layered(Material):
             raise ProblemError(f"Layered.base = {shown(self.base)}: a Rigid() or Elastic(...) base is needed")
         if isinstance(self.base, Elastic) and self.base.thickness is not None:
             raise ProblemError(
-                f"Layered.base has a thickness of {metres(self.base.thickness)}, but a base is a half-space; give it as the last "
+                f"Layered.base has a thickness of {metres(self.base.thickness)}, but a base is a half-space; make it the last "
                 "layer on Rigid(), or leave the thickness out"
             )
         if not isinstance(self.bond, str) or self.bond not in BONDS:
@@ -103,8 +103,8 @@ class Layered(Material):
             )
         solids = [layer.material for layer in self.layers]
         moduli = [solid.young for solid in (*solids, self.base) if isinstance(solid, Elastic)]
-        _refuse_apart("Young's moduli", moduli, "Pa", _STIFFEST, "take the stiffest part as Rigid()")
-        _refuse_apart(
+        _refuse_ratio("Young's moduli", moduli, "Pa", _STIFFEST, "use Rigid() for the stiffest part")
+        _refuse_ratio(
             "thicknesses",
             [layer.thickness for layer in self.layers],
             "m",
@@ -114,7 +114,7 @@ class Layered(Material):
 
     @property
     def half_space(self) -> bool:
-        """False: what its surface does depends on the width of a contact."""
+        """False: its compliance depends on the contact radius."""
         return False
 
     @property
@@ -124,7 +124,7 @@ class Layered(Material):
 
     @property
     def thickness(self) -> float:
-        """That of all layers in m."""
+        """Total thickness of the layers in m."""
         return sum(layer.thickness for layer in self.layers)
 
 
@@ -133,21 +133,21 @@ def _as_layers(layers: Any) -> tuple[Layer, ...]:
         raise ProblemError(
             f"Layered.layers = {shown(layers)}: a list of layers is needed, such as [Layer(Elastic('1 MPa', 0.5), '2 mm')]"
         )
-    found = tuple(layers)
-    for one in found:
-        if not isinstance(one, Layer):
+    entries = tuple(layers)
+    for entry in entries:
+        if not isinstance(entry, Layer):
             raise ProblemError(
-                f"Layered.layers holds {shown(one)}: a Layer(Elastic('1 MPa', 0.5), '2 mm') is needed"
+                f"Layered.layers holds {shown(entry)}: a Layer(Elastic('1 MPa', 0.5), '2 mm') is needed"
             )
-    if not 0 < len(found) <= _MOST:
-        raise ProblemError(f"Layered.layers: 1 to {_MOST} layers are needed, not {len(found)}")
-    return found
+    if not 0 < len(entries) <= _MOST:
+        raise ProblemError(f"Layered.layers: 1 to {_MOST} layers are needed, not {len(entries)}")
+    return entries
 
 
-def _refuse_apart(what: str, values: list[float], unit: str, most: float, remedy: str) -> None:
+def _refuse_ratio(name: str, values: list[float], unit: str, most: float, remedy: str) -> None:
     low, high = min(values), max(values)
     if high > most * (1.0 + 1e-9) * low:
         raise ProblemError(
-            f"Layered: {what} of {low:.6g} {unit} and {high:.6g} {unit} differ by a factor of {high / low:.3g}, more than "
-            f"{most:g}; {remedy}"
+            f"Layered: {name} of {low:.6g} {unit} and {high:.6g} {unit} differ by a factor of {high / low:.3g} (limit "
+            f"{most:g}); {remedy}"
         )

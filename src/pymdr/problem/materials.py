@@ -15,7 +15,7 @@ from pymdr.units import QuantityLike, shown
 
 
 class _BodyField(OptionalSIField):
-    """A field of all bodies, which refuses in the name of the one that it is given to."""
+    """A field of all bodies; its errors name the class of the body."""
 
     def __set__(self, instance: object, value: QuantityLike | None) -> None:
         if value is not None:
@@ -28,21 +28,21 @@ class _BodyField(OptionalSIField):
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Material(Value, ABC):
     """
-    One of the two bodies; what its surface does is in `mapping/moduli.py`.
+    One of the two bodies; its moduli are in `mapping/moduli.py`.
 
     Parameters
     ----------
     thermal_conductivity : quantity, optional
-        How it conducts heat, lambda in W/(m K), above 0.
+        Thermal conductivity lambda in W/(m K), above 0.
     resistivity : quantity, optional
-        How it resists a current, rho in ohm m, above 0.
+        Electrical resistivity rho in ohm m, above 0.
     thermal_diffusivity : quantity, optional
-        How fast heat spreads in it, kappa in m^2/s, above 0.
+        Thermal diffusivity kappa in m^2/s, above 0.
 
     Notes
     -----
-    A body that conducts otherwise along its surface than along its axis conducts through a contact as one of the
-    geometric mean of both: sqrt(lambda_plane lambda_axis).
+    For a body that conducts differently along its surface and its axis, give the geometric mean
+    sqrt(lambda_plane lambda_axis).
 
     Examples
     --------
@@ -50,15 +50,17 @@ class Material(Value, ABC):
     Rigid(resistivity=1.7e-08)
     """
 
-    thermal_conductivity: OptionalSIField = _BodyField("W/(m*K)", above=0.0, words="thermal conductivity")
-    resistivity: OptionalSIField = _BodyField("ohm*m", above=0.0, words="electrical resistivity")
-    thermal_diffusivity: OptionalSIField = _BodyField("m^2/s", above=0.0, words="thermal diffusivity")
+    thermal_conductivity: OptionalSIField = _BodyField(
+        "W/(m*K)", above=0.0, description="thermal conductivity"
+    )
+    resistivity: OptionalSIField = _BodyField("ohm*m", above=0.0, description="electrical resistivity")
+    thermal_diffusivity: OptionalSIField = _BodyField("m^2/s", above=0.0, description="thermal diffusivity")
 
     def __repr__(self) -> str:
         names = sorted((f.name for f in fields(self)), key=lambda name: name in Material.__dataclass_fields__)
         given = ((name, getattr(self, name)) for name in names)
-        told = ", ".join(f"{name}={value!r}" for name, value in given if value is not None)
-        return f"{type(self).__name__}({told})"
+        arguments = ", ".join(f"{name}={value!r}" for name, value in given if value is not None)
+        return f"{type(self).__name__}({arguments})"
 
     @property
     def homogeneous(self) -> bool:
@@ -67,17 +69,17 @@ class Material(Value, ABC):
 
     @property
     def grading(self) -> float:
-        """The power of the depth with which its stiffness grows; 0 for homogeneous bodies."""
+        """Exponent of the depth in its modulus; 0 for homogeneous bodies."""
         return 0.0
 
     @property
     def remembers(self) -> bool:
-        """Whether its stress depends on how it was strained before."""
+        """Whether it is viscoelastic: its stress depends on the strain history."""
         return False
 
     @property
     def half_space(self) -> bool:
-        """Whether it is one, whose springs on the line know nothing of one another."""
+        """Whether it is a half-space, whose springs on the line are independent."""
         return True
 
 
@@ -93,10 +95,10 @@ class Elastic(Material):
     poisson : quantity
         Poisson's ratio, -1 < nu <= 0.5.
     thickness : quantity, optional
-        By keyword, in m, above 0: how thick it really is, bonded to a rigid base. It is solved as a half-space all the same, and
-        claims tell the error of that, up to 10 %; :class:`~pymdr.Layered` is solved as what it is.
+        By keyword: true thickness in m, above 0, on a rigid base. The body is still solved as a half-space, and the claims
+        include the error of that, up to 10 %; use :class:`~pymdr.Layered` for thinner layers.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
-        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
+        By keyword, in W/(m K), ohm m and m^2/s.
 
     Raises
     ------
@@ -111,10 +113,10 @@ class Elastic(Material):
     210000000000.0
     """
 
-    young: SIField = SIField("Pa", above=0.0, words="Young's modulus")
-    poisson: SIField = SIField("", above=-1.0, at_most=0.5, words="Poisson's ratio")
+    young: SIField = SIField("Pa", above=0.0, description="Young's modulus")
+    poisson: SIField = SIField("", above=-1.0, at_most=0.5, description="Poisson's ratio")
     _: KW_ONLY
-    thickness: OptionalSIField = OptionalSIField("m", above=0.0, words="thickness on a rigid base")
+    thickness: OptionalSIField = OptionalSIField("m", above=0.0, description="thickness on a rigid base")
 
     @property
     def shear(self) -> float:
@@ -130,7 +132,7 @@ class Rigid(Material):
     Parameters
     ----------
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
-        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
+        By keyword, in W/(m K), ohm m and m^2/s.
 
     Examples
     --------
@@ -174,13 +176,13 @@ class TransverselyIsotropic(Material):
     shear_axis : quantity, optional
         Shear modulus of planes that hold the axis in Pa, above 0.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
-        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
+        By keyword, in W/(m K), ohm m and m^2/s.
 
     Raises
     ------
     ProblemError
-        If neither the five stiffnesses nor the five engineering constants are given, or some of both; if a value is
-        outside its limits, or the stiffnesses are not positive definite.
+        If not exactly one complete set of five constants is given, a value is outside its limits, or the stiffnesses
+        are not positive definite.
     UnitError
         If a text is not a quantity of the right kind.
 
@@ -191,27 +193,35 @@ class TransverselyIsotropic(Material):
     35.283
     """
 
-    c11: OptionalSIField = OptionalSIField("Pa", above=0.0, words="stiffness along the surface")
-    c33: OptionalSIField = OptionalSIField("Pa", above=0.0, words="stiffness along the axis")
-    c13: OptionalSIField = OptionalSIField("Pa", words="stiffness between surface and axis")
-    c44: OptionalSIField = OptionalSIField("Pa", above=0.0, words="shear stiffness along the axis")
-    c66: OptionalSIField = OptionalSIField("Pa", above=0.0, words="shear stiffness along the surface")
-    young_plane: OptionalSIField = OptionalSIField("Pa", above=0.0, words="Young's modulus along the surface")
-    young_axis: OptionalSIField = OptionalSIField("Pa", above=0.0, words="Young's modulus along the axis")
+    c11: OptionalSIField = OptionalSIField("Pa", above=0.0, description="stiffness along the surface")
+    c33: OptionalSIField = OptionalSIField("Pa", above=0.0, description="stiffness along the axis")
+    c13: OptionalSIField = OptionalSIField("Pa", description="stiffness between surface and axis")
+    c44: OptionalSIField = OptionalSIField("Pa", above=0.0, description="shear stiffness along the axis")
+    c66: OptionalSIField = OptionalSIField("Pa", above=0.0, description="shear stiffness along the surface")
+    young_plane: OptionalSIField = OptionalSIField(
+        "Pa", above=0.0, description="Young's modulus along the surface"
+    )
+    young_axis: OptionalSIField = OptionalSIField(
+        "Pa", above=0.0, description="Young's modulus along the axis"
+    )
     poisson_plane: OptionalSIField = OptionalSIField(
-        "", above=-1.0, below=1.0, words="Poisson's ratio along the surface"
+        "", above=-1.0, below=1.0, description="Poisson's ratio along the surface"
     )
     poisson_axis: OptionalSIField = OptionalSIField(
-        "", words="contraction along the surface over extension along the axis"
+        "", description="contraction along the surface over extension along the axis"
     )
-    shear_axis: OptionalSIField = OptionalSIField("Pa", above=0.0, words="shear modulus along the axis")
+    shear_axis: OptionalSIField = OptionalSIField("Pa", above=0.0, description="shear modulus along the axis")
 
     def __post_init__(self) -> None:
         given = [[n for n in names if getattr(self, n) is not None] for names in (_STIFFNESSES, _ENGINEERING)]
         if all(given) or not any(given):
-            found = f"{given[0][0]} and {given[1][0]} are of two sets" if all(given) else "nothing is given"
+            fault = (
+                f"{given[0][0]} and {given[1][0]} belong to different sets"
+                if all(given)
+                else "no constants are given"
+            )
             raise ProblemError(
-                f"TransverselyIsotropic: {found}; give the stiffnesses {', '.join(_STIFFNESSES)}, or "
+                f"TransverselyIsotropic: {fault}; give the stiffnesses {', '.join(_STIFFNESSES)}, or "
                 f"the engineering constants {', '.join(_ENGINEERING)}"
             )
         names = _STIFFNESSES if given[0] else _ENGINEERING
@@ -254,7 +264,7 @@ class TransverselyIsotropic(Material):
 
     @property
     def _spare_volume(self) -> float:
-        """How far poisson_axis is from its limit, 1 - 2 nu_a^2 E_p / ((1 - nu_p) E_a)."""
+        """Distance of poisson_axis from its limit, 1 - 2 nu_a^2 E_p / ((1 - nu_p) E_a)."""
         young_plane, young_axis, poisson_plane, poisson_axis, _ = self._engineering
         return 1.0 - 2.0 * poisson_axis**2 * (young_plane / young_axis) / (1.0 - poisson_plane)
 
@@ -263,7 +273,7 @@ class TransverselyIsotropic(Material):
         """
         The five stiffnesses in Pa, whichever set is given.
 
-        Those of a body that keeps its volume are as large as rounding lets them be.
+        For an incompressible body they are as large as rounding permits.
         """
         if self.c11 is not None:
             return Stiffnesses(*(getattr(self, name) for name in _STIFFNESSES))
@@ -292,13 +302,13 @@ class Graded(Material):
     young : quantity
         Young's modulus at the depth in Pa, above 0.
     depth : quantity
-        The depth in m at which it is given, above 0.
+        Depth in m of the given modulus, above 0.
     exponent : quantity
         Above -1 and below 1; 0 is a homogeneous body.
     poisson : quantity
         Poisson's ratio at every depth, -1 < nu <= 0.5.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
-        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
+        By keyword, in W/(m K), ohm m and m^2/s.
 
     Raises
     ------
@@ -313,10 +323,12 @@ class Graded(Material):
     0.001
     """
 
-    young: SIField = SIField("Pa", above=0.0, words="Young's modulus at the depth")
-    depth: SIField = SIField("m", above=0.0, words="depth at which the modulus is given")
-    exponent: SIField = SIField("", above=-1.0, below=1.0, words="exponent of the modulus over the depth")
-    poisson: SIField = SIField("", above=-1.0, at_most=0.5, words="Poisson's ratio")
+    young: SIField = SIField("Pa", above=0.0, description="Young's modulus at the depth")
+    depth: SIField = SIField("m", above=0.0, description="depth at which the modulus is given")
+    exponent: SIField = SIField(
+        "", above=-1.0, below=1.0, description="exponent of the modulus over the depth"
+    )
+    poisson: SIField = SIField("", above=-1.0, at_most=0.5, description="Poisson's ratio")
 
     @property
     def shear(self) -> float:
@@ -337,20 +349,20 @@ class Viscoelastic(Material):
     Parameters
     ----------
     shear : Prony, Maxwell, StandardSolid, KelvinVoigt or PowerLawRheology
-        How it relaxes in shear, G(t).
+        Relaxation in shear, G(t).
     poisson : quantity, optional
-        Poisson's ratio where it is the same at all times, -1 < nu <= 0.5.
+        Poisson's ratio if constant in time, -1 < nu <= 0.5.
     bulk : quantity, optional
-        Bulk modulus in Pa where it is the same at all times, above 0. Exactly one of the two is given.
+        Bulk modulus in Pa if constant in time, above 0. Give exactly one of poisson and bulk.
     young : Prony, Maxwell, StandardSolid, KelvinVoigt or PowerLawRheology, optional
-        Instead of `shear`, how it relaxes in tension, E(t) = 2 (1 + nu) G(t); with poisson only. The body keeps it as `shear`.
+        Relaxation in tension, E(t) = 2 (1 + nu) G(t), instead of `shear`; needs poisson. It is converted to `shear`.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
-        By keyword, in W/(m K), ohm m and m^2/s: what it conducts.
+        By keyword, in W/(m K), ohm m and m^2/s.
 
     Raises
     ------
     ProblemError
-        If a value is outside its limits, `shear` is no rheology, or both or none of poisson and bulk are given.
+        If a value is outside its limits, `shear` is not a rheology, or not exactly one of poisson and bulk is given.
     UnitError
         If a text is not a quantity of the right kind.
 
@@ -365,9 +377,9 @@ class Viscoelastic(Material):
 
     shear: Rheology = None  # type: ignore[assignment]  # where young is given
     poisson: OptionalSIField = OptionalSIField(
-        "", above=-1.0, at_most=0.5, words="Poisson's ratio at all times"
+        "", above=-1.0, at_most=0.5, description="Poisson's ratio at all times"
     )
-    bulk: OptionalSIField = OptionalSIField("Pa", above=0.0, words="bulk modulus at all times")
+    bulk: OptionalSIField = OptionalSIField("Pa", above=0.0, description="bulk modulus at all times")
     young: InitVar[Rheology | None] = None
 
     def __post_init__(self, young: Rheology | None) -> None:
@@ -379,16 +391,16 @@ class Viscoelastic(Material):
                 "is needed"
             )
         if (self.poisson is None) == (self.bulk is None):
-            found = "neither poisson nor bulk is" if self.poisson is None else "both poisson and bulk are"
+            given = "neither poisson nor bulk is" if self.poisson is None else "both poisson and bulk are"
             raise ProblemError(
-                f"Viscoelastic: {found} given; give poisson = 0.5 for a body that keeps its volume, or the one of the "
-                "two that does not change in time"
+                f"Viscoelastic: {given} given; give the one that is constant in time, such as poisson = 0.5 for an "
+                "incompressible body"
             )
 
     def _take_young(self, young: Rheology) -> None:
         if self.shear is not None:
             raise ProblemError(
-                "Viscoelastic: both shear and young are given; give one of them, young = 2 (1 + nu) times shear"
+                "Viscoelastic: both shear and young are given; give one of them (young = 2 (1 + nu) shear)"
             )
         if not isinstance(young, Rheology):
             raise ProblemError(
@@ -396,7 +408,7 @@ class Viscoelastic(Material):
             )
         if self.poisson is None:
             raise ProblemError(
-                "Viscoelastic: young is given without poisson, which E = 2 (1 + nu) G needs; give poisson, or shear with bulk"
+                "Viscoelastic: young needs poisson (E = 2 (1 + nu) G); give poisson, or shear with bulk"
             )
         object.__setattr__(self, "shear", young.scaled(0.5 / (1.0 + self.poisson)))
 
@@ -408,7 +420,7 @@ class Viscoelastic(Material):
 
 def common_exponent(body: Material, counterbody: Material) -> float:
     """
-    Exponent of the grading that two bodies share; homogeneous bodies have 0, rigid ones any.
+    Common grading exponent of two bodies: 0 for homogeneous bodies, any for rigid ones.
 
     Parameters
     ----------
@@ -421,23 +433,22 @@ def common_exponent(body: Material, counterbody: Material) -> float:
     Raises
     ------
     ProblemError
-        If the exponents differ, both bodies are rigid, or one is no material.
+        If the exponents differ, both bodies are rigid, or one is not a material.
 
     Examples
     --------
     >>> common_exponent(Graded("1 MPa", "1 mm", 0.2, 0.5), Rigid())
     0.2
     """
-    for one in (body, counterbody):
-        if not isinstance(one, Material):
-            raise ProblemError(f"{one!r}: a material such as Elastic('210 GPa', 0.3) is needed")
-    exponents = [one.grading for one in (body, counterbody) if not isinstance(one, Rigid)]
+    for material in (body, counterbody):
+        if not isinstance(material, Material):
+            raise ProblemError(f"{material!r}: a material such as Elastic('210 GPa', 0.3) is needed")
+    exponents = [material.grading for material in (body, counterbody) if not isinstance(material, Rigid)]
     if not exponents:
         raise ProblemError("both bodies are rigid; at least one must be elastic")
     if exponents[0] != exponents[-1]:
         raise ProblemError(
-            f"bodies that are graded with the exponents {exponents[0]:g} and {exponents[-1]:g} (0 is homogeneous) "
-            "share no line of springs, whose stiffness grows with one power of x; give both the same exponent, or take "
-            "the stiffer one as Rigid()"
+            f"bodies of different grading exponents, {exponents[0]:g} and {exponents[-1]:g} (0 is homogeneous), have no "
+            "common line of springs; give both the same exponent, or use Rigid() for the stiffer one"
         )
     return exponents[0]

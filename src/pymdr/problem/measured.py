@@ -1,4 +1,4 @@
-"""Measured force curves: what was recorded while a contact was pressed and left."""
+"""Measured force curves: columns, and the steps of their preparation."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ BoolArray = NDArray[np.bool_]
 @dataclass(frozen=True)
 class Step:
     """
-    What was done to a curve.
+    One step of the preparation of a curve.
 
     Parameters
     ----------
     name : str
         Such as ``"baseline"``.
     words : str
-        A sentence that says it, with its numbers and units.
+        Its description, with numbers and units.
     numbers : Facts
-        The numbers in SI units.
+        Its numbers in SI units.
     """
 
     name: str
@@ -44,14 +44,14 @@ class Step:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MeasuredSamples(Value):
-    """The columns of a force curve, and what was done to them; :class:`pymdr.MeasuredCurve` has the steps that can be."""
+    """The columns of a force curve and the steps of their preparation, which :class:`pymdr.MeasuredCurve` offers."""
 
-    force: ArrayField = ArrayField("N", words="normal force, compression positive")
-    indentation: OptionalArrayField = OptionalArrayField("m", words="indentation, from any origin")
-    travel: OptionalArrayField = OptionalArrayField("m", words="travel of the machine, from any origin")
-    time: OptionalArrayField = OptionalArrayField("s", words="time")
+    force: ArrayField = ArrayField("N", description="normal force, compression positive")
+    indentation: OptionalArrayField = OptionalArrayField("m", description="indentation, from any origin")
+    travel: OptionalArrayField = OptionalArrayField("m", description="travel of the machine, from any origin")
+    time: OptionalArrayField = OptionalArrayField("s", description="time")
     spring_constant: OptionalSIField = OptionalSIField(
-        "N/m", words="spring constant of the machine", above=0.0
+        "N/m", description="spring constant of the machine", above=0.0
     )
     segment: str = ""
     metadata: Facts = field(default_factory=Facts, repr=False)
@@ -62,13 +62,11 @@ class MeasuredSamples(Value):
 
     def __post_init__(self) -> None:
         if (self.indentation is None) == (self.travel is None):
-            which = "none" if self.travel is None else "both"
-            raise ProblemError(
-                f"MeasuredCurve: indentation or travel is needed, exactly one; {which} of them is given"
-            )
+            given = "none" if self.travel is None else "both"
+            raise ProblemError(f"MeasuredCurve: give exactly one of indentation and travel ({given} given)")
         if self.travel is not None and self.spring_constant is None:
             raise ProblemError(
-                "MeasuredCurve: travel is indentation + force / spring_constant; give the spring_constant, such as '0.1 N/m'"
+                "MeasuredCurve: travel = indentation + force / spring_constant needs the spring_constant, such as '0.1 N/m'"
             )
         n = self.force.size
         for name in ("outliers", "saturated"):
@@ -85,28 +83,28 @@ class MeasuredSamples(Value):
         if self.time is not None and not np.all(np.diff(self.time) > 0.0):
             i = int(np.argmin(np.diff(self.time)))
             raise ProblemError(
-                f"MeasuredCurve.time[{i + 1}] = {self.time[i + 1]:g} s does not come after {self.time[i]:g} s: times rise"
+                f"MeasuredCurve.time[{i + 1}] = {self.time[i + 1]:g} s is not above {self.time[i]:g} s: times must rise"
             )
         if self.segment not in SEGMENTS:
             raise ProblemError(
-                f"MeasuredCurve.segment = {self.segment!r}: it is one of {', '.join(SEGMENTS[:3])}, or empty for a whole record"
+                f"MeasuredCurve.segment = {self.segment!r}: it must be {', '.join(SEGMENTS[:3])}, or empty for a complete record"
             )
 
     @property
     def depth(self) -> FloatArray:
-        """Indentation in m from the origin of the record, of forces without offset."""
+        """Indentation in m from the origin of the record; forces must have no offset."""
         return np.asarray(self.position - self.compliance * self.force)
 
     @property
     def position(self) -> FloatArray:
-        """What was measured in m: the travel, or the indentation itself."""
+        """The measured position in m: travel or indentation."""
         position = self.travel if self.indentation is None else self.indentation
         assert position is not None
         return position
 
     @property
     def compliance(self) -> float:
-        """Of the machine in m/N; 0 where the indentation itself was measured."""
+        """Compliance of the machine in m/N; 0 if the indentation was measured."""
         if self.travel is None or self.spring_constant is None:
             return 0.0
         return 1.0 / self.spring_constant
@@ -122,7 +120,7 @@ class MeasuredSamples(Value):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """All that was done to the record, the first step first."""
+        """All steps of the preparation in order."""
         earlier = () if self.before is None else self.before.steps
         return earlier if self.step is None else (*earlier, self.step)
 
@@ -138,14 +136,14 @@ class MeasuredSamples(Value):
         Raises
         ------
         ProblemError
-            If nothing was done to it since it was read.
+            If the curve has no step.
         """
         if self.before is None:
-            raise ProblemError("undo: nothing was done to this curve since it was read")
+            raise ProblemError("undo: this curve has no preparation step to undo")
         return self.before
 
     def _repr_html_(self) -> str:
-        """The record and what was done to it, for notebooks."""
+        """The record and the steps of its preparation, for notebooks."""
         plain = type(self)(
             force=self.force,
             indentation=self.indentation,

@@ -1,4 +1,4 @@
-"""Parameters of a contact by their dotted names, such as "body.young" or "profile.parts[0].radius"."""
+"""Parameters of a contact by dotted names, such as "body.young" or "profile.parts[0].radius"."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pymdr.units import shown, to_si
 
 _STEP = re.compile(r"([A-Za-z_]\w*)((?:\[\d+\])*)\Z")
 _SHOWN = 12
-"""Entries of an array or a tuple that are named in a message."""
+"""Largest number of parameters listed in a message."""
 
 
 class Parameter(NamedTuple):
@@ -25,14 +25,14 @@ class Parameter(NamedTuple):
 
     name: str
     value: float
-    """In the unit."""
+    """In SI units."""
     unit: str
     """The SI unit."""
 
 
 def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
     """
-    Every number that a contact is made of.
+    All numeric parameters of a contact.
 
     Parameters
     ----------
@@ -41,12 +41,12 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
     Returns
     -------
     tuple of Parameter
-        In the order of its fields; entries of arrays are numbered from 0, row after row.
+        In the order of the fields; entries of arrays are numbered from 0, row by row.
 
     Raises
     ------
     ProblemError
-        If it is no contact.
+        If it is not a contact.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
 
 def parameter_of(contact: Contact, name: str) -> Parameter:
     """
-    One number of a contact.
+    One parameter of a contact.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def parameter_of(contact: Contact, name: str) -> Parameter:
     Raises
     ------
     ProblemError
-        If the contact has no number of that name.
+        If the contact has no parameter of that name.
 
     Examples
     --------
@@ -84,21 +84,21 @@ def parameter_of(contact: Contact, name: str) -> Parameter:
     >>> parameter_of(Contact(Sphere("1 mm"), Elastic("1 GPa", 0.3)), "body.young").value
     1000000000.0
     """
-    found = {parameter.name: parameter for parameter in parameters_of(contact)}
-    if name not in found:
+    parameters = {parameter.name: parameter for parameter in parameters_of(contact)}
+    if name not in parameters:
         raise _unknown(contact, name)
-    return found[name]
+    return parameters[name]
 
 
 def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     """
-    A contact with other values of some of its parameters.
+    A contact with some parameters changed.
 
     Parameters
     ----------
     contact : Contact
     values : mapping of str to quantity or value
-        New values by dotted names: quantities for numbers, and problem values, such as a profile, for whole parts.
+        New values by dotted name: quantities for numbers, problem values such as a profile for parts.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     Raises
     ------
     ProblemError
-        If it is no contact, or has no part of a name, a whole part is given after something in it, or a value is beyond its limits.
+        If it is not a contact, a name is unknown, a part is given after a parameter in it, or a value is outside its limits.
     UnitError
         If a text is not a quantity of the right kind.
 
@@ -122,7 +122,7 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     _as_contact(contact)
     if not isinstance(values, Mapping):
         raise ProblemError(
-            f"parameters: {shown(values)}; names with values are needed, such as {{'body.young': '2 MPa'}}"
+            f"parameters: {shown(values)} is not a mapping of names to values such as {{'body.young': '2 MPa'}}"
         )
     _refuse_replaced([str(name) for name in values])
     changes = []
@@ -148,17 +148,17 @@ def _as_contact(contact: Any) -> Contact:
 
 
 def _refuse_replaced(names: list[str]) -> None:
-    """Refuse a whole part that is given after something in it, which would be lost."""
+    """Refuse a part that is given after a parameter in it, whose change would be lost."""
     for i, whole in enumerate(names):
         for part in names[:i]:
             if part.startswith((f"{whole}.", f"{whole}[")):
                 raise ProblemError(
-                    f"parameters: {whole!r} takes the place of what {part!r} has changed; give {whole!r} before it"
+                    f"parameters: {whole!r} would discard the change of {part!r}; give {whole!r} first"
                 )
 
 
 class _Change(NamedTuple):
-    """A part that is to have another value, by the steps that lead to it."""
+    """A new value, with the steps that lead to its place."""
 
     steps: list[str | int]
     value: Any
@@ -166,7 +166,7 @@ class _Change(NamedTuple):
 
 
 def _changed(part: Any, changes: Sequence[_Change], contact: Contact) -> Any:
-    """A part with all its changes at once: each part that holds some is made, and looked at, once."""
+    """A part with all its changes; each nested part is rebuilt once."""
     inner: dict[str | int, list[_Change]] = {}
     for steps, value, name in changes:
         if not steps:
@@ -184,7 +184,7 @@ def _changed(part: Any, changes: Sequence[_Change], contact: Contact) -> Any:
                 entries.flat[int(step)] = to_si(value, parameter_of(contact, name).unit, name=name)
         return entries
     if isinstance(part, tuple):
-        return tuple(_changed(one, inner.get(i, ()), contact) for i, one in enumerate(part))
+        return tuple(_changed(child, inner.get(i, ()), contact) for i, child in enumerate(part))
     return replace(
         part, **{str(step): _changed(getattr(part, str(step)), own, contact) for step, own in inner.items()}
     )
@@ -192,11 +192,11 @@ def _changed(part: Any, changes: Sequence[_Change], contact: Contact) -> Any:
 
 def _refuse_absent(part: Any, step: str | int, contact: Contact, name: str) -> None:
     if isinstance(step, str):
-        there = isinstance(part, Value) and step in {f.name for f in fields(part)}
+        exists = isinstance(part, Value) and step in {f.name for f in fields(part)}
     else:
         size = part.size if isinstance(part, np.ndarray) else len(part) if isinstance(part, tuple) else 0
-        there = step < size
-    if not there:
+        exists = step < size
+    if not exists:
         raise _unknown(contact, name)
 
 
@@ -205,23 +205,23 @@ def _unknown(contact: Contact, name: str) -> ProblemError:
     numbers = [parameter.name for parameter in parameters_of(contact)]
     more = f" and {len(numbers) - _SHOWN} more" if len(numbers) > _SHOWN else ""
     return ProblemError(
-        f"parameter {shown(name)}: this contact has the numbers {', '.join(numbers[:_SHOWN])}{more}, and the parts "
+        f"parameter {shown(name)}: unknown; this contact has the parameters {', '.join(numbers[:_SHOWN])}{more}, and the parts "
         f"{', '.join(parts)}"
     )
 
 
 def _numbers(value: Value, prefix: str) -> Iterator[Parameter]:
     for f in fields(value):
-        name, held = f"{prefix}{f.name}", getattr(value, f.name)
+        name, entry = f"{prefix}{f.name}", getattr(value, f.name)
         unit = inspect.getattr_static(type(value), f.name, None)
-        if isinstance(held, Value):
-            yield from _numbers(held, f"{name}.")
-        elif isinstance(held, tuple):
-            for i, part in enumerate(held):
+        if isinstance(entry, Value):
+            yield from _numbers(entry, f"{name}.")
+        elif isinstance(entry, tuple):
+            for i, part in enumerate(entry):
                 if isinstance(part, Value):
                     yield from _numbers(part, f"{name}[{i}].")
-        elif isinstance(unit, SIField) and held is not None:
-            yield Parameter(name, held, unit.unit)
-        elif isinstance(unit, OptionalArrayField) and held is not None:
-            for i, entry in enumerate(held.ravel()):
-                yield Parameter(f"{name}[{i}]", float(entry), unit.unit)
+        elif isinstance(unit, SIField) and entry is not None:
+            yield Parameter(name, entry, unit.unit)
+        elif isinstance(unit, OptionalArrayField) and entry is not None:
+            for i, number in enumerate(entry.ravel()):
+                yield Parameter(f"{name}[{i}]", float(number), unit.unit)

@@ -1,7 +1,7 @@
 """Legs of a loading path, and their concatenation with ``>>``.
 
-Targets are absolute positions in the channel's unit. The virgin state is never a row: a leg of n steps
-gives n rows, the last of them at its target.
+Targets are absolute positions in the channel's unit. The initial state is not a row: a leg of n steps
+gives n rows, the last at its target.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from pymdr.problem.values import OptionalArrayField, OptionalSIField, Value, wit
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
 NORMAL_CHANNELS = ("indentation", "normal_force", "travel")
-"""Channels of the normal direction, of which a leg prescribes at most one."""
+"""Channels of the normal direction; a leg prescribes at most one."""
 
 TANGENTIAL_CHANNELS = ("shift", "tangential_force")
-"""Channels of the tangential direction, of which a leg prescribes at most one."""
+"""Channels of the tangential direction; a leg prescribes at most one."""
 
 CHANNELS = (*NORMAL_CHANNELS, *TANGENTIAL_CHANNELS)
 
@@ -43,7 +43,7 @@ def legs(path: LoadingPath) -> tuple[Leg, ...]:
 
 
 class Leg(LoadingPath):
-    """One piece of a path."""
+    """One part of a path."""
 
 
 def named_channels(leg: Leg) -> tuple[str, ...]:
@@ -55,7 +55,7 @@ def _check_channels(leg: Leg, example: str) -> None:
     named = named_channels(leg)
     owner = type(leg).__name__
     if not named:
-        raise PathError(f"{owner}: no channel is named; give for example {example}")
+        raise PathError(f"{owner}: no channel is prescribed; give for example {example}")
     for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS):
         both = [name for name in named if name in group]
         if len(both) > 1:
@@ -63,7 +63,7 @@ def _check_channels(leg: Leg, example: str) -> None:
 
 
 _MOST = 10**15
-"""Rows; far more than any memory holds, few enough to be counted in floats."""
+"""Largest number of rows: beyond any memory, exact as a float."""
 
 
 def _check_steps(owner: str, steps: Any) -> None:
@@ -71,18 +71,18 @@ def _check_steps(owner: str, steps: Any) -> None:
         raise PathError(f"{owner}.steps = {shown(steps)}: a whole number of at least 1 is needed")
     if steps > _MOST:
         raise PathError(
-            f"{owner}.steps = {float(min(steps, 10**300)):.3g}: no more than {_MOST:.0e} rows are counted"
+            f"{owner}.steps = {float(min(steps, 10**300)):.3g}: at most {_MOST:.0e} rows are possible"
         )
 
 
 class _RateField(OptionalSIField):
-    """A speed in m/s or a rate of a force in N/s, whichever the channel of the leg asks for."""
+    """A speed in m/s, or a rate of force in N/s, according to the channel of the leg."""
 
     def __set__(self, instance: object, value: QuantityLike | None) -> None:
         number, unit = None, None
         if value is not None:
             try:
-                # a number is that of either
+                # a plain number fits either
                 number, unit = self.read(value), None if isinstance(value, int | float) else "m/s"
             except UnitError:
                 if not isinstance(value, str):
@@ -100,7 +100,7 @@ class _RateField(OptionalSIField):
             return to_si(value, "N/s", name=f"{self.owner}.{self.name}")
         except UnitError:
             raise UnitError(
-                f"{self.owner}.{self.name} = {shown(value)}: a speed such as '1 um/s' is needed, or for a force a rate such as "
+                f"{self.owner}.{self.name} = {shown(value)}: give a speed such as '1 um/s', or for a force a rate such as "
                 "'1 N/s'"
             ) from None
 
@@ -125,16 +125,16 @@ class Ramp(Leg):
     steps : int
         Number of rows, at least 1.
     duration : quantity, optional
-        Time in s that the leg takes, above 0.
+        Duration of the leg in s, above 0.
     rate : quantity, optional
-        Instead of a duration: the speed in m/s, or the rate of the force in N/s, of the one channel that moves, above 0. The
-        leg takes |target - start| / rate, where the start is known when the path is followed.
+        Instead of a duration: speed in m/s, or rate of force in N/s, of the single moving channel, above 0. The
+        duration is |target - start| / rate.
 
     Raises
     ------
     PathError
         If no channel is named, or two channels of one direction are both prescribed, or `steps` is not a
-        whole number of at least 1, or a rate is given beside a duration, of two channels, or in the unit of another.
+        whole number of at least 1, or a rate is given together with a duration, for two channels, or in the wrong unit.
 
     Examples
     --------
@@ -142,15 +142,15 @@ class Ramp(Leg):
     50.0
     """
 
-    indentation: OptionalSIField = OptionalSIField("m", words="target of the indentation")
-    normal_force: OptionalSIField = OptionalSIField("N", words="target of the normal force")
-    travel: OptionalSIField = OptionalSIField("m", words="target of the travel of the machine")
-    shift: OptionalSIField = OptionalSIField("m", words="target of the tangential displacement")
-    tangential_force: OptionalSIField = OptionalSIField("N", words="target of the tangential force")
+    indentation: OptionalSIField = OptionalSIField("m", description="target of the indentation")
+    normal_force: OptionalSIField = OptionalSIField("N", description="target of the normal force")
+    travel: OptionalSIField = OptionalSIField("m", description="target of the travel of the machine")
+    shift: OptionalSIField = OptionalSIField("m", description="target of the tangential displacement")
+    tangential_force: OptionalSIField = OptionalSIField("N", description="target of the tangential force")
     steps: int = 1
-    duration: OptionalSIField = OptionalSIField("s", above=0.0, words="time that the leg takes")
+    duration: OptionalSIField = OptionalSIField("s", above=0.0, description="duration of the leg")
     rate: OptionalSIField = _RateField(
-        "m/s", above=0.0, words="speed, or rate of the force in N/s, of the channel"
+        "m/s", above=0.0, description="speed of the channel; for a force its rate in N/s"
     )
 
     def __post_init__(self) -> None:
@@ -165,10 +165,10 @@ class Ramp(Leg):
             return
         moved = [name for name in CHANNELS if getattr(self, name) is not None]
         if self.duration is not None:
-            raise PathError("Ramp: duration and rate both say how long the leg takes; give one of them")
+            raise PathError("Ramp: give either duration or rate, not both")
         if len(moved) > 1:
             raise PathError(
-                f"Ramp: a rate is that of one channel, and {' and '.join(moved)} move; give a duration"
+                f"Ramp: a rate needs a single moving channel, but {' and '.join(moved)} move; give a duration"
             )
         unit = "N/s" if moved and moved[0].endswith("force") else "m/s"
         if known is not None and known != unit:
@@ -178,7 +178,7 @@ class Ramp(Leg):
 @dataclass(frozen=True, eq=False)
 class Hold(Leg):
     """
-    Hold every channel where it is.
+    Hold every channel constant.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ class Hold(Leg):
     10.0
     """
 
-    duration: OptionalSIField = OptionalSIField("s", above=0.0, words="time to hold")
+    duration: OptionalSIField = OptionalSIField("s", above=0.0, description="time to hold")
     steps: int = 1
 
     def __post_init__(self) -> None:
@@ -204,24 +204,23 @@ class Hold(Leg):
 @dataclass(frozen=True, eq=False)
 class Cycle(Leg):
     """
-    Move channels up and down about where they are: to +amplitude, to -amplitude and back, in straight lines.
+    Cycle channels about their present values: linearly to +amplitude, to -amplitude and back.
 
     Parameters
     ----------
     indentation, normal_force, travel, shift, tangential_force : quantity, optional
-        Amplitudes in m or N; those of several channels move in phase.
+        Amplitudes in m or N; several channels move in phase.
     cycles : int
         Number of cycles, at least 1.
     steps : int, optional
-        Number of rows of the whole leg, a multiple of 4 for every cycle, so that the turning points are
-        rows; 40 for every cycle unless given.
+        Number of rows of the leg, a multiple of 4 per cycle so that turning points are rows; by default 40 per cycle.
     duration : quantity, optional
-        Time in s that the leg takes, above 0.
+        Duration of the leg in s, above 0.
 
     Raises
     ------
     PathError
-        If no channel is named, two channels of one direction are, or the steps do not fall on the turns.
+        If no channel is named, two channels of one direction are, or turning points are not rows.
 
     Examples
     --------
@@ -229,26 +228,26 @@ class Cycle(Leg):
     200
     """
 
-    indentation: OptionalSIField = OptionalSIField("m", words="amplitude of the indentation")
-    normal_force: OptionalSIField = OptionalSIField("N", words="amplitude of the normal force")
-    travel: OptionalSIField = OptionalSIField("m", words="amplitude of the travel of the machine")
-    shift: OptionalSIField = OptionalSIField("m", words="amplitude of the tangential displacement")
-    tangential_force: OptionalSIField = OptionalSIField("N", words="amplitude of the tangential force")
+    indentation: OptionalSIField = OptionalSIField("m", description="amplitude of the indentation")
+    normal_force: OptionalSIField = OptionalSIField("N", description="amplitude of the normal force")
+    travel: OptionalSIField = OptionalSIField("m", description="amplitude of the travel of the machine")
+    shift: OptionalSIField = OptionalSIField("m", description="amplitude of the tangential displacement")
+    tangential_force: OptionalSIField = OptionalSIField("N", description="amplitude of the tangential force")
     cycles: int = 1
     steps: int | None = None
-    duration: OptionalSIField = OptionalSIField("s", above=0.0, words="time that the leg takes")
+    duration: OptionalSIField = OptionalSIField("s", above=0.0, description="duration of the leg")
 
     def __post_init__(self) -> None:
         if isinstance(self.cycles, bool) or not isinstance(self.cycles, int | np.integer) or self.cycles < 1:
             raise PathError(f"Cycle.cycles = {shown(self.cycles)}: a whole number of at least 1 is needed")
         if self.cycles > _MOST:
-            raise PathError(f"Cycle.cycles = {shown(self.cycles)}: no more than {_MOST:.0e} are counted")
+            raise PathError(f"Cycle.cycles = {shown(self.cycles)}: it must be at most {_MOST:.0e}")
         steps = 40 * self.cycles if self.steps is None else self.steps
         _check_steps("Cycle", steps)
         if steps % (4 * self.cycles):
             raise PathError(
-                f"Cycle.steps = {steps}: the turning points of {self.cycles} cycles are rows only if it is a "
-                f"multiple of {4 * self.cycles}"
+                f"Cycle.steps = {steps}: it must be a multiple of {4 * self.cycles}, so that the "
+                f"turning points of {self.cycles} cycles are rows"
             )
         object.__setattr__(self, "cycles", int(self.cycles))
         object.__setattr__(self, "steps", int(steps))
@@ -256,7 +255,7 @@ class Cycle(Leg):
 
     @property
     def wave(self) -> FloatArray:
-        """The rows of a cycle of unit amplitude, all cycles, shape (steps,)."""
+        """The rows of all cycles for unit amplitude, shape (steps,)."""
         assert self.steps is not None
         phase = np.arange(1, self.steps + 1) * (4.0 * self.cycles) / self.steps
         wave: FloatArray = 1.0 - np.abs((phase + 1.0) % 4.0 - 2.0)
@@ -268,7 +267,7 @@ class Path(Leg):
     """
     A measured or computed history given as arrays, one row per sample.
 
-    The first sample is reached by a straight line from the state before.
+    The first sample is reached linearly from the preceding state.
 
     Parameters
     ----------
@@ -297,12 +296,12 @@ class Path(Leg):
     [1e-06, 2e-06]
     """
 
-    time: OptionalArrayField = OptionalArrayField("s", words="times")
-    indentation: OptionalArrayField = OptionalArrayField("m", words="indentations")
-    normal_force: OptionalArrayField = OptionalArrayField("N", words="normal forces")
-    travel: OptionalArrayField = OptionalArrayField("m", words="travels of the machine")
-    shift: OptionalArrayField = OptionalArrayField("m", words="tangential displacements")
-    tangential_force: OptionalArrayField = OptionalArrayField("N", words="tangential forces")
+    time: OptionalArrayField = OptionalArrayField("s", description="times")
+    indentation: OptionalArrayField = OptionalArrayField("m", description="indentations")
+    normal_force: OptionalArrayField = OptionalArrayField("N", description="normal forces")
+    travel: OptionalArrayField = OptionalArrayField("m", description="travels of the machine")
+    shift: OptionalArrayField = OptionalArrayField("m", description="tangential displacements")
+    tangential_force: OptionalArrayField = OptionalArrayField("N", description="tangential forces")
 
     def __post_init__(self) -> None:
         _check_channels(self, "Path(indentation=[1e-6, 2e-6])")
@@ -313,8 +312,8 @@ class Path(Leg):
         for name in named[1:]:
             if getattr(self, name).size != size:
                 raise PathError(
-                    f"Path: {size} samples of {named[0]} and {getattr(self, name).size} of {name}; give as many "
-                    "of each"
+                    f"Path: {size} samples of {named[0]} and {getattr(self, name).size} of {name}; give equal "
+                    "numbers"
                 )
         for name in named:
             values = within_range(getattr(self, name), type(self).__dict__[name].unit, f"Path.{name}")
@@ -329,8 +328,8 @@ class Path(Leg):
         if np.any(np.diff(time) <= 0.0):
             i = int(np.argmax(np.diff(time) <= 0.0))
             raise PathError(
-                f"Path.time must rise strictly; it does not from entry {i + 1} to the next ({time[i]:.12g} s, then "
-                f"{time[i + 1]:.12g} s): sort the rows, and average those of one time"
+                f"Path.time must rise strictly, but entries {i + 1} and {i + 2} are {time[i]:.12g} s and "
+                f"{time[i + 1]:.12g} s; sort the rows and average those of equal time"
             )
 
     @property
@@ -358,15 +357,15 @@ class History(LoadingPath):
     legs: tuple[Leg, ...]
 
     def __post_init__(self) -> None:
-        pieces = tuple(self.legs)
-        if not pieces:
+        parts = tuple(self.legs)
+        if not parts:
             raise PathError("the path is empty: give at least one leg, for example load('50 N')")
-        for number, leg in enumerate(pieces, 1):
+        for number, leg in enumerate(parts, 1):
             if not isinstance(leg, Leg):
                 raise PathError(
                     f"History.legs: leg {number} is {shown(leg)}; every entry must be a leg such as load('50 N')"
                 )
-        object.__setattr__(self, "legs", pieces)
+        object.__setattr__(self, "legs", parts)
 
 
 def indent(
@@ -546,14 +545,14 @@ def cycle(
     tangential_force: QuantityLike | None = None,
 ) -> Cycle:
     """
-    Move channels up and down about where they are.
+    Cycle channels about their present values.
 
     Parameters
     ----------
     cycles : int
         Number of cycles.
     steps : int, optional
-        Number of rows of the whole leg, a multiple of 4 for every cycle.
+        Number of rows of the leg, a multiple of 4 per cycle.
     duration : quantity, optional
         Time in s.
     indentation, normal_force, travel, shift, tangential_force : quantity, optional
@@ -582,7 +581,7 @@ def cycle(
 
 def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
     """
-    Hold every channel where it is.
+    Hold every channel constant.
 
     Parameters
     ----------

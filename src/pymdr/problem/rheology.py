@@ -1,4 +1,4 @@
-"""Rheologies: how the shear stress of a body follows its shear strain in time."""
+"""Rheologies: relaxation and creep of a body in shear."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si, to_s
 
 
 class Rheology(Value, ABC):
-    """How a body relaxes and creeps in shear."""
+    """Relaxation and creep of a body in shear."""
 
     @abstractmethod
     def relaxation(self, time: ArrayQuantityLike) -> FloatArray:
@@ -29,7 +29,7 @@ class Rheology(Value, ABC):
         Parameters
         ----------
         time : array_like or quantity
-            In s, not below 0. The impulse of a dashpot at t = 0 is not in it.
+            In s, not below 0. The impulse of a dashpot at t = 0 is not included.
         """
 
     @abstractmethod
@@ -73,14 +73,14 @@ class Rheology(Value, ABC):
         Parameters
         ----------
         span : tuple of float, optional
-            The shortest and the longest time in s that matter; needed where the sum stands for another law.
+            Shortest and longest relevant time in s; required if the sum approximates another law.
         """
 
     def scaled(self, factor: float) -> Self:
-        """The same rheology with all moduli and viscosities times a number above 0."""
+        """The same rheology with all moduli and viscosities multiplied by a factor above 0."""
         sizes = (f.name for f in fields(self) if inspect.getattr_static(self, f.name).unit in ("Pa", "Pa*s"))
-        found = ((name, getattr(self, name)) for name in sizes)
-        return replace(self, **{name: factor * value for name, value in found if value is not None})
+        given = ((name, getattr(self, name)) for name in sizes)
+        return replace(self, **{name: factor * value for name, value in given if value is not None})
 
     def _times(self, time: ArrayQuantityLike) -> FloatArray:
         return _not_negative(time, "s", f"{type(self).__name__}: time")
@@ -97,7 +97,7 @@ def _not_negative(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray
 
 
 class SpringsAndDashpots(Rheology, ABC):
-    """A rheology whose kernel is a finite sum: everything is read from that."""
+    """A rheology whose kernel is a finite sum of exponentials."""
 
     @cached_property
     def _springs(self) -> Relaxation:
@@ -123,21 +123,21 @@ class SpringsAndDashpots(Rheology, ABC):
 @dataclass(frozen=True, eq=False)
 class Prony(SpringsAndDashpots):
     """
-    A spring beside Maxwell elements, G(t) = equilibrium + sum_i moduli_i exp(-t/times_i).
+    A spring parallel to Maxwell elements, G(t) = equilibrium + sum_i moduli_i exp(-t/times_i).
 
     Parameters
     ----------
     equilibrium : quantity
-        Modulus that is left in the end in Pa, at least 0; 0 for liquids.
+        Equilibrium modulus in Pa, at least 0; 0 for liquids.
     moduli : array_like or quantity
         In Pa, above 0.
     times : array_like or quantity
-        Relaxation times in s, above 0, in any order, each once.
+        Distinct relaxation times in s, above 0, in any order.
 
     Raises
     ------
     ProblemError
-        If the lengths differ, an entry is not above 0, a time repeats, or the terms add to nothing.
+        If the lengths differ, an entry is not above 0, a time repeats, or all moduli are 0.
     UnitError
         If an entry is not a finite number of the right kind.
 
@@ -148,9 +148,9 @@ class Prony(SpringsAndDashpots):
     (6000000.0, 1000000.0)
     """
 
-    equilibrium: SIField = SIField("Pa", at_least=0.0, words="shear modulus that is left in the end")
-    moduli: ArrayField = ArrayField("Pa", words="shear moduli that relax")
-    times: ArrayField = ArrayField("s", words="relaxation times")
+    equilibrium: SIField = SIField("Pa", at_least=0.0, description="equilibrium shear modulus")
+    moduli: ArrayField = ArrayField("Pa", description="relaxing shear moduli")
+    times: ArrayField = ArrayField("s", description="relaxation times")
 
     def __post_init__(self) -> None:
         if self.moduli.size != self.times.size:
@@ -165,14 +165,12 @@ class Prony(SpringsAndDashpots):
             for value in values:
                 within_range(value, unit, f"Prony.{name}", size=True)
         if self.equilibrium == 0.0 and not self.moduli.size:
-            raise ProblemError(
-                "Prony: equilibrium = 0 Pa and no moduli add to nothing; give at least one of them"
-            )
+            raise ProblemError("Prony: equilibrium = 0 Pa without moduli; give at least one of them")
         rising = np.sort(self.times)
         if np.any(rising[1:] == rising[:-1]):
             twice = float(rising[int(np.argmax(rising[1:] == rising[:-1]))])
             raise ProblemError(
-                f"Prony.times: {written(twice, 's')} is there twice; add the moduli of those terms"
+                f"Prony.times: {written(twice, 's')} occurs twice; add the moduli of the two terms"
             )
 
     @classmethod
@@ -185,46 +183,45 @@ class Prony(SpringsAndDashpots):
         noise: float | None = None,
     ) -> Prony:
         """
-        The series of few terms that lies nearest to a measured relaxation modulus.
+        Fit a series of few terms to a measured relaxation modulus.
 
         Parameters
         ----------
         time : array_like or quantity
-            Times since the step in s, above 0 and rising, without a gap of more than two decades; at least 5.
+            Times since the step in s, above 0 and rising, at least 5, without gaps of more than two decades.
         modulus : array_like or quantity
             G(t) in Pa at those times, not below 0.
         terms : int, optional
-            The largest number of terms. Unless given, they become fewer as long as the misfit is at most `noise`.
+            Largest number of terms; by default as few as keep the misfit below `noise`.
         noise : float, optional
-            Relative noise of the moduli; unless given, 1.1 of the misfit of the full fit, which begins with eight terms
-            a decade.
+            Relative noise of the moduli; by default 1.1 times the misfit of the full fit with eight terms per decade.
 
         Returns
         -------
         Prony
-            With times inside the span of the rows: what relaxes before is not in it, what relaxes after is in the
+            With times inside the span of the rows: faster relaxation is not included, slower relaxation is part of the
             equilibrium modulus.
 
         Raises
         ------
         ProblemError
-            If the rows are too few or do not rise, have a gap, are negative or nothing; if no series reaches the noise.
+            If the rows are too few, do not rise, have a gap, are negative or 0, or no series reaches the noise.
         UnitError
             If an entry is not a finite number of the right kind.
 
         Notes
         -----
-        The squares of what the series lies off the rows, relative to their size, are least; moduli are not below 0 (Lawson
-        and Hanson, 1974), and times move to where they fit best (Kaufman, 1975, BIT 15, 49).
+        The fit minimises the squared relative residuals with moduli not below 0 (Lawson and Hanson, 1974), and optimises
+        the times (Kaufman, 1975, BIT 15, 49).
 
         Examples
         --------
         >>> t = np.geomspace(1e-3, 1e2, 50)
-        >>> found = Prony.from_relaxation(t, 1e5 + 3e5 * np.exp(-t / 0.2))
-        >>> round(found.times[0], 9), round(found.moduli[0], 3)
+        >>> series = Prony.from_relaxation(t, 1e5 + 3e5 * np.exp(-t / 0.2))
+        >>> round(series.times[0], 9), round(series.moduli[0], 3)
         (np.float64(0.2), np.float64(300000.0))
         """
-        return cls._through(
+        return cls._fitted(
             Measured(
                 to_si_array(time, "s", name="time"),
                 (to_si_array(modulus, "Pa", name="modulus"),),
@@ -245,7 +242,7 @@ class Prony(SpringsAndDashpots):
         noise: float | None = None,
     ) -> Prony:
         """
-        The series of few terms that lies nearest to measured storage and loss moduli.
+        Fit a series of few terms to measured storage and loss moduli.
 
         Parameters
         ----------
@@ -255,7 +252,7 @@ class Prony(SpringsAndDashpots):
         storage, loss : array_like or quantity
             G' and G'' in Pa, not below 0.
         terms, noise : optional
-            As for :meth:`from_relaxation`; a modulus below a tenth of abs(G' + i G'') counts relative to that.
+            As for :meth:`from_relaxation`; residuals are relative to at least a tenth of abs(G' + i G'').
 
         Returns
         -------
@@ -271,19 +268,19 @@ class Prony(SpringsAndDashpots):
         --------
         >>> w = np.geomspace(0.1, 1e3, 41)
         >>> rubber = StandardSolid("1 MPa", "3 MPa", "20 ms")
-        >>> found = Prony.from_dma(w, rubber.storage(w), rubber.loss(w))
-        >>> round(found.times[0], 9), round(found.equilibrium)
+        >>> series = Prony.from_dma(w, rubber.storage(w), rubber.loss(w))
+        >>> round(series.times[0], 9), round(series.equilibrium)
         (np.float64(0.02), 1000000)
         """
         moduli = to_si_array(storage, "Pa", name="storage"), to_si_array(loss, "Pa", name="loss")
-        return cls._through(
+        return cls._fitted(
             Measured(to_si_array(omega, "rad/s", name="omega"), moduli, "from_dma"), terms, noise
         )
 
     @classmethod
-    def _through(cls, measured: Measured, terms: int | None, noise: float | None) -> Prony:
-        found = fitted(measured, terms, noise)
-        return cls(found.equilibrium, found.moduli, found.times)
+    def _fitted(cls, measured: Measured, terms: int | None, noise: float | None) -> Prony:
+        series = fitted(measured, terms, noise)
+        return cls(series.equilibrium, series.moduli, series.times)
 
     def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
         """The series itself, with rising times."""
@@ -307,12 +304,12 @@ class Maxwell(SpringsAndDashpots):
     time : quantity, optional
         Relaxation time in s, above 0.
     viscosity : quantity, optional
-        modulus * time in Pa s, above 0. Exactly one of the two is given.
+        modulus * time in Pa s, above 0. Give exactly one of time and viscosity.
 
     Raises
     ------
     ProblemError
-        If a value is outside its limits, or both or none of time and viscosity are given.
+        If a value is outside its limits, or not exactly one of time and viscosity is given.
     UnitError
         If a text is not a quantity of the right kind.
 
@@ -322,14 +319,14 @@ class Maxwell(SpringsAndDashpots):
     0.5
     """
 
-    modulus: SIField = SIField("Pa", above=0.0, words="shear modulus")
-    time: OptionalSIField = OptionalSIField("s", above=0.0, words="relaxation time")
-    viscosity: OptionalSIField = OptionalSIField("Pa*s", above=0.0, words="shear viscosity")
+    modulus: SIField = SIField("Pa", above=0.0, description="shear modulus")
+    time: OptionalSIField = OptionalSIField("s", above=0.0, description="relaxation time")
+    viscosity: OptionalSIField = OptionalSIField("Pa*s", above=0.0, description="shear viscosity")
 
     def __post_init__(self) -> None:
         if (self.time is None) == (self.viscosity is None):
-            found = "neither time nor viscosity is" if self.time is None else "both time and viscosity are"
-            raise ProblemError(f"Maxwell: {found} given; give one of them")
+            given = "neither time nor viscosity is" if self.time is None else "both time and viscosity are"
+            raise ProblemError(f"Maxwell: {given} given; give one of them")
 
     @property
     def relaxation_time(self) -> float:
@@ -340,7 +337,7 @@ class Maxwell(SpringsAndDashpots):
         return self.viscosity / self.modulus
 
     def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
-        """Its one term."""
+        """The single term."""
         return self.prony().kernel()
 
     def prony(self) -> Prony:
@@ -351,14 +348,14 @@ class Maxwell(SpringsAndDashpots):
 @dataclass(frozen=True, eq=False)
 class StandardSolid(SpringsAndDashpots):
     """
-    A spring beside a Maxwell element, G(t) = equilibrium + modulus exp(-t/time).
+    A spring parallel to a Maxwell element, G(t) = equilibrium + modulus exp(-t/time).
 
     Parameters
     ----------
     equilibrium : quantity
-        Shear modulus that is left in the end in Pa, above 0.
+        Equilibrium shear modulus in Pa, above 0.
     modulus : quantity
-        Shear modulus that relaxes in Pa, above 0.
+        Relaxing shear modulus in Pa, above 0.
     time : quantity
         Relaxation time in s, above 0.
 
@@ -375,12 +372,12 @@ class StandardSolid(SpringsAndDashpots):
     2.5e-07
     """
 
-    equilibrium: SIField = SIField("Pa", above=0.0, words="shear modulus that is left in the end")
-    modulus: SIField = SIField("Pa", above=0.0, words="shear modulus that relaxes")
-    time: SIField = SIField("s", above=0.0, words="relaxation time")
+    equilibrium: SIField = SIField("Pa", above=0.0, description="equilibrium shear modulus")
+    modulus: SIField = SIField("Pa", above=0.0, description="relaxing shear modulus")
+    time: SIField = SIField("s", above=0.0, description="relaxation time")
 
     def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
-        """Its spring and its one term."""
+        """The spring and the single term."""
         return Relaxation(self.equilibrium, np.array([self.modulus]), np.array([self.time]))
 
     def prony(self) -> Prony:
@@ -391,7 +388,7 @@ class StandardSolid(SpringsAndDashpots):
 @dataclass(frozen=True, eq=False)
 class KelvinVoigt(SpringsAndDashpots):
     """
-    A spring beside a dashpot: G(t) = modulus + viscosity delta(t), which answers no step at once.
+    A spring parallel to a dashpot: G(t) = modulus + viscosity delta(t).
 
     Parameters
     ----------
@@ -413,11 +410,11 @@ class KelvinVoigt(SpringsAndDashpots):
     0.632120558829
     """
 
-    modulus: SIField = SIField("Pa", above=0.0, words="shear modulus")
-    viscosity: SIField = SIField("Pa*s", above=0.0, words="shear viscosity")
+    modulus: SIField = SIField("Pa", above=0.0, description="shear modulus")
+    viscosity: SIField = SIField("Pa*s", above=0.0, description="shear viscosity")
 
     def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
-        """Its spring and its dashpot."""
+        """The spring and the dashpot."""
         return Relaxation(self.modulus, viscosity=self.viscosity)
 
 
@@ -429,9 +426,9 @@ class PowerLawRheology(Rheology):
     Parameters
     ----------
     modulus : quantity
-        Relaxation modulus at the time in Pa, above 0.
+        Relaxation modulus at the reference time in Pa, above 0.
     time : quantity
-        The time in s at which it is given, above 0.
+        Reference time in s, above 0.
     exponent : quantity
         Above 0 (a solid) and below 1 (a liquid).
 
@@ -454,9 +451,9 @@ class PowerLawRheology(Rheology):
     0.324919696
     """
 
-    modulus: SIField = SIField("Pa", above=0.0, words="relaxation modulus at the time")
-    time: SIField = SIField("s", above=0.0, words="time at which the modulus is given")
-    exponent: SIField = SIField("", above=0.0, below=1.0, words="exponent of the decay")
+    modulus: SIField = SIField("Pa", above=0.0, description="relaxation modulus at the time")
+    time: SIField = SIField("s", above=0.0, description="time at which the modulus is given")
+    exponent: SIField = SIField("", above=0.0, below=1.0, description="exponent of the decay")
 
     def relaxation(self, time: ArrayQuantityLike) -> FloatArray:
         """Relaxation modulus G(t) in Pa, infinite at 0, as :meth:`Rheology.relaxation`."""
@@ -481,11 +478,11 @@ class PowerLawRheology(Rheology):
         return np.asarray(factor * (self._frequencies(omega) * self.time) ** self.exponent)
 
     def kernel(self, span: tuple[float, float] | None = None) -> Relaxation:
-        """The series that stands for it over a span, with its measured error."""
+        """The series that approximates it over a span, with its measured error."""
         if span is None:
             raise ProblemError(
-                "PowerLawRheology: a power of time is no sum of exponentials; give the span of times that matter, such "
-                "as span = ('1 ms', '100 s')"
+                "PowerLawRheology: a finite series needs a span of times; give for example "
+                "span = ('1 ms', '100 s')"
             )
         first, last = _span(*span)
         (moduli, times), error = self._series(first, last, _SERIES_ERROR)
@@ -504,13 +501,13 @@ class PowerLawRheology(Rheology):
         size = self.modulus * (last / self.time) ** -self.exponent
         kernel = Relaxation(0.0, size * weights[::-1], 1.0 / rates[::-1])
         t = _grid(first, last)
-        found = float(np.max(np.abs(kernel(t) / self.relaxation(t) - 1.0)))
-        if found > error:
+        largest = float(np.max(np.abs(kernel(t) / self.relaxation(t) - 1.0)))
+        if largest > error:
             raise ConvergenceError(
-                f"PowerLawRheology.prony: {rates.size} terms err by {found:.2g}, more than error = {error:g}; "
-                "ask for a larger error"
+                f"PowerLawRheology.prony: the relative error of {rates.size} terms is {largest:.2g} (limit {error:g}); "
+                "give a larger error"
             )
-        return (kernel.moduli, kernel.times), found
+        return (kernel.moduli, kernel.times), largest
 
     def _impulse_error(self, kernel: Relaxation, first: float, last: float) -> float:
         """The largest relative error of the integral of G from 0 on, and of J, over a span."""
@@ -522,12 +519,12 @@ class PowerLawRheology(Rheology):
 
     def prony(self, shortest: QuantityLike, longest: QuantityLike, *, error: float = 1e-9) -> Prony:
         """
-        A series that stands for the power over a span of times.
+        A series that approximates the power law over a span of times.
 
         Parameters
         ----------
         shortest, longest : quantity
-            The span in s. Outside, the series is another material: finite at once, and a liquid in the end.
+            The span in s. Outside it the series differs: its instantaneous modulus is finite, and it flows as a liquid.
         error : float
             Largest relative error of G(t) within the span, from 1e-12 to 0.1.
 
@@ -541,13 +538,13 @@ class PowerLawRheology(Rheology):
         ProblemError
             If the span is empty or longer than 30 decades, or the error is outside its limits.
         ConvergenceError
-            If the error that is measured on the span is larger than the one asked for.
+            If the measured error on the span exceeds `error`.
 
         Notes
         -----
         t^-b = int exp(b y - t exp(y)) dy / Gamma(b) by the trapezoidal rule, whose relative error
         2 |Gamma(b + 2 pi i/h)|/Gamma(b) for the step h is the same at every t (McLean, 2018, in Contemporary Computational
-        Mathematics). Terms slower than the span are as few as a Gaussian rule for them needs.
+        Mathematics). Terms slower than the span are replaced by a Gaussian rule.
 
         Examples
         --------
@@ -563,24 +560,24 @@ class PowerLawRheology(Rheology):
 
 
 WIDEST = 1e30
-"""The longest over the shortest time of a span."""
+"""Largest ratio of the times of a span."""
 _SERIES_ERROR = 1e-11
-"""Largest relative error of the series for a span: a hundredth of what is still exact, because rows that are small beside their history multiply it."""
+"""Largest relative error of the series for a span; far below 1e-9, because rows small compared with their history amplify it."""
 _BETWEEN = 2.0
-"""How much larger an error may be between the times at which it is measured."""
+"""Safety factor for errors between the times at which they are measured."""
 _FAST_TERMS = 4
-"""Terms for all that is faster than a series, beside one at 0."""
+"""Terms that represent faster relaxation, in addition to one at 0."""
 _FASTEST = 60.0
-"""Logarithm of how much faster than a series what counts in the moments of the times is."""
+"""Logarithm of the largest rate, relative to the series, that enters the moments of the times."""
 _INSTANT = 1e-24
-"""Time of the term at 0, of the shortest of the others."""
+"""Time of the term at 0, relative to the shortest of the others."""
 
 
 def _span(shortest: QuantityLike, longest: QuantityLike) -> tuple[float, float]:
     first, last = to_si(shortest, "s", name="shortest"), to_si(longest, "s", name="longest")
     if not 0.0 < first < last <= WIDEST * first:
         raise ProblemError(
-            f"span from {first:g} s to {last:g} s: it must begin above 0 s and end later, at most {WIDEST:g} times as late"
+            f"span from {first:g} s to {last:g} s: it must be above 0 s and rise, by a factor of at most {WIDEST:g}"
         )
     return first, last
 
@@ -609,7 +606,7 @@ def _exponentials(exponent: float, first: float, last: float, error: float) -> t
     fastest = math.log(last / first) + math.log(-2.0 * goal)
     slowest = goal / exponent if exponent * 60.0 > -goal else -60.0
     y = np.arange(math.floor(min(slowest, 0.0) / step), math.ceil(fastest / step) + 1) * step
-    # what is slower than that is alike to a constant over the span, and the first weight holds it
+    # slower terms are constant over the span; the first weight includes them
     weights = np.exp(exponent * y + math.log(step) - gammaln(exponent))
     weights[0] /= -math.expm1(-exponent * step)
     slow = y < 0.0
@@ -619,11 +616,11 @@ def _exponentials(exponent: float, first: float, last: float, error: float) -> t
 
 def _impulse(exponent: float, step: float) -> tuple[FloatArray, FloatArray]:
     """
-    Moduli and rising times of few terms that stand for all terms of the trapezoidal rule faster than a term of 1 Pa and 1 s.
+    Moduli and rising times of few terms that represent all terms of the trapezoidal rule faster than a term of 1 Pa and 1 s.
 
     The k-th of these has the time exp(-k step) and the impulse (modulus times time) exp((exponent - 1) k step). A Gauss-Radau rule
-    for the impulses keeps their sum and their moments over the times: a load that is smooth over times longer than 1 s feels no
-    difference. Its node at 0 has a time so short that no sudden load moves it.
+    for the impulses keeps their sum and moments, so that loads smooth over 1 s are unaffected. The time of its node at 0 is
+    negligibly short.
     """
     ratio = math.exp((exponent - 1.0) * step)
     k = np.arange(1.0, math.ceil(_FASTEST / step) + 1.0)
@@ -634,10 +631,10 @@ def _impulse(exponent: float, step: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _gauss(points: FloatArray, weights: FloatArray, most: int = 8) -> tuple[FloatArray, FloatArray]:
-    """So many rising points with weights above 0 that stand for more, exact for polynomials of twice the degree less 1 (Lanczos)."""
+    """At most `most` rising nodes with positive weights, exact for polynomials of degree 2 n - 1 (Lanczos)."""
     total = float(weights.sum())
     columns = [np.sqrt(weights / total)]
-    diagonal, beside = [], []
+    diagonal, off_diagonal = [], []
     for _ in range(min(most, points.size)):
         latest = columns[-1]
         diagonal.append(float(latest @ (points * latest)))
@@ -645,9 +642,9 @@ def _gauss(points: FloatArray, weights: FloatArray, most: int = 8) -> tuple[Floa
         for _ in range(2):
             for column in columns:
                 rest = rest - (column @ rest) * column
-        beside.append(float(np.linalg.norm(rest)))
-        columns.append(rest / beside[-1])
+        off_diagonal.append(float(np.linalg.norm(rest)))
+        columns.append(rest / off_diagonal[-1])
     n = len(diagonal)
-    matrix = np.diag(diagonal) + np.diag(beside[: n - 1], 1) + np.diag(beside[: n - 1], -1)
+    matrix = np.diag(diagonal) + np.diag(off_diagonal[: n - 1], 1) + np.diag(off_diagonal[: n - 1], -1)
     nodes, vectors = np.linalg.eigh(matrix)
     return nodes, total * vectors[0] ** 2

@@ -1,4 +1,4 @@
-"""Randomly rough surfaces as what is asked: their spectrum, their size, and the seed of their phases."""
+"""Randomly rough surfaces: spectrum, size, and seed of the phases."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from pymdr.problem.values import OptionalSIField, SidesField, SIField, Value
 from pymdr.units import FloatArray, metres, shown
 
 GEIKE = math.pi
-"""lambda of C1D = lambda q C2D that keeps the rms height (Geike and Popov, 2007)."""
+"""lambda of C1D = lambda q C2D that preserves the rms height (Geike and Popov, 2007)."""
 _FEWEST = 4
-"""Pixels for the shortest wave."""
+"""Fewest pixels per shortest wave."""
 _BYTES_PER_PIXEL, _BYTES_PER_WAVE = 32.0, 160.0
-"""Memory at the peak of the work; waves are those of half a plane of wave numbers."""
+"""Peak memory; waves are counted in half the plane of wave numbers."""
 _SECOND = 2
-"""Of the generator: its phases are not those of the line."""
+"""Stream of the generator, distinct from that of the lines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,22 +34,22 @@ class RoughSurface(Value):
     hurst : float
         Hurst exponent H, above 0 and at most 1: the spectrum falls as C2D ~ q^(-2 (H + 1)).
     rms : quantity
-        Root mean square h of the heights in m, about their mean: that of this patch, not of an ensemble.
+        Root mean square h of the heights of this patch about their mean, in m.
     size : quantity or pair of quantities
         Side of the square patch in m, or the sides of a rectangle.
     shortest : quantity
-        The shortest wavelength in m that is in the surface.
+        Shortest wavelength of the surface in m.
     longest : quantity, optional
-        Wavelength in m above which the spectrum is flat (roll-off). Unless given it is the longer side: no roll-off lies
-        inside the patch.
+        Wavelength in m above which the spectrum is flat (roll-off); by default the longer side, without roll-off inside
+        the patch.
     seed : int, optional
-        Which surface of all; its realisations are numbered from there.
+        Seed of the random phases.
 
     Raises
     ------
     ProblemError
         If H is outside (0, 1], a length is not above 0, the shortest wavelength is not below the longest and the size, or
-        the seed is no whole number from 0 on.
+        the seed is not a whole number of at least 0.
 
     Examples
     --------
@@ -60,17 +60,19 @@ class RoughSurface(Value):
     0.029
     """
 
-    hurst: SIField = SIField("", words="Hurst exponent", above=0.0, at_most=1.0)
-    rms: SIField = SIField("m", words="root mean square of the heights", above=0.0)
-    size: SidesField = SidesField("m", words="side of a square, or sides of a rectangle")
-    shortest: SIField = SIField("m", words="shortest wavelength", above=0.0)
-    longest: OptionalSIField = OptionalSIField("m", words="wavelength of the roll-off", above=0.0)
+    hurst: SIField = SIField("", description="Hurst exponent", above=0.0, at_most=1.0)
+    rms: SIField = SIField("m", description="root mean square of the heights", above=0.0)
+    size: SidesField = SidesField("m", description="side of a square, or sides of a rectangle")
+    shortest: SIField = SIField("m", description="shortest wavelength", above=0.0)
+    longest: OptionalSIField = OptionalSIField("m", description="wavelength of the roll-off", above=0.0)
     seed: int = 0
 
     def __post_init__(self) -> None:
         whole = isinstance(self.seed, int | np.integer) and not isinstance(self.seed, bool)
         if not whole or self.seed < 0:
-            raise ProblemError(f"RoughSurface.seed = {shown(self.seed)}: a whole number from 0 on is needed")
+            raise ProblemError(
+                f"RoughSurface.seed = {shown(self.seed)}: a whole number of at least 0 is needed"
+            )
         object.__setattr__(self, "seed", int(self.seed))
         for name, limit in (
             ("the longest wavelength", self.roll_off),
@@ -78,30 +80,30 @@ class RoughSurface(Value):
         ):
             if not self.shortest < limit:
                 raise ProblemError(
-                    f"RoughSurface.shortest = {metres(self.shortest)}: it must be below {name}, {metres(limit)}; resolve "
-                    "shorter waves, or take a larger patch"
+                    f"RoughSurface.shortest = {metres(self.shortest)}: it must be below {name}, {metres(limit)}; give "
+                    "a shorter wavelength or a larger patch"
                 )
 
     @property
     def longer_side(self) -> float:
-        """The longer side in m, that of the longest wave."""
+        """The longer side in m."""
         return float(self.size.max())
 
     @property
     def roll_off(self) -> float:
-        """The wavelength in m above which the spectrum is flat; the longer side where there is no roll-off inside."""
+        """The wavelength in m above which the spectrum is flat; the longer side without roll-off inside."""
         return self.longer_side if self.longest is None else min(self.longest, self.longer_side)
 
     @property
     def has_roll_off(self) -> bool:
-        """Whether a part of the spectrum is flat."""
+        """Whether part of the spectrum is flat."""
         return self.roll_off < self.longer_side
 
     @property
     def wave_numbers(self) -> tuple[float, float, float]:
         """Wave numbers in 1/m of the longer side, of the roll-off and of the shortest wave."""
-        around = 2.0 * math.pi
-        return around / self.longer_side, around / self.roll_off, around / self.shortest
+        turn = 2.0 * math.pi
+        return turn / self.longer_side, turn / self.roll_off, turn / self.shortest
 
     @property
     def _plateau(self) -> float:
@@ -109,7 +111,7 @@ class RoughSurface(Value):
         return self.rms**2 / (2.0 * math.pi * self._moment(1) * self.wave_numbers[1] ** 2)
 
     def _moment(self, power: int) -> float:
-        """The integral of q^power C2D over the one of a plateau of 1, in the roll-off's wave number."""
+        """The integral of q^power C2D for a plateau of 1, with q in units of the wave number of the roll-off."""
         low, roll, high = self.wave_numbers
         flat = (1.0 - (low / roll) ** (power + 1)) / (power + 1)
         exponent, octaves = power - 1 - 2.0 * self.hurst, math.log(high / roll)
@@ -121,8 +123,8 @@ class RoughSurface(Value):
         """
         Root mean square of the gradient of the surface: the square root of 2 pi int C2D q^3 dq.
 
-        A straight cut has half of its square; the line of Geike's lambda has all of it, where the spectrum is that dense:
-        without roll-off the waves of a patch are few at its long end, and its slopes 5 (H near 0) to 35 % (H = 1) less.
+        The mean square slope of a straight cut is half of its square. A line with Geike's lambda has the full value if its
+        spectrum is dense; without roll-off long waves are few, and its slope is 5 (H near 0) to 35 % (H = 1) smaller.
         """
         return self.rms * self.wave_numbers[1] * math.sqrt(self._moment(3) / self._moment(1))
 
@@ -171,29 +173,29 @@ class RoughSurface(Value):
 
     def topography(self, realisation: int = 0, *, points: int | None = None) -> Topography:
         """
-        The surface on pixels, of the spectrum C2D with random phases.
+        The surface on pixels, from the spectrum C2D with random phases.
 
         Parameters
         ----------
         realisation : int, optional
-            Which one: its phases are those of the generator of (seed, realisation).
+            Number of the realisation; the generator is seeded with (seed, realisation).
         points : int, optional
-            Pixels along the longer side, at least 4 for the shortest wave; 8 unless given. The waves do not depend on it.
+            Pixels along the longer side, at least 4 per shortest wave; by default 8. The waves do not depend on it.
 
         Returns
         -------
         Topography
-            Heights in m about their mean, one period of either side, of the rms height to rounding.
+            Heights in m about their mean, periodic, with the given rms height to rounding.
 
         Raises
         ------
         ProblemError
-            If there are fewer pixels than 4 for the shortest wave, a number is not whole, or the memory of this machine is not enough.
+            If there are fewer than 4 pixels per shortest wave, a number is not whole, or the memory is insufficient.
 
         Notes
         -----
-        Persson, Albohr, Tartaglino, Volokitin and Tosatti (2005), J. Phys.: Condens. Matter 17, R1. Pressures of contacts change
-        over the shortest wave, which 4 pixels do not resolve: :func:`pymdr.press` tells how much the grid matters.
+        Persson, Albohr, Tartaglino, Volokitin and Tosatti (2005), J. Phys.: Condens. Matter 17, R1. Contact pressures vary
+        within the shortest wave, which 4 pixels do not resolve: :func:`pymdr.press` gives the error of the grid.
 
         Examples
         --------
@@ -204,20 +206,20 @@ class RoughSurface(Value):
         nx, ny = self.pixels(points)
         if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
             raise ProblemError(
-                f"RoughSurface.topography: realisation = {shown(realisation)}; a whole number from 0 on is needed"
+                f"RoughSurface.topography: realisation = {shown(realisation)}; a whole number of at least 0 is needed"
             )
         needed, waves = float(nx) * ny, math.prod(float(side) / self.shortest for side in self.size)
         needed = _BYTES_PER_PIXEL * needed + _BYTES_PER_WAVE * waves
         if needed > memory_of_machine():
             raise ProblemError(
-                f"RoughSurface.topography: {nx} x {ny} pixels take about {needed / 1e9:.3g} GB, more than the {memory_of_machine() / 1e9:.3g} GB of "
-                f"this machine; take a longer shortest wavelength (now {metres(self.shortest)}), a smaller patch, or fewer points"
+                f"RoughSurface.topography: {nx} x {ny} pixels need about {needed / 1e9:.3g} GB (this machine has {memory_of_machine() / 1e9:.3g} GB); "
+                f"use a longer shortest wavelength (now {metres(self.shortest)}), a smaller patch, or fewer points"
             )
         return Topography(_heights(self, int(realisation), nx, ny), self.size)
 
     def pixels(self, points: int | None = None) -> tuple[int, int]:
         """
-        Pixels along both sides of the patch that :meth:`topography` makes.
+        Pixels along both sides of the patch of :meth:`topography`.
 
         Parameters
         ----------
@@ -231,25 +233,25 @@ class RoughSurface(Value):
         Raises
         ------
         ProblemError
-            If there are fewer than 4 for the shortest wave, or points is not whole.
+            If there are fewer than 4 per shortest wave, or points is not whole.
         """
         least = math.ceil(_FEWEST * self.longer_side / self.shortest * (1.0 - 1e-12))
         number = 2 * least if points is None else points
         if not isinstance(number, int | np.integer) or isinstance(number, bool) or number < 0:
             raise ProblemError(
-                f"RoughSurface.topography: points = {shown(number)}; a whole number from 0 on is needed"
+                f"RoughSurface.topography: points = {shown(number)}; a whole number of at least 0 is needed"
             )
         if number < least:
             raise ProblemError(
-                f"RoughSurface.topography: points = {number}; at least {least} are needed along the longer side, 4 for the shortest wave; take "
-                "more of them, or a longer shortest wavelength"
+                f"RoughSurface.topography: points = {number}; at least {least} are needed along the longer side (4 per shortest wave); use "
+                "more points or a longer shortest wavelength"
             )
         nx, ny = (max(2, round(int(number) * side / self.longer_side)) for side in self.size.tolist())
         return nx, ny
 
 
 def _heights(surface: RoughSurface, realisation: int, nx: int, ny: int) -> FloatArray:
-    """Half of the plane of waves has all of them, since heights are real."""
+    """Heights in m; half the plane of wave numbers suffices, because heights are real."""
     most_x, most_y = (math.floor(side / surface.shortest * (1.0 + 1e-12)) for side in surface.size)
     i, j = np.meshgrid(np.arange(-most_x, most_x + 1), np.arange(most_y + 1), indexing="ij")
     phases = np.random.default_rng([surface.seed, realisation, _SECOND]).random(i.shape)

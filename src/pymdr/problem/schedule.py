@@ -1,4 +1,4 @@
-"""Rows of a loading path: what every leg prescribes, from where it starts, and when."""
+"""Rows of a loading path: prescribed channels, start and time of every leg."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ class Controls:
 
 @dataclass(frozen=True)
 class Planned:
-    """One leg in its path, as far as it is known before anything is followed."""
+    """One leg in its path, before its start is known."""
 
     leg: KnownLeg
     number: int
-    """Counted from one."""
+    """Counted from 1."""
     of: int
     """Number of legs of the path."""
     first: int
-    """Rows of the path before it."""
+    """Rows of the path before the leg."""
     controls: Controls
-    """Channels that the leg does not name stay under the control of the legs before."""
+    """Channels that the leg does not name keep the control of the preceding legs."""
 
     @property
     def size(self) -> int:
@@ -56,15 +56,15 @@ class Planned:
         return rows_of(self.leg)
 
     def time(self, begin: float, start: float, target: float) -> FloatArray | None:
-        """Time of every row in s, if the leg states it, from when and where it begins and where it goes."""
+        """Time of every row in s for a start time, start value and target; None if the leg has no time."""
         leg = self.leg
         if isinstance(leg, Path):
             if leg.time is None:
                 return None
             if leg.time[0] <= begin and self.number > 1:
                 raise PathError(
-                    f"leg {self.number}: Path.time begins at {leg.time[0]:g} s, but the legs before it end at {begin:g} s; "
-                    "times count from the start of the whole history"
+                    f"leg {self.number}: Path.time begins at {leg.time[0]:g} s, but the preceding legs end at {begin:g} s; "
+                    "times count from the start of the whole path"
                 )
             return np.asarray(leg.time)
         duration = leg.duration
@@ -72,28 +72,28 @@ class Planned:
             duration = abs(target - start) / leg.rate
             if duration == 0.0:
                 channel = named_channels(leg)[0]
-                where = newtons(target) if channel.endswith("force") else metres(target)
+                value = newtons(target) if channel.endswith("force") else metres(target)
                 raise PathError(
-                    f"leg {self.number}: it starts where it goes to, {channel} = {where}, and at a rate takes no time; give hold(...) with "
-                    "a duration instead"
+                    f"leg {self.number}: the start equals the target, {channel} = {value}, so a rate gives no duration; use hold(...) with "
+                    "a duration"
                 )
         if duration is None:
             return None
         return np.asarray(begin + duration * np.arange(1.0, self.size + 1.0) / self.size)
 
     def row(self, index: int) -> str:
-        """A row of the leg in words."""
+        """Label of a row of the leg."""
         return f"row {index + 1} of leg {self.number}"
 
     @contextmanager
     def named(self) -> Iterator[None]:
-        """Refusals name the leg, unless they do already or there is no other."""
+        """Add the number of the leg to errors, unless it is there or the path has one leg."""
         try:
             yield
         except PymdrError as error:
-            words, where = str(error), f"leg {self.number}"
-            if self.of > 1 and where not in words:
-                error.args = (f"{where}: {words}",)
+            text, label = str(error), f"leg {self.number}"
+            if self.of > 1 and label not in text:
+                error.args = (f"{label}: {text}",)
             raise
 
     def stretch(self, here: Mapping[str, float], begin: float = 0.0) -> Stretch:
@@ -103,9 +103,9 @@ class Planned:
         Parameters
         ----------
         here : mapping of str to float
-            Where every channel is at the start of the leg, in SI units; 0 for channels that it does not hold.
+            Values of the channels at the start of the leg, in SI units; missing ones are 0.
         begin : float
-            Time in s at its start.
+            Start time in s.
 
         Returns
         -------
@@ -113,7 +113,7 @@ class Planned:
         """
         channels = self.controls.normal, self.controls.tangential
         start = here.get(channels[0], 0.0), here.get(channels[1], 0.0)
-        normal, tangential = (_rows(self.leg, *each) for each in zip(channels, start, strict=True))
+        normal, tangential = (_rows(self.leg, *pair) for pair in zip(channels, start, strict=True))
         moved = 1 if any(name in TANGENTIAL_CHANNELS for name in named_channels(self.leg)) else 0
         time = self.time(begin, start[moved], float((normal, tangential)[moved][-1]))
         return Stretch(self, normal, tangential, start, time, begin)
@@ -121,7 +121,7 @@ class Planned:
 
 @dataclass(frozen=True)
 class Stretch:
-    """What a leg prescribes once it is known from where it starts."""
+    """The prescribed rows of a leg, once its start is known."""
 
     leg: Planned
     normal: FloatArray
@@ -129,7 +129,7 @@ class Stretch:
     tangential: FloatArray
     """The prescribed tangential channel in every row."""
     start: tuple[float, float] = (0.0, 0.0)
-    """Where both are before the first row."""
+    """Values of both channels before the first row."""
     time: FloatArray | None = None
     """Time of every row in s, if the path states it."""
     begin: float = 0.0
@@ -138,11 +138,11 @@ class Stretch:
     """The first row, counted from the start of the leg."""
 
     def row(self, index: int) -> str:
-        """A row in words."""
+        """Label of a row."""
         return self.leg.row(self.first + index)
 
     def taken(self, span: slice) -> Stretch:
-        """Some rows in a run, without their times."""
+        """Consecutive rows, without their times."""
         before = span.start - 1
         start = (float(self.normal[before]), float(self.tangential[before])) if span.start else self.start
         return Stretch(
@@ -166,7 +166,7 @@ class Stretch:
 
     @property
     def end(self) -> dict[str, float]:
-        """Where the prescribed channels are after the last row."""
+        """Values of the prescribed channels after the last row."""
         return {
             self.controls.normal: float(self.normal[-1]),
             self.controls.tangential: float(self.tangential[-1]),
@@ -175,14 +175,14 @@ class Stretch:
 
 def known_legs(path: LoadingPath) -> list[KnownLeg]:
     """The legs in order; a leg of an unknown kind is refused."""
-    found: list[KnownLeg] = []
+    known: list[KnownLeg] = []
     for number, leg in enumerate(legs(path), 1):
         if not isinstance(leg, KnownLeg):
             raise PathError(
-                f"solve: leg {number} is a {type(leg).__name__}, which is not known; take load(...), hold(...), cycle(...) or Path(...)"
+                f"solve: leg {number} is a {type(leg).__name__}, which is unknown; use load(...), hold(...), cycle(...) or Path(...)"
             )
-        found.append(leg)
-    return found
+        known.append(leg)
+    return known
 
 
 def rows_of(leg: KnownLeg) -> int:
@@ -213,36 +213,36 @@ def planned(path: LoadingPath) -> tuple[Planned, ...]:
     """
     legs = known_legs(path)
     controls, first = Controls(), 0
-    found: list[Planned] = []
+    plan: list[Planned] = []
     for number, leg in enumerate(legs, 1):
         named = named_channels(leg)
         controls = Controls(
             next((name for name in named if name in NORMAL_CHANNELS), controls.normal),
             next((name for name in named if name in TANGENTIAL_CHANNELS), controls.tangential),
         )
-        found.append(Planned(leg, number, len(legs), first, controls))
+        plan.append(Planned(leg, number, len(legs), first, controls))
         first += rows_of(leg)
-    return tuple(found)
+    return tuple(plan)
 
 
 @dataclass(frozen=True)
 class Refined:
-    """A leg with rows between its own, straight in both prescribed channels."""
+    """A leg with intermediate rows, linear in both prescribed channels."""
 
     rows: Stretch
     own: np.ndarray
-    """Where the rows of the leg are among them."""
+    """Indices of the original rows."""
 
 
 def refined(rows: Stretch, between: int) -> Refined:
     """
-    A leg whose moves of both channels at once are divided.
+    A leg with intermediate rows wherever both channels move.
 
     Parameters
     ----------
     rows : Stretch
     between : int
-        Number of parts of every such move.
+        Number of parts of every such step.
 
     Returns
     -------
@@ -252,11 +252,11 @@ def refined(rows: Stretch, between: int) -> Refined:
     moves = np.diff(ends, axis=1, prepend=np.array(rows.start)[:, None])
     count = np.where((moves != 0.0).all(axis=0), between, 1)
     own = np.cumsum(count) - 1
-    left = (np.repeat(own, count) - np.arange(own[-1] + 1)) / np.repeat(count, count)
-    # where a load comes or goes its depth is no smooth function of it: parts are short there
+    remaining = (np.repeat(own, count) - np.arange(own[-1] + 1)) / np.repeat(count, count)
+    # at first and last contact the indentation is not smooth in the load: short parts there
     bare = np.repeat((ends[0] <= 0.0) | (ends[0] - moves[0] <= 0.0), count)
-    left = np.where(bare, left**3 * (10.0 - left * (15.0 - 6.0 * left)), left)
-    normal, tangential = np.repeat(ends, count, axis=1) - np.repeat(moves, count, axis=1) * left
+    remaining = np.where(bare, remaining**3 * (10.0 - remaining * (15.0 - 6.0 * remaining)), remaining)
+    normal, tangential = np.repeat(ends, count, axis=1) - np.repeat(moves, count, axis=1) * remaining
     return Refined(replace(rows, normal=normal, tangential=tangential, time=None), own)
 
 
@@ -275,7 +275,7 @@ def _rows(leg: KnownLeg, channel: str, start: float) -> FloatArray:
 
 
 def check_times(path: LoadingPath) -> None:
-    """Refuse a path of which some legs say how long they take and others do not; the message numbers both."""
+    """Refuse a path with durations for some legs only."""
     timed = [
         leg.time is not None
         if isinstance(leg, Path)
@@ -283,7 +283,9 @@ def check_times(path: LoadingPath) -> None:
         for leg in known_legs(path)
     ]
     if any(timed) and not all(timed):
-        known, unknown = ([i for i, one in enumerate(timed, 1) if one is kind] for kind in (True, False))
+        known, unknown = (
+            [i for i, has_time in enumerate(timed, 1) if has_time is kind] for kind in (True, False)
+        )
         raise PathError(
             f"{numbered_legs(unknown)} no time, but {numbered_legs(known)}: give every leg a duration or a rate (a Path its time), or none"
         )
@@ -291,7 +293,7 @@ def check_times(path: LoadingPath) -> None:
 
 def numbered_legs(numbers: Sequence[int]) -> str:
     """
-    Some legs in words, with their verb.
+    Legs by number, with the verb to have.
 
     Examples
     --------
@@ -307,7 +309,7 @@ def numbered_legs(numbers: Sequence[int]) -> str:
 
 
 def ends_only(leg: KnownLeg) -> LoadingPath:
-    """A leg that visits just the extremes of another."""
+    """A leg reduced to its extremes."""
     if isinstance(leg, Path):
         kept = {0, leg.steps - 1}
         for name in named_channels(leg):

@@ -1,4 +1,4 @@
-"""Kernels of springs and dashpots: relaxation and creep as sums of exponentials, and the one from the other."""
+"""Kernels of springs and dashpots: relaxation and creep as sums of exponentials, and their conversion."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from pymdr.problem.values import Value
 from pymdr.units import FloatArray
 
 _ALIKE = 1e-9
-"""Poles that differ by less, relatively, are one at their mean: that errs by a tenth of the square."""
+"""Relative distance below which poles are merged; the error is a tenth of its square."""
 _SMALLEST = 460.0
-"""Logarithm of how much closer to a pole a zero may lie than half the way to the next one."""
+"""Logarithm of the smallest distance of a zero from a pole, relative to half the distance of the poles."""
 
 
 class Fractions(NamedTuple):
-    """h(s) = constant + sum_i weights_i s/(s + poles_i) + slope s, no part below 0 and not all of them 0."""
+    """h(s) = constant + sum_i weights_i s/(s + poles_i) + slope s, with terms not below 0 and not all 0."""
 
     constant: float
     weights: FloatArray
@@ -41,13 +41,13 @@ def reciprocal(h: Fractions) -> Fractions:
     Returns
     -------
     Fractions
-        The k with 1/h(s) = k(1/s). What is left of it is above 0, and its poles are the inverses of the zeros of h.
+        The k with 1/h(s) = k(1/s). Its poles are the inverses of the zeros of h, its weights above 0.
 
     Notes
     -----
-    Zeros and poles of h take turns on the negative axis (Gross, 1953, Mathematical Structure of the Theories of
-    Viscoelasticity). Each zero is found from its distance to the nearer pole, so that it has all its digits however
-    close it lies, and however many decades the poles span; the weights are products of such distances.
+    Zeros and poles of h alternate on the negative axis (Gross, 1953, Mathematical Structure of the Theories of
+    Viscoelasticity). Each zero is computed from its distance to the nearer pole, so that no digits are lost close to a
+    pole; the weights are products of such distances.
 
     Examples
     --------
@@ -56,41 +56,41 @@ def reciprocal(h: Fractions) -> Fractions:
     """
     merged = _merged(h)
     constant, weights, poles, slope = merged
-    zeros, away = zeros_between(merged)
+    zeros, distances = zeros_between(merged)
     total = constant + float(weights.sum())
     with np.errstate(over="ignore", divide="ignore"):
-        found = _residues(zeros, away, constant == 0.0) / (zeros * (slope if slope > 0.0 else total))
-    kept = (found > 0.0) & np.isfinite(found)
+        residues = _residues(zeros, distances, constant == 0.0) / (zeros * (slope if slope > 0.0 else total))
+    kept = (residues > 0.0) & np.isfinite(residues)
     return Fractions(
         1.0 / total if slope == 0.0 else 0.0,
-        found[kept],
+        residues[kept],
         1.0 / zeros[kept],
         1.0 / (float((weights / poles).sum()) + slope) if constant == 0.0 else 0.0,
     )
 
 
-def _residues(zeros: FloatArray, away: FloatArray, flows: bool) -> FloatArray:
+def _residues(zeros: FloatArray, distances: FloatArray, flows: bool) -> FloatArray:
     """
-    Of the product of all s + poles over that of all s + zeros, and over s where it flows, at -zeros.
+    Residues at -zeros of prod(s + poles) / prod(s + zeros), divided by s if the material flows.
 
-    What a zero errs by is small beside its distances to the poles, and an inverse made of the zeros as they were found is
-    that of fractions all but equal to those given: Gu and Eisenstat (1994), SIAM J. Matrix Anal. Appl. 15, 1266.
+    Errors of the zeros are small compared with their distances to the poles, so the inverse is that of fractions equal to the
+    given ones to rounding: Gu and Eisenstat (1994), SIAM J. Matrix Anal. Appl. 15, 1266.
     """
-    if not away.size:
+    if not distances.size:
         return np.ones(zeros.size)
     i = np.arange(zeros.size)
-    pole_between = np.minimum(np.minimum(i[:, None], i) + int(flows), away.shape[1] - 1)
-    apart = away[i[:, None], pole_between] - away[i, pole_between]
-    np.fill_diagonal(apart, 1.0)
+    pole_between = np.minimum(np.minimum(i[:, None], i) + int(flows), distances.shape[1] - 1)
+    gaps = distances[i[:, None], pole_between] - distances[i, pole_between]
+    np.fill_diagonal(gaps, 1.0)
     if flows:
-        apart = np.column_stack([-zeros, apart])
-    ratios = np.ones(apart.shape)
-    ratios[:, : away.shape[1]] = away
-    return np.asarray(np.abs(np.prod(ratios / apart, axis=1)))
+        gaps = np.column_stack([-zeros, gaps])
+    ratios = np.ones(gaps.shape)
+    ratios[:, : distances.shape[1]] = distances
+    return np.asarray(np.abs(np.prod(ratios / gaps, axis=1)))
 
 
 def _merged(h: Fractions) -> Fractions:
-    """The same with rising poles, each of them once."""
+    """The same with distinct rising poles."""
     order = np.argsort(h.poles)
     order = order[h.weights[order] > 0.0]
     weights, poles = h.weights[order], h.poles[order]
@@ -103,17 +103,17 @@ def _merged(h: Fractions) -> Fractions:
 
 def zeros_between(h: Fractions) -> tuple[FloatArray, FloatArray]:
     """
-    The x > 0 with h(-x) = 0, one between neighbouring poles, and all poles less each of them without loss of digits.
+    The x > 0 with h(-x) = 0, one between neighbouring poles, and the distances of all poles from each.
 
     Parameters
     ----------
     h : Fractions
-        With rising poles, no two alike, and weights above 0.
+        With distinct rising poles and weights above 0.
 
     Returns
     -------
     zeros : ndarray, shape (m,)
-    away : ndarray, shape (m, poles)
+    distances : ndarray, shape (m, poles)
 
     Examples
     --------
@@ -133,24 +133,24 @@ def zeros_between(h: Fractions) -> tuple[FloatArray, FloatArray]:
         left, right = np.append(left, last), np.append(right, last + beyond)
 
     def from_base(base: FloatArray) -> Callable[[FloatArray], FloatArray]:
-        """What h is at -(base + step): the same rounding of its part at -base for both zeros beside a pole."""
+        """H at -(base + step), with equal rounding for both zeros next to a pole."""
         to_base = poles - base[:, None]
         own = to_base == 0.0
-        apart = np.where(own, np.inf, to_base)
+        others = np.where(own, np.inf, to_base)
         rest = constant - slope * base + (weights * own).sum(axis=1)
-        there, rise, pole = (
-            weights * base[:, None] / apart,
-            weights * poles / apart,
+        at_base, rise, pole = (
+            weights * base[:, None] / others,
+            weights * poles / others,
             (weights * poles * own).sum(axis=1),
         )
 
         def value(step: FloatArray) -> FloatArray:
-            away, x = apart - step[:, None], (base + step)[:, None]
-            # of a pole nearer to the base than the zero is, the part there is far larger than the whole
-            near = np.abs(apart) < np.abs(step)[:, None]
-            from_there = np.where(near, x * weights / away, step[:, None] * (rise / away)).sum(axis=1)
+            distance, x = others - step[:, None], (base + step)[:, None]
+            # the term at the base of a pole nearer than the step would cancel
+            near = np.abs(others) < np.abs(step)[:, None]
+            change = np.where(near, x * weights / distance, step[:, None] * (rise / distance)).sum(axis=1)
             return np.asarray(
-                rest - np.where(near, 0.0, there).sum(axis=1) - slope * step - from_there + pole / step
+                rest - np.where(near, 0.0, at_base).sum(axis=1) - slope * step - change + pole / step
             )
 
         return value
@@ -169,14 +169,14 @@ def zeros_between(h: Fractions) -> tuple[FloatArray, FloatArray]:
 
 
 def _over(time: FloatArray, times: FloatArray) -> FloatArray:
-    """Each time over each of some others, as far as exponentials can tell."""
+    """Each time divided by each of the given times, below the overflow of exponentials."""
     return np.asarray(np.minimum(time, 1e120)[..., None] / times)
 
 
 @dataclass(frozen=True, eq=False)
 class Retardation(Value):
     """
-    How something creeps under a step of load, J(t) = instant + sum_i compliances_i (1 - exp(-t/times_i)) + fluidity t.
+    Creep after a step of load, J(t) = instant + sum_i compliances_i (1 - exp(-t/times_i)) + fluidity t.
 
     Examples
     --------
@@ -203,7 +203,7 @@ class Retardation(Value):
 @dataclass(frozen=True, eq=False)
 class Relaxation(Value):
     """
-    How a stress relaxes after a step of strain, E(t) = equilibrium + sum_i moduli_i exp(-t/times_i) + viscosity delta(t).
+    Relaxation after a step of strain, E(t) = equilibrium + sum_i moduli_i exp(-t/times_i) + viscosity delta(t).
 
     Examples
     --------
@@ -219,20 +219,20 @@ class Relaxation(Value):
     times: FloatArray = field(default_factory=lambda: np.zeros(0))
     """In s, above 0."""
     viscosity: float = 0.0
-    """In Pa s; 0 unless a dashpot stands beside the springs."""
+    """Viscosity of a parallel dashpot in Pa s."""
     error: float = 0.0
-    """Largest relative error of the shear kernels that it replaces, and of their integrals and creep, over the span requested."""
+    """Largest relative error of kernel, integral and creep over the requested span, if it approximates another kernel."""
     instantly_rigid: bool = False
-    """Whether it stands for a modulus that grows without limit as the time goes to 0."""
+    """Whether the approximated modulus is unbounded as the time goes to 0."""
 
     @property
     def glassy(self) -> float:
-        """The modulus in Pa that answers a step at once; infinite with a dashpot beside."""
+        """The instantaneous modulus in Pa; infinite with a parallel dashpot."""
         return np.inf if self.viscosity > 0.0 else self.equilibrium + float(self.moduli.sum())
 
     @property
     def rubbery(self) -> float:
-        """The modulus in Pa that is left in the end."""
+        """The equilibrium modulus in Pa."""
         return self.equilibrium
 
     def __call__(self, time: ArrayLike) -> FloatArray:
@@ -260,7 +260,7 @@ class Relaxation(Value):
         return Retardation(*inverse)
 
     def scaled(self, factor: float) -> Relaxation:
-        """The kernel times a number above 0."""
+        """The kernel multiplied by a factor above 0."""
         return Relaxation(
             factor * self.equilibrium,
             factor * self.moduli,
@@ -270,8 +270,8 @@ class Relaxation(Value):
             self.instantly_rigid,
         )
 
-    def beside(self, other: Relaxation) -> Relaxation:
-        """The kernel with another one beside it, whose stresses add."""
+    def in_parallel(self, other: Relaxation) -> Relaxation:
+        """The kernel of both in parallel: their stresses add."""
         times = np.concatenate([self.times, other.times])
         order = np.argsort(times)
         return Relaxation(
@@ -286,7 +286,7 @@ class Relaxation(Value):
 
 def in_series(kernels: Sequence[Relaxation]) -> Relaxation:
     """
-    The kernel of several in series, whose creep adds.
+    The kernel of several in series: their creep adds.
 
     Parameters
     ----------
@@ -296,12 +296,12 @@ def in_series(kernels: Sequence[Relaxation]) -> Relaxation:
     Returns
     -------
     Relaxation
-        Of no more terms than all of them have together, and one for each that has a dashpot beside; all above 0.
+        With at most as many terms as all together, plus one for each parallel dashpot; all above 0.
 
     Raises
     ------
     ProblemError
-        If there is none.
+        If the sequence is empty.
 
     Examples
     --------
@@ -313,7 +313,7 @@ def in_series(kernels: Sequence[Relaxation]) -> Relaxation:
     if len(kernels) == 1:
         return kernels[0]
     creeps = [kernel.retardation for kernel in kernels]
-    whole = reciprocal(
+    inverse = reciprocal(
         Fractions(
             sum(creep.instant for creep in creeps),
             np.concatenate([creep.compliances for creep in creeps]),
@@ -321,12 +321,12 @@ def in_series(kernels: Sequence[Relaxation]) -> Relaxation:
             sum(creep.fluidity for creep in creeps),
         )
     )
-    order = np.argsort(-whole.poles)
+    order = np.argsort(-inverse.poles)
     return Relaxation(
-        whole.constant,
-        whole.weights[order],
-        1.0 / whole.poles[order],
-        whole.slope,
+        inverse.constant,
+        inverse.weights[order],
+        1.0 / inverse.poles[order],
+        inverse.slope,
         max(kernel.error for kernel in kernels),
-        all(kernel.instantly_rigid or kernel.viscosity > 0.0 for kernel in kernels) and whole.slope == 0.0,
+        all(kernel.instantly_rigid or kernel.viscosity > 0.0 for kernel in kernels) and inverse.slope == 0.0,
     )

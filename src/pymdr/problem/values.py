@@ -1,4 +1,4 @@
-"""The ground of every problem value: typed quantity fields, equality and hashing by content."""
+"""The base of all problem values: quantity fields, equality and hashing by content."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_s
 
 class Named:
     """
-    A callable among the fields of a value: it is pickled by its name, as all functions are, or refused in words that help.
+    A callable field of a value while it is pickled; a function that cannot be pickled gives a clear error.
 
     Parameters
     ----------
     function : callable
     name : str
-        Of the field, for the message.
+        Name of the field, for the message.
     """
 
     def __init__(self, function: Callable[..., Any], name: str) -> None:
@@ -39,15 +39,15 @@ class Named:
             pickle.dumps(self.function)
         except (AttributeError, TypeError, pickle.PicklingError) as error:
             raise ProblemError(
-                f"{self.name} = {shown(self.function)} cannot be pickled: other processes and files find a function by the name that it "
-                "has in a module. Write it with def at the top of a module, or give samples in its place; results, "
-                "impacts, laws and sweeps of it are pickled and saved with polynomials instead"
+                f"{self.name} = {shown(self.function)} cannot be pickled: functions are pickled by their name in a module. Define it "
+                "with def at the top of a module, or give samples instead; results, impacts, laws and sweeps of it are saved with "
+                "polynomials"
             ) from error
         return Named, (self.function, self.name)
 
 
 def with_named_callables(value: Value, *names: str) -> dict[str, Any]:
-    """What is pickled of a value some of whose fields are callables."""
+    """The pickled state of a value with callable fields."""
     state = dict(value.__dict__)
     for name in names:
         if state[name] is not None:
@@ -57,7 +57,7 @@ def with_named_callables(value: Value, *names: str) -> dict[str, Any]:
 
 def without_named(state: Mapping[str, Any]) -> dict[str, Any]:
     """The inverse of :func:`with_named_callables`."""
-    return {key: kept.function if isinstance(kept, Named) else kept for key, kept in state.items()}
+    return {key: part.function if isinstance(part, Named) else part for key, part in state.items()}
 
 
 class Value:
@@ -127,17 +127,17 @@ def _describe_limits(above: float, below: float, at_most: float, at_least: float
 
 
 _LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-290
-"""Beyond these, products of a few sizes leave the range of double precision."""
+"""Outside these limits, products of a few values leave the range of double precision."""
 
 
 def within_range(values: Any, unit: str, name: str, *, size: bool = False, limited: bool = False) -> Any:
     """
-    Numbers whose products a float can hold: larger ones are refused, and those next to nothing are 0 unless limited.
+    Refuse numbers whose products overflow; values below 1e-290 become 0 unless limited.
 
     Raises
     ------
     ProblemError
-        If a number is above 1e60, or that of a size below 1e-60.
+        If a number is above 1e60, or a size below 1e-60.
     """
     if type(values) is float and _SMALLEST <= abs(values) <= _LARGEST:
         return values
@@ -146,8 +146,7 @@ def within_range(values: Any, unit: str, name: str, *, size: bool = False, limit
     if largest > _LARGEST or (size and largest < _SMALLEST):
         limit = f"at most {_LARGEST:g}" if largest > _LARGEST else f"at least {_SMALLEST:g}"
         raise ProblemError(
-            f"{name} = {largest:.3g} {unit}".rstrip()
-            + f": nothing has that size; it must be {limit} {unit}".rstrip()
+            f"{name} = {largest:.3g} {unit}".rstrip() + f": it must be {limit} {unit}".rstrip()
         )
     small = (magnitude < _NOTHING) & (magnitude > 0.0)
     if limited or not np.any(small):
@@ -158,7 +157,7 @@ def within_range(values: Any, unit: str, name: str, *, size: bool = False, limit
 
 
 class SIField:
-    """A dataclass field that takes a quantity in any form and reads as an SI float.
+    """A dataclass field that accepts a quantity in any form and reads as an SI float.
 
     Declared as ``radius: SIField = SIField("m", above=0)``. Limits are in SI units.
     """
@@ -167,7 +166,7 @@ class SIField:
         self,
         unit: str,
         *,
-        words: str = "",
+        description: str = "",
         above: float = -math.inf,
         at_least: float = -math.inf,
         below: float = math.inf,
@@ -176,11 +175,11 @@ class SIField:
         hint: str = "",
     ) -> None:
         self.unit = unit
-        self.words = words
+        self.description = description
         self.above, self.at_least, self.below, self.at_most = above, at_least, below, at_most
         self.default = default
         self.hint = hint
-        """What else may be meant, for refusals of a unit."""
+        """An alternative, added to the message about a wrong unit."""
         self.name = ""
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -205,12 +204,12 @@ class SIField:
 
     @property
     def limits(self) -> str:
-        """The limits in words, for messages and schemas."""
-        words = _describe_limits(self.above, self.below, self.at_most, self.at_least)
-        return f"{words} {self.unit}".strip() if words else ""
+        """The limits as text, for messages and schemas."""
+        limits = _describe_limits(self.above, self.below, self.at_most, self.at_least)
+        return f"{limits} {self.unit}".strip() if limits else ""
 
     def read(self, value: QuantityLike) -> float:
-        """Convert to SI and check the limits; the default passes as it is."""
+        """Convert to SI and check the limits; the default is not checked."""
         if self.default is not None and isinstance(value, float) and value == self.default:
             return value
         try:
@@ -227,7 +226,7 @@ class SIField:
 
 
 class OptionalSIField(SIField):
-    """A quantity field that may be left out; it then reads as None."""
+    """An optional quantity field; None if not given."""
 
     @overload  # type: ignore[override]
     def __get__(self, instance: None, owner: type) -> OptionalSIField: ...
@@ -243,11 +242,11 @@ class OptionalSIField(SIField):
 
 
 class OptionalArrayField:
-    """A field of a one-dimensional read-only SI array that may be left out."""
+    """An optional field of a one-dimensional read-only SI array."""
 
-    def __init__(self, unit: str, *, words: str = "") -> None:
+    def __init__(self, unit: str, *, description: str = "") -> None:
         self.unit = unit
-        self.words = words
+        self.description = description
         self.name = ""
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -271,13 +270,13 @@ class OptionalArrayField:
         array = to_si_array(values, self.unit, name=f"{self.owner}.{self.name}")
         if array.ndim != 1:
             raise ProblemError(
-                f"{self.owner}.{self.name}: one row of numbers is needed, not shape {array.shape}"
+                f"{self.owner}.{self.name}: a one-dimensional array is needed, not shape {array.shape}"
             )
         return array
 
 
 class ArrayField(OptionalArrayField):
-    """A field of a one-dimensional read-only SI array that must be given."""
+    """A required field of a one-dimensional read-only SI array."""
 
     @overload
     def __get__(self, instance: None, owner: type) -> ArrayField: ...
@@ -295,7 +294,7 @@ class ArrayField(OptionalArrayField):
 
 
 class SidesField(ArrayField):
-    """A field of both sides of a rectangle, given as a pair, or as one length for a square."""
+    """A field of the sides of a rectangle, given as a pair or as one length for a square."""
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a pair of SI lengths."""
@@ -303,7 +302,7 @@ class SidesField(ArrayField):
         sides = np.atleast_1d(to_si_array(values, self.unit, name=name))
         if sides.shape not in ((1,), (2,)) or not np.all(sides > 0.0):
             raise ProblemError(
-                f"{name} = {shown(values)}: the side of a square above 0 {self.unit} is needed, or a pair of sides"
+                f"{name} = {shown(values)}: give the side of a square or a pair of sides, above 0 {self.unit}"
             )
         within_range(sides.min(), self.unit, name, size=True)
         within_range(sides.max(), self.unit, name, size=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.independent.rings import Rings
-from pymdr.presentation.text import in_bytes
+from pymdr.presentation.text import bytes_text
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
@@ -59,7 +59,7 @@ class Assessment(Study):
         return {"the path reaches": self.largest}
 
     def _remarks(self) -> list[str]:
-        return [f"the result has {self.rows} row{'s' if self.rows != 1 else ''} ({in_bytes(self.memory)})"]
+        return [f"the result has {self.rows} row{'s' if self.rows != 1 else ''} ({bytes_text(self.memory)})"]
 
     def _figure(self) -> Figure:
         """The conditions of the model, over their limits."""

@@ -119,7 +119,7 @@ def azimuthal_profile(
         raise ProblemError(
             f"{_WHO}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
         )
-    heights = topography.whole(_WHO)
+    heights = topography.complete(_WHO)
     middle = None
     if centre is not None:
         given = to_si_array(centre, "m", name="centre")

@@ -177,7 +177,7 @@ def _layers(result: Result) -> LayersDrawn | None:
             half_spaces[words] = (depth, normal_force(line, states_at_depth(line, depth)))
     return LayersDrawn(
         thickness=tuple(layer.thickness for layer in body.layers),
-        words=tuple(
+        materials=tuple(
             f"{written(layer.material.young, 'Pa')}, {written(layer.thickness, 'm')}" for layer in body.layers
         ),
         base=f"base, {written(body.base.young, 'Pa')}" if isinstance(body.base, Elastic) else "rigid base",

@@ -22,7 +22,7 @@ from pymdr.mapping.surfaces.spectrum import (
 )
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography
-from pymdr.problem.topography.preparing import interpolated_share
+from pymdr.problem.topography.preparing import interpolated_fraction
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
@@ -218,7 +218,7 @@ def power_spectrum(
         raise ProblemError(
             f"{_WHO}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
         )
-    heights = topography.whole(_WHO)
+    heights = topography.complete(_WHO)
     if min(heights.shape) < _FEWEST_PIXELS:
         raise ProblemError(
             f"{_WHO}: {heights.shape[0]} x {heights.shape[1]} heights; at least {_FEWEST_PIXELS} x {_FEWEST_PIXELS} are needed for waves "
@@ -234,7 +234,7 @@ def power_spectrum(
     resolved = max(pixel, tip)
     rings = rings_of(heights, topography.size, periodic)
     bins, law = self_affine(rings, periodic, 2.0 * math.pi / resolved)
-    filled = interpolated_share(topography)
+    filled = interpolated_fraction(topography)
     if filled > _MOST_INTERPOLATED:
         law = None
     found = None if law is None else _fit(bins, law, topography, rms, filled)
@@ -324,7 +324,7 @@ def _claims(
         f"of one patch of {nx} x {ny} pixels, {how}; waves are resolved down to {metres(resolved)}, {limit}; the band is what chance "
         "makes of a Gaussian surface"
     )
-    filled = interpolated_share(topography)
+    filled = interpolated_fraction(topography)
     interpolated = f"{100.0 * filled:.2g} % of the pixels were not measured but interpolated"
     if filled > 0.0:
         reason += f"; {interpolated}, and have no short waves: it is up to {100.0 * min(_BIAS * filled, 1.0):.2g} % too low"

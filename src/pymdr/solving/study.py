@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from pymdr.presentation.text import Said
+    from pymdr.presentation.text import StudyText
 
 
 TextTable = tuple[tuple[list[str], list[str]], list[list[str]]]
@@ -106,7 +106,7 @@ class Answer:
 
         return study_summary(*self._said())
 
-    def _said(self) -> Said:
+    def _said(self) -> StudyText:
         """What the summary says, as text or as HTML."""
         words, cells = self._table()
         rows = max(self.data.sizes.values(), default=1)
@@ -170,9 +170,9 @@ class Answer:
 
     def _stored(self) -> xr.Dataset:
         """What a file keeps: the data, and the rest as JSON."""
-        from pymdr.presentation.files import as_text
+        from pymdr.presentation.files import study_json
 
-        told = as_text(self.claims, self.assumptions, self.notes)
+        told = study_json(self.claims, self.assumptions, self.notes)
         return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told)
 
     def to_csv(

@@ -96,7 +96,9 @@ class Sweep(Study):
             if claim.readable and name in self.data:
                 row, largest = quantity(name), self._largest(name)
                 ends = [written(float(end), row.unit, 4) for end in (largest.min(), largest.max())]
-                lines.append(f"largest {row.words}: {ends[0] if ends[0] == ends[1] else ' to '.join(ends)}")
+                lines.append(
+                    f"largest {row.long_name}: {ends[0] if ends[0] == ends[1] else ' to '.join(ends)}"
+                )
         return lines
 
     def _ranges(self) -> dict[str, str]:
@@ -436,7 +438,7 @@ def _coordinate(axis: _Axis) -> tuple[Any, ...]:
 def _attributes(name: str) -> dict[str, str]:
     base = name.removesuffix("_low").removesuffix("_high")
     row = quantity(base)
-    return {"units": row.unit, "long_name": row.words, "symbol": row.symbol}
+    return {"units": row.unit, "long_name": row.long_name, "symbol": row.symbol}
 
 
 def _shown_value(values: xr.DataArray, i: int) -> str:

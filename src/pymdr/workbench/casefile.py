@@ -25,7 +25,7 @@ _LARGEST = 4 * 2**20
 
 @dataclass(frozen=True)
 class Case:
-    """What a case file says."""
+    """The contents of a case file."""
 
     file: Path
     title: str
@@ -54,7 +54,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     FileError
         If the file cannot be read.
     CaseError
-        If it is not a case; the message names file, table, key, value and remedy.
+        If it is not a valid case; the message names file, table, key, value and remedy.
     """
     source = named_file(file, "read")
     plain = _tables(source)
@@ -69,7 +69,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
 
 def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:
     """
-    Read the title and the contact of a case file, for questions without a path, which it may leave out.
+    Read the title and the contact of a case file; the path is optional.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:
     FileError
         If the file cannot be read.
     CaseError
-        If it is not a case; the message names file, table, key, value and remedy.
+        If it is not a valid case; the message names file, table, key, value and remedy.
     """
     source = named_file(file, "read")
     plain = _tables(source)
@@ -126,13 +126,13 @@ def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
 
 def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography | RoughSurface]:
     """
-    Read a case file of a surface that is pressed by boundary elements.
+    Read a case file of a surface pressed by boundary elements.
 
     Parameters
     ----------
     file : path
-        A TOML file with the tables ``[surface]``, of a file of heights or of a random surface, ``[body]`` and optionally
-        ``[counterbody]``, and ``punch``.
+        A TOML file with the tables ``[surface]`` (measured or random), ``[body]`` and optionally ``[counterbody]`` and
+        ``punch``.
 
     Returns
     -------
@@ -166,10 +166,10 @@ def _tables(source: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError as error:
-        raise CaseError(f"{source}: tables or lists are nested too deeply for a case") from error
+        raise CaseError(f"{source}: tables or lists are nested too deeply") from error
     except ValueError as error:
-        words = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number has too many digits"
-        raise CaseError(f"{source}: not TOML: {words}") from error
+        fault = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number has too many digits"
+        raise CaseError(f"{source}: not TOML: {fault}") from error
 
 
 def _options(plain: Mapping[str, Any]) -> dict[str, Any]:
@@ -179,7 +179,7 @@ def _options(plain: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _with_tables(plain: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The case with the CSV files that its profiles and legs name read in; paths count from the case file."""
+    """The case with its CSV files read; file names are relative to the case file."""
     profile, legs = plain.get("profile"), plain.get("path")
     if isinstance(profile, dict):
         profile = _with_samples(profile, folder)
@@ -204,12 +204,12 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
         return profile
     from pymdr.workbench.tables import read_columns, read_curve_columns
 
-    known, what, read = (
+    known, content, read = (
         (("radius", "height", "scatter"), "the samples", read_columns)
         if kind == "sampled"
         else (("indentation", "force"), "the points", read_curve_columns)
     )
-    _refuse_both(profile, known, "[profile]", what)
+    _refuse_both(profile, known, "[profile]", content)
     file = _named(profile["file"], folder, "[profile]")
     try:
         columns = read(file)
@@ -236,7 +236,7 @@ def _with_rheometry(body: dict[str, Any], folder: Path, table: str) -> dict[str,
             raise CaseError(f"{where} {error}") from error
         rest = {name: value for name, value in law.items() if name != "file"}
         terms = {"equilibrium": series.equilibrium, "moduli": series.moduli, "times": series.times}
-        # the series is that in shear, whichever modulus the file has
+        # the fitted series is always in shear
         body = {**{name: value for name, value in body.items() if name != key}, "shear": {**rest, **terms}}
     return body
 
@@ -245,7 +245,7 @@ def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any
     where = f"[path {index + 1}]"
     if leg.get("kind") == "path" and "channels" in leg and "file" not in leg:
         raise CaseError(
-            f"{where} channels = {leg['channels']!r}: it names columns of a file; give file, or leave it out"
+            f"{where} channels = {leg['channels']!r}: channels are columns of a file; give file, or leave channels out"
         )
     if leg.get("kind") != "path" or "file" not in leg:
         return leg
@@ -262,10 +262,10 @@ def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any
     return {**{key: value for key, value in leg.items() if key not in ("file", "channels")}, **columns}
 
 
-def _refuse_both(table: Mapping[str, Any], keys: Sequence[str], where: str, what: str) -> None:
+def _refuse_both(table: Mapping[str, Any], keys: Sequence[str], where: str, content: str) -> None:
     both = [key for key in keys if key in table]
     if both:
-        raise CaseError(f"{where} gives both file and {both[0]}; give {what} once")
+        raise CaseError(f"{where} gives both file and {both[0]}; give {content} once")
 
 
 def _named(file: object, folder: Path, where: str) -> Path:

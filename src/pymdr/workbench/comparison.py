@@ -49,7 +49,7 @@ class Comparison(Study):
                 if f"{name}_mdr" in self.data:
                     row = QUANTITIES[name]
                     cells = [self._cell(f"{name}_{end}", row.unit, i) for end in ("mdr", *self.others)]
-                    rows.append([*place, row.words, *cells])
+                    rows.append([*place, row.long_name, *cells])
                     place = [""] * len(place)
         head = [*self._along(), "quantity", "MDR", *self.others.values()]
         return (head, [""] * len(head)), rows

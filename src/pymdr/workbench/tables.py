@@ -35,10 +35,10 @@ _COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
 _POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
 _EXCEL = re.compile(r"sep=.", re.IGNORECASE)
-"""A first line by which Excel says what separates columns."""
+"""First line of Excel files that gives the separator of columns."""
 _LARGEST = 200 * 2**20
 _PRIMES = (("\u2033", "''"), ("\u2032", "'"), ("\u2019", "'"), ('"', "''"))
-"""How else laboratories write the primes of G' and G''."""
+"""Other characters for the primes of G' and G''."""
 
 Names = Mapping[str, tuple[str, ...]]
 
@@ -97,7 +97,7 @@ def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     ----------
     file : path
         With the columns time and G or E, or frequency (Hz) or angular frequency (rad/s) with G' and G'' or E' and E''; tan delta
-        may stand for one of the two.
+        may replace one of the two.
 
     Returns
     -------
@@ -108,34 +108,33 @@ def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Raises
     ------
     FileError, CaseError
-        If the file cannot be read, is not such a table, holds columns of both, or does not say whether a modulus is that of shear
-        or Young's.
+        If the file cannot be read, is not such a table, has columns of both tests, or does not say whether a modulus is a shear
+        or Young's modulus.
     """
     example = "time [s], G [kPa]' or 'frequency [Hz], G' [kPa], G'' [kPa]"
-    found = _read(file, _RHEOMETRY, (), example)
-    unnamed = [name for name in found if name.startswith(_UNNAMED)]
+    columns = _read(file, _RHEOMETRY, (), example)
+    unnamed = [name for name in columns if name.startswith(_UNNAMED)]
     if unnamed:
         raise CaseError(
-            f"{file}: the column of the {unnamed[0].removeprefix(_UNNAMED)} does not say whether it is the modulus of shear or Young's, "
-            "which is 2 (1 + nu) times that, three times for rubber; name the columns G, or G' and G'', for moduli of shear, and E, or "
-            "E' and E'', for Young's"
+            f"{file}: the column {unnamed[0].removeprefix(_UNNAMED)} does not say whether it is a shear or a Young's modulus; "
+            "name the columns G, or G' and G'', for shear, and E, or E' and E'', for Young's modulus"
         )
-    if "frequency" in found and "angular_frequency" not in found:
-        found["angular_frequency"] = 2.0 * np.pi * found.pop("frequency")
-    if "angular_frequency" in found:
-        found["omega"] = found.pop("angular_frequency")
-    tangent = found.pop("loss_tangent", None)
+    if "frequency" in columns and "angular_frequency" not in columns:
+        columns["angular_frequency"] = 2.0 * np.pi * columns.pop("frequency")
+    if "angular_frequency" in columns:
+        columns["omega"] = columns.pop("angular_frequency")
+    tangent = columns.pop("loss_tangent", None)
     for storage, loss in (("storage", "loss"), ("young_storage", "young_loss")):
-        if tangent is not None and storage in found and loss not in found:
-            found[loss] = found[storage] * tangent
-        elif tangent is not None and loss in found and storage not in found and (tangent > 0.0).all():
-            found[storage] = found[loss] / tangent
+        if tangent is not None and storage in columns and loss not in columns:
+            columns[loss] = columns[storage] * tangent
+        elif tangent is not None and loss in columns and storage not in columns and (tangent > 0.0).all():
+            columns[storage] = columns[loss] / tangent
     for names in _TESTS:
-        if set(found) == set(names):
-            return {name: found[name] for name in names}
+        if set(columns) == set(names):
+            return {name: columns[name] for name in names}
     raise CaseError(
-        f"{file} has {', '.join(found)}; a relaxation test has time and a modulus in shear (G) or Young's (E), a frequency sweep has "
-        f"frequency with G' and G'', or E' and E'': write a header such as '{example}'"
+        f"{file} has {', '.join(columns)}; a relaxation test needs time and a modulus (G or E), a frequency sweep needs "
+        f"frequency with G' and G'', or E' and E''; write a header such as '{example}'"
     )
 
 
@@ -143,10 +142,10 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     """
     Radius, height and scatter in m from a CSV file.
 
-    The first line that is no comment (``#``) is the header; every length column names its unit in brackets,
-    as in ``r [nm], f [nm], scatter [nm]``. Other columns are left alone. Commas, semicolons or tabs stand between
-    the columns, and entries may be quoted. Decimals are written with a point, or with a comma where semicolons or tabs
-    stand between the columns. The text is UTF-8, UTF-16 or latin-1.
+    The first line that is not a comment (``#``) is the header; every length column has its unit in brackets,
+    as in ``r [nm], f [nm], scatter [nm]``. Other columns are ignored. Columns are separated by commas, semicolons or
+    tabs, and entries may be quoted. Decimals have a point, or a comma if columns are separated by semicolons or tabs.
+    The text is UTF-8, UTF-16 or latin-1.
 
     Parameters
     ----------
@@ -155,7 +154,7 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Returns
     -------
     dict of str to ndarray
-        ``radius``, ``height`` and, where there is one, ``scatter``.
+        ``radius``, ``height`` and optionally ``scatter``.
 
     Raises
     ------
@@ -169,7 +168,7 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
 
 def read_grid_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     """
-    Places and heights in m from a CSV file with units in its header, such as ``x [um], y [um], z [nm]``.
+    Positions and heights in m from a CSV file with units in its header, such as ``x [um], y [um], z [nm]``.
 
     Parameters
     ----------
@@ -184,7 +183,7 @@ def read_grid_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Raises
     ------
     FileError, CaseError
-        As :func:`read_columns` does.
+        As :func:`read_columns`.
     """
     return _read(file, _GRID, ("x", "y", "height"), "x [um], y [um], z [nm]")
 
@@ -201,25 +200,25 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Returns
     -------
     dict of str to ndarray
-        ``indentation`` (m) and ``force`` (N), and ``error``, the relative errors of the forces, where the file has columns of
-        errors as ``to_csv`` writes them: those of the depths are among them, and what is empty is nan.
+        ``indentation`` (m) and ``force`` (N), and, if the file has columns of errors as written by ``to_csv``, ``error``: the
+        relative errors of the forces including those of the indentations, nan where empty.
 
     Raises
     ------
     FileError, CaseError
-        As :func:`read_columns` does.
+        As :func:`read_columns`.
     """
-    found = _read(
+    columns = _read(
         file,
         {**_CURVE, **_CURVE_ERRORS},
         ("indentation", "normal_force"),
         "d [nm], F [uN]",
         tuple(_CURVE_ERRORS),
     )
-    depth, force = found["indentation"], found["normal_force"]
-    if not any(name in found for name in _CURVE_ERRORS):
+    depth, force = columns["indentation"], columns["normal_force"]
+    if not any(name in columns for name in _CURVE_ERRORS):
         return {"indentation": depth, "force": force}
-    errors = (found.get(name, np.zeros(depth.shape)) for name in _CURVE_ERRORS)
+    errors = (columns.get(name, np.zeros(depth.shape)) for name in _CURVE_ERRORS)
     return {"indentation": depth, "force": force, "error": error_of_force(depth, force, *errors)}
 
 
@@ -232,10 +231,9 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
     file : path
         With any of the columns time, displacement (or indentation), load (or normal force), travel, shift and
         tangential force, each with its unit: ``time [s], load [mN], shift [um]``. Names with underscores, as
-        :meth:`pymdr.Result.to_csv` writes them, are the same; other columns are left alone, and lines that begin
-        with ``#`` are comments. Commas, semicolons or tabs stand between the columns, and entries may be quoted, as
-        spreadsheets do. Decimals are written with a point, or with a comma where semicolons or tabs stand between the
-        columns. The text is UTF-8, UTF-16 or latin-1.
+        written by :meth:`pymdr.Result.to_csv`, are accepted; other columns are ignored, and lines that begin with ``#``
+        are comments. Columns are separated by commas, semicolons or tabs, and entries may be quoted. Decimals have a
+        point, or a comma if columns are separated by semicolons or tabs. The text is UTF-8, UTF-16 or latin-1.
 
     Returns
     -------
@@ -264,8 +262,8 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     file : path
         As for :func:`read_record`.
     channels : sequence of str, optional
-        Which columns are prescribed, at most one of ``indentation``, ``normal_force`` and ``travel`` and at most one
-        of ``shift`` and ``tangential_force``; needed where the file has more than one of a direction.
+        Columns to prescribe: at most one of ``indentation``, ``normal_force`` and ``travel``, and at most one of ``shift``
+        and ``tangential_force``; needed if the file has several of one direction.
 
     Returns
     -------
@@ -277,29 +275,31 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     FileError, CaseError
         As :func:`read_record`.
     PathError
-        If it is not clear what is prescribed, or times do not rise.
+        If the prescribed channels are ambiguous, or times do not rise.
     """
-    found = _read(file, _RECORD, (), "time [s], load [mN], shift [um]")
+    columns = _read(file, _RECORD, (), "time [s], load [mN], shift [um]")
     named = (
-        [name for name in CHANNELS if name in found] if channels is None else _chosen(file, channels, found)
+        [name for name in CHANNELS if name in columns]
+        if channels is None
+        else _chosen(file, channels, columns)
     )
     directions = [[n for n in named if n in group] for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS)]
     for both in directions:
         if len(both) > 1:
             one_each = [names[0] for names in directions if names]
             raise PathError(
-                f"{file} has {' and '.join(both)}, of which one can be prescribed: name what is, for example with "
+                f"{file} has {' and '.join(both)}, of which only one can be prescribed; choose, for example, "
                 f"channels = {one_each}"
             )
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
     with _named_file(file):
-        return MeasuredPath(time=found.get("time"), **{name: found[name] for name in named})
+        return MeasuredPath(time=columns.get("time"), **{name: columns[name] for name in named})
 
 
 @contextmanager
 def _named_file(file: str | os.PathLike[str]) -> Iterator[None]:
-    """Refusals of what a table holds name its file."""
+    """Add the name of the file to errors about its contents."""
     try:
         yield
     except PymdrError as error:
@@ -314,9 +314,9 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
     Parameters
     ----------
     file : path
-        As for :func:`read_record`: load with displacement (or indentation), or with travel; time if there is one.
+        As for :func:`read_record`: load with displacement (or indentation) or travel, and optionally time.
     spring_constant : quantity, optional
-        Of the machine in N/m; needed with travel.
+        Spring constant of the machine in N/m; needed with travel.
 
     Returns
     -------
@@ -327,17 +327,17 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
     FileError, CaseError
         As :func:`read_record`.
     ProblemError
-        If the file has both or none of displacement and travel, or travel comes without a spring constant.
+        If not exactly one of displacement and travel is given, or travel has no spring constant.
 
     See Also
     --------
-    read_force_curve : a curve that stands in a contact in place of a profile.
+    read_force_curve : a force curve used as the profile of a contact.
     """
     return curve_of_columns(file, read_force_columns(file, missing=False), spring_constant)
 
 
 def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[str, FloatArray]:
-    """The columns of a force curve in SI units; entries that are no numbers are nan where `missing`, and refused otherwise."""
+    """The columns of a force curve in SI units; invalid entries are nan if `missing`, else refused."""
     names = tuple(_RECORD) if missing else ()
     return _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]", names)
 
@@ -362,7 +362,7 @@ def curve_of_columns(
         raise ProblemError(f"{file}: {error}") from error
 
 
-def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArray]) -> list[str]:
+def _chosen(file: object, channels: Sequence[str], columns: Mapping[str, FloatArray]) -> list[str]:
     if (
         not isinstance(channels, Sequence)
         or isinstance(channels, str)
@@ -372,7 +372,7 @@ def _chosen(file: object, channels: Sequence[str], found: Mapping[str, FloatArra
         raise PathError(
             f"channels = {channels!r}: a list of names such as ['normal_force', 'shift'] is needed"
         )
-    has = [name for name in CHANNELS if name in found]
+    has = [name for name in CHANNELS if name in columns]
     for name in channels:
         if name not in has:
             raise PathError(f"channels: {file} has no column of {name!r}; it has {', '.join(has) or 'none'}")
@@ -398,29 +398,29 @@ def _read(
         raise CaseError(f"{source}: no table; write a header such as '{example}' and rows of numbers")
     separator = _separator(rows[0], names)
     header = _cells(rows[0], separator)
-    found = {
-        quantity: [i for i, title in enumerate(header) if _title(title)[0] in words]
-        for quantity, words in names.items()
+    columns = {
+        quantity: [i for i, title in enumerate(header) if _title(title)[0] in titles]
+        for quantity, titles in names.items()
     }
-    found = {quantity: where for quantity, where in found.items() if where}
-    if not any(_title(header[i])[1] for where in found.values() for i in where):
-        # what stands there is not repeated: the file may be no table, and not meant to be read aloud
+    columns = {quantity: indices for quantity, indices in columns.items() if indices}
+    if not any(_title(header[i])[1] for indices in columns.values() for i in indices):
+        # the line is not repeated: the file may be no table, but confidential
         raise CaseError(
-            f"{source}: its first line that is no comment is not a header of a table, which names columns with units "
-            f"and commas, semicolons or tabs between them, for example '{example}'"
+            f"{source}: the first line that is not a comment is not a header of columns with units, separated "
+            f"by commas, semicolons or tabs, for example '{example}'"
         )
     for quantity in needed:
-        if quantity not in found:
+        if quantity not in columns:
             raise CaseError(
                 f"{source}: no column of {quantity} in the header {rows[0]!r}; name one "
                 f"{names[quantity][0]!r} with its unit, for example '{names[quantity][0]} [{_si_unit(quantity)}]'"
             )
-    for quantity, where in found.items():
-        if len(where) > 1:
+    for quantity, indices in columns.items():
+        if len(indices) > 1:
             raise CaseError(
-                f"{source}: {len(where)} columns of {quantity} in the header {rows[0]!r}; keep one"
+                f"{source}: {len(indices)} columns of {quantity} in the header {rows[0]!r}; keep one"
             )
-    chosen = {quantity: where[0] for quantity, where in found.items()}
+    chosen = {quantity: indices[0] for quantity, indices in columns.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
     entries = decimal_points(rows[1:], separator)
     table = _numbers(source, entries, numbered[1:], chosen, len(header), separator, missing)
@@ -429,10 +429,10 @@ def _read(
 
 def decimal_points(rows: Sequence[str], separator: str | None) -> Sequence[str]:
     """
-    Rows whose decimal commas are written as points, unless commas separate columns.
+    Replace decimal commas by points, unless commas separate columns.
 
-    They stay as they are where numbers with a point stand beside them, or where all may be thousands: such commas
-    are refused as numbers later.
+    Rows stay unchanged if they have decimal points too, or if all commas may separate thousands; such numbers are
+    refused later.
 
     Examples
     --------
@@ -441,7 +441,7 @@ def decimal_points(rows: Sequence[str], separator: str | None) -> Sequence[str]:
     """
     if separator == "," or not any("," in row for row in rows):
         return rows
-    # quotes of spreadsheets go, since no separator is inside a number
+    # numbers contain no separator, so quotes can go
     table = [[cell.strip().strip('"') for cell in row.split(separator)] for row in rows]
     commas = {cell for cells in table for cell in cells if _COMMA.fullmatch(cell)}
     pointed = any(_POINT.fullmatch(cell) for cells in table for cell in cells)
@@ -458,17 +458,17 @@ def decimal_points(rows: Sequence[str], separator: str | None) -> Sequence[str]:
 
 
 def _separator(header: str, names: Names) -> str:
-    """What stands between the columns: the one of comma, semicolon and tab by which most titles are known."""
-    words = {word for some in names.values() for word in some}
-    return max(",;\t", key=lambda mark: sum(_title(title)[0] in words for title in _cells(header, mark)))
+    """The separator (comma, semicolon or tab) that gives most known titles."""
+    known = {title for titles in names.values() for title in titles}
+    return max(",;\t", key=lambda mark: sum(_title(title)[0] in known for title in _cells(header, mark)))
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    """The entries of a line, without the quotes in which spreadsheets put texts."""
+    """The entries of a line without quotes."""
     if '"' in line:
         try:
             return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-        except csv.Error:  # an entry of more characters than it reads
+        except csv.Error:  # an entry too long for csv
             pass
     return line.split(separator)
 
@@ -518,7 +518,7 @@ def _numbers(
     separator: str,
     missing: Sequence[str],
 ) -> FloatArray:
-    """The chosen columns; the first row that is not numbers is named, unless its column may miss entries."""
+    """The chosen columns; an invalid entry is refused, unless entries of its column may be missing."""
     if all(row.count(separator) == width - 1 for row in rows):
         try:
             with warnings.catch_warnings():
@@ -538,25 +538,25 @@ def _numbers(
             if len(table) == len(rows) and np.all(np.isfinite(table)):
                 return table
     table = np.empty((len(rows), len(chosen)))
-    for into, line, row in zip(table, numbered, rows, strict=True):
+    for target, line, row in zip(table, numbered, rows, strict=True):
         cells = _cells(row, separator)
         if len(cells) != width:
             raise CaseError(
                 f"{source}, line {line + 1}: {len(cells)} entries for {width} columns of the header"
             )
         for k, (quantity, i) in enumerate(chosen.items()):
-            told = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
+            entry = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
             if cells[i].strip().lower().lstrip("+-") in ("nan", "inf", "infinity", ""):
                 if quantity in missing:
-                    into[k] = np.nan
+                    target[k] = np.nan
                     continue
-                raise CaseError(f"{told}; every entry must be a finite number: delete rows without data")
+                raise CaseError(f"{entry}; every entry must be a finite number: delete rows without data")
             if not _NUMBER.fullmatch(cells[i]):
-                remedy = "; write all decimals of the table with a point" if "," in cells[i] else ""
-                raise CaseError(f"{told} is not a number{remedy}")
-            into[k] = float(cells[i])
-            if not np.isfinite(into[k]):
-                raise CaseError(f"{told} is not a number that a float can hold")
+                remedy = "; write all decimals with a point" if "," in cells[i] else ""
+                raise CaseError(f"{entry} is not a number{remedy}")
+            target[k] = float(cells[i])
+            if not np.isfinite(target[k]):
+                raise CaseError(f"{entry} is outside the range of floats")
     return table
 
 
@@ -569,8 +569,8 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
     file : path
         With the columns r, f and optionally scatter, each with its unit: ``r [nm], f [nm], scatter [nm]``.
     interpolation : CubicSpline, ShapePreserving or SmoothingSpline, optional
-        How a curve is run through the samples. Unless given, it is a smoothing spline where the file has a
-        scatter, and a cubic spline with a round tip otherwise.
+        Interpolation of the samples; by default a smoothing spline if the file has a scatter, else a cubic spline with a
+        round tip.
 
     Returns
     -------
@@ -596,8 +596,8 @@ def read_force_curve(
     ----------
     file : path
         With the columns d (or depth, indentation, displacement) and F (or force, load), each with its unit:
-        ``d [nm], F [uN]``; the approach alone, with depths that rise. Relative errors of the forces may stand in a column
-        ``error``; those that ``to_csv`` writes, ``normal_force_error`` and ``indentation_error``, are read back.
+        ``d [nm], F [uN]``; only the approach, with rising depths. Relative errors of the forces are read from a column
+        ``error``, or from ``normal_force_error`` and ``indentation_error`` as written by ``to_csv``.
     modulus, contact_point : quantity
         As for :class:`pymdr.ForceCurve`.
 
@@ -608,7 +608,7 @@ def read_force_curve(
     Raises
     ------
     FileError, CaseError, ProblemError
-        If the file cannot be read, is not such a table, or the points are no force curve.
+        If the file cannot be read, is not such a table, or the points are not a force curve.
     """
     columns = read_curve_columns(file)
     with _named_file(file):

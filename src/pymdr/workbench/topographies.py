@@ -122,7 +122,7 @@ def read_topography(
     ...     _ = file.write_text("# Width: 3 um\n# Height: 2 um\n# Value units: nm\n1,1,4\n1,1,4\n")
     ...     step = read_topography(file, detrend="mean")
     >>> step.heights.shape, step.steps
-    ((3, 2), ('read from step.csv', 'the mean taken off, 2 nm'))
+    ((3, 2), ('read from step.csv', 'the mean subtracted, 2 nm'))
     """
     source = named_file(file, "read")
     if detrend is not None and detrend not in preparing.TRENDS:

@@ -1,4 +1,4 @@
-"""Three-dimensional boundary elements, by packages of others: how one is asked, and which there are."""
+"""Three-dimensional boundary elements by other packages: their protocol and names."""
 
 from pymdr.independent.engines.finding import DEFAULT, engine_names, find_engine
 from pymdr.independent.engines.protocol import Engine, HalfSpace, Pressing

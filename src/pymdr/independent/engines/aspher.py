@@ -1,4 +1,4 @@
-"""The package aspher, which comes as source: preconditioned conjugate gradients on exact transforms."""
+"""The package aspher, distributed as source: preconditioned conjugate gradients on exact transforms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pymdr.units import FloatArray
 
 _BYTES = 300.0
 _FINER = 0.003
-"""Its tolerance over the asked one, which it measures relative to the heights."""
+"""Its tolerance over the requested one, because it is relative to the heights."""
 _MOST_ITERATIONS = 5000
 
 
@@ -24,8 +24,8 @@ class AspherEngine:
 
     Notes
     -----
-    It is built from source with CMake, a compiler and Eigen, takes as many pixels along x as along y and square ones, and knows
-    forces, so that an indentation is found by some solutions.
+    Built from source with CMake, a compiler and Eigen. It accepts only square grids of square pixels, and prescribes forces:
+    an indentation takes several solutions.
     """
 
     name = "aspher"
@@ -44,8 +44,8 @@ class AspherEngine:
         """A half-space under pixels."""
         if shape[0] != shape[1] or abs(spacing[0] / spacing[1] - 1.0) > 1e-9:
             raise ProblemError(
-                f"aspher takes square grids of square pixels, not {shape[0]} x {shape[1]} pixels of {spacing[0]:g} by "
-                f"{spacing[1]:g}; take the engine contactmechanics"
+                f"aspher accepts only square grids of square pixels, not {shape[0]} x {shape[1]} pixels of {spacing[0]:g} by "
+                f"{spacing[1]:g}; use the engine contactmechanics"
             )
         return _Free(shape[0], spacing[0])
 
@@ -57,21 +57,21 @@ class _Free(ByForces):
         self.area = width * width
 
     def at_force(self, below: FloatArray, force: float, start: FloatArray, tolerance: float) -> Pressing:
-        """The solution at a force; the package begins from pressures of its own."""
+        """The solution at a force; the package ignores the start."""
         mean = force / (self.area * below.size)
-        found = self._solver.solve(
+        solved = self._solver.solve(
             below.ravel(),
             p_nominal=mean,
             tol=_FINER * tolerance,
             max_iter=_MOST_ITERATIONS,
             precond="fourier-fft",
         )
-        pressure = np.array(found.pressure).reshape(self._n, self._n)
-        gap = np.array(found.displacement).reshape(self._n, self._n) + below
+        pressure = np.array(solved.pressure).reshape(self._n, self._n)
+        gap = np.array(solved.displacement).reshape(self._n, self._n) + below
         depth = float(gap[pressure > 0.0].mean())
-        answer = Pressing(pressure, gap - depth, depth, int(found.iterations))
-        refuse_unsolved("aspher", answer, tolerance)
-        return answer
+        pressing = Pressing(pressure, gap - depth, depth, int(solved.iterations))
+        refuse_unsolved("aspher", pressing, tolerance)
+        return pressing
 
 
 def _package() -> Any:
@@ -79,6 +79,6 @@ def _package() -> Any:
         import aspher
     except ImportError as error:
         raise MissingExtraError(
-            "boundary elements by aspher need that package: pip install aspher, with CMake, a compiler and Eigen at hand"
+            "boundary elements by aspher need the package aspher: pip install aspher (needs CMake, a compiler and Eigen)"
         ) from error
     return aspher

@@ -16,9 +16,9 @@ from pymdr.units import FloatArray
 
 _MOST_ITERATIONS = 3000
 _LARGEST_STIFFNESS = 1.16
-"""Over the root of the area of a square: that of the whole patch as a punch, which no contact exceeds."""
+"""Stiffness of a square punch over the root of its area: an upper bound for contacts on the patch."""
 _BYTES = 500.0
-"""Per pixel, measured at the peak of a solution."""
+"""Peak memory per pixel."""
 
 
 class ContactMechanicsEngine:
@@ -27,8 +27,8 @@ class ContactMechanicsEngine:
 
     Notes
     -----
-    Pastewka and Robbins (2016), Appl. Phys. Lett. 108, 221601; solved as Polonsky and Keer (1999), Wear 231, 206, have it,
-    from a pressure: begun from displacements, as the package does unless told, pyramids of three sides do not converge.
+    Pastewka and Robbins (2016), Appl. Phys. Lett. 108, 221601; solved after Polonsky and Keer (1999), Wear 231, 206,
+    starting from a pressure, because three-sided pyramids do not converge from displacements (the default of the package).
     """
 
     name = "contactmechanics"
@@ -52,7 +52,7 @@ class _FreeHalfSpace:
     def __init__(self, shape: tuple[int, int], spacing: tuple[float, float]) -> None:
         free, self._solve = _package()
         size = tuple(n * width for n, width in zip(shape, spacing, strict=True))
-        # its young is E*
+        # Young's modulus is E* here
         self._substrate = free(shape, 1.0, size)
         self._shape = shape
         self._area = spacing[0] * spacing[1]
@@ -68,13 +68,13 @@ class _FreeHalfSpace:
     ) -> Pressing:
         """Press a rigid surface on the half-space."""
         below = np.max(heights) - heights
-        fresh = first_pressure(below, indentation)
-        found = self._solved(below, indentation, force, fresh if start is None else start, tolerance)
-        if start is not None and not is_solved(found, tolerance):
-            # under a force the package stops at once at a start that is even on its own pixels, whatever penetrates beside them
-            found = self._solved(below, indentation, force, fresh, tolerance)
-        refuse_unsolved("ContactMechanics", found, tolerance)
-        return found
+        default = first_pressure(below, indentation)
+        pressing = self._solved(below, indentation, force, default if start is None else start, tolerance)
+        if start is not None and not is_solved(pressing, tolerance):
+            # under a force the package may stop at a start with penetration outside its pixels
+            pressing = self._solved(below, indentation, force, default, tolerance)
+        refuse_unsolved("ContactMechanics", pressing, tolerance)
+        return pressing
 
     def _solved(
         self,
@@ -84,7 +84,7 @@ class _FreeHalfSpace:
         first: FloatArray,
         tolerance: float,
     ) -> Pressing:
-        """What the package ends with."""
+        """The solution of the package, not yet checked."""
         if indentation is None:
             assert force is not None
             first = first * (force / (self._area * first.sum()))
@@ -95,7 +95,7 @@ class _FreeHalfSpace:
             load = {"offset": indentation}
         forces = np.zeros(tuple(2 * n for n in self._shape))
         forces[: self._shape[0], : self._shape[1]] = -self._area * first
-        found = self._solve(
+        solved = self._solve(
             self._substrate,
             -below,
             initial_forces=forces,
@@ -106,16 +106,16 @@ class _FreeHalfSpace:
             logger=_Silent(),
             **load,
         )
-        depth = float(found.offset if indentation is None else indentation)
-        gap = np.array(found.x)[: self._shape[0], : self._shape[1]] + below - depth
-        return Pressing(np.array(found.jac) / self._area, gap, depth, int(found.nit))
+        depth = float(solved.offset if indentation is None else indentation)
+        gap = np.array(solved.x)[: self._shape[0], : self._shape[1]] + below - depth
+        return Pressing(np.array(solved.jac) / self._area, gap, depth, int(solved.nit))
 
 
 class _Silent:
-    """A log that keeps nothing: the package's own walks the stack for each of its messages, and keeps all of them."""
+    """A logger that drops messages; that of the package is slow and stores all of them."""
 
     def pr(self, *message: object, **how: object) -> None:
-        """Of a message."""
+        """Drop a message."""
 
     st = warn = pr
 
@@ -124,7 +124,7 @@ def _package() -> tuple[Any, Any]:
     """The half-space and the solver."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it says that there is no MPI
+            warnings.simplefilter("ignore")  # missing MPI
             from ContactMechanics import FreeFFTElasticHalfSpace
             from ContactMechanics.Optimization import constrained_conjugate_gradients
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""Engines by name: those of the house, and those that other packages offer by entry point."""
+"""Engines by name: built-in ones, and those of other packages by entry point."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pymdr.independent.engines.protocol import Engine
 from pymdr.units import shown
 
 GROUP = "pymdr.engines"
-"""The group of entry points: a name, and a callable without arguments that makes an Engine."""
+"""Group of entry points: a name, and a callable without arguments that returns an Engine."""
 DEFAULT = "contactmechanics"
-_HOUSE = {
+_BUILT_IN = {
     "contactmechanics": "ContactMechanicsEngine",
     "tamaas": "TamaasEngine",
     "aspher": "AspherEngine",
@@ -21,8 +21,8 @@ _HOUSE = {
 
 
 def engine_names() -> tuple[str, ...]:
-    """Names of the engines that can be asked for, whether their packages are installed or not."""
-    return (*_HOUSE, *sorted({point.name for point in entry_points(group=GROUP)} - set(_HOUSE)))
+    """Names of all engines, whether their packages are installed or not."""
+    return (*_BUILT_IN, *sorted({point.name for point in entry_points(group=GROUP)} - set(_BUILT_IN)))
 
 
 def find_engine(engine: str | Engine | None = None) -> Engine:
@@ -32,7 +32,7 @@ def find_engine(engine: str | Engine | None = None) -> Engine:
     Parameters
     ----------
     engine : str or Engine, optional
-        Of the house, or of an entry point in the group ``pymdr.engines``; an Engine is itself; ContactMechanics unless given.
+        Built-in name, name of an entry point in the group ``pymdr.engines``, or an Engine; by default ContactMechanics.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def find_engine(engine: str | Engine | None = None) -> Engine:
     Raises
     ------
     ProblemError
-        If there is none of that name.
+        If the name is unknown.
 
     Examples
     --------
@@ -53,15 +53,13 @@ def find_engine(engine: str | Engine | None = None) -> Engine:
     if not isinstance(engine, str):
         if not callable(getattr(engine, "half_space", None)):
             raise ProblemError(
-                f"engine = {shown(engine)}: no engine; give the name of one: {', '.join(engine_names())}"
+                f"engine = {shown(engine)} is not an engine; give one of {', '.join(engine_names())}"
             )
         return engine
-    if engine in _HOUSE:
-        made = getattr(import_module(f"pymdr.independent.engines.{engine}"), _HOUSE[engine])()
-        return cast(Engine, made)
+    if engine in _BUILT_IN:
+        built_in = getattr(import_module(f"pymdr.independent.engines.{engine}"), _BUILT_IN[engine])()
+        return cast(Engine, built_in)
     for point in entry_points(group=GROUP):
         if point.name == engine:
             return cast(Engine, point.load()())
-    raise ProblemError(
-        f"engine = {shown(engine)}: there is none of that name; there are {', '.join(engine_names())}"
-    )
+    raise ProblemError(f"engine = {shown(engine)} is unknown; give one of {', '.join(engine_names())}")

@@ -1,4 +1,4 @@
-"""What a package of boundary elements is asked for."""
+"""The protocol of boundary element engines."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ class Pressing(NamedTuple):
     """A rigid surface pressed on an elastic half-space of E* = 1."""
 
     pressure: FloatArray
-    """(nx, ny), not below 0; 0 where there is no contact."""
+    """(nx, ny), not below 0; 0 outside the contact."""
     gap: FloatArray
     """(nx, ny); 0 in the contact to the tolerance."""
     indentation: float
-    """From the highest pixel."""
+    """Counted from the highest pixel."""
     iterations: int
 
 
 class HalfSpace(Protocol):
-    """A half-space of E* = 1 under a grid of pixels; what can be prepared for all loads is prepared."""
+    """A half-space of E* = 1 under a grid of pixels, prepared for all loads."""
 
     def press(
         self,
@@ -39,9 +39,9 @@ class HalfSpace(Protocol):
         heights : ndarray
             (nx, ny).
         indentation, force : float
-            Of the highest pixel below the undeformed plane, or the integral of the pressure; exactly one, above 0.
+            Depth of the highest pixel below the undeformed plane, or integral of the pressure; exactly one, above 0.
         start : ndarray, optional
-            A pressure to begin with.
+            Initial pressure.
         tolerance : float, optional
             Largest error of the gap in the contact, and largest penetration outside, over the indentation.
 
@@ -52,7 +52,7 @@ class HalfSpace(Protocol):
         Raises
         ------
         ConvergenceError
-            If the tolerance was not reached; with the last iterate.
+            If the tolerance is not reached; the message holds the last iterate.
         """
         ...
 
@@ -64,11 +64,11 @@ class Engine(Protocol):
 
     @property
     def version(self) -> str:
-        """Name and version of the package, which results tell."""
+        """Name and version of the package, stored in results."""
         ...
 
     def bytes_for(self, shape: tuple[int, int]) -> float:
-        """Memory that a half-space and a solution take, without what is asked and answered."""
+        """Memory in bytes of a half-space and a solution, without input and output."""
         ...
 
     def half_space(self, shape: tuple[int, int], spacing: tuple[float, float]) -> HalfSpace:
@@ -91,6 +91,6 @@ class Engine(Protocol):
         MissingExtraError
             If the package is not installed.
         ProblemError
-            If the package does not take such a grid.
+            If the package does not support the grid.
         """
         ...

@@ -1,4 +1,4 @@
-"""What all engines begin with and are held to."""
+"""Initial pressures and checks of all engines, and indentations by engines that prescribe forces."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pymdr.independent.engines.protocol import Pressing
 from pymdr.units import FloatArray
 
 _ALLOWED = 2.0
-"""Tolerances by which a solution may miss, since packages measure errors in their own ways."""
+"""Accepted residual in units of the tolerance, because packages define errors differently."""
 _MOST_STEPS = 40
 _FIRST_TOLERANCE = 1e-2
 
 
 def first_pressure(below: FloatArray, indentation: float | None) -> FloatArray:
     """
-    A pressure to begin with, of any size: 1 where the undeformed bodies overlap, or on the higher tenth.
+    An initial pressure of any size: 1 where the undeformed bodies overlap, or on the highest tenth.
 
     Parameters
     ----------
@@ -36,33 +36,32 @@ def first_pressure(below: FloatArray, indentation: float | None) -> FloatArray:
     return np.where(near | (below == 0.0), 1.0, 0.0)
 
 
-def worst_miss(found: Pressing) -> float:
-    """Largest gap inside or penetration outside over the indentation; inf where something pulls, or nothing touches."""
-    touching = found.pressure > 0.0
-    if not touching.any() or not float(np.min(found.pressure)) >= 0.0 or not found.indentation > 0.0:
+def largest_residual(pressing: Pressing) -> float:
+    """Largest gap inside or penetration outside over the indentation; inf under tension or without contact."""
+    touching = pressing.pressure > 0.0
+    if not touching.any() or not float(np.min(pressing.pressure)) >= 0.0 or not pressing.indentation > 0.0:
         return math.inf
-    inside = float(np.max(np.abs(found.gap[touching])))
-    return max(inside, -float(np.min(found.gap))) / found.indentation
+    inside = float(np.max(np.abs(pressing.gap[touching])))
+    return max(inside, -float(np.min(pressing.gap))) / pressing.indentation
 
 
-def is_solved(found: Pressing, tolerance: float) -> bool:
-    """Whether it is a contact: no gaps inside, no penetration outside, no pulls."""
-    # what is no number is no contact either
-    return worst_miss(found) <= _ALLOWED * tolerance
+def is_solved(pressing: Pressing, tolerance: float) -> bool:
+    """Whether it is a contact without gaps inside, penetration outside, tension or nan."""
+    return largest_residual(pressing) <= _ALLOWED * tolerance
 
 
-def refuse_unsolved(package: str, found: Pressing, tolerance: float) -> None:
+def refuse_unsolved(package: str, pressing: Pressing, tolerance: float) -> None:
     """
-    Refuse what is no contact: gaps inside, penetration outside, or pulls.
+    Refuse gaps inside the contact, penetration outside, or tension.
 
     Raises
     ------
     ConvergenceError
     """
-    if not is_solved(found, tolerance):
+    if not is_solved(pressing, tolerance):
         raise ConvergenceError(
-            f"{package} did not converge in {found.iterations} iterations: gaps and penetrations of {worst_miss(found):.2g} of the indentation, "
-            f"{tolerance:.2g} are asked; take a smoother surface, or another engine"
+            f"{package} did not converge in {pressing.iterations} iterations: gaps and penetrations are {largest_residual(pressing):.2g} of the indentation "
+            f"(limit {tolerance:.2g}); use a smoother surface or another engine"
         )
 
 
@@ -70,7 +69,7 @@ def by_force(
     press: Callable[[float, float], Pressing], indentation: float, first: float, tolerance: float
 ) -> Pressing:
     """
-    The solution at an indentation by an engine that knows forces.
+    The solution at an indentation by an engine that prescribes forces.
 
     Parameters
     ----------
@@ -78,9 +77,9 @@ def by_force(
         The solution at a force, to a tolerance.
     indentation : float
     first : float
-        A force to begin with.
+        Initial force.
     tolerance : float
-        Of the indentation.
+        Relative tolerance of the indentation.
 
     Returns
     -------
@@ -92,32 +91,32 @@ def by_force(
 
     Notes
     -----
-    Secants of log F over log d, which for powers are exact. A solution far from the indentation is solved to a part of
-    its distance only; the last one to the tolerance.
+    Secants of log F over log d, exact for powers. Intermediate solutions are solved only to a part of their distance from
+    the indentation, the last one to the tolerance.
     """
     force, slope, near = first, 1.5, _FIRST_TOLERANCE
     before: tuple[float, float] | None = None
     for _ in range(_MOST_STEPS):
         near = max(near, tolerance)
-        found = press(force, near)
-        off = math.log(indentation / found.indentation)
-        if abs(off) <= tolerance and near == tolerance:
-            return found
-        near *= min(1.0, abs(off))
-        if before is not None and before[1] != off:
-            slope = min(max((math.log(force) - before[0]) / (before[1] - off), 0.2), 5.0)
-        before = math.log(force), off
-        force *= math.exp(slope * off)
+        pressing = press(force, near)
+        error = math.log(indentation / pressing.indentation)
+        if abs(error) <= tolerance and near == tolerance:
+            return pressing
+        near *= min(1.0, abs(error))
+        if before is not None and before[1] != error:
+            slope = min(max((math.log(force) - before[0]) / (before[1] - error), 0.2), 5.0)
+        before = math.log(force), error
+        force *= math.exp(slope * error)
     raise ConvergenceError(
-        f"no force of an indentation of {indentation:g} was found: the last one is {force:g}, at {found.indentation:g}; give forces"
+        f"the force at an indentation of {indentation:g} did not converge: the last one is {force:g}, at {pressing.indentation:g}; give forces"
     )
 
 
 class ByForces(ABC):
-    """A half-space of a package that knows forces only: an indentation is found by some solutions."""
+    """A half-space of a package that prescribes forces only; an indentation takes several solutions."""
 
     area: float
-    """Of a pixel."""
+    """Area of a pixel."""
 
     @abstractmethod
     def at_force(self, below: FloatArray, force: float, start: FloatArray, tolerance: float) -> Pressing:
@@ -132,7 +131,7 @@ class ByForces(ABC):
         start: FloatArray | None = None,
         tolerance: float = 1e-6,
     ) -> Pressing:
-        """Press a rigid surface on the half-space, as :class:`~pymdr.independent.engines.protocol.HalfSpace` has it."""
+        """Press a rigid surface on the half-space, as :class:`~pymdr.independent.engines.protocol.HalfSpace`."""
         below = np.max(heights) - heights
         first = first_pressure(below, indentation) if start is None else start
         if indentation is None:
@@ -144,8 +143,8 @@ class ByForces(ABC):
 
         def solve(load: float, near: float) -> Pressing:
             nonlocal pressure
-            found = self.at_force(below, load, pressure, near)
-            pressure = found.pressure
-            return found
+            pressing = self.at_force(below, load, pressure, near)
+            pressure = pressing.pressure
+            return pressing
 
         return by_force(solve, indentation, guess, tolerance)

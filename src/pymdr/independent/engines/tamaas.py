@@ -1,4 +1,4 @@
-"""The package tamaas, under the AGPL: it is never loaded unless it is asked for."""
+"""The package tamaas (AGPL), loaded only on request."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from pymdr.units import FloatArray
 
 _MOST_ITERATIONS = 3000
 _FINEST = 1e-15
-"""It measures its error in its own way: the goal is made finer until the gaps, which are measured afterwards, keep to the tolerance."""
+"""Finest goal of the package, whose error is refined until the gaps meet the tolerance."""
 _BYTES = 300.0
-"""Per pixel, of the padded grid with its transforms."""
+"""Bytes per pixel, including the padded grid and its transforms."""
 
 
 class TamaasEngine:
@@ -25,8 +25,8 @@ class TamaasEngine:
 
     Notes
     -----
-    Frérot, Anciaux, Rey, Pham-Ba and Molinari (2020), J. Open Source Softw. 5, 2121. It knows forces, so that an indentation
-    is found by some solutions.
+    Frérot, Anciaux, Rey, Pham-Ba and Molinari (2020), J. Open Source Softw. 5, 2121. It prescribes forces: an indentation
+    takes several solutions.
     """
 
     name = "tamaas"
@@ -62,10 +62,10 @@ class _NonPeriodic(ByForces):
             below, np.where(below == 0.0, force / (self.area * np.sum(below == 0.0)), 0.0)
         )
         if is_solved(summit, tolerance):
-            # a contact that the package does not find where it is a single pixel
+            # the package misses contacts of a single pixel
             return summit
-        found, failure = summit, None
-        # from a start that misses pixels which the package does not find again it begins evenly
+        pressing, failure = summit, None
+        # a start may miss pixels that the package does not recover; then start uniformly
         for first in (
             start * (force / (self.area * start.sum())),
             np.full_like(start, force / (self.area * start.size)),
@@ -74,23 +74,23 @@ class _NonPeriodic(ByForces):
             goal = tolerance
             while goal >= _FINEST:
                 try:
-                    found = self._solved(below, force, goal)
+                    pressing = self._solved(below, force, goal)
                 except self._tamaas.FloatingPointError as error:
                     failure = error
                     break
-                if is_solved(found, 0.5 * tolerance):
-                    return found
+                if is_solved(pressing, 0.5 * tolerance):
+                    return pressing
                 goal *= 0.01
         if failure is not None:
             raise ConvergenceError(
-                f"tamaas ended without a number at a force of {force:g}: {' '.join(str(failure).split())}; take the engine contactmechanics"
+                f"tamaas failed at a force of {force:g}: {' '.join(str(failure).split())}; use the engine contactmechanics"
             ) from failure
-        refuse_unsolved("tamaas", found, tolerance)
-        return found
+        refuse_unsolved("tamaas", pressing, tolerance)
+        return pressing
 
     def _solved(self, below: FloatArray, force: float, goal: float) -> Pressing:
-        """What the package ends with, begun from the traction of its model."""
-        # named, since the solver does not keep the array that it looks at
+        """The solution of the package, starting from the traction of its model."""
+        # kept alive by its name: the solver holds no reference
         surface = np.ascontiguousarray(-below)
         solver = self._tamaas.PolonskyKeerRey(self._model, surface, goal)
         solver.setIntegralOperator("free")
@@ -99,7 +99,7 @@ class _NonPeriodic(ByForces):
         return self._pressing(below, np.maximum(np.array(self._model.traction), 0.0))
 
     def _pressing(self, below: FloatArray, pressure: FloatArray) -> Pressing:
-        """Gap and depth of a pressure: of the model they are shifted."""
+        """Gap and depth of a pressure; those of the model have an offset."""
         displacement = np.zeros_like(pressure)
         self._model.operators["free"](pressure, displacement)
         gap = displacement + below

@@ -1,11 +1,10 @@
 """Axisymmetric contact by boundary elements on concentric rings: no Abel map, no g(x), no springs.
 
 The surface displacement of the elastic half-space is u = (1/(π E*)) ∬ p/R dS. With a pressure that is
-constant on each ring it is a sum of closed forms with elliptic integrals; other bodies give their own. The contact is the solution
-of Signorini's conditions p >= 0, u >= d - f, p (u - (d - f)) = 0: one disk, rings, or several of them.
+constant on each ring it is a sum of closed forms with elliptic integrals; other bodies define their own. The contact solves Signorini's conditions p >= 0, u >= d - f, p (u - (d - f)) = 0: one disk, rings, or several of them.
 Rings are graded as Chebyshev points to the edges of each contact zone and the condition is imposed at
-the points between: the force then converges with the third power of the ring width, the pressure with
-the second. Lengths inside the solver are divided by the reach, pressures by E*.
+the points in between: the force converges with the third power of the ring width, the pressure with
+the second. Inside the solver lengths are divided by the largest radius, pressures by E*.
 """
 
 from pymdr.independent.rings.active import active_set as active_set

@@ -12,18 +12,18 @@ from pymdr.units import metres
 
 
 def leading_inverses(matrix: Array) -> tuple[Array, Array]:
-    """Inverses of L and U of a matrix of influence, without pivots: their leading blocks are those of its leading blocks."""
+    """Inverses of L and U of an influence matrix without pivots; leading blocks invert leading blocks."""
     factors = matrix.copy()
     for i in range(factors.shape[0] - 1):
         factors[i + 1 :, i] /= factors[i, i]
         factors[i + 1 :, i + 1 :] -= np.outer(factors[i + 1 :, i], factors[i, i + 1 :])
-    one = np.eye(factors.shape[0])
-    lower = scipy.linalg.solve_triangular(factors, one, lower=True, unit_diagonal=True)
-    return np.ascontiguousarray(lower), np.ascontiguousarray(scipy.linalg.solve_triangular(factors, one))
+    identity = np.eye(factors.shape[0])
+    lower = scipy.linalg.solve_triangular(factors, identity, lower=True, unit_diagonal=True)
+    return np.ascontiguousarray(lower), np.ascontiguousarray(scipy.linalg.solve_triangular(factors, identity))
 
 
 def product(matrix: Array, vector: Array) -> Array:
-    """Matrix times vector in one thread: others take longer to wake than the many small products of a history do."""
+    """Matrix times vector in one thread, faster than several for the many small products of a history."""
     return np.asarray(np.einsum("ij,j->i", matrix, vector))
 
 
@@ -50,8 +50,8 @@ def active_set(problem: RingProblem, mesh: RingMesh, zones: Zones) -> RingState:
             wrong[: np.flatnonzero(wrong)[-1]] = False
         active = active ^ wrong
     raise ConvergenceError(
-        f"The active set of {active.size} rings did not settle: the last had {int(active.sum())} in contact, {count} of "
-        f"all wrong, at d = {metres(depth * problem.size)}. Try another number of rings."
+        f"The active set of {active.size} rings did not converge: the last has {int(active.sum())} in contact and {count} "
+        f"wrong at d = {metres(depth * problem.size)}. Try another number of rings."
     )
 
 
@@ -59,23 +59,23 @@ def _balance(problem: RingProblem, mesh: RingMesh, active: Mask) -> tuple[Array,
     """Pressure, d and dF/dd with the given rings in contact: matrix p = d - f and, for a force, area p = F."""
     gap, area = mesh.gap[active], mesh.area[active]
     depth = float(gap.min()) if problem.depth is None else problem.depth
-    wanted = depth - gap, np.ones_like(gap)
+    displacements = depth - gap, np.ones_like(gap)
     if mesh.inverses is not None and active[: gap.size].all():
-        lower, upper = (each[: gap.size, : gap.size] for each in mesh.inverses)
-        p, unit = (product(upper, product(lower, each)) for each in wanted)
+        lower, upper = (inverse[: gap.size, : gap.size] for inverse in mesh.inverses)
+        p, unit = (product(upper, product(lower, u)) for u in displacements)
     else:
-        p, unit = np.linalg.solve(mesh.matrix[np.ix_(active, active)], np.stack(wanted, axis=1)).T
+        p, unit = np.linalg.solve(mesh.matrix[np.ix_(active, active)], np.stack(displacements, axis=1)).T
     stiffness = float(area @ unit)
     if problem.force is not None:
-        more = (problem.force - float(area @ p)) / stiffness
-        p, depth = p + more * unit, depth + more
+        increment = (problem.force - float(area @ p)) / stiffness
+        p, depth = p + increment * unit, depth + increment
     pressure = np.zeros(active.size)
     pressure[active] = p
     return pressure, depth, stiffness
 
 
 def zones_of(problem: RingProblem, mesh: RingMesh, active: Mask) -> Zones:
-    """The contact zones of the rings in contact, which may not meet the end of the gap."""
+    """The contact zones of the rings in contact; a zone at the end of the gap is refused."""
     contact, end = np.zeros(mesh.live.size + 2, dtype=np.bool_), np.zeros(mesh.live.size + 2, dtype=np.bool_)
     contact[1:-1][mesh.live], end[1:-1][mesh.live] = active, np.isinf(mesh.gap)
     end[-1] = True
@@ -84,13 +84,13 @@ def zones_of(problem: RingProblem, mesh: RingMesh, active: Mask) -> Zones:
         inner, outer = float(mesh.edges[i - 1]), float(mesh.edges[j - 1])
         if (end[i - 1] and inner not in problem.corners) or (end[j] and outer not in problem.corners):
             raise ProblemError(
-                f"The contact zone from {zones_in_words(problem, ((inner, outer),))} meets the reach or the end of the "
-                "gap. Give a larger reach, or edge or breakpoints where the punch ends."
+                f"The contact zone from {zones_text(problem, ((inner, outer),))} meets max_radius or the end of the "
+                "gap. Give a larger max_radius, or edge or breakpoints where the punch ends."
             )
         zones.append((inner, outer))
     return tuple(zones)
 
 
-def zones_in_words(problem: RingProblem, zones: Zones) -> str:
-    """Zones with their units, for messages."""
+def zones_text(problem: RingProblem, zones: Zones) -> str:
+    """Zones with units, for messages."""
     return ", ".join(f"{metres(a * problem.size)} to {metres(b * problem.size)}" for a, b in zones)

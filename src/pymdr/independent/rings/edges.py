@@ -1,4 +1,4 @@
-"""The pressure beside the edge of a contact zone."""
+"""The pressure next to the edge of a contact zone."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ def edge_fit(state: RingState, k: int, side: int, sharp: bool = False) -> tuple[
     rings = np.flatnonzero(mesh.panel == mesh.panel[np.searchsorted(mesh.centres, end) - side])
     rings = rings[::-1] if side else rings
     s = np.abs(mesh.centres[rings] - end)
-    near = int(np.searchsorted(s, room_beside(state.zones, k)[side] / 2))
+    near = int(np.searchsorted(s, adjacent_width(state.zones, k)[side] / 2))
     count = max(6, min(rings.size // 8, near)) + 3 * sharp
     s, y = s[:count], state.pressure[rings[:count]] * np.sqrt(s[:count])
     first = 3 * sharp
-    # of what the rings get wrong at a sharp edge only K has a part
+    # at a sharp edge only K needs the correction of the rings
     known = 1 / sharp_correction(s.size) if sharp else np.ones_like(s)
     powers = np.column_stack((known, *((s / s[-1]) ** k for k in (1, 2, 3))))
     fit = np.linalg.lstsq(powers[first:], y[first:])[0]
     return float(fit[0]), float(fit[1] / s[-1])
 
 
-def room_beside(zones: Zones, k: int) -> tuple[float, float]:
-    """Smaller of the widths of a zone and of the hole beside it, for its inner and outer edge."""
+def adjacent_width(zones: Zones, k: int) -> tuple[float, float]:
+    """Smaller of the widths of a zone and of the adjacent hole, for its inner and outer edge."""
     inner, outer = zones[k]
     before = zones[k - 1][1] if k else 0.0
     after = zones[k + 1][0] if k + 1 < len(zones) else math.inf
@@ -36,5 +36,5 @@ def room_beside(zones: Zones, k: int) -> tuple[float, float]:
 
 
 def sharp_correction(n: int) -> Array:
-    """Exact over computed pressure of n rings counted from a sharp edge; the first three obey it badly."""
+    """Exact over computed pressure of n rings counted from a sharp edge; poor for the first three."""
     return np.asarray(1 + 1 / (12 * (np.arange(n) + 0.5) ** 2), dtype=np.float64)

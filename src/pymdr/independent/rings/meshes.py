@@ -16,7 +16,7 @@ _LEAST = 12  # rings of a panel: the fit at an edge needs nine
 
 
 class RingProblem(NamedTuple):
-    """Lengths over `size`, the end of the rings, pressures over E*; the pressure may be singular at `corners`."""
+    """A contact with lengths over `size`, the end of the rings, and pressures over E*; `corners` may be singular."""
 
     gap: Callable[[Array], Array]
     depth: float | None
@@ -28,7 +28,7 @@ class RingProblem(NamedTuple):
 
 
 class RingMesh(NamedTuple):
-    """Rings with contiguous edges; the `live` ones may carry pressure, others bridge what lies between."""
+    """Contiguous rings; `live` ones may carry pressure, others fill the space between."""
 
     edges: Array
     live: Mask
@@ -38,7 +38,7 @@ class RingMesh(NamedTuple):
     area: Array
     matrix: Array
     inverses: tuple[Array, Array] | None = None
-    """Of the matrix, if many contacts are solved that begin at the axis; see `leading_inverses`."""
+    """Inverse factors of the matrix for many contacts that start at the axis; see `leading_inverses`."""
 
 
 class RingState(NamedTuple):
@@ -54,22 +54,22 @@ class RingState(NamedTuple):
 def panels_of(
     problem: RingProblem, spans: Sequence[tuple[float, float]], zones: Zones
 ) -> list[tuple[float, float, int]]:
-    """Cut the spans and zones at zone edges and corners, and share the rings out among the panels."""
+    """Cut spans and zones at zone edges and corners, and distribute the rings over the panels."""
     marks = sorted({*problem.corners, *(x for zone in zones for x in zone)})
-    pieces = []
+    segments = []
     for low, high in union_of([*spans, *zones]):
         cuts = [low, *(x for x in marks if low < x < high), high]
-        pieces += [(a, b, any(z[0] <= a and b <= z[1] for z in zones)) for a, b in itertools.pairwise(cuts)]
+        segments += [(a, b, any(z[0] <= a and b <= z[1] for z in zones)) for a, b in itertools.pairwise(cuts)]
     panels = []
-    for low, high, inside in pieces:
+    for low, high, inside in segments:
         rings = problem.n if inside else problem.n // 4 if zones else max(problem.n, 100)
-        share = math.sqrt(high - low) / sum(math.sqrt(b - a) for a, b, other in pieces if other == inside)
-        panels.append((low, high, max(_LEAST, round(rings * share))))
+        weight = math.sqrt(high - low) / sum(math.sqrt(b - a) for a, b, other in segments if other == inside)
+        panels.append((low, high, max(_LEAST, round(rings * weight))))
     return panels
 
 
 def mesh_of(problem: RingProblem, panels: Sequence[tuple[float, float, int]]) -> RingMesh:
-    """The rings of some panels, graded to both ends of each, and their influence."""
+    """The rings of panels, graded to both ends of each, and their influence matrix."""
     edges, live, centres, panel = [panels[0][0]], [], [], []
     for k, (low, high, n) in enumerate(panels):
         if low > edges[-1]:
@@ -87,18 +87,18 @@ def mesh_of(problem: RingProblem, panels: Sequence[tuple[float, float, int]]) ->
 
 
 def displacement_on(problem: RingProblem, r: Array, a: Array) -> Array:
-    """The displacement by unit pressure on each ring, in the lengths of the problem."""
+    """Displacement by unit pressure on each ring, in the length unit of the problem."""
     return problem.surface.displacement(r * problem.size, a * problem.size) / problem.size
 
 
 def runs_of(mask: Mask) -> list[tuple[int, int]]:
-    """Where a mask begins and ceases to hold."""
+    """Start and stop of every run of True."""
     steps = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
     return [(int(i), int(j)) for i, j in steps.reshape(-1, 2)]
 
 
 def union_of(intervals: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Intervals joined where they overlap."""
+    """The union of intervals."""
     union: list[tuple[float, float]] = []
     for low, high in sorted(intervals):
         if union and low <= union[-1][1]:

@@ -1,4 +1,4 @@
-"""Contact zones: where they can lie, and their edges."""
+"""Search of the contact zones and their edges."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.independent.rings.active import _balance, active_set, zones_in_words
-from pymdr.independent.rings.edges import edge_fit, room_beside
+from pymdr.independent.rings.active import _balance, active_set, zones_text
+from pymdr.independent.rings.edges import adjacent_width, edge_fit
 from pymdr.independent.rings.meshes import (
     RingProblem,
     RingState,
@@ -25,7 +25,7 @@ from pymdr.units import metres
 
 
 def settle(problem: RingProblem) -> RingState:
-    """Alternate the active set, on rings graded to the last zones, with the refinement of the zone edges."""
+    """Alternate the active set, on rings graded to the last zones, with refinement of the zone edges."""
     level = math.inf if problem.depth is None else problem.depth
     zones: Zones = ()
     refined: RingState | None = None
@@ -33,34 +33,36 @@ def settle(problem: RingProblem) -> RingState:
     for attempt in range(16):
         spans = _spans(problem, level)
         if not spans and problem.depth is None:
-            raise ProblemError("gap has no finite value up to the reach or edge: no force can be carried.")
+            raise ProblemError(
+                "gap has no finite value up to max_radius or edge, so no force can be carried."
+            )
         if not spans:
             return RingState(mesh_of(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())
-        found = active_set(problem, mesh_of(problem, panels_of(problem, spans, zones)), zones)
-        if not found.zones:
-            return found
-        if refined and refined.pressure.min() >= 0 and _agree(problem, found.zones, refined.zones, near, 0.0):
+        state = active_set(problem, mesh_of(problem, panels_of(problem, spans, zones)), zones)
+        if not state.zones:
+            return state
+        if refined and refined.pressure.min() >= 0 and _agree(problem, state.zones, refined.zones, near, 0.0):
             missed = _missed(problem, refined, spans) if attempt < 5 else ()
             if not missed:
                 return refined
             zones, refined = tuple(sorted((*refined.zones, *missed))), None
             continue
-        # At a depth where a hole or a zone is about to vanish, the rings may tell either way.
-        simple = _simplify(problem, found.zones, min(20 / problem.n, 0.3)) if attempt > 4 else found.zones
+        # Where a hole or a zone is about to vanish, rings may give either topology.
+        simple = _simplify(problem, state.zones, min(20 / problem.n, 0.3)) if attempt > 4 else state.zones
         if refined and attempt > 4 and _agree(problem, simple, refined.zones, near, 0.0):
-            return found
+            return state
         refined = _refine(problem, simple) if _agree(problem, simple, zones, 0.2, 0.2) else None
         zones = refined.zones if refined else simple
         if problem.depth is None:
-            level = found.depth + 0.1 * (found.depth - float(found.mesh.gap.min()))
+            level = state.depth + 0.1 * (state.depth - float(state.mesh.gap.min()))
     raise ConvergenceError(
-        f"The edges of the contact zones did not settle; the last were {zones_in_words(problem, zones)} at d = "
-        f"{metres(found.depth * problem.size)}. Give breakpoints at kinks and jumps of the gap, or more rings."
+        f"The edges of the contact zones did not converge; the last were {zones_text(problem, zones)} at d = "
+        f"{metres(state.depth * problem.size)}. Give breakpoints at kinks and jumps of the gap, or more rings."
     )
 
 
 def _spans(problem: RingProblem, level: float) -> list[tuple[float, float]]:
-    """Intervals outside of which contact is looked for by no ring."""
+    """Intervals that can be in contact."""
     below = _below(problem, level)
     if not (below and problem.surface.bulges):
         return below
@@ -69,22 +71,22 @@ def _spans(problem: RingProblem, level: float) -> list[tuple[float, float]]:
 
 
 def bulge_radius(r: Array, f: Array, level: float) -> float:
-    """A bound of the contact with what may bulge, from f at some radii: what rises beside a disk has sunk within.
+    """Upper bound of the contact radius of surfaces that bulge, from f at some radii.
 
-    There the mean of f over the disk is d, and a fifth more.
+    The mean of f over the contact is below d; a fifth is added.
     """
     mean = np.cumsum((f[1:] + f[:-1]) / 2 * np.diff(r**2)) / r[1:] ** 2
-    sunk = np.flatnonzero(mean < level)
-    return 1.2 * float(r[min(sunk[-1] + 2, r.size - 1)]) if sunk.size else 0.0
+    below = np.flatnonzero(mean < level)
+    return 1.2 * float(r[min(below[-1] + 2, r.size - 1)]) if below.size else 0.0
 
 
 def _below(problem: RingProblem, level: float) -> list[tuple[float, float]]:
-    """Intervals that hold all points with f < d: contact is nowhere else if u > 0 everywhere."""
+    """Intervals that contain all points with f < d, the only contact if u > 0 everywhere."""
     spans: list[tuple[float, float]] = []
-    todo = [(0.0, 1.0)]
+    pending = [(0.0, 1.0)]
     for zoom in range(40):
         again: list[tuple[float, float]] = []
-        for low, high in todo:
+        for low, high in pending:
             x = np.linspace(low, high, 65 if zoom else 2001)
             f = problem.gap(x)
             with np.errstate(invalid="ignore"):
@@ -93,12 +95,12 @@ def _below(problem: RingProblem, level: float) -> list[tuple[float, float]]:
             for i, j in runs_of(f - variation < level):
                 wide = 4 * (j - i) >= x.size and bool(np.any(f[i:j] < level))
                 (spans if wide else again).append((float(x[max(i - 1, 0)]), float(x[min(j, x.size - 1)])))
-        todo = again
+        pending = again
     return union_of(spans)
 
 
 def _missed(problem: RingProblem, state: RingState, spans: Sequence[tuple[float, float]]) -> Zones:
-    """Where, between the rings outside the zones, the surface would enter the punch."""
+    """Intervals outside the zones where the surface would penetrate the punch."""
     mesh, missed = state.mesh, []
     for low, high, _ in panels_of(problem, spans, state.zones):
         if not any(a <= low < b for a, b in state.zones):
@@ -111,7 +113,7 @@ def _missed(problem: RingProblem, state: RingState, spans: Sequence[tuple[float,
 
 
 def _simplify(problem: RingProblem, zones: Zones, narrow: float) -> Zones:
-    """Close holes narrower than this part of the zones beside them; on the axis and for zones, powers of it."""
+    """Remove holes narrower than a fraction of the adjacent zones; powers of it at the axis and for zones."""
     least = narrow**3 * max(outer - inner for inner, outer in zones)
     simple: list[tuple[float, float]] = []
     for inner, outer in zones:
@@ -127,16 +129,16 @@ def _simplify(problem: RingProblem, zones: Zones, narrow: float) -> Zones:
 
 def _agree(problem: RingProblem, new: Zones, old: Zones, tolerance: float, at_corners: float) -> bool:
     return len(new) == len(old) and all(
-        abs(new[k][side] - x) <= room * (at_corners if x in problem.corners else tolerance)
+        abs(new[k][side] - x) <= width * (at_corners if x in problem.corners else tolerance)
         for k in range(len(old))
-        for side, (x, room) in enumerate(zip(old[k], room_beside(old, k), strict=True))
+        for side, (x, width) in enumerate(zip(old[k], adjacent_width(old, k), strict=True))
     )
 
 
 def _refine(problem: RingProblem, zones: Zones) -> RingState | None:
     """Move the free edges of the zones until p √s = K + C s + ... has K = 0 there, s the distance from the edge.
 
-    A step of 2 K/C is Newton's method, for √(s + δ) = √s + δ/(2√s) + ...: the zero of p², seen from afar.
+    A step of 2 K/C is Newton's method, for √(s + δ) = √s + δ/(2√s) + ..., the zero of p².
     """
     for _ in range(15):
         mesh = mesh_of(problem, panels_of(problem, (), zones))
@@ -146,12 +148,14 @@ def _refine(problem: RingProblem, zones: Zones) -> RingState | None:
         noise = 1e-13 * float(np.max(np.abs(mesh.gap)) / (state.depth - mesh.gap.min()))
         moved, still, tolerance = [list(zone) for zone in zones], True, max(1e-9, noise)
         for k, side in itertools.product(range(len(zones)), (0, 1)):
-            x, room = zones[k][side], room_beside(zones, k)[side]
+            x, width = zones[k][side], adjacent_width(zones, k)[side]
             K, C = edge_fit(state, k, side) if x > 0 else (0.0, 1.0)
             if x == 0 or (x in problem.corners and K >= 0):
                 continue
-            step = math.copysign(min(2 * abs(K) / C, 0.2 * room) if C > 0 else 0.2 * room, K if side else -K)
-            still &= abs(step) <= tolerance * room
+            step = math.copysign(
+                min(2 * abs(K) / C, 0.2 * width) if C > 0 else 0.2 * width, K if side else -K
+            )
+            still &= abs(step) <= tolerance * width
             passed = [c for c in problem.corners if (c - x) * step > 0 and abs(c - x) <= abs(step)]
             moved[k][side] = min(passed, key=lambda c: abs(c - x), default=x + step)
         if still:

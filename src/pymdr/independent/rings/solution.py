@@ -1,4 +1,4 @@
-"""What the ring solver has found, and its fields."""
+"""Solutions of the ring solver and their fields."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pymdr.independent.rings.surfaces import HALF_SPACE, Array, Surface, Zones, 
 
 @dataclass(frozen=True, eq=False)
 class RingSolution:
-    """Solution of the ring solver on m rings, of which those outside the contact carry no pressure.
+    """Solution of the ring solver on m rings; those outside the contact carry no pressure.
 
     Attributes
     ----------
     edges : array (m + 1,), m
         Ring j lies between ``edges[j]`` and ``edges[j + 1]``.
     radii : array (m,), m
-        Points at which u = d - f was imposed and to which `pressure` belongs.
+        Points at which u = d - f is imposed and `pressure` is given.
     pressure : array (m,), Pa
     force : float, N
     indentation : float, m
@@ -36,19 +36,19 @@ class RingSolution:
     zones : tuple of (inner, outer), m
         Contact intervals from the axis outwards; empty without contact.
     edge_amplitudes : tuple of (inner, outer), Pa m^(1/2)
-        Limit of p √|r - edge| at the edges of each zone: positive at a sharp edge, negative at one that adhesion pulls, 0 at a
-        free one.
+        Limit of p √|r - edge| at the edges of each zone: positive at a sharp edge, negative under adhesion, 0 at a
+        free edge.
     contact_radius : float, m
         Outermost zone edge; 0 without contact.
     contact_area : float, m²
     is_disk : bool
         Whether the contact is one full disk.
     modulus : float, Pa
-        E*, or with memory the one at once.
+        E*; for viscoelastic bodies the instantaneous one.
     strain : array (m,)
-        The pressure that displaces a surface of E* = 1 as far: without memory `pressure` over `modulus`.
+        Pressure that gives the same displacement for E* = 1: `pressure` over `modulus` for elastic bodies.
     surface : Surface
-        What is pressed.
+        Elastic surface.
     """
 
     edges: Array
@@ -80,7 +80,7 @@ def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
     Examples
     --------
     >>> from pymdr.independent.rings import solve_indentation
-    >>> flat = solve_indentation(lambda r: 0 * r, 1e-6, 1e9, reach=1e-3, edge=1e-3)
+    >>> flat = solve_indentation(lambda r: 0 * r, 1e-6, 1e9, max_radius=1e-3, edge=1e-3)
     >>> f"{displacement_at(flat, 2e-3):.5e}"
     '3.33333e-07'
     """
@@ -90,7 +90,7 @@ def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
 
 
 def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
-    """Contact pressure p(r) in Pa at radii `r` in m, of any shape; 0 outside, inf at a sharp edge and -inf at a pulled one.
+    """Contact pressure p(r) in Pa at radii `r` in m, of any shape; 0 outside, inf at a sharp edge and -inf at an adhesive one.
 
     Between the edges b < a of a zone it is interpolated in θ = 2 arctan √((r - b)/(a - r)), in which
     it is smooth up to a free edge; at a sharp edge p √|r - edge| is interpolated.
@@ -103,7 +103,7 @@ def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
     Examples
     --------
     >>> from pymdr.independent.rings import solve_indentation
-    >>> hertz = solve_indentation(lambda r: r**2 / 2, 1.0, 1.0, reach=2.0)
+    >>> hertz = solve_indentation(lambda r: r**2 / 2, 1.0, 1.0, max_radius=2.0)
     >>> [f"{p:.4f}" for p in pressure_at(hertz, [0.0, 0.6, 0.8, 1.5]) * np.pi / 2]
     ['1.0000', '0.8000', '0.6000', '0.0000']
     """
@@ -134,7 +134,7 @@ def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
 
 
 def solution_of(problem: RingProblem, state: RingState, modulus: float) -> RingSolution:
-    """A contact in SI units, with all that is asked of it."""
+    """The solution of a contact in SI units."""
     mesh, zones, size = state.mesh, state.zones, problem.size
     pulled = bool(np.any(state.pressure < 0))
     least = -math.inf if pulled else 0.0

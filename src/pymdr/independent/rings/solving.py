@@ -24,7 +24,7 @@ from pymdr.independent.rings.surfaces import (
 )
 from pymdr.units import metres
 
-_WHOLE: Zones = ((0.0, 1.0),)
+_FULL_DISK: Zones = ((0.0, 1.0),)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def solve_indentation(
     indentation: float,
     modulus: float,
     *,
-    reach: float,
+    max_radius: float,
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
@@ -65,12 +65,12 @@ def solve_indentation(
     Parameters
     ----------
     gap : callable
-        f(r) in m for an array of radii in m; of any sign, nan or inf where there is no punch.
+        f(r) in m for an array of radii in m; of any sign, nan or inf outside the punch.
     indentation : float, m
-        Approach d, counted from f = 0. Without contact if d <= min f.
+        Approach d, counted from f = 0; no contact if d <= min f.
     modulus : float, Pa
         E*.
-    reach : float, m
+    max_radius : float, m
         Upper bound of the contact radius.
     n : int
         Rings in contact, 20 to 5000.
@@ -79,14 +79,14 @@ def solve_indentation(
     breakpoints : sequence of float, m
         Radii of kinks, jumps and inner edges of f.
     surface : Surface
-        What is pressed, displaced in proportion to 1/E*.
+        Elastic surface, displaced in proportion to 1/E*.
 
     Raises
     ------
     ProblemError
-        If an argument is outside its limits, or the contact grows to `reach` or to the end of f.
+        If an argument is outside its limits, or the contact grows to `max_radius` or to the end of f.
     ConvergenceError
-        If the contact zones cannot be settled.
+        If the contact zones do not converge.
 
     References
     ----------
@@ -94,15 +94,15 @@ def solve_indentation(
 
     Examples
     --------
-    >>> hertz = solve_indentation(lambda r: r**2 / 2, 0.01, 1.0, reach=1.0)
+    >>> hertz = solve_indentation(lambda r: r**2 / 2, 0.01, 1.0, max_radius=1.0)
     >>> f"{hertz.force / (4 / 3 * 0.01**1.5):.7f} {hertz.contact_radius:.6f} {hertz.is_disk}"
     '1.0000000 0.100000 True'
     """
     if not math.isfinite(indentation):
         raise ProblemError(f"The indentation must be a finite number of metres, not {indentation!r}.")
-    problem = _problem(gap, float(modulus), reach, n, edge, breakpoints, surface)
-    asked = problem._replace(depth=indentation / problem.size)
-    return solution_of(asked, settle(asked), float(modulus))
+    problem = _problem(gap, float(modulus), max_radius, n, edge, breakpoints, surface)
+    loaded = problem._replace(depth=indentation / problem.size)
+    return solution_of(loaded, settle(loaded), float(modulus))
 
 
 def solve_force(
@@ -110,13 +110,13 @@ def solve_force(
     force: float,
     modulus: float,
     *,
-    reach: float,
+    max_radius: float,
     n: int = 400,
     edge: float = math.inf,
     breakpoints: Sequence[float] = (),
     surface: Surface = HALF_SPACE,
 ) -> RingSolution:
-    """Contact under a given positive force in N; d is one more unknown of the same active set.
+    """Contact under a given positive force in N; d is an additional unknown of the active set.
 
     Parameters, errors and source as in `solve_indentation`.
 
@@ -126,14 +126,14 @@ def solve_force(
 
     Examples
     --------
-    >>> f"{solve_force(lambda r: r**2 / 2, 4 / 3 * 0.01**1.5, 1.0, reach=1.0).indentation:.7f}"
+    >>> f"{solve_force(lambda r: r**2 / 2, 4 / 3 * 0.01**1.5, 1.0, max_radius=1.0).indentation:.7f}"
     '0.0100000'
     """
     if not (math.isfinite(force) and force > 0):
         raise ProblemError(f"The force must be a positive finite number of newtons, not {force!r}.")
-    problem = _problem(gap, float(modulus), reach, n, edge, breakpoints, surface)
-    asked = problem._replace(force=force / modulus / problem.size**2)
-    return solution_of(asked, settle(asked), float(modulus))
+    problem = _problem(gap, float(modulus), max_radius, n, edge, breakpoints, surface)
+    loaded = problem._replace(force=force / modulus / problem.size**2)
+    return solution_of(loaded, settle(loaded), float(modulus))
 
 
 def solve_disk(
@@ -146,7 +146,7 @@ def solve_disk(
     breakpoints: Sequence[float] = (),
     surface: Surface = HALF_SPACE,
 ) -> RingSolution:
-    """Contact on the disk of a given radius a at a given approach d, whether pressed or pulled: u = d - f(r).
+    """Contact on the disk of a given radius a at a given approach d, in compression or tension: u = d - f(r).
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def solve_adhesion(
     gap, radius, modulus, n, breakpoints, surface
         As in `solve_disk`.
     work : float, J/m²
-        Of adhesion.
+        Work of adhesion.
 
     Raises
     ------
@@ -214,10 +214,10 @@ def solve_adhesion(
     problem, mesh, unit, shape = _disk(gap, radius, modulus, n, breakpoints, surface)
     known = np.linalg.solve(ring_displacement(mesh.centres, mesh.edges), np.ones_like(mesh.gap))
     of_unit, of_shape, of_known = (
-        edge_fit(RingState(mesh, np.asarray(p), 0.0, 0.0, _WHOLE), 0, 1, sharp=True)[0]
+        edge_fit(RingState(mesh, np.asarray(p), 0.0, 0.0, _FULL_DISK), 0, 1, sharp=True)[0]
         for p in (unit, shape, known)
     )
-    # the rings err at the edge as they do on the half-space, of which it is known that p √(1 - r) → 1/(π √2)
+    # the error of the rings at the edge is that on the half-space, where p √(1 - r) → 1/(π √2)
     pull = math.sqrt(work / (math.pi * modulus * radius)) * of_known * math.pi * math.sqrt(2)
     return _on_disk(problem, mesh, unit, shape, (of_shape - pull) / of_unit, modulus)
 
@@ -225,29 +225,29 @@ def solve_adhesion(
 def _problem(
     gap: Gap,
     modulus: float,
-    reach: float,
+    max_radius: float,
     n: int,
     edge: float,
     breakpoints: Sequence[float],
     surface: Surface,
 ) -> RingProblem:
-    """Without depth and force."""
+    """A contact problem without depth and force."""
     if not (math.isfinite(modulus) and modulus > 0):
         raise ProblemError(f"The modulus E* must be positive and finite, not {modulus!r} Pa.")
-    if not (math.isfinite(reach) and reach > 0 and edge > 0):
+    if not (math.isfinite(max_radius) and max_radius > 0 and edge > 0):
         raise ProblemError(
-            f"reach must be positive and finite and edge positive, not {reach!r} and {edge!r} m."
+            f"max_radius must be positive and finite and edge positive, not {max_radius!r} and {edge!r} m."
         )
-    size = float(min(reach, edge))
+    size = float(min(max_radius, edge))
 
     def scaled_gap(x: Array) -> Array:
         f = np.asarray(gap(x * size), dtype=np.float64) / size
         if f.shape != x.shape or np.any(np.isneginf(f)):
-            raise ProblemError("gap must give one height for each radius, none of them -inf.")
+            raise ProblemError("gap must return one height for each radius, none -inf.")
         return np.where(np.isnan(f), np.inf, f)
 
     corners = {float(b) for b in valid_radii(breakpoints) / size if 0 < b < 1} | (
-        {1.0} if edge <= reach else set()
+        {1.0} if edge <= max_radius else set()
     )
     return RingProblem(scaled_gap, None, None, tuple(sorted(corners)), int(Rings(n).n), size, surface)
 
@@ -255,18 +255,18 @@ def _problem(
 def _disk(
     gap: Gap, radius: float, modulus: float, n: int, breakpoints: Sequence[float], surface: Surface
 ) -> tuple[RingProblem, RingMesh, Array, Array]:
-    """Rings on a disk, and their pressures for d = 1 under a flat punch and for u = f."""
+    """Rings on a disk, and their pressures for u = 1 and for u = f."""
     problem = _problem(gap, modulus, radius, n, radius, breakpoints, surface)
-    mesh = mesh_of(problem, panels_of(problem, (), _WHOLE))
+    mesh = mesh_of(problem, panels_of(problem, (), _FULL_DISK))
     if not np.all(np.isfinite(mesh.gap)):
         raise ProblemError(f"gap ends within the contact radius of {metres(radius)}.")
-    wanted = np.stack((np.ones_like(mesh.gap), mesh.gap), axis=1)
-    unit, shape = np.linalg.solve(mesh.matrix, wanted).T
+    displacements = np.stack((np.ones_like(mesh.gap), mesh.gap), axis=1)
+    unit, shape = np.linalg.solve(mesh.matrix, displacements).T
     return problem, mesh, unit, shape
 
 
 def _on_disk(
     problem: RingProblem, mesh: RingMesh, unit: Array, shape: Array, depth: float, modulus: float
 ) -> RingSolution:
-    state = RingState(mesh, depth * unit - shape, depth, float(mesh.area @ unit), _WHOLE)
+    state = RingState(mesh, depth * unit - shape, depth, float(mesh.area @ unit), _FULL_DISK)
     return solution_of(problem, state, modulus)

@@ -1,4 +1,4 @@
-"""What is pressed by rings, and how far a ring displaces the half-space."""
+"""Elastic surfaces of the ring solver, and the displacement of a half-space by rings."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Zones = tuple[tuple[float, float], ...]
 
 
 class Surface(Protocol):
-    """What is pressed: all that the rings know of a body."""
+    """An elastic surface under rings of pressure."""
 
     @property
     def bulges(self) -> bool:
-        """Whether it may rise beside a pressure, so that contact may lie where f > d."""
+        """Whether it may rise outside a pressure, so that contact may lie where f > d."""
 
     @property
     def softness(self) -> float:
-        """Of a half-space that is as soft to every pressure or softer: 1/E* over that of the surface."""
+        """Upper bound of its compliance relative to the half-space of E*."""
 
     def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
-        """In m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n)."""
+        """Displacement in m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n)."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class HalfSpace:
     softness = 1.0
 
     def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
-        """`ring_displacement`."""
+        """As :func:`ring_displacement`."""
         return ring_displacement(r, edges)
 
 
@@ -70,7 +70,9 @@ def ring_displacement(r: ArrayLike, edges: ArrayLike) -> Array:
     """
     r, a = np.atleast_1d(valid_radii(r))[:, None], np.atleast_1d(valid_radii(edges))
     if r.ndim != 2 or a.ndim != 1 or a.size < 2 or not np.all(np.diff(a) > 0):
-        raise ProblemError("ring_displacement needs one row of radii and at least two increasing edges.")
+        raise ProblemError(
+            "ring_displacement needs a one-dimensional array of radii and at least two increasing edges."
+        )
     block = max(1, 2**18 // a.size)  # bounds the memory of the temporaries
     return np.vstack([_rings(r[i : i + block], a) for i in range(0, max(r.size, 1), block)])
 
@@ -98,7 +100,7 @@ def _excess(c: Array, K: Array) -> Array:
 
 
 def valid_radii(r: ArrayLike) -> Array:
-    """Radii as an array; refused where they are negative or not finite."""
+    """Radii as an array; negative or infinite ones are refused."""
     r = np.asarray(r, dtype=np.float64)
     if not np.all(np.isfinite(r) & (r >= 0)):
         raise ProblemError("Radii must be finite and not negative.")

@@ -1,4 +1,4 @@
-"""Rows of indentation and shift, followed from the virgin state."""
+"""Rows of indentation and shift, followed from the initial state."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class HalfSpaceGrid:
     n : int
         Cells along each side; at least 8.
     half_width : float, optional, m
-        Half the side of the square; a little more than the largest contact radius unless given.
+        Half the side of the square; by default slightly more than the largest contact radius.
 
     Raises
     ------
@@ -70,13 +70,13 @@ class SlidingSolution:
     normal_force, tangential_force, transverse_force : array (m,), N
         F_N, and the forces along x and y.
     contact_radius, stick_radius : array (m,), m
-        Radii of the disks of the same area as the cells in contact, and as those below Coulomb's limit.
+        Radii of disks with the area of the cells in contact, and of those below Coulomb's limit.
     x, y : array (n,), m
         Centres of the cells.
     pressure, q_x, q_y : array (n, n), Pa
         Of the last row; x along the first axis.
     largest_slip_angle : float, degrees
-        Of the traction against the x axis in the last row, among slipping cells that carry at least 5 % of the
+        Largest angle between traction and x axis in the last row, among slipping cells with at least 5 % of the
         largest traction; 0 without slip.
     """
 
@@ -106,17 +106,17 @@ def solve_sliding(
     progress: Callable[[int, int], None] | None = None,
 ) -> SlidingSolution:
     """
-    Follow rows of (indentation, shift) from the virgin state with vector friction on the grid.
+    Follow rows of (indentation, shift) from the initial state with vector friction on the grid.
 
-    In a row the tractions minimise q C q / 2 - w q under |q| <= mu p, w being the displacement before plus the
-    increment of the shift: the slip increment w - C q vanishes below the limit and has the direction of q at it.
+    In each row the tractions minimise q C q / 2 - w q under |q| <= mu p, with w the preceding displacement plus the
+    increment of the shift: the slip increment w - C q vanishes below the limit and is parallel to q at the limit.
 
     Parameters
     ----------
     profile : Profile
         f(r).
     body, counterbody : Elastic, TransverselyIsotropic or Rigid
-        At least one elastic. Their dissimilarity is left out: pressure does not move the surface sideways.
+        At least one elastic. Elastic dissimilarity is neglected: pressure causes no tangential displacement.
     friction : float
         mu, finite and above 0.
     indentation, shift : array_like, shape (m,), m
@@ -132,17 +132,17 @@ def solve_sliding(
     Raises
     ------
     ProblemError
-        If an argument is outside its limits, or the contact reaches the end of the cells or of the profile.
+        If an argument is outside its limits, or the contact exceeds the cells or the profile.
     PathError
         If the rows are not finite, differ in number, or never touch.
     ConvergenceError
-        If pressure or tractions miss 1e-9 of the row's displacements.
+        If residuals exceed 1e-9 of the displacements of a row.
 
     Notes
     -----
     Polonsky and Keer (1999), Wear 231, 206; Kalker (1990), Three-Dimensional Elastic Bodies in Rolling Contact,
-    chapter 4; Beck and Teboulle (2009) and O'Donoghue and Candes (2015) for the iteration. A cell that enters in
-    a row takes the whole increment of its shift: rows in which the contact grows are of first order.
+    chapter 4; Beck and Teboulle (2009) and O'Donoghue and Candes (2015) for the iteration. A cell that enters the
+    contact takes the full increment of the shift, so growing contacts are of first order in the rows.
 
     Examples
     --------
@@ -160,13 +160,13 @@ def solve_sliding(
     surface = make_surface(width, n, body, counterbody)
     gap = _gap(profile, surface.x)
     p, q, before = np.zeros((n, n)), np.zeros((2, n, n)), 0.0
-    moved, rows = np.zeros_like(q), []
+    displaced, rows = np.zeros_like(q), []
     for i in range(d.size):
         p = solve_pressure(surface, gap, float(d[i]), p)
-        _check_room(profile, surface, p > 0)
-        wanted = moved + np.array([u[i] - before, 0.0])[:, None, None]
-        q = solve_tractions(surface, wanted, friction * p, q)
-        moved, before = surface.tangential_displacement(q), float(u[i])
+        _check_extent(profile, surface, p > 0)
+        reference = displaced + np.array([u[i] - before, 0.0])[:, None, None]
+        q = solve_tractions(surface, reference, friction * p, q)
+        displaced, before = surface.tangential_displacement(q), float(u[i])
         rows.append(_row(p, q, friction, surface.side))
         if progress is not None:
             progress(i + 1, d.size)
@@ -190,15 +190,15 @@ def solve_sliding(
 
 def _check(friction: float, d: FloatArray, u: FloatArray) -> None:
     if not 0 < friction < math.inf:
-        raise ProblemError(f"solve_sliding: friction = {friction!r}; give a coefficient above 0 and finite")
+        raise ProblemError(f"solve_sliding: friction = {friction!r}; give a finite coefficient above 0")
     if d.ndim != 1 or d.shape != u.shape or d.size == 0:
-        raise PathError(f"solve_sliding: {d.size} indentations and {u.size} shifts; give as many of each")
+        raise PathError(f"solve_sliding: {d.size} indentations and {u.size} shifts; give equal numbers")
     if not np.all(np.isfinite(d) & np.isfinite(u)):
         raise PathError("solve_sliding: indentation and shift must be finite in every row")
 
 
 def _half_width(profile: Profile, depth: float, n: int, body: Material, counterbody: Material) -> float:
-    """Contact lies where f < d; a coarse solution there tells how much of it is needed."""
+    """Half width in m of the grid, from a coarse solution where f < d."""
     limit = min(profile.edge, profile.reach)
     known = _LENGTHS[limit > _LENGTHS]
     below = np.flatnonzero(profile.gap(known) < depth)
@@ -232,18 +232,18 @@ def _gap(profile: Profile, x: FloatArray) -> FloatArray:
     return np.where(np.isnan(f), np.inf, f)
 
 
-def _check_room(profile: Profile, surface: Surface, contact: Mask) -> None:
+def _check_extent(profile: Profile, surface: Surface, contact: Mask) -> None:
     end, r = surface.x[-1] + surface.side / 2, np.hypot(surface.x[:, None], surface.x)
     widest = float(r[contact].max(initial=0.0))
     if profile.reach < profile.edge and widest + surface.side > profile.reach:
         raise ProblemError(
-            f"solve_sliding: the contact reaches {metres(widest)}, the profile is known to {metres(profile.reach)}; "
-            "give a smaller indentation or a longer profile"
+            f"solve_sliding: the contact extends to {metres(widest)}, the profile to {metres(profile.reach)}; "
+            "give a smaller indentation or a larger profile"
         )
     outermost = np.concatenate([contact[0], contact[-1], contact[:, 0], contact[:, -1]]).any()
     if outermost and end < profile.edge:
         raise ProblemError(
-            f"solve_sliding: the contact reaches the last cells at {metres(end)}; give a larger half_width"
+            f"solve_sliding: the contact extends to the last cells at {metres(end)}; give a larger half_width"
         )
 
 
@@ -260,5 +260,5 @@ def _row(p: FloatArray, q: FloatArray, friction: float, side: float) -> tuple[fl
 
 def _largest_angle(p: FloatArray, q: FloatArray, friction: float) -> float:
     size = np.hypot(*q)
-    told = _slipping(p, q, friction) & (size >= _WEIGHTY * size.max())
-    return math.degrees(float(np.arctan2(np.abs(q[1]), np.abs(q[0]))[told].max(initial=0.0)))
+    selected = _slipping(p, q, friction) & (size >= _WEIGHTY * size.max())
+    return math.degrees(float(np.arctan2(np.abs(q[1]), np.abs(q[0]))[selected].max(initial=0.0)))

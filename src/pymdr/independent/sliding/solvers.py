@@ -16,13 +16,13 @@ _ITERATIONS = 5000
 
 def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: FloatArray) -> FloatArray:
     """
-    Pressure p >= 0 that closes the gap f - d + u where it acts, with no overlap elsewhere.
+    Pressure p >= 0 with zero gap f - d + u in the contact and no overlap elsewhere.
 
     Parameters
     ----------
     surface : Surface
     gap : ndarray (n, n), m
-        f, inf where there is no body.
+        f, inf outside the body.
     depth : float, m
         d.
     start : ndarray (n, n), Pa
@@ -35,7 +35,7 @@ def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: Float
     Raises
     ------
     ConvergenceError
-        If gap and overlap miss 1e-9 of the largest undeformed overlap.
+        If gap or overlap exceeds 1e-9 of the largest undeformed overlap.
 
     Notes
     -----
@@ -69,19 +69,21 @@ def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: Float
             p = np.where(touching, p - (step or 1 / float(surface.normal.real.max())) * rest, p)
             last = math.inf
     raise ConvergenceError(
-        f"solve_sliding: the pressure at {metres(depth)} is left with a misfit of {error / size:.1e} of it"
+        f"solve_sliding: the pressure at {metres(depth)} did not converge: relative residual {error / size:.1e} (limit {_TOLERANCE:g})"
     )
 
 
-def solve_tractions(surface: Surface, wanted: FloatArray, limit: FloatArray, start: FloatArray) -> FloatArray:
+def solve_tractions(
+    surface: Surface, reference: FloatArray, limit: FloatArray, start: FloatArray
+) -> FloatArray:
     """
     Tractions that minimise q C q / 2 - w q under |q| <= limit.
 
     Parameters
     ----------
     surface : Surface
-    wanted : ndarray (2, n, n), m
-        w: the displacement at which a cell would not slip.
+    reference : ndarray (2, n, n), m
+        w: displacement of a cell without slip.
     limit : ndarray (n, n), Pa
         mu p.
     start : ndarray (2, n, n), Pa
@@ -94,17 +96,17 @@ def solve_tractions(surface: Surface, wanted: FloatArray, limit: FloatArray, sta
     Raises
     ------
     ConvergenceError
-        If a projected step of 1 / (largest eigenvalue of C) still moves by more than 1e-9 of w over it.
+        If a projected gradient step of 1 / (largest eigenvalue of C) exceeds 1e-9 of the largest w.
 
     Notes
     -----
     Projected gradients with momentum (Beck and Teboulle 2009) and restarts (O'Donoghue and Candes 2015).
     """
     q = ahead = _capped(start, limit)
-    size = float(np.abs(wanted[:, limit > 0]).max(initial=0.0))
+    size = float(np.abs(reference[:, limit > 0]).max(initial=0.0))
     momentum, error = 1.0, 0.0
     for _ in range(_ITERATIONS):
-        slip = wanted - surface.tangential_displacement(ahead)
+        slip = reference - surface.tangential_displacement(ahead)
         new = _capped(ahead + slip / surface.stiffest, limit)
         error = surface.stiffest * float(np.abs(new - ahead).max())
         if error <= _TOLERANCE * size:
@@ -114,7 +116,7 @@ def solve_tractions(surface: Surface, wanted: FloatArray, limit: FloatArray, sta
         following = (1 + math.sqrt(1 + 4 * momentum**2)) / 2
         ahead, q, momentum = new + (momentum - 1) / following * (new - q), new, following
     raise ConvergenceError(
-        f"solve_sliding: the tractions are left with a slip misfit of {error / size:.1e} of the shift"
+        f"solve_sliding: the tractions did not converge: relative residual of slip {error / size:.1e} (limit {_TOLERANCE:g})"
     )
 
 

@@ -61,18 +61,18 @@ class Surface(NamedTuple):
     normal: NDArray[np.complex128]
     tangential: NDArray[np.complex128]
     stiffest: float
-    """No eigenvalue of the tangential compliance is larger."""
+    """Upper bound of the eigenvalues of the tangential compliance."""
 
     def normal_displacement(self, p: FloatArray) -> FloatArray:
-        """Of both bodies together."""
+        """Sum over both bodies."""
         n = p.shape[-1]
         return np.asarray(fft.irfft2(self.normal * fft.rfft2(p, (2 * n, 2 * n)), (2 * n, 2 * n))[:n, :n])
 
     def tangential_displacement(self, q: FloatArray) -> FloatArray:
-        """Of both bodies together; tractions and displacements (2, n, n)."""
+        """Sum over both bodies; tractions and displacements (2, n, n)."""
         n = q.shape[-1]
-        moved = np.einsum("abij,bij->aij", self.tangential, fft.rfft2(q, (2 * n, 2 * n)))
-        return np.asarray(fft.irfft2(moved, (2 * n, 2 * n))[:, :n, :n])
+        transformed = np.einsum("abij,bij->aij", self.tangential, fft.rfft2(q, (2 * n, 2 * n)))
+        return np.asarray(fft.irfft2(transformed, (2 * n, 2 * n))[:, :n, :n])
 
 
 def make_surface(half_width: float, n: int, body: Material, counterbody: Material) -> Surface:
@@ -100,7 +100,7 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
 
     Notes
     -----
-    Johnson (1985), eqs. 3.17 and 3.75; the same with any compliances, as waves of traction of every direction add up to it.
+    Johnson (1985), eqs. 3.17 and 3.75; general compliances by superposition of traction waves of all directions.
     """
     side = 2 * half_width / n
     lags = side * np.concatenate([np.arange(n), [0.0], np.arange(1 - n, 0)])
@@ -110,12 +110,12 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
     exponent = common_exponent(body, counterbody)
     if exponent != 0.0:
         raise ProblemError(
-            f"solve_sliding: a body is graded (exponent {exponent:g}), and the kernels are those of homogeneous half-spaces"
+            f"solve_sliding: a body is graded (exponent {exponent:g}), but the kernels are for homogeneous half-spaces"
         )
-    surfaces = [surface_compliances(one) for one in (body, counterbody)]
-    normal = sum(one.normal for one in surfaces) / math.pi
-    direct = sum(one.longitudinal for one in surfaces) / math.pi
-    lateral = sum(one.transverse - one.longitudinal for one in surfaces) / math.pi
+    surfaces = [surface_compliances(material) for material in (body, counterbody)]
+    normal = sum(s.normal for s in surfaces) / math.pi
+    direct = sum(s.longitudinal for s in surfaces) / math.pi
+    lateral = sum(s.transverse - s.longitudinal for s in surfaces) / math.pi
     plain, cross = xx + yy, lateral * xy
     along = direct * plain
     symbol = fft.rfft2(np.array([[along + lateral * xx, cross], [cross, along + lateral * yy]]))

@@ -1,4 +1,4 @@
-"""Figures of contacts with adhesion: loops with their jumps, radii, and fields with tension at the edge."""
+"""Figures of adhesive contacts: loops with jumps, radii, and fields with tension at the edge."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from pymdr.presentation.plot.shared import (
     mark_radii,
     new_figure,
     row_name,
-    say,
-    say_refused,
     scaled,
+    show_refusal,
+    show_text,
     singularities,
     styled,
     typeset,
@@ -51,7 +51,7 @@ def adhesive_overview(data: FigureData) -> Figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
         section_into(left, data)
         loop, pressure = right.subplots(2, 1, height_ratios=(1.25, 1.0))
-        draw_loop(loop, course_of(data), _ways(data)[0], 7.0)
+        draw_loop(loop, course_of(data), _abscissas(data)[0], 7.0)
         draw_tensile_pressure(pressure, data)
         letter_panels(figure)
     return figure
@@ -70,10 +70,12 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
     dict of str to matplotlib.figure.Figure
         ``section``, ``loop``, ``radius`` and ``fields``; ``layers`` of a body of layers.
     """
-    course, ways = course_of(data), _ways(data)
+    course, abscissas = course_of(data), _abscissas(data)
     with styled():
-        loop = new_figure(9.6 if len(ways) > 1 else 5.8, 4.8)
-        for axes, across in zip(np.ravel(np.asarray(loop.subplots(1, len(ways)))), ways, strict=True):
+        loop = new_figure(9.6 if len(abscissas) > 1 else 5.8, 4.8)
+        for axes, across in zip(
+            np.ravel(np.asarray(loop.subplots(1, len(abscissas)))), abscissas, strict=True
+        ):
             draw_loop(axes, course, across)
         radius = new_figure(5.8, 4.6)
         draw_radius(radius.subplots(), course)
@@ -87,18 +89,18 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
     return {"section": section(data), "loop": loop, "radius": radius, "fields": fields, **own}
 
 
-def _ways(data: FigureData) -> list[str]:
+def _abscissas(data: FigureData) -> list[str]:
     return ["travel", "indentation"] if "travel" in data.data else ["indentation"]
 
 
 def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
-    """Pressure over the radius with the tension of its edge: cut where it is infinite, or its plateau."""
+    """Pressure over the radius with the tension at its edge, cut where it is infinite."""
     if data.field is None:
-        say_refused(axes, data)
+        show_refusal(axes, data)
         return
     r, a, c = _radii(data)
     if not c > 0.0:
-        say(axes, f"no contact in {row_name(data, data.row)}")
+        show_text(axes, f"no contact in {row_name(data, data.row)}")
         return
     p = data.field("pressure", r)
     r_unit = good_unit(r, "m")
@@ -112,24 +114,24 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
     mark_radii(axes, a, c, r_unit)
     if c > a and np.any((r > a) & (r < c)):
         strength = float(np.min(p.values[(r > a) & (r < c)]))
-        words = f"$-\\sigma_0$ = {typeset(strength, 'Pa')}"
+        label = f"$-\\sigma_0$ = {typeset(strength, 'Pa')}"
         at = float(scaled(np.array(strength), "pressure", unit))
-        axes.text(x[-1], at, words, ha="right", va="bottom", fontsize=8)
+        axes.text(x[-1], at, label, ha="right", va="bottom", fontsize=8)
     sign = edge_sign(p, a)
-    # halfway between the line p = 0 and the end of the picture to which the edge goes
+    # halfway between p = 0 and the limit toward which the edge goes
     height = 0.5 * float(scaled(np.array(low if sign < 0.0 else high), "pressure", unit))
-    words = singularities(float(p["edge_amplitude"]), sign, infinite_within(data, a))
+    label = singularities(float(p["edge_amplitude"]), sign, infinite_within(data, a))
     if data.pull is not None:
-        words = "\n".join(
-            [*words.splitlines(), f"and outside, not drawn,\na pull of {typeset(data.pull, 'N')}"]
+        label = "\n".join(
+            [*label.splitlines(), f"and outside, not drawn,\na pull of {typeset(data.pull, 'N')}"]
         )
-    axes.text(0.98 * x[-1], height, words, ha="right", va="center", fontsize=8)
+    axes.text(0.98 * x[-1], height, label, ha="right", va="center", fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in {row_name(data, data.row)}")
     axes.set_ylabel(axis_label("pressure", unit))
 
 
 def _radii(data: FigureData) -> tuple[FloatArray, float, float]:
-    """Radii graded to both edges, and the radii of contact and of what acts across the gap."""
+    """Radii graded to both edges, the contact radius and the cohesive radius, in m."""
     assert data.field is not None
     a = float(data.data["contact_radius"].values[data.row])
     c = float(data.data["cohesive_radius"].values[data.row]) if "cohesive_radius" in data.data else a
@@ -151,14 +153,14 @@ def _pressure_limits(p: FloatArray, inside: BoolArray, *, finite: bool) -> tuple
         within = np.abs(p[inside & np.isfinite(p)])
         clip = max(1.3 * high, 3.0 * float(np.median(within)) if within.size else 0.0)
         low, high = max(low, -clip), min(high, clip)
-    room = 0.1 * (high - low) or 1.0
-    return low - room, high + 1.5 * room
+    margin = 0.1 * (high - low) or 1.0
+    return low - margin, high + 1.5 * margin
 
 
 def _draw_surfaces(axes: Axes, data: FigureData) -> None:
-    """Both surfaces after deformation, and the gap between them."""
+    """Both deformed surfaces and the gap between them."""
     if data.field is None:
-        say_refused(axes, data)
+        show_refusal(axes, data)
         return
     r, a, c = _radii(data)
     if not c > 0.0:
@@ -182,8 +184,8 @@ def _draw_surfaces(axes: Axes, data: FigureData) -> None:
     axes.plot(
         x[open_gap], lengths(gap[open_gap], unit), color=GREEN, lw=1.2, ls="--", label=QUANTITIES["gap"].label
     )
-    room = 0.1 * (high - low) or 1.0
-    axes.set_ylim(*lengths(np.array([low - room, high + room]), unit))
+    margin = 0.1 * (high - low) or 1.0
+    axes.set_ylim(*lengths(np.array([low - margin, high + margin]), unit))
     axes.set_xlim(0.0, x[-1])
     mark_radii(axes, a, c, r_unit)
     draw_zero(axes)

@@ -1,4 +1,4 @@
-"""Figures of contacts that are known by their force curve: its points, its line, and what was solved on it."""
+"""Figures of contacts given by a force curve: its points, its line, and the solved path."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     FigureData,
     along_history,
-    as_seen,
     axis_label,
     draw_zero,
     legend_above,
@@ -24,6 +23,7 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     scaled,
     styled,
+    thinned_curve,
     typeset,
 )
 from pymdr.quantities import POSITION
@@ -38,7 +38,7 @@ Drawn = TypeVar("Drawn")
 
 @dataclass(frozen=True, eq=False)
 class CurveData:
-    """A force curve as it is drawn, of the bodies of the contact, in SI units."""
+    """A force curve for the bodies of the contact, in SI units."""
 
     points: tuple[FloatArray, FloatArray]
     """Indentations and forces of the data."""
@@ -47,19 +47,19 @@ class CurveData:
     force: FloatArray
     stiffness: FloatArray
     line: tuple[FloatArray, FloatArray]
-    """X and g(x)."""
+    """Positions x and g(x) in m."""
     modulus: float
-    """E* in Pa for which the forces are drawn."""
+    """E* in Pa of the drawn forces."""
     remembers: bool
-    """Whether the bodies have a memory, so that rows lie off the curve."""
+    """Whether the bodies are viscoelastic, so that rows lie off the curve."""
 
     def drawn_by(self, draw: Callable[[FigureData, CurveData], Drawn]) -> Callable[[FigureData], Drawn]:
-        """A figure of this curve, of the data of a result."""
+        """A figure of this curve and the data of a result."""
         return lambda data: draw(data, self)
 
 
 def closure_overview(data: FigureData, curve: CurveData) -> Figure:
-    """The force curve with its points, its stiffness, its line, and what was solved."""
+    """The force curve with its points, its stiffness, its line, and the solved path."""
     with styled():
         figure = new_figure(9.6, 6.4)
         force, stiffness, line, solved = figure.subplots(2, 2).ravel()
@@ -109,7 +109,7 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
     if not curve.remembers:
         d, force = data.data["indentation"].values, data.data["normal_force"].values
         axes.plot(
-            *as_seen(lengths(d, d_unit), scaled(force, "normal_force", f_unit)),
+            *thinned_curve(lengths(d, d_unit), scaled(force, "normal_force", f_unit)),
             ".",
             ms=6,
             color=ORANGE,
@@ -125,7 +125,7 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
 
 
 def draw_stiffness(axes: Axes, curve: CurveData) -> None:
-    """The stiffness, which does not fall."""
+    """The stiffness, which does not decrease."""
     d_unit, k_unit = good_unit(curve.depth, "m"), good_unit(curve.stiffness, "N/m")
     axes.plot(
         lengths(curve.depth, d_unit), scaled(curve.stiffness, "normal_stiffness", k_unit), color=BLUE, lw=1.5
@@ -136,12 +136,12 @@ def draw_stiffness(axes: Axes, curve: CurveData) -> None:
 
 
 def draw_line(axes: Axes, curve: CurveData) -> None:
-    """The line, which is no picture of the contact."""
+    """The line, which is not a picture of the contact."""
     x, g = curve.line
     x_unit, g_unit = good_unit(x, "m"), good_unit(g, "m")
     both = np.append(-x[::-1], x), np.append(g[::-1], g)
     axes.plot(lengths(both[0], x_unit), lengths(both[1], g_unit), color=GREEN, lw=1.5)
-    axes.set_title("line from a curve: no picture of the contact", fontsize=8.0, color=GREY)
+    axes.set_title("line from a curve, not a picture of the contact", fontsize=8.0, color=GREY)
     axes.set_xlabel(f"{POSITION.label} ({x_unit})")
     axes.set_ylabel(axis_label("equivalent_profile", g_unit))
 
@@ -156,7 +156,7 @@ def draw_solved(axes: Axes, data: FigureData) -> None:
         name = "normal_force"
         x, label = along_history(data)
     unit = good_unit(data.data[name].values, "N")
-    axes.plot(*as_seen(np.asarray(x), scaled(data.data[name].values, name, unit)), color=ORANGE, lw=1.5)
+    axes.plot(*thinned_curve(np.asarray(x), scaled(data.data[name].values, name, unit)), color=ORANGE, lw=1.5)
     axes.set_xlabel(label)
     axes.set_ylabel(axis_label(name, unit))
     draw_zero(axes)

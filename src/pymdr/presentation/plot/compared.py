@@ -1,4 +1,4 @@
-"""Figures that hold solutions against each other."""
+"""Figures that compare the method with other solutions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None)
     Parameters
     ----------
     pressures : xarray.Dataset
-        ``mdr`` and ``rings`` over ``r``, in Pa and m; as attribute ``infinite`` the radii in m at which the pressure is.
+        ``mdr`` and ``rings`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     history : xarray.Dataset, optional
         ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings`` over ``row``, in SI units.
 
@@ -123,13 +123,13 @@ def compared_shape(
         plan, cut, curve = figure.subplots(1, 3)
         if pressures is None:
             for panel in (plan, cut):
-                panel.text(0.5, 0.5, "the body is not known there", ha="center", transform=panel.transAxes)
+                panel.text(0.5, 0.5, "body not known at this depth", ha="center", transform=panel.transAxes)
                 panel.set_axis_off()
         else:
             highest = pressures.where(pressures > 0.0)
             p_unit = good_unit(pressures.values, "Pa")
-            unit = good_unit(np.concatenate([pressures[way].values for way in ("x", "y")]), "m")
-            x, y = (lengths(pressures[way].values - _apex(pressures, way), unit) for way in ("x", "y"))
+            unit = good_unit(np.concatenate([pressures[axis].values for axis in ("x", "y")]), "m")
+            x, y = (lengths(pressures[axis].values - _apex(pressures, axis), unit) for axis in ("x", "y"))
             image = plan.pcolormesh(
                 x, y, scaled(highest.values.T, "pressure", p_unit), cmap="viridis", shading="nearest"
             )
@@ -151,32 +151,32 @@ def compared_shape(
     return figure
 
 
-def _apex(pressures: xr.DataArray, way: str) -> float:
-    """Where the apex is: the grids of both axes have a pixel there."""
-    return float(pressures.attrs[f"apex_{way}"])
+def _apex(pressures: xr.DataArray, axis: str) -> float:
+    """Coordinate of the apex, which is a pixel of the grid."""
+    return float(pressures.attrs[f"apex_{axis}"])
 
 
 def _draw_cuts(
     panel: Axes, pressures: xr.DataArray, hertz: Mapping[str, xr.DataArray], unit: str, p_unit: str
 ) -> None:
     """Pressures along both axes through the apex."""
-    for way, other, colour in (("x", "y", BLUE), ("y", "x", ORANGE)):
+    for axis, other, colour in (("x", "y", BLUE), ("y", "x", ORANGE)):
         line = pressures.sel({other: _apex(pressures, other)}, method="nearest")
-        at = lengths(line[way].values - _apex(pressures, way), unit)
+        at = lengths(line[axis].values - _apex(pressures, axis), unit)
         panel.plot(
             at,
             scaled(line.values, "pressure", p_unit),
             ".",
             ms=4,
             color=colour,
-            label=f"boundary elements, along ${way}$",
+            label=f"boundary elements, along ${axis}$",
         )
-        if way in hertz:
-            r, p = lengths(hertz[way]["r"].values, unit), scaled(hertz[way].values, "pressure", p_unit)
+        if axis in hertz:
+            r, p = lengths(hertz[axis]["r"].values, unit), scaled(hertz[axis].values, "pressure", p_unit)
             both = np.concatenate([-r[::-1], r]), np.concatenate([p[::-1], p])
             panel.plot(*both, color=colour, lw=1.2, label="Hertz")
     bearing = pressures.where(pressures > 0.0, drop=True)
-    ends = np.concatenate([bearing[way].values - _apex(pressures, way) for way in ("x", "y")])
+    ends = np.concatenate([bearing[axis].values - _apex(pressures, axis) for axis in ("x", "y")])
     half = 1.15 * float(lengths(np.abs(ends).max(keepdims=True), unit)[0])
     panel.set_xlim(-half, half)
     panel.set_xlabel(f"distance from the apex ({unit})")
@@ -186,7 +186,7 @@ def _draw_cuts(
 
 
 def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
-    """What the method has of the force, and boundary elements with their own error."""
+    """Forces by the method, and by boundary elements with their error."""
     depth, force = table["indentation"].values, table["normal_force_engine"].values
     forces = {"force_lower_bound": ("lower bound", "-.", GREEN), "force_estimate": ("estimate", "--", GREY)}
     forces["normal_force"] = ("MDR", "-", BLUE)
@@ -197,7 +197,7 @@ def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
     )
     x = lengths(depth, d_unit)
     for name, values in known.items():
-        words, style, colour = forces[name]
+        label, style, colour = forces[name]
         if np.isfinite(values).any():
             panel.plot(
                 x,
@@ -205,7 +205,7 @@ def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
                 style,
                 color=colour,
                 lw=1.5,
-                label=words,
+                label=label,
                 marker=".",
             )
     own = scaled(force * table["normal_force_error"].values, "normal_force", f_unit)
@@ -234,9 +234,9 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
     table : xarray.Dataset
         ``shift``, ``tangential_force_mdr`` and ``tangential_force_grid`` over ``step``, in SI units.
     tractions : xarray.Dataset
-        ``mdr`` and ``grid`` over ``r``, in Pa and m; as attribute ``infinite`` the radii in m at which the pressure is.
+        ``mdr`` and ``grid`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     curves : xarray.Dataset
-        ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``: what draws the lines.
+        ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``: the drawn lines.
 
     Returns
     -------
@@ -265,8 +265,8 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
         r_unit, t_unit = good_unit(tractions["r"].values, "m"), good_unit(tractions["grid"].values, "Pa")
         r = lengths(tractions["r"].values, r_unit)
         grid = scaled(tractions["grid"].values, "shear_traction", t_unit)
-        words = "boundary elements, near the x axis"
-        right.plot(r, grid, "o", ms=5, mfc="none", color=ORANGE, label=words)
+        label = "boundary elements, near the x axis"
+        right.plot(r, grid, "o", ms=5, mfc="none", color=ORANGE, label=label)
         fine = lengths(curves["r"].values, r_unit)
         tau = scaled(curves["shear_traction"].values, "shear_traction", t_unit)
         right.plot(fine, tau, color=BLUE, lw=1.2, label="MDR")

@@ -1,4 +1,4 @@
-"""Figures of what flows through a contact."""
+"""Figures of the conduction of heat and current through a contact."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from pymdr.presentation.plot.shared import (
     MARKED_ROWS,
     ORANGE,
     FigureData,
-    as_seen,
     axis_label,
     column,
     legend_above,
@@ -24,6 +23,7 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     scaled,
     styled,
+    thinned_curve,
     typeset,
     without_peaks,
 )
@@ -46,9 +46,9 @@ def conduction_figure(
     ----------
     data : FigureData
     levels : mapping of str to str
-        What is claimed of every quantity that is drawn, one or more.
+        Level of the claim of every drawn quantity.
     fluxes : mapping of str to xarray.DataArray
-        Fields of the drawn row for a unit of the drop between the bodies.
+        Fields of the drawn row for unit drop between the bodies.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def _draw_against_load(axes: Axes, data: FigureData, name: str, level: str) -> N
     values, unit = column(data, name)
     values = np.where(np.isfinite(values), values, math.nan)
     few = "o" if values.size <= MARKED_ROWS else None
-    axes.plot(*as_seen(load, values), color=BLUE, lw=1.5, marker=few, ms=2.5, label=level)
+    axes.plot(*thinned_curve(load, values), color=BLUE, lw=1.5, marker=few, ms=2.5, label=level)
     if name in data.bands:
         low, high = (scaled(end, name, unit) for end in data.bands[name])
         axes.fill_between(load, low, high, color=BLUE, alpha=0.15, lw=0, label="band of the scatter")
@@ -89,7 +89,7 @@ def _draw_against_load(axes: Axes, data: FigureData, name: str, level: str) -> N
 
 
 def _draw_fluxes(axes: Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
-    """The first flux over the radius; a second one is the same curve on another scale."""
+    """The first flux over the radius; further ones are the same curve on other scales."""
     (name, flux), *others = fluxes.items()
     r, values = flux["r"].values, flux.values
     unit = good_unit(r, "m")
@@ -100,8 +100,8 @@ def _draw_fluxes(axes: Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
     axes.set_xlabel(f"{RADIUS.label} ({unit})")
     axes.set_ylabel(axis_label(name, _typeset(QUANTITIES[name].unit)))
     size = f"{typeset(float(flux['edge_amplitude']))} {_typeset(flux['edge_amplitude'].attrs['units'])}"
-    words = f"$j \\simeq K/\\sqrt{{a-r}}$ at $r = a$:\n$K$ = {size}"
-    axes.text(0.04, 0.96, words, va="top", transform=axes.transAxes, fontsize=8)
+    label = f"$j \\simeq K/\\sqrt{{a-r}}$ at $r = a$:\n$K$ = {size}"
+    axes.text(0.04, 0.96, label, va="top", transform=axes.transAxes, fontsize=8)
     for other, same in others:
         ratio = float(same["edge_amplitude"]) / float(flux["edge_amplitude"])
         scale = axes.twinx()
@@ -111,6 +111,6 @@ def _draw_fluxes(axes: Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
 
 
 def _typeset(unit: str) -> str:
-    """A unit as on axes."""
+    """A unit typeset for an axis."""
     powers = unit.replace("m^2", "m²").replace("*m^0.5", " m$^{1/2}$")
     return powers.replace("*", " ").replace("ohm", "Ω")

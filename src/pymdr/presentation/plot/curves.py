@@ -14,16 +14,16 @@ from pymdr.presentation.plot.shared import (
     MARKED_ROWS,
     ORANGE,
     FigureData,
-    as_seen,
     axis_label,
     edge_sign,
     infinite_within,
     letter_panels,
     limit_peaks,
     new_figure,
-    say_refused,
+    show_refusal,
     singularities,
     styled,
+    thinned_curve,
     without_peaks,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
@@ -51,7 +51,7 @@ def fields(data: FigureData) -> Figure:
     with styled():
         figure = new_figure(9.0, 3.6)
         if data.field is None:
-            say_refused(figure.subplots(), data)
+            show_refusal(figure.subplots(), data)
             return figure
         left, right = figure.subplots(1, 2)
         draw_pressure(left, data)
@@ -61,13 +61,13 @@ def fields(data: FigureData) -> Figure:
 
 
 def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
-    """A quantity against indentation, with its band and the lower bound where it was refused."""
+    """A quantity against indentation, with its band, and the lower bound of refused rows."""
     d = data.data["indentation"].values if "indentation" in data.data else None
     bound = data.data["force_lower_bound"].values if "force_lower_bound" in data.data else None
     values = data.data[name].values if name in data.data else None
     is_force = name == "normal_force"
     if d is None or (values is None and not (is_force and bound is not None)):
-        say_refused(axes, data)
+        show_refusal(axes, data)
         return
     drawn = values if values is not None else np.full(d.shape, math.nan)
     shown = np.concatenate([drawn, bound]) if is_force and bound is not None else drawn
@@ -87,8 +87,8 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
             x, scaled(low), scaled(high), color=BLUE, alpha=0.15, lw=0, label="band of the scatter"
         )
     if is_force and bound is not None and not np.isfinite(drawn).all():
-        words = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
-        axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, marker=few, ms=2.5, label=words)
+        label = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
+        axes.plot(x, scaled(bound), color=ORANGE, ls="--", lw=1.2, marker=few, ms=2.5, label=label)
     if known.any() and data.loading is not None:
         depth = max(float(d[known].max()), 0.0) * np.linspace(0.0, 1.0, 301) ** 2
         between = from_si(data.loading(depth)[name], unit, y_unit)
@@ -96,7 +96,7 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
         if few:
             axes.plot(from_si(d, "m", x_unit), from_si(drawn, unit, y_unit), "o", color=BLUE, ms=2.5)
     elif known.any():
-        axes.plot(*as_seen(x, scaled(drawn)), color=BLUE, lw=1.5, marker=few, ms=2.5)
+        axes.plot(*thinned_curve(x, scaled(drawn)), color=BLUE, lw=1.5, marker=few, ms=2.5)
     if data.row >= 0 and values is not None:
         at = from_si(d[data.row], "m", x_unit), from_si(values[data.row], unit, y_unit)
         axes.plot(*at, "o", color=BLUE, ms=5)
@@ -109,7 +109,7 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
 
 
 def draw_pressure(axes: Axes, data: FigureData) -> None:
-    """Pressure over the radius, with notes on its singularities."""
+    """Pressure over the radius, with labels of its singularities."""
     assert data.field is not None
     p = data.field("pressure", None)
     r, values = p["r"].values, p.values
@@ -122,14 +122,14 @@ def draw_pressure(axes: Axes, data: FigureData) -> None:
     peaks = infinite_within(data, a)
     for radius in (*peaks, *([a] if sign != 0.0 else [])):
         axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
-    words = singularities(float(p["edge_amplitude"]), sign, peaks)
-    axes.text(0.97, 0.95, words, ha="right", va="top", transform=axes.transAxes, fontsize=8)
+    notes = singularities(float(p["edge_amplitude"]), sign, peaks)
+    axes.text(0.97, 0.95, notes, ha="right", va="top", transform=axes.transAxes, fontsize=8)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(axis_label("pressure", unit))
 
 
 def draw_displacement(axes: Axes, data: FigureData) -> None:
-    """Displacement of the surface, undeformed body and gap over the radius."""
+    """Surface displacement, undeformed body and gap over the radius."""
     assert data.field is not None
     u = data.field("normal_displacement", None)
     r = u["r"].values

@@ -1,4 +1,4 @@
-"""The figure of an exported law: force over depth, and what the table errs by."""
+"""The figure of an exported law: force over indentation, and the errors of the table."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def law_study(
     curve: tuple[FloatArray, FloatArray],
     checks: xr.Dataset,
     tolerance: float,
-    held_to: float | None,
+    pull_off: float | None,
 ) -> Figure:
     """
     Force over indentation with the knots of its table, and the measured errors.
@@ -49,9 +49,9 @@ def law_study(
     checks : xarray.Dataset
         ``indentation`` (m) and relative errors of the quantities.
     tolerance : float
-        What was asked.
-    held_to : float or None
-        The indentation in m at which the contact is lost; None without adhesion.
+        The requested relative error.
+    pull_off : float or None
+        Indentation in m at pull-off; None without adhesion.
 
     Returns
     -------
@@ -60,14 +60,14 @@ def law_study(
     with styled():
         figure = new_figure(9.6, 3.8)
         law, errors = figure.subplots(1, 2)
-        _draw_law(law, knots, curve, held_to)
-        _draw_errors(errors, checks, tolerance, held_to)
+        _draw_law(law, knots, curve, pull_off)
+        _draw_errors(errors, checks, tolerance, pull_off)
         letter_panels(figure)
     return figure
 
 
 def _draw_law(
-    axes: Axes, knots: xr.Dataset, curve: tuple[FloatArray, FloatArray], held_to: float | None
+    axes: Axes, knots: xr.Dataset, curve: tuple[FloatArray, FloatArray], pull_off: float | None
 ) -> None:
     units = {
         name: good_unit(knots[name].values, quantity(name).unit) for name in ("indentation", "normal_force")
@@ -76,20 +76,20 @@ def _draw_law(
     axes.plot(d, force, color=BLUE, label="law")
     at, forces = (scaled(knots[n].values, n, units[n]) for n in units)
     axes.plot(at, forces, "o", ms=3.0, color=GREY, label=f"{at.size} knots")
-    if held_to is None and np.all(force > 0.0):
+    if pull_off is None and np.all(force > 0.0):
         axes.set(xscale="log", yscale="log")
         axes.set_xlim(0.5 * d[0], 1.5 * d[-1])
     else:
         draw_zero(axes)
-        if held_to is not None:
-            axes.plot(at[:1], forces[:1], "s", color=ORANGE, label="lost")
+        if pull_off is not None:
+            axes.plot(at[:1], forces[:1], "s", color=ORANGE, label="pull-off")
     axes.set_xlabel(axis_label("indentation", units["indentation"]))
     axes.set_ylabel(axis_label("normal_force", units["normal_force"]))
     legend_above(axes)
 
 
-def _draw_errors(axes: Axes, checks: xr.Dataset, tolerance: float, held_to: float | None) -> None:
-    d = checks["indentation"].values - (held_to or 0.0)
+def _draw_errors(axes: Axes, checks: xr.Dataset, tolerance: float, pull_off: float | None) -> None:
+    d = checks["indentation"].values - (pull_off or 0.0)
     unit = good_unit(d, "m")
     x = scaled(d, "indentation", unit)
     for name, (colour, symbol) in _DRAWN.items():
@@ -100,6 +100,6 @@ def _draw_errors(axes: Axes, checks: xr.Dataset, tolerance: float, held_to: floa
     axes.axhline(tolerance, color=GREY, lw=0.8, ls="--", label="tolerance")
     axes.set(xscale="log", yscale="log", ylabel="relative error against solve")
     axes.set_xlabel(
-        axis_label("indentation", unit) if held_to is None else f"indentation above the pull-off ({unit})"
+        axis_label("indentation", unit) if pull_off is None else f"indentation above the pull-off ({unit})"
     )
     legend_above(axes)

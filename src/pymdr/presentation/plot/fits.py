@@ -32,31 +32,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LAWS = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), ("#CC79A7", ":"), ("#E69F00", "-"), ("#56B4E9", "--"))
-"""Colours of Okabe and Ito and dashes of laws, which may lie on each other."""
+"""Colours (Okabe and Ito) and dashes of laws whose curves may coincide."""
 _SMALL = 0.005
-"""A weight that is not written out."""
+"""Smallest weight that is written out."""
 
 
-def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
+def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:
     """
-    Measured forces with the model, and what is left of them.
+    Measured forces with the model, and the residuals.
 
     Parameters
     ----------
     data : xarray.Dataset
         Over ``step``: ``indentation`` (m) and ``normal_force`` (N), or ``shift`` (m) and ``tangential_force`` (N), ``model`` and
-        ``residual`` (N), ``used`` and ``curve``; normal forces are drawn over ``time`` (s) where there is one.
-    words : sequence of str
-        What was found, a line each.
+        ``residual`` (N), ``used`` and ``curve``; normal forces are drawn over ``time`` (s) if given.
+    captions : sequence of str
+        Fitted parameters, one line each.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
     with styled():
-        figure = new_figure(9.6, 4.0 + 0.16 * len(words))
-        curve, left = figure.subplots(1, 2, width_ratios=[3, 2])
-        along, force = _drawn(data)
+        figure = new_figure(9.6, 4.0 + 0.16 * len(captions))
+        curve, rest = figure.subplots(1, 2, width_ratios=[3, 2])
+        along, force = _drawn_names(data)
         own, newton = (good_unit(data[name].values, quantity(name).unit) for name in (along, force))
         x, y = scaled(data[along].values, along, own), scaled(data[force].values, force, newton)
         used, which = data["used"].values, data["curve"].values
@@ -71,16 +71,16 @@ def fitted_curves(data: xr.Dataset, words: Sequence[str]) -> Figure:
         _name_axes(curve, along, own, force, newton)
         unit = good_unit(data["residual"].values[used], "N")
         sample = x if along == "time" else np.arange(1.0, x.size + 1)
-        _draw_left(left, sample, data, unit, GREY)
-        left.set_xlabel(axis_label("time", own) if along == "time" else "sample")
-        left.set_ylabel(f"measured less model ({unit})")
+        _draw_residuals(rest, sample, data, unit, GREY)
+        rest.set_xlabel(axis_label("time", own) if along == "time" else "sample")
+        rest.set_ylabel(f"measured minus model ({unit})")
         letter_panels(figure)
-        figure.suptitle("\n".join(words).replace("^2", "²"), fontsize=8)
+        figure.suptitle("\n".join(captions).replace("^2", "²"), fontsize=8)
     return figure
 
 
-def _drawn(data: xr.Dataset) -> tuple[str, str]:
-    """What is drawn along, and which force."""
+def _drawn_names(data: xr.Dataset) -> tuple[str, str]:
+    """Names of the abscissa and of the drawn force."""
     if "tangential_force" in data:
         return "shift", "tangential_force"
     return "time" if "time" in data else "indentation", "normal_force"
@@ -97,8 +97,8 @@ def _name_axes(axes: Axes, along: str, own: str, force: str, newton: str) -> Non
     legend_above(axes)
 
 
-def _draw_left(axes: Axes, x: FloatArray, data: xr.Dataset, unit: str, colour: str) -> None:
-    """What the model leaves of the samples that were used."""
+def _draw_residuals(axes: Axes, x: FloatArray, data: xr.Dataset, unit: str, colour: str) -> None:
+    """Residuals of the fitted samples."""
     residual = np.where(data["used"].values, data["residual"].values, np.nan)
     axes.plot(x, from_si(residual, "N", unit), ".", color=colour, ms=2.5, rasterized=True)
     axes.axhline(0.0, color=BLUE if colour == GREY else GREY, lw=1.0)
@@ -106,12 +106,12 @@ def _draw_left(axes: Axes, x: FloatArray, data: xr.Dataset, unit: str, colour: s
 
 def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
     """
-    What was found in many curves: pictures over a grid of two dimensions, points over any other.
+    Fitted parameters of many curves: maps over a grid of two dimensions, points over any other.
 
     Parameters
     ----------
     data : xarray.Dataset
-        Over the grid of the curves; NaN where nothing was found.
+        Over the grid of the curves; NaN where the fit failed.
     names : sequence of str
         The panels.
 
@@ -129,12 +129,12 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
             own = str(data[name].attrs["units"])
             unit = good_unit(data[name].values, own)
             values = np.asarray(from_si(data[name].values, own, unit))
-            words = f"{name.replace('_', ' ')} ({unit.replace('^2', '²')})"
+            label = f"{name.replace('_', ' ')} ({unit.replace('^2', '²')})"
             if len(dims) == 2:
-                _draw_picture(axes, data, dims, values, words)
+                _draw_picture(axes, data, dims, values, label)
             else:
                 _draw_points(axes, data, name, unit)
-                axes.set_ylabel(words)
+                axes.set_ylabel(label)
         for axes in panels[len(names) :]:
             figure.delaxes(axes)
         letter_panels(figure)
@@ -142,7 +142,7 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
 
 
 def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
-    """Values curve by curve, with their standard errors where there are any."""
+    """Values over the number of the curve, with standard errors if given."""
     from matplotlib.ticker import MaxNLocator
 
     own = str(data[name].attrs["units"])
@@ -156,22 +156,22 @@ def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     axes.set_xlabel("curve")
 
 
-def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, words: str) -> None:
-    """Values over the grid, the curves without any in grey."""
-    (y, up), (x, along) = (_places(data, dim) for dim in dims)
-    low, high = _middle(values)
+def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, label: str) -> None:
+    """Values over the grid; failed fits in grey."""
+    (y, up), (x, along) = (_coordinates(data, dim) for dim in dims)
+    low, high = _colour_limits(values)
     picture = axes.pcolormesh(
         _edges(x), _edges(y), values, vmin=low, vmax=high, cmap="viridis", rasterized=True
     )
     axes.set_facecolor(GREY)
     axes.set_aspect("equal" if up and up == along else "auto")
-    axes.figure.colorbar(picture, ax=axes, label=words)
+    axes.figure.colorbar(picture, ax=axes, label=label)
     axes.set_ylabel(f"{dims[0]} ({up})" if up else dims[0])
     axes.set_xlabel(f"{dims[1]} ({along})" if along else dims[1])
 
 
-def _places(data: xr.Dataset, dim: str) -> tuple[FloatArray, str]:
-    """Of the pixels, lengths in a unit that suits them; numbers where the grid has none."""
+def _coordinates(data: xr.Dataset, dim: str) -> tuple[FloatArray, str]:
+    """Coordinates of the pixels and their unit; indices if the grid has none."""
     if dim not in data.coords:
         return np.arange(float(data.sizes[dim])), ""
     at, own = np.asarray(data[dim].values, dtype=float), str(data[dim].attrs.get("units", ""))
@@ -183,8 +183,8 @@ def _places(data: xr.Dataset, dim: str) -> tuple[FloatArray, str]:
     return lengths(metres, unit), unit
 
 
-def _middle(values: np.ndarray) -> tuple[float, float]:
-    """Where all but the outermost hundredths lie."""
+def _colour_limits(values: np.ndarray) -> tuple[float, float]:
+    """Limits of the colour scale: the 1st and 99th percentile."""
     if not np.isfinite(values).any():
         return 0.0, 1.0
     low, high = (float(q) for q in np.nanquantile(values, [0.01, 0.99]))
@@ -192,21 +192,21 @@ def _middle(values: np.ndarray) -> tuple[float, float]:
 
 
 def _edges(at: FloatArray) -> FloatArray:
-    """Of the pixels around places."""
+    """Edges of the pixels around their centres."""
     step = np.diff(at) if at.size > 1 else np.ones(1)
     return np.concatenate([[at[0] - 0.5 * step[0]], 0.5 * (at[1:] + at[:-1]), [at[-1] + 0.5 * step[-1]]])
 
 
 def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -> Figure:
     """
-    A record with the models of several laws, and what each of them leaves.
+    A record with the models of several laws, and the residuals of each.
 
     Parameters
     ----------
     data : mapping of str to xarray.Dataset
-        As for :func:`fitted_curves`, by the names of the laws; drawn from the origins of the one with the largest weight.
+        As for :func:`fitted_curves`, by law; the contact point is that of the law with the largest weight.
     weights : mapping of str to float
-        Akaike's.
+        Akaike weights by law.
 
     Returns
     -------
@@ -218,7 +218,7 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
         figure = new_figure(9.6, max(4.2, 1.3 * len(order)))
         grid = figure.add_gridspec(len(order), 2, width_ratios=[3, 2])
         curve = figure.add_subplot(grid[:, 0])
-        along, drawn = _drawn(first)
+        along, drawn = _drawn_names(first)
         own, newton = (good_unit(first[name].values, quantity(name).unit) for name in (along, drawn))
         x, force = scaled(first[along].values, along, own), first[drawn].values
         _draw_measured(curve, x, scaled(force, drawn, newton))
@@ -230,11 +230,11 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
             curve.plot(x, model, color=colour, ls=dashes, lw=1.4, label=f"{name} ({weight})")
             axes = figure.add_subplot(grid[i, 1], sharex=rows[0] if rows else None)
             unit = good_unit(data[name]["residual"].values[data[name]["used"].values], "N")
-            _draw_left(axes, sample, data[name], unit, colour)
+            _draw_residuals(axes, sample, data[name], unit, colour)
             axes.set_ylabel(f"{name} ({unit})", fontsize=8)
             axes.tick_params(labelbottom=i == len(order) - 1)
             rows.append(axes)
-        rows[0].set_title("measured less model", fontsize=9)
+        rows[0].set_title("measured minus model", fontsize=9)
         rows[-1].set_xlabel(axis_label("time", own) if along == "time" else "sample")
         figure.align_ylabels(rows)
         _name_axes(curve, along, own, drawn, newton)

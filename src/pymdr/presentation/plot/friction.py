@@ -1,4 +1,4 @@
-"""Figures of contacts with friction: loops, stick and slip, tractions and energies."""
+"""Figures of frictional contacts: loops, stick and slip, tractions and energies."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     FigureData,
     along_history,
-    as_seen,
     axis_label,
     column,
     draw_zero,
@@ -28,10 +27,11 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     note_peaks,
     row_name,
-    say,
     scaled,
+    show_text,
     styled,
     thinned,
+    thinned_curve,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, good_unit
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SHOWN = (BLUE, ORANGE, GREEN)
-_STRETCHES = 1000
+_BLOCKS = 1000
 
 
 def frictional_overview(data: FigureData) -> Figure:
@@ -89,13 +89,13 @@ def frictional_figures(data: FigureData) -> dict[str, Figure]:
 
 
 def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
-    """Tangential force over the shift, with the rows whose tractions are drawn."""
+    """Tangential force over the shift; marked rows are those whose tractions are drawn."""
     (u, u_unit), (force, force_unit) = (column(data, name) for name in ("shift", "tangential_force"))
     if _is_thinned(data):
-        axes.plot(u, force, ".", color=GREY, ms=2.5, label="rows that were kept")
+        axes.plot(u, force, ".", color=GREY, ms=2.5, label="kept rows")
     else:
         few = "o" if u.size <= MARKED_ROWS else None
-        axes.plot(*as_seen(u, force), color=GREY, lw=1.3, marker=few, ms=2.5)
+        axes.plot(*thinned_curve(u, force), color=GREY, lw=1.3, marker=few, ms=2.5)
     for row, colour in zip(rows, _SHOWN, strict=False):
         name = row_name(data, row)
         axes.plot(u[[row]], force[[row]], "o", color=colour, ms=6, label=name, zorder=3)
@@ -108,7 +108,7 @@ def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
 
 
 def _draw_limits(axes: Axes, data: FigureData, u: FloatArray, force_unit: str) -> None:
-    """The most that friction carries, +-mu F_N: as lines where the load is constant while something is sheared."""
+    """The friction limits +-mu F_N, as lines if the load is constant while sheared."""
     if data.friction is None or not 0.0 < data.friction < math.inf:
         return
     load = data.data["normal_force"].values
@@ -124,7 +124,7 @@ def _draw_limits(axes: Axes, data: FigureData, u: FloatArray, force_unit: str) -
             label = None
         return
     for sign in (1.0, -1.0):
-        x, y = as_seen(u, np.where(sheared, sign * limit, np.nan))
+        x, y = thinned_curve(u, np.where(sheared, sign * limit, np.nan))
         if _is_thinned(data):
             axes.plot(x, y, ".", color=ORANGE, ms=1.5, label=label)
         else:
@@ -133,15 +133,15 @@ def _draw_limits(axes: Axes, data: FigureData, u: FloatArray, force_unit: str) -
 
 
 def _is_thinned(data: FigureData) -> bool:
-    """Whether rows were left out: what happened between those that were kept is not known."""
+    """Whether only some rows of the path were kept."""
     return "row" in data.data.coords and bool(np.any(np.diff(data.data["row"].values) > 1))
 
 
 def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
-    """Stick inside and slip around it, over the history, with lines at the rows whose tractions are drawn."""
+    """Stick and slip zones over the history, with lines at the rows whose tractions are drawn."""
     a, unit = column(data, "contact_radius")
     least = most = lengths(data.data["stick_radius"].values, unit)
-    x, words = along_history(data)
+    x, x_label = along_history(data)
     for row, colour in zip(rows, _SHOWN, strict=False):
         axes.axvline(x[row], color=colour, lw=1.2, ls=":")
     if x.size == 1:
@@ -149,12 +149,12 @@ def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
     if _is_thinned(data):
         axes.vlines(x, least, a, color=ORANGE, alpha=0.35, lw=1.2, label="slip")
         axes.vlines(x, 0.0, least, color=BLUE, alpha=0.3, lw=1.2, label="stick")
-        axes.plot(x, a, ".", color=GREY, ms=3, label="contact radius, rows that were kept")
-        axes.plot(x, least, ".", color=BLUE, ms=3, label="stick radius, rows that were kept")
+        axes.plot(x, a, ".", color=GREY, ms=3, label="contact radius, kept rows")
+        axes.plot(x, least, ".", color=BLUE, ms=3, label="stick radius, kept rows")
     else:
         _fill_zones(axes, x, a, least, most)
     axes.ticklabel_format(axis="x", style="plain")
-    axes.set_xlabel(words)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(f"radius ({unit})")
     axes.set_ylim(0.0, 1.1 * float(np.nanmax(a, initial=0.0)) or 1.0)
     axes.margins(x=0.0)
@@ -162,13 +162,13 @@ def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
 
 
 def _fill_zones(axes: Axes, x: FloatArray, a: FloatArray, least: FloatArray, most: FloatArray) -> None:
-    """Stick and slip over rows that follow each other."""
+    """Stick and slip zones over consecutive rows."""
     if x.size > MOST:
-        # more rows than the picture is wide: the extremes of stretches of them
-        starts = np.linspace(0, x.size, _STRETCHES, endpoint=False, dtype=int)
+        # more rows than pixels: the extremes of blocks of rows
+        starts = np.linspace(0, x.size, _BLOCKS, endpoint=False, dtype=int)
         least, most = np.fmin.reduceat(least, starts), np.fmax.reduceat(most, starts)
         x, a = x[starts], np.fmax.reduceat(a, starts)
-        axes.fill_between(x, least, most, color=ORANGE, alpha=0.12, lw=0, label="stick and slip by turns")
+        axes.fill_between(x, least, most, color=ORANGE, alpha=0.12, lw=0, label="alternating stick and slip")
     axes.fill_between(x, most, a, color=ORANGE, alpha=0.35, lw=0, label="slip")
     axes.fill_between(x, 0.0, least, color=BLUE, alpha=0.3, lw=0, label="stick")
     axes.plot(x, a, color=GREY, lw=1.2, label=QUANTITIES["contact_radius"].label)
@@ -176,23 +176,23 @@ def _fill_zones(axes: Axes, x: FloatArray, a: FloatArray, least: FloatArray, mos
 
 
 def _chosen(data: FigureData) -> list[int]:
-    """The drawn row, that of the largest force, and the largest in the other direction or one halfway between."""
+    """The drawn row, the row of the largest force, and that of the largest opposite force or one in between."""
     force = data.data["tangential_force"].values
     touching = np.isfinite(force) & (data.data["contact_radius"].values > 0.0)
     if not touching.any():
         return []
     drawn = data.row if data.row >= 0 and touching[data.row] else int(np.flatnonzero(touching)[-1])
     largest = int(np.argmax(np.where(touching, np.abs(force), -1.0)))
-    against = np.where(touching, -force * np.sign(force[largest]), -math.inf)
-    found = {drawn, largest, int(np.argmax(against))}
-    if np.max(against) < 0.05 * abs(force[largest]):
+    opposite = np.where(touching, -force * np.sign(force[largest]), -math.inf)
+    rows = {drawn, largest, int(np.argmax(opposite))}
+    if np.max(opposite) < 0.05 * abs(force[largest]):
         halfway = np.abs(force - 0.5 * (force[drawn] + force[largest]))
-        found = {drawn, largest, int(np.argmin(np.where(touching, halfway, math.inf)))}
-    return sorted(found)
+        rows = {drawn, largest, int(np.argmin(np.where(touching, halfway, math.inf)))}
+    return sorted(rows)
 
 
 def _radii(data: FigureData, rows: list[int]) -> FloatArray:
-    """Radii graded to the edges of stick and contact of some rows, where tractions are as steep as roots."""
+    """Radii graded to the stick and contact radii of some rows, where tractions vary like square roots."""
     a, b = (data.data[name].values[rows] for name in ("contact_radius", "stick_radius"))
     top = float(np.max(a))
     from_edge = np.linspace(0.0, 1.0, 81) ** 4
@@ -211,16 +211,16 @@ def _radii(data: FigureData, rows: list[int]) -> FloatArray:
 
 
 def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
-    """Shear traction of some rows inside the limits of friction."""
+    """Shear traction of some rows with the friction limits."""
     if not rows or data.field_at is None:
-        say(axes, "no contact at any step")
+        show_text(axes, "no contact at any step")
         return
     r = _radii(data, rows)
-    found = [data.field_at("shear_traction", r, row).values for row in rows]
+    tractions = [data.field_at("shear_traction", r, row).values for row in rows]
     limits: list[FloatArray] = []
     if data.friction is not None and 0.0 < data.friction < math.inf:
         limits = [data.friction * data.field_at("pressure", r, row).values for row in rows]
-    top = _largest_shown([*found, *limits])
+    top = _largest_shown([*tractions, *limits])
     r_unit, unit = good_unit(r, "m"), good_unit(np.array([top]), "Pa")
     x = lengths(r, r_unit)
     label: str | None = "$\\pm\\mu p$"
@@ -232,14 +232,13 @@ def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
             y = scaled(sign * within, "shear_traction", unit)
             axes.plot(x, y, color=colour, lw=0.9, ls=(0, (4, 2)), label=label, zorder=3 if alike else 1)
             label = None
-    for row, colour, tau in zip(rows, _SHOWN, found, strict=False):
+    for row, colour, tau in zip(rows, _SHOWN, tractions, strict=False):
         name = row_name(data, row)
         axes.plot(x, scaled(tau, "shear_traction", unit), color=colour, lw=1.5, label=name)
     if top > 0.0:
-        low, high = (any((f[np.isfinite(f)] * s > 1e-9 * top).any() for f in [*found]) for s in (-1.0, 1.0))
+        low, high = (any((f[np.isfinite(f)] * s > 1e-9 * top).any() for f in tractions) for s in (-1.0, 1.0))
         ends = np.array([-1.15 * top if low else -0.1 * top, 1.15 * top if high else 0.1 * top])
         axes.set_ylim(*scaled(ends, "shear_traction", unit))
-    # no line of the limit is drawn without friction, nor where it is endless
     if limits:
         note_peaks(axes, infinite_within(data, float(np.max(data.data["contact_radius"].values[rows]))))
     draw_zero(axes)
@@ -250,16 +249,16 @@ def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
 
 
 def _largest_shown(values: list[FloatArray]) -> float:
-    """Where a picture ends whose curves may be infinite at an edge or at a tip."""
+    """Upper limit of a picture whose curves may be infinite at an edge or at a tip."""
     finite = [np.abs(v[np.isfinite(v)]) for v in values]
     tops = [float(min(np.max(v), 3.0 * np.median(v[v > 0.0]))) for v in finite if (v > 0.0).any()]
     return max(tops, default=0.0)
 
 
 def _draw_slip(axes: Axes, data: FigureData, rows: list[int]) -> None:
-    """Tangential displacement of the surface, and slip inside the contact, of some rows."""
+    """Tangential surface displacement and slip of some rows."""
     if not rows or data.field_at is None:
-        say(axes, "no contact at any step")
+        show_text(axes, "no contact at any step")
         return
     r = _radii(data, rows)
     shown = [data.field_at("tangential_displacement", r, row).values for row in rows]
@@ -283,18 +282,18 @@ def _draw_energies(axes: Axes, data: FigureData) -> None:
     """Stored and dissipated energy over the history."""
     names = ("stored_tangential_energy", "dissipated_energy")
     unit = good_unit(np.concatenate([data.data[name].values for name in names]), "J")
-    x, words = along_history(data)
+    x, x_label = along_history(data)
     for name, colour in zip(names, (BLUE, ORANGE), strict=True):
         values = scaled(data.data[name].values, name, unit)
         kept = thinned(values)
         label = QUANTITIES[name].label
         if _is_thinned(data):
-            axes.plot(x[kept], values[kept], ".", color=colour, ms=3, label=f"{label}, rows that were kept")
+            axes.plot(x[kept], values[kept], ".", color=colour, ms=3, label=f"{label}, kept rows")
             continue
         few = "o" if x.size <= MARKED_ROWS else None
         axes.plot(x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5, label=label)
     draw_zero(axes)
-    axes.set_xlabel(words)
+    axes.set_xlabel(x_label)
     axes.set_ylabel(f"energy ({unit})")
     axes.ticklabel_format(axis="x", style="plain")
     legend_above(axes)

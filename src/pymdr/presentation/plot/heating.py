@@ -1,4 +1,4 @@
-"""Figures of how hot contacts become."""
+"""Figures of temperature rises in contacts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pymdr.presentation.plot.shared import (
     lengths,
     letter_panels,
     new_figure,
-    say,
+    show_text,
     styled,
 )
 from pymdr.units import FloatArray, from_si, good_unit
@@ -30,14 +30,14 @@ _MOST = 5
 
 def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figure:
     """
-    Rise of the hottest place against the voltage, and the voltage against the current, or the resistance, where they are known.
+    Largest temperature rise against voltage and, where known, voltage against current or resistance.
 
     Parameters
     ----------
     data : xarray.Dataset
-        ``voltage`` (V) and ``temperature_rise`` (K), and where it is known ``current`` (A).
+        ``voltage`` (V) and ``temperature_rise`` (K), and optionally ``current`` (A).
     voltage, rise : ndarray
-        That of all metals, in V and K.
+        The universal curve of all metals, in V and K.
 
     Returns
     -------
@@ -53,19 +53,19 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
         axes[0].plot(from_si(voltage, "V", unit), rise, color=GREY, lw=1.2, label="any shape, any metal")
         axes[0].plot(given, data["temperature_rise"].values, few, color=BLUE, ms=4)
         axes[0].set_xlabel(f"voltage $V$ ({unit})")
-        axes[0].set_ylabel("rise of the hottest place $T_\\mathrm{max} - T_0$ (K)")
+        axes[0].set_ylabel("largest temperature rise $T_\\mathrm{max} - T_0$ (K)")
         axes[0].set_ylim(bottom=0.0)
         legend_above(axes[0])
         if panels == 2:
             current, resistance = data["current"].values, data["cold_resistance"].values
-            along, words, si = current, "current $I$", "A"
+            along, label, si = current, "current $I$", "A"
             if np.ptp(current) == 0.0 and np.ptp(resistance) > 0.0:
-                along, words, si = resistance, "cold resistance $R_0$", "ohm"
+                along, label, si = resistance, "cold resistance $R_0$", "ohm"
             shown = good_unit(along, si)
             x, cold = from_si(along, si, shown), from_si(current * resistance, "V", unit)
-            axes[1].plot(x, given, few, color=BLUE, ms=4, label="with its heat")
-            axes[1].plot(x, cold, few, color=GREY, ms=3, label="as if it stayed cold")
-            axes[1].set_xlabel(f"{words} ({shown.replace('ohm', 'Ω')})")
+            axes[1].plot(x, given, few, color=BLUE, ms=4, label="heated")
+            axes[1].plot(x, cold, few, color=GREY, ms=3, label="cold")
+            axes[1].set_xlabel(f"{label} ({shown.replace('ohm', 'Ω')})")
             axes[1].set_ylabel(f"voltage $V$ ({unit})")
             draw_zero(axes[1])
             legend_above(axes[1])
@@ -80,10 +80,10 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        ``largest_temperature_rise`` (K) over ``speed`` (m/s), ``mean_temperature_rise`` where it is known, and ``contact_radius``
-        in its attributes.
+        ``largest_temperature_rise`` (K) over ``speed`` (m/s), optionally ``mean_temperature_rise``; attribute
+        ``contact_radius`` (m).
     surface : xarray.Dataset
-        ``temperature_rise`` (K) over ``speed`` and ``r`` (m), or nothing.
+        ``temperature_rise`` (K) over ``speed`` and ``r`` (m), or empty.
 
     Returns
     -------
@@ -96,13 +96,13 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
         v = ordered["speed"].values
         unit = good_unit(v, "m/s")
         few = "o" if v.size <= MARKED_ROWS else None
-        for name, words, colour in (
+        for name, label, colour in (
             ("largest_temperature_rise", "largest", BLUE),
             ("mean_temperature_rise", "mean over the contact", ORANGE),
         ):
             if name in ordered:
                 left.plot(
-                    from_si(v, "m/s", unit), ordered[name].values, color=colour, marker=few, ms=3, label=words
+                    from_si(v, "m/s", unit), ordered[name].values, color=colour, marker=few, ms=3, label=label
                 )
         left.set_xlabel(f"speed $v$ ({unit})")
         left.set_ylabel("temperature rise (K)")
@@ -122,6 +122,6 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
             right.set_ylim(bottom=0.0)
             legend_above(right)
         else:
-            say(right, "Where the contact is warm\nis not in its force curve.")
+            show_text(right, "A force curve does not give\nthe temperature over the radius.")
         letter_panels(figure)
     return figure

@@ -1,4 +1,4 @@
-"""A body of layers in section, to scale, and its force beside those of half-spaces of its materials."""
+"""A layered body in section, to scale, and its force compared with half-spaces of its materials."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from pymdr.presentation.plot.shared import (
     letter_panels,
     new_figure,
     row_name,
-    say,
     scaled,
+    show_text,
     styled,
 )
 from pymdr.quantities import RADIUS
@@ -37,16 +37,16 @@ _COLOURS = (ORANGE, GREEN)
 
 def layers(data: FigureData, trail: Mapping[str, FloatArray] | None = None, *, joined: bool = True) -> Figure:
     """
-    The layers in section, drawn to scale, and force against indentation beside half-spaces.
+    The layers in section, to scale, and force against indentation with those of half-spaces.
 
     Parameters
     ----------
     data : FigureData
         With `layers`.
     trail : mapping of str to ndarray, optional
-        ``indentation`` in m and ``normal_force`` in N along the path, between its rows too; the rows, unless given.
+        ``indentation`` in m and ``normal_force`` in N along the path, also between its rows; by default the rows.
     joined : bool
-        Whether what lies between the rows is known.
+        Whether the states between the rows are known.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def layers(data: FigureData, trail: Mapping[str, FloatArray] | None = None, *, j
 
 def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Figure:
     """
-    What a finite thickness multiplies force and stiffness with, over the indentation.
+    Factors of a finite thickness on force and stiffness, over the indentation.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Fig
     -------
     matplotlib.figure.Figure
     """
-    words = {"force_factor": "force at the same indentation", "punch_factor": "stiffness at the same radius"}
+    labels = {"force_factor": "force at the same indentation", "punch_factor": "stiffness at the same radius"}
     with styled():
         figure = new_figure(5.8, 4.0)
         axes = figure.subplots()
@@ -90,7 +90,7 @@ def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Fig
                 ms=3,
                 color=colour,
                 lw=1.4,
-                label=words[name],
+                label=labels[name],
             )
         axes.axhline(1.0, color=GREY, lw=0.8)
         axes.set_xlabel(axis_label("indentation", unit))
@@ -103,49 +103,49 @@ def _draw_stack(axes: Axes, data: FigureData) -> None:
     drawn = data.layers
     assert drawn is not None
     if data.field is None:
-        say(axes, "no contact that is a disk")
+        show_text(axes, "not a disk contact")
         return
     a, d = (float(data.data[name].values[data.row]) for name in ("contact_radius", "indentation"))
     if not a > 0.0:
-        say(axes, f"no contact in {row_name(data, data.row)}")
+        show_text(axes, f"no contact in {row_name(data, data.row)}")
         return
-    deep = sum(drawn.thickness)
-    reach = max(2.2 * a, 1.2 * min(deep, 6.0 * a))
-    unit = good_unit(np.array([reach]), "m")
-    r = np.unique(np.concatenate([np.linspace(0.0, reach, 301), [a]]))
+    total = sum(drawn.thickness)
+    width = max(2.2 * a, 1.2 * min(total, 6.0 * a))
+    unit = good_unit(np.array([width]), "m")
+    r = np.unique(np.concatenate([np.linspace(0.0, width, 301), [a]]))
     u = data.field("normal_displacement", r).values
     with np.errstate(invalid="ignore"):
         tip = data.gap(r) - d
     x = _both(r, unit, -1.0)
-    ceiling = 0.6 * reach
-    floor = -min(1.3 * deep, 2.0 * reach)
+    highest = 0.6 * width
+    lowest = -min(1.3 * total, 2.0 * width)
     top = _both(-u, unit)
     depth = 0.0
-    for i, (thickness, words) in enumerate(zip(drawn.thickness, drawn.words, strict=True)):
+    for i, (thickness, material) in enumerate(zip(drawn.thickness, drawn.materials, strict=True)):
         depth += thickness
-        foot = float(lengths(np.array(max(-depth, floor)), unit))
+        foot = float(lengths(np.array(max(-depth, lowest)), unit))
         shade = _SHADES[i % len(_SHADES)]
         axes.fill_between(x, top, foot, color=shade, lw=0)
-        if -depth < floor:
+        if -depth < lowest:
             break
         axes.axhline(foot, color=GREY, lw=0.8)
-        if thickness > 0.06 * (ceiling - floor):
+        if thickness > 0.06 * (highest - lowest):
             middle = float(lengths(np.array(-depth + 0.5 * thickness), unit))
-            axes.text(x[0], middle, f" {words}", fontsize=7, va="center", color=GREY)
+            axes.text(x[0], middle, f" {material}", fontsize=7, va="center", color=GREY)
         top = np.full(x.shape, foot)
-    bottom = float(lengths(np.array(floor), unit))
-    if deep < -floor:
+    bottom = float(lengths(np.array(lowest), unit))
+    if total < -lowest:
         axes.fill_between(
             x, top, bottom, color=LIGHT, lw=0, hatch="////" if drawn.rigid else None, edgecolor=GREY
         )
         axes.text(x[0], 0.5 * (float(top[0]) + bottom), f" {drawn.base}", fontsize=7, va="center", color=GREY)
     axes.plot(x, _both(-u, unit), color=GREY, lw=1.2)
-    body = _both(np.where(np.isfinite(tip), np.minimum(tip, ceiling), ceiling), unit)
-    axes.fill_between(x, body, float(lengths(np.array(ceiling), unit)), color=BLUE, alpha=0.18, lw=0)
-    axes.plot(x, np.where(body < float(lengths(np.array(ceiling), unit)), body, np.nan), color=BLUE, lw=1.6)
+    body = _both(np.where(np.isfinite(tip), np.minimum(tip, highest), highest), unit)
+    axes.fill_between(x, body, float(lengths(np.array(highest), unit)), color=BLUE, alpha=0.18, lw=0)
+    axes.plot(x, np.where(body < float(lengths(np.array(highest), unit)), body, np.nan), color=BLUE, lw=1.6)
     axes.set_aspect("equal")
     axes.set_xlim(float(x[0]), float(x[-1]))
-    axes.set_ylim(bottom, float(lengths(np.array(ceiling), unit)))
+    axes.set_ylim(bottom, float(lengths(np.array(highest), unit)))
     axes.set_xlabel(f"{RADIUS.label} ({unit})")
     axes.set_ylabel(f"height $z$ ({unit})")
     axes.set_title("to scale", fontsize=8)
@@ -162,17 +162,17 @@ def _draw_forces(axes: Axes, data: FigureData, trail: Mapping[str, FloatArray] |
         data.data[name].values if name in data.data else None for name in ("indentation", "normal_force")
     )
     if d is None or force is None or not np.isfinite(d * force).any():
-        say(axes, "no force is known")
+        show_text(axes, "the force is not known")
         return
     x_unit, y_unit = good_unit(d[np.isfinite(d)], "m"), good_unit(force[np.isfinite(force)], "N")
-    for colour, (words, (depth, load)) in zip(_COLOURS, drawn.half_spaces.items(), strict=False):
+    for colour, (material, (depth, load)) in zip(_COLOURS, drawn.half_spaces.items(), strict=False):
         axes.plot(
             lengths(depth, x_unit),
             scaled(load, "normal_force", y_unit),
             color=colour,
             lw=1.2,
             ls="--",
-            label=words,
+            label=material,
         )
     if data.loading is None:
         x, y = lengths(d, x_unit), scaled(force, "normal_force", y_unit)

@@ -1,4 +1,4 @@
-"""Loops of contacts with adhesion: force and radii over travel or indentation, with jumps and what they lose."""
+"""Loops of adhesive contacts: force and radii over travel or indentation, with jumps and their losses."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from pymdr.presentation.plot.shared import (
     MARKED_ROWS,
     ORANGE,
     FigureData,
-    as_seen,
     axis_label,
     draw_zero,
     legend_above,
     row_name,
-    say,
-    say_refused,
     scaled,
+    show_refusal,
+    show_text,
+    thinned_curve,
     typeset,
 )
 from pymdr.quantities import QUANTITIES
@@ -38,36 +38,36 @@ if TYPE_CHECKING:
 
 _DRAWN_JUMPS = 100
 _LINE = 60
-"""Characters of a line of small words in a loop."""
+"""Characters per line of small text in a loop."""
 _SMALL = 7.0
 _DEEP = 6.0
-"""Largest force over largest pull from which on the pull is drawn once more."""
+"""Ratio of largest force to largest pull above which the pull is enlarged in an inset."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """What is drawn of a path on the equilibria of its contact; made by :func:`course_of`."""
+    """A path among the equilibria of its contact; made by :func:`course_of`."""
 
     data: FigureData
     branches: Branches | None
-    """None where the bodies never touch, or their equilibria are not known."""
+    """None if the bodies never touch or the equilibria are not known."""
     trail: Mapping[str, FloatArray]
     """Quantities by name along the path, in SI units, with nan inside jumps."""
     unknown: str = ""
-    """Why the equilibria are not known."""
+    """Reason why the equilibria are not known."""
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
-        """Different jumps, as many as a picture can hold."""
+        """Distinct jumps, up to the number that is drawn."""
         return () if self.branches is None else self.branches.jumps[:_DRAWN_JUMPS]
 
     @property
     def joined(self) -> bool:
-        """Whether what lies between the rows is known."""
+        """Whether the states between the rows are known."""
         return not self.unknown if self.branches is None else self.branches.complete
 
     def extent(self, name: str) -> FloatArray:
-        """Smallest and largest value of a quantity on the path and in its jumps; empty without any."""
+        """Smallest and largest value of a quantity on the path and in its jumps; empty without values."""
         values = [self.trail[name], *(jump.outline[name] for jump in self.jumps)]
         finite = np.concatenate(values)
         finite = finite[np.isfinite(finite)]
@@ -75,12 +75,12 @@ class Course:
 
 
 def course_of(data: FigureData) -> Course:
-    """The course of a path with adhesion: between its rows too, where they are few."""
+    """The course of an adhesive path, also between its rows if they are few."""
     unknown = ""
     try:
         branches = None if data.equilibria is None else data.equilibria()
     except PymdrError as error:
-        # what is drawn between the rows reaches beyond what was solved
+        # equilibria between the rows may lie outside the solved range
         branches, unknown = None, str(error)
     if branches is not None:
         return Course(data, branches, branches.trail)
@@ -90,7 +90,7 @@ def course_of(data: FigureData) -> Course:
 
 
 def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> None:
-    """Force over travel or indentation: the path over all equilibria, its jumps and what they lose."""
+    """Force over travel or indentation: the path on all equilibria, its jumps and their losses."""
     plane = _plane(axes, course, across, "normal_force")
     if plane is None:
         return
@@ -103,12 +103,12 @@ def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> Non
     _mark_row(plane, course.data)
     _mark_pull_off(plane, course)
     if course.branches is None:
-        words, small = "the surfaces never touch", None
+        text, size_of_text = "the surfaces never touch", None
         if course.unknown:
-            words = fill(f"equilibria between the rows are not known: {course.unknown}", _LINE)
-            small = _SMALL
+            text = fill(f"equilibria between the rows are not known: {course.unknown}", _LINE)
+            size_of_text = _SMALL
         axes.text(
-            0.5, 0.9, words, ha="center", va="top", color=GREY, fontsize=small, transform=axes.transAxes
+            0.5, 0.9, text, ha="center", va="top", color=GREY, fontsize=size_of_text, transform=axes.transAxes
         )
     _enlarge_pull(plane, course)
     legend_above(axes, size)
@@ -123,9 +123,9 @@ def draw_radius(axes: Axes, course: Course) -> None:
     _draw_equilibria(plane, course)
     if cohesive:
         _draw_path(plane, course, GREEN, QUANTITIES["cohesive_radius"].label)
-        _draw_jumps(plane, course, told=False)
+        _draw_jumps(plane, course, labelled=False)
         plane = _Plane(axes, "indentation", "contact_radius", plane.x_unit, plane.y_unit)
-        _draw_equilibria(plane, course, told=False)
+        _draw_equilibria(plane, course, labelled=False)
         axes.set_ylabel(f"radius ({plane.y_unit})")
     _draw_band(plane, course)
     _draw_path(plane, course, BLUE, QUANTITIES["contact_radius"].label)
@@ -152,14 +152,14 @@ class _Plane:
 
 
 def _plane(axes: Axes, course: Course, across: str, up: str) -> _Plane | None:
-    """Axes with labels and limits; None, with words in their place, where there is nothing to draw."""
+    """Axes with labels and limits; None, with a text in their place, if there is nothing to draw."""
     data = course.data
     if across not in data.data or up not in data.data:
-        say_refused(axes, data)
+        show_refusal(axes, data)
         return None
     x, y = course.extent(across), course.extent(up)
     if x.size == 0 or y.size == 0:
-        say(axes, "the contact is lost at every step")
+        show_text(axes, "no contact at any step")
         return None
     plane = _Plane(axes, across, up, good_unit(x, "m"), good_unit(y, QUANTITIES[up].unit))
     for ends, unit, name, limit in (
@@ -167,38 +167,38 @@ def _plane(axes: Axes, course: Course, across: str, up: str) -> _Plane | None:
         (y, plane.y_unit, up, axes.set_ylim),
     ):
         low, high = scaled(np.array([min(ends[0], 0.0), max(ends[1], 0.0)]), name, unit)
-        room = 0.08 * (high - low) or 1.0
-        limit(low - room, high + room)
+        margin = 0.08 * (high - low) or 1.0
+        limit(low - margin, high + margin)
     axes.set_xlabel(axis_label(across, plane.x_unit))
     axes.set_ylabel(axis_label(up, plane.y_unit))
     return plane
 
 
-def _draw_equilibria(plane: _Plane, course: Course, *, told: bool = True) -> None:
+def _draw_equilibria(plane: _Plane, course: Course, *, labelled: bool = True) -> None:
     if course.branches is None:
         return
     x, y = plane.points(course.branches.curve)
-    # the slope vanishes at the first touch, and a fold belongs to both of its branches
+    # the slope vanishes at the first touch; a fold belongs to both branches
     stable = np.append(course.branches.stable[1], course.branches.stable[1:])
     unstable = ~stable | np.append(~stable[1:], False) | np.append(False, ~stable[:-1])
-    for there, dashes, label in (
+    for selected, dashes, label in (
         (stable, "-", "stable equilibria"),
         (unstable, (0, (4, 2)), "unstable equilibria"),
     ):
-        if there.any():
+        if selected.any():
             plane.axes.plot(
-                np.where(there, x, math.nan),
+                np.where(selected, x, math.nan),
                 y,
                 color=GREY,
                 lw=1.0,
                 ls=dashes,
-                label=label if told else None,
+                label=label if labelled else None,
                 zorder=1.5,
             )
 
 
 def _draw_band(plane: _Plane, course: Course) -> None:
-    """The band of a scatter over the rows, wherever the path goes one way."""
+    """The band of the scatter over each monotone part of the path."""
     if plane.up not in course.data.bands:
         return
     x = scaled(course.data.data[plane.across].values, plane.across, plane.x_unit)
@@ -206,15 +206,13 @@ def _draw_band(plane: _Plane, course: Course) -> None:
     turns = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0.0) + 1
     label: str | None = "band of the scatter"
     for start, stop in pairwise([0, *turns.tolist(), x.size - 1]):
-        one_way = slice(start, stop + 1)
-        plane.axes.fill_between(
-            x[one_way], low[one_way], high[one_way], color=BLUE, alpha=0.2, lw=0, label=label
-        )
+        part = slice(start, stop + 1)
+        plane.axes.fill_between(x[part], low[part], high[part], color=BLUE, alpha=0.2, lw=0, label=label)
         label = None
 
 
 def _enlarge_pull(plane: _Plane, course: Course) -> None:
-    """The part below zero once more in the empty corner of a loop that presses deep."""
+    """Enlarge the part below zero in an inset if the loop is deep."""
     force, across = course.trail["normal_force"], course.trail[plane.across]
     least, most = course.extent("normal_force")
     if not most > _DEEP * -least > 0.0:
@@ -223,40 +221,42 @@ def _enlarge_pull(plane: _Plane, course: Course) -> None:
     ends = [across[shown], *(jump.states[plane.across] for jump in course.jumps)]
     known = np.concatenate(ends)
     known = known[np.isfinite(known)]
-    room = 0.25 * np.ptp(known)
-    if room == 0.0:  # one row is no curve
+    margin = 0.25 * np.ptp(known)
+    if margin == 0.0:  # one row is no curve
         return
     inset = plane.axes.inset_axes((0.08, 0.5, 0.38, 0.44))
-    inset.set_xlim(*scaled(np.array([known.min() - room, known.max() + room]), plane.across, plane.x_unit))
+    inset.set_xlim(
+        *scaled(np.array([known.min() - margin, known.max() + margin]), plane.across, plane.x_unit)
+    )
     inset.set_ylim(*scaled(np.array([1.3 * least, -least]), plane.up, plane.y_unit))
     inset.tick_params(labelsize=6)
     draw_zero(inset)
-    part = replace(plane, axes=inset)
-    _shade_losses(part, course)
-    _draw_band(part, course)
-    _draw_equilibria(part, course, told=False)
-    _draw_path(part, course, BLUE, "path")
-    _draw_jumps(part, course)
-    _mark_row(part, course.data)
-    _mark_pull_off(part, course)
+    enlarged = replace(plane, axes=inset)
+    _shade_losses(enlarged, course)
+    _draw_band(enlarged, course)
+    _draw_equilibria(enlarged, course, labelled=False)
+    _draw_path(enlarged, course, BLUE, "path")
+    _draw_jumps(enlarged, course)
+    _mark_row(enlarged, course.data)
+    _mark_pull_off(enlarged, course)
     plane.axes.indicate_inset_zoom(inset, edgecolor=GREY, alpha=0.6)
 
 
 def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
-    """The path as a line, with its rows as points where they are few or where others were refused."""
+    """The path as a line, with its rows as points if they are few or the line is not known."""
     if course.joined:
-        plane.axes.plot(*as_seen(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
+        plane.axes.plot(*thinned_curve(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
     if not course.joined or course.data.data.sizes["step"] <= MARKED_ROWS:
         rows = {name: course.data.data[name].values for name in (plane.across, plane.up)}
-        told = None if course.joined else label
-        plane.axes.plot(*plane.points(rows), color=colour, ls="none", marker="o", ms=3.0, label=told)
+        row_label = None if course.joined else label
+        plane.axes.plot(*plane.points(rows), color=colour, ls="none", marker="o", ms=3.0, label=row_label)
 
 
 def _shade_losses(plane: _Plane, course: Course) -> None:
-    label: str | None = "energy lost in jumps"
+    label: str | None = "energy dissipated in jumps"
     if "jump_dissipation" in course.data.data:
-        spent = course.data.data["jump_dissipation"].values
-        label = f"energy lost in jumps, {written(float(np.nansum(spent)), 'J')}"
+        dissipated = course.data.data["jump_dissipation"].values
+        label = f"energy dissipated in jumps, {written(float(np.nansum(dissipated)), 'J')}"
     for jump in course.jumps:
         if jump.loss > 0.0 and math.isfinite(jump.loss):
             x, y = plane.points(jump.outline)
@@ -264,25 +264,25 @@ def _shade_losses(plane: _Plane, course: Course) -> None:
             label = None
 
 
-def _draw_jumps(plane: _Plane, course: Course, *, told: bool = True) -> None:
+def _draw_jumps(plane: _Plane, course: Course, *, labelled: bool = True) -> None:
     sloped = plane.up == "normal_force" and plane.across == "indentation" and "travel" in course.data.data
     label: str | None = "jump (slope $-k$ of the machine)" if sloped else "jump"
-    if not told:
+    if not labelled:
         label = None
     left = plane.axes.get_xlim()[0]
     for jump in course.jumps:
         x, y = plane.points(jump.states)
         if not np.isfinite(x[1]):
-            # a body that falls without end
+            # pull-off under force control: no further equilibrium
             x = np.array([x[0], left if plane.up == "normal_force" else x[0]])
         plane.axes.plot(x, y, color=ORANGE, lw=1.1, label=label, zorder=2.5)
         label = None
-        if told:
+        if labelled:
             _point(plane.axes, x, y)
 
 
 def _point(axes: Axes, x: FloatArray, y: FloatArray) -> None:
-    """An arrowhead a little past the middle of a line that is long enough for one."""
+    """An arrowhead near the middle of a line, if it is long enough."""
     spans = [limits[1] - limits[0] for limits in (axes.get_xlim(), axes.get_ylim())]
     if math.hypot((x[1] - x[0]) / spans[0], (y[1] - y[0]) / spans[1]) < 0.03:
         return
@@ -310,21 +310,21 @@ def _mark_row(plane: _Plane, data: FigureData) -> None:
 
 
 def _mark_pull_off(plane: _Plane, course: Course) -> None:
-    """The last state before contact is lost, and the largest pull where that is another one."""
-    lost = [
+    """The last state before pull-off, and the largest pull if it is another state."""
+    pull_offs = [
         jump
         for jump in course.jumps
         if jump.states["cohesive_radius"][1] == 0.0 and jump.states["normal_force"][0] < 0.0
     ]
     at = math.nan
-    for jump in lost[-1:]:
+    for jump in pull_offs[-1:]:
         at = float(jump.states["normal_force"][0])
         x, y = plane.points(jump.states)
-        words = f"pull-off, {typeset(at, 'N')}"
-        plane.axes.plot(x[:1], y[:1], "o", color=ORANGE, ms=4.5, zorder=3.5, label=words)
+        label = f"pull-off, {typeset(at, 'N')}"
+        plane.axes.plot(x[:1], y[:1], "o", color=ORANGE, ms=4.5, zorder=3.5, label=label)
     force = course.trail["normal_force"]
     i = int(np.argmin(np.where(np.isnan(force), math.inf, force)))
     if force[i] < 0.0 and not force[i] > 1.02 * at:
         x, y = plane.points({name: course.trail[name][[i]] for name in (plane.across, plane.up)})
-        words = f"largest pull, {typeset(float(force[i]), 'N')}"
-        plane.axes.plot(x, y, "v", color=ORANGE, ms=5, zorder=3.5, label=words)
+        label = f"largest pull, {typeset(float(force[i]), 'N')}"
+        plane.axes.plot(x, y, "v", color=ORANGE, ms=5, zorder=3.5, label=label)

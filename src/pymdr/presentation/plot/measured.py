@@ -1,4 +1,4 @@
-"""Figures of measured force curves as they were recorded, with their baseline and contact points."""
+"""Figures of measured force curves with baseline and contact points."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Interval = tuple[float, float, float]
-"""A value between two ends."""
+"""A value with the ends of its interval."""
 
 _COLOURS = {"approach": BLUE, "hold": GREEN, "retreat": ORANGE, "": BLUE}
 _MARKS = (("outliers", "x", "outliers"), ("saturated", "s", "saturated"))
@@ -44,23 +44,23 @@ def measured_curves(
     point: Interval | None = None,
 ) -> Figure:
     """
-    The segments of a record, and the beginning of its contact.
+    The segments of a record, enlarged around the contact point.
 
     Parameters
     ----------
     curves : sequence of MeasuredSamples
-        Of one record; the contact point is that of the first approach or whole record.
+        Of one record; the contact point belongs to its first approach.
     baseline : callable, optional
-        Force in N without contact at positions in m.
+        Force in N out of contact at positions in m.
     methods : mapping of str to tuple of float, optional
-        Contact points in m with the ends of their intervals.
+        Contact point in m with its interval, by method.
     point : tuple of float, optional
-        What the methods say together.
+        Combined contact point in m.
 
     Returns
     -------
     matplotlib.figure.Figure
-        With one panel where there is no contact point.
+        One panel if there is no contact point.
     """
     with styled():
         pressed = next((one for one in curves if one.segment in ("approach", "")), None)
@@ -87,14 +87,14 @@ def _draw_record(
     length: str,
     newton: str,
 ) -> None:
-    told: set[str] = set()
+    labelled: set[str] = set()
     for one in curves:
         x, y = scaled(one.position, name, length), scaled(one.force, "normal_force", newton)
         rows = thinned(one.force)
-        label = None if one.segment in told else one.segment or "measured"
+        label = None if one.segment in labelled else one.segment or "measured"
         axes.plot(x[rows], y[rows], color=_COLOURS[one.segment], lw=1.0, label=label)
-        told.add(one.segment)
-        for marks, marker, word in _MARKS:
+        labelled.add(one.segment)
+        for marks, marker, mark_label in _MARKS:
             where = getattr(one, marks)
             if where is not None and where.any():
                 axes.plot(
@@ -104,9 +104,9 @@ def _draw_record(
                     color="black",
                     ms=4,
                     mfc="none",
-                    label=None if word in told else word,
+                    label=None if mark_label in labelled else mark_label,
                 )
-                told.add(word)
+                labelled.add(mark_label)
     if baseline is not None:
         ends = np.array(
             [
@@ -130,7 +130,7 @@ def _draw_beginning(
     point: Interval,
     name: str,
 ) -> None:
-    """The force without baseline around the contact point, with a bar for every method above it."""
+    """Force minus baseline around the contact point, with the interval of every method above."""
     value, low, high = point
     deepest = int(np.argmax(curve.position))
     x, force = (
@@ -148,7 +148,7 @@ def _draw_beginning(
     axes.plot(
         lengths(x[rows], length), y[rows], ".", color=GREY, ms=2.5, alpha=0.6, rasterized=True, zorder=1
     )
-    # the beginning is seen where the force has just left its noise
+    # the limits show the force just above its noise
     noise = float(np.median(np.abs(np.diff(y))))
     before = y[x <= 0.0]
     bottom = float(y.min())
@@ -156,14 +156,14 @@ def _draw_beginning(
         float(y.max()), max(20.0 * noise, 5.0 * float(np.quantile(before, 0.99)) if before.size else 0.0)
     )
     top = top if top > bottom else float(y.max())
-    room = (top - bottom) or 1.0
-    for k, (word, (at, first, last)) in enumerate(methods.items()):
-        height = top + room * (0.12 + 0.13 * (len(methods) - k))
+    margin = (top - bottom) or 1.0
+    for k, (label, (at, first, last)) in enumerate(methods.items()):
+        height = top + margin * (0.12 + 0.13 * (len(methods) - k))
         places = lengths(np.array([first, at, last]) - value, length)
         axes.plot(places[[0, 2]], [height, height], color=BLUE, lw=1.2, solid_capstyle="butt")
         axes.plot(places[1], height, "o", color=BLUE, ms=4)
         axes.annotate(
-            word,
+            label,
             (0.01, height),
             xycoords=axes.get_yaxis_transform(),
             va="center",
@@ -172,11 +172,11 @@ def _draw_beginning(
     axes.axvline(0.0, color=BLUE, lw=1.0, ls=":")
     right = float(lengths(np.array(high - value + around), length))
     left = float(lengths(np.array(low - value), length))
-    axes.set_xlim(left - 0.4 * (right - left), right)  # the names have their place
+    axes.set_xlim(left - 0.4 * (right - left), right)  # space for the labels
     axes.locator_params(axis="x", nbins=7)
-    axes.set_ylim(bottom - 0.05 * room, top + room * (0.2 + 0.13 * (len(methods) + 1)))
+    axes.set_ylim(bottom - 0.05 * margin, top + margin * (0.2 + 0.13 * (len(methods) + 1)))
     axes.set_xlabel(f"{name} from the contact point ({length})")
-    axes.set_ylabel(f"force less baseline ({newton})")
+    axes.set_ylabel(f"force minus baseline ({newton})")
 
 
 def _ends(interval: Interval, length: str) -> tuple[float, float]:

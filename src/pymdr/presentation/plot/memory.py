@@ -1,4 +1,4 @@
-"""Figures of contacts with memory: force and radius against time, and the loop."""
+"""Figures of viscoelastic contacts: histories and the loop."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from pymdr.presentation.plot.shared import (
     GREEN,
     ORANGE,
     FigureData,
-    as_seen,
     axis_label,
     letter_panels,
     new_figure,
     styled,
+    thinned_curve,
 )
 from pymdr.units import from_si, good_unit
 
@@ -56,10 +56,12 @@ def memory_figures(data: FigureData) -> dict[str, Figure]:
 
 
 def draw_against_time(axes: Axes, data: FigureData, name: str) -> None:
-    """A quantity against time, from the first touch of the history on."""
+    """A quantity against time."""
     time, values = (data.data[column].values for column in ("time", name))
     unit = str(data.data[name].attrs["units"])
     t_unit, own = good_unit(time, "s"), good_unit(values, unit)
-    axes.plot(*as_seen(from_si(time, "s", t_unit), from_si(values, unit, own)), color=_COLOURS[name], lw=1.5)
+    axes.plot(
+        *thinned_curve(from_si(time, "s", t_unit), from_si(values, unit, own)), color=_COLOURS[name], lw=1.5
+    )
     axes.set_xlabel(axis_label("time", t_unit))
     axes.set_ylabel(axis_label(name, own))

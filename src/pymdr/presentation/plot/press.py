@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 
 _LINE = 80
-"""Characters of a text in the place of a figure."""
+"""Characters per line of a text in place of a figure."""
 
 
 def pressed_surface(
-    data: xr.Dataset, heights: FloatArray, pressure: xr.DataArray | None, words: str
+    data: xr.Dataset, heights: FloatArray, pressure: xr.DataArray | None, title: str
 ) -> Figure:
     """
-    Contact and pressures of one load, and the curves of all.
+    Contact and pressures at one load, and the curves over all loads.
 
     Parameters
     ----------
@@ -42,9 +42,9 @@ def pressed_surface(
     heights : ndarray
         In m, (nx, ny).
     pressure : xarray.DataArray or None
-        In Pa over ``x`` and ``y`` in m; None where it is not valid at any load.
-    words : str
-        Which load is drawn, or why none is.
+        In Pa over ``x`` and ``y`` in m; None if not valid at any load.
+    title : str
+        The drawn load, or why none is drawn.
 
     Returns
     -------
@@ -56,13 +56,13 @@ def pressed_surface(
         if pressure is None:
             for axes in (first, second, third, fourth):
                 axes.set_axis_off()
-            figure.text(0.5, 0.5, textwrap.fill(words, _LINE), ha="center", va="center")
+            figure.text(0.5, 0.5, textwrap.fill(title, _LINE), ha="center", va="center")
             return figure
         _draw_contact(first, heights, pressure)
         unit = good_unit(pressure.values, "Pa")
         image = _map(second, np.asarray(from_si(pressure.values, "Pa", unit)), pressure, "viridis")
         for axes in (first, second):
-            axes.set_title(words)
+            axes.set_title(title)
         _draw_curve(third, data, "indentation", "normal_force")
         _draw_curve(fourth, data, "normal_force", "normal_stiffness")
         letter_panels(figure)

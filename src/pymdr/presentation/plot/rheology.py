@@ -1,4 +1,4 @@
-"""Measured moduli and the series that was fitted to them."""
+"""Measured moduli and the fitted series."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ def fitted_moduli(
     misfit: float,
 ) -> Figure:
     """
-    Measured moduli with the series through them, and the terms of the series.
+    Measured moduli with the fitted series, and its terms.
 
     Parameters
     ----------
     measured : mapping of str to ndarray
         ``time`` and ``relaxation_modulus``, or ``angular_frequency``, ``storage_modulus`` and ``loss_modulus``.
     series : mapping of str to ndarray
-        The same of the series at as many rows as it is drawn with.
+        The same quantities of the series.
     equilibrium : float
         In Pa.
     terms : tuple of ndarray
         Times in s and moduli in Pa.
     span : tuple of float
-        The shortest and the longest time in s that the rows can tell.
+        Shortest and longest time in s resolved by the rows.
     misfit : float
-        Root mean square over the rows, relative.
+        Relative root mean square over the rows.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def _draw_moduli(
         rows, line = (np.asarray(from_si(values[name], "Pa", unit)) for values in (measured, series))
         axes.plot(measured[along], rows, "o", color=colour, ms=3, label=f"${quantity(name).symbol}$")
         axes.plot(series[along], line, color=colour, lw=1.2)
-    axes.plot([], [], color=GREY, lw=1.2, label=f"series, {typeset(100.0 * misfit)} % off")
+    axes.plot([], [], color=GREY, lw=1.2, label=f"series, rms residual {typeset(100.0 * misfit)} %")
     axes.set_xscale("log")
     _scale(axes, np.concatenate([np.asarray(from_si(measured[name], "Pa", unit)) for name in moduli]))
     row = quantity(along)
@@ -84,9 +84,9 @@ def _draw_moduli(
 
 
 def _scale(axes: Axes, values: FloatArray) -> None:
-    """Decades from a little below the smallest value above 0 to a little above the largest."""
-    above = values[values > 0.0]
-    axes.set_ylim(0.7 * float(above.min()), 1.4 * float(above.max()))
+    """Set logarithmic limits around the positive values."""
+    positive = values[values > 0.0]
+    axes.set_ylim(0.7 * float(positive.min()), 1.4 * float(positive.max()))
     axes.set_yscale("log")
 
 

@@ -44,12 +44,11 @@ def rough_study(
     Parameters
     ----------
     data : xarray.Dataset
-        ``normal_force`` (N) and ``normal_stiffness`` (N/m); in its attributes ``full_contact_stiffness`` (N/m), where there is
-        one.
+        ``normal_force`` (N) and ``normal_stiffness`` (N/m); optional attribute ``full_contact_stiffness`` (N/m).
     curves : xarray.Dataset
         ``normal_stiffness`` with ``_low`` and ``_high`` (N/m) over ``normal_force`` (N), and closed forms.
     springs : xarray.Dataset
-        ``height`` (m) over ``x`` (m), and in its attributes the ``plane`` (m), and the ``radius`` (m) of a ball.
+        ``height`` (m) over ``x`` (m), attributes ``plane`` (m) and, for a ball, ``radius`` (m).
     spectrum : tuple of ndarray
         Wave numbers in 1/m and C2D in m^4.
 
@@ -96,7 +95,7 @@ def _draw_stiffness(axes: Axes, data: xr.Dataset, curves: xr.Dataset) -> None:
 
 
 def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
-    """The line upside up, and what of it a plane from above presses in; of a ball what is near the contact."""
+    """The line and its part compressed by a plane from above; for a ball, only near the contact."""
     x, z = springs["x"].values, springs["height"].values
     if "radius" in springs.attrs:
         depth = float(z.max()) - springs.attrs["plane"]
@@ -117,8 +116,8 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
     legend_above(axes)
 
 
-_BEFORE = (0.89, 1.44)
-"""Geike's line over boundary elements, 26 surfaces of 64 and 128 shortest waves in their side, H from 0.2 to 0.8."""
+_GEIKE_RANGE = (0.89, 1.44)
+"""Range of Geike's line over boundary elements: 26 surfaces, 64 and 128 shortest waves per side, H from 0.2 to 0.8."""
 _LINES = {
     "line_stiffness": (r"Geike, $\lambda = \pi$", GREEN, "--"),
     "fitted_stiffness": (r"fitted, $\lambda$ = {:.3g}", BLUE, "-"),
@@ -127,7 +126,7 @@ _LINES = {
 
 def calibration_study(data: xr.Dataset) -> Figure:
     """
-    Stiffness of lines, of the power law and in three dimensions against load, all over the latter, and areas.
+    Stiffness against load by lines, power law and boundary elements, their ratios to the last, and areas.
 
     Parameters
     ----------
@@ -142,16 +141,16 @@ def calibration_study(data: xr.Dataset) -> Figure:
     with styled():
         figure = new_figure(13.0, 4.2)
         first, second, third = figure.subplots(1, 3)
-        told, load = data.attrs, data["load"].values
-        full, mean = told["full_contact_stiffness"], data["stiffness"].values
+        attributes, load = data.attrs, data["load"].values
+        full, mean = attributes["full_contact_stiffness"], data["stiffness"].values
         for axes, over in ((first, 1.0), (second, mean)):
             low, high = (data[f"stiffness_{end}"].values / over for end in ("low", "high"))
             axes.fill_between(load, low, high, color=ORANGE, alpha=0.25, lw=0)
             axes.plot(load, mean / over, "o-", color=ORANGE, ms=4, lw=1.2, label="three dimensions")
-            for name, (words, colour, style) in _LINES.items():
+            for name, (template, colour, style) in _LINES.items():
                 low, high = (data[f"{name}_{end}"].values / over for end in ("low", "high"))
                 axes.fill_between(load, low, high, color=colour, alpha=0.15, lw=0)
-                label = words.format(told["coefficient"])
+                label = template.format(attributes["coefficient"])
                 axes.plot(load, data[name].values / over, style, color=colour, lw=1.4, label=label)
             axes.plot(
                 load,
@@ -168,11 +167,11 @@ def calibration_study(data: xr.Dataset) -> Figure:
         first.set_yscale("log")
         first.set_ylabel("stiffness $k/E^*L$")
         second.set_ylim(0.5, 2.5)
-        for at in _BEFORE:
+        for at in _GEIKE_RANGE:
             second.axhline(at, color=GREEN, lw=0.8, ls=":")
         second.set_ylabel("over that in three dimensions")
-        words = "dotted: Geike's line as measured\nwith 64 and 128 waves, 0.89 to 1.44"
-        second.annotate(words, (0.04, 0.9), xycoords="axes fraction", fontsize=7.5, color=GREY)
+        note = "dotted: Geike's line as measured\nwith 64 and 128 waves, 0.89 to 1.44"
+        second.annotate(note, (0.04, 0.9), xycoords="axes fraction", fontsize=7.5, color=GREY)
         third.fill_between(
             load, data["area_low"].values, data["area_high"].values, color=ORANGE, alpha=0.25, lw=0
         )
@@ -180,7 +179,12 @@ def calibration_study(data: xr.Dataset) -> Figure:
             load, data["area"].values, "o-", color=ORANGE, ms=4, lw=1.2, label="true area of contact"
         )
         third.plot(
-            load, data["line_share"].values, "--", color=GREEN, lw=1.4, label="share of springs: no area"
+            load,
+            data["line_share"].values,
+            "--",
+            color=GREEN,
+            lw=1.4,
+            label="fraction of springs (not an area)",
         )
         third.set_ylabel("over the area of the square")
         for axes in (first, second, third):
@@ -188,7 +192,8 @@ def calibration_study(data: xr.Dataset) -> Figure:
         for axes in (first, third):
             legend_above(axes)
         second.set_title(
-            f"$H$ = {told['hurst']:g}, {told['bandwidth']:.4g} shortest waves in the side", fontsize=9
+            f"$H$ = {attributes['hurst']:g}, {attributes['bandwidth']:.4g} shortest waves in the side",
+            fontsize=9,
         )
         letter_panels(figure)
     return figure

@@ -1,4 +1,4 @@
-"""The contact in section with its pressure, above the line with its springs, pressed and pulled."""
+"""The contact in section with its pressure, above the line of springs."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     note_peaks,
     row_name,
-    say,
-    say_refused,
     scaled,
+    show_refusal,
+    show_text,
     styled,
     without_peaks,
 )
@@ -58,16 +58,16 @@ def section_into(figure: Any, data: FigureData) -> None:
         return
     c = _outer_radius(data)
     if not c > 0.0:
-        say(figure.subplots(), f"no contact in {row_name(data, data.row)}")
+        show_text(figure.subplots(), f"no contact in {row_name(data, data.row)}")
         return
     if data.on_line:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.25, 1.0))
     else:
         upper, lower = figure.subplots(), None
     a, d = (float(data.data[name].values[data.row]) for name in ("contact_radius", "indentation"))
-    reach = 1.8 * a if data.equilibria is None else max(1.8 * a, 1.25 * c)
-    x_unit = good_unit(np.array([reach]), "m")
-    z_unit = _draw_bodies(upper, data, a, d, reach, x_unit)
+    width = 1.8 * a if data.equilibria is None else max(1.8 * a, 1.25 * c)
+    x_unit = good_unit(np.array([width]), "m")
+    z_unit = _draw_bodies(upper, data, a, d, width, x_unit)
     _draw_pressure_profile(upper, data, a, c, x_unit)
     mark_radii(upper, a, c, x_unit, both_sides=True)
     if data.data.sizes["step"] > 1:
@@ -79,7 +79,7 @@ def section_into(figure: Any, data: FigureData) -> None:
     if lower is None:
         upper.set_xlabel(f"{RADIUS.label} ({x_unit})")
         return
-    _draw_springs(lower, data, a, d, reach, x_unit, z_unit)
+    _draw_springs(lower, data, a, d, width, x_unit, z_unit)
     lower.set_xlabel(
         f"radius $r$ above, position $x$ on the line below ({x_unit})\n"
         "(the springs are a step of the calculation, not a picture of the body)"
@@ -87,9 +87,9 @@ def section_into(figure: Any, data: FigureData) -> None:
 
 
 def _draw_refused(axes: Axes, data: FigureData) -> None:
-    """The profile before it deforms, above why its contact is refused."""
+    """The undeformed profile, with the reason why its contact is refused."""
     if data.extent is None:
-        say_refused(axes, data)
+        show_refusal(axes, data)
         return
     r = np.linspace(0.0, data.extent, 1201)
     with np.errstate(invalid="ignore"):
@@ -99,26 +99,26 @@ def _draw_refused(axes: Axes, data: FigureData) -> None:
     height = float(np.nanmax(z)) or data.extent
     x_unit, z_unit = good_unit(r, "m"), good_unit(np.array([height]), "m")
     x, body = lengths(np.concatenate([-r[::-1], r]), x_unit), _mirrored(lengths(z, z_unit))
-    floor, ceiling = lengths(height * np.array([-0.35, 1.1]), z_unit)
-    axes.fill_between(x, 0.0, floor, color=LIGHT, lw=0)
+    lowest, highest = lengths(height * np.array([-0.35, 1.1]), z_unit)
+    axes.fill_between(x, 0.0, lowest, color=LIGHT, lw=0)
     axes.axhline(0.0, color=GREY, lw=1.2)
-    axes.fill_between(x, body, ceiling, where=_mirrored(known).astype(bool), color=BLUE, alpha=0.18, lw=0)
+    axes.fill_between(x, body, highest, where=_mirrored(known).astype(bool), color=BLUE, alpha=0.18, lw=0)
     axes.plot(x, body, color=BLUE, lw=1.6)
     if not known.all():
         end = float(lengths(r[known].max(), x_unit))
-        axes.vlines([-end, end], body[_mirrored(known).astype(bool)][-1], ceiling, color=BLUE, lw=1.6)
-    axes.set_ylim(floor, ceiling)
+        axes.vlines([-end, end], body[_mirrored(known).astype(bool)][-1], highest, color=BLUE, lw=1.6)
+    axes.set_ylim(lowest, highest)
     axes.set_ylabel(f"height $z$ ({z_unit})")
-    words = data.refusal
+    reason = data.refusal
     if "force_lower_bound" in data.data:
-        words += f". The force is at least {written(float(data.data['force_lower_bound'].values[-1]), 'N')} (rigorous)"
-    why = textwrap.fill(words.replace("$", ""), 78)
-    axes.set_title("not a disk contact: the profile before it deforms", fontsize=9)
-    axes.set_xlabel(f"{RADIUS.label} ({x_unit})\n\n{why}")
+        reason += f". The force is at least {written(float(data.data['force_lower_bound'].values[-1]), 'N')} (rigorous)"
+    caption = textwrap.fill(reason.replace("$", ""), 78)
+    axes.set_title("not a disk contact: undeformed profile", fontsize=9)
+    axes.set_xlabel(f"{RADIUS.label} ({x_unit})\n\n{caption}")
 
 
 def _draw_stick(axes: Axes, a: float, b: float, x_unit: str) -> None:
-    """Where the bodies stick and slip, as a strip at the foot of the section."""
+    """A strip at the bottom of the section that shows stick and slip."""
     edge, inner = lengths(np.array([a, min(b, a)]), x_unit)
     strip: Any = {"ymin": 0.0, "ymax": 0.05, "lw": 0, "zorder": 4}
     if inner > 0.0:
@@ -137,7 +137,7 @@ def _draw_stick(axes: Axes, a: float, b: float, x_unit: str) -> None:
 
 
 def _outer_radius(data: FigureData) -> float:
-    """Radius in m inside which the bodies act on each other."""
+    """Radius in m inside which the bodies interact."""
     names = ("contact_radius", "cohesive_radius")
     radii = [float(data.data[name].values[data.row]) for name in names if name in data.data]
     return float(np.nanmax(radii, initial=0.0))
@@ -147,10 +147,10 @@ def _mirrored(values: FloatArray) -> FloatArray:
     return np.concatenate([values[::-1], values])
 
 
-def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, reach: float, x_unit: str) -> str:
-    """Half-space and indenter; the unit of their heights."""
+def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, width: float, x_unit: str) -> str:
+    """Draw half-space and indenter; returns the unit of their heights."""
     assert data.field is not None
-    r = np.unique(np.concatenate([np.linspace(0.0, reach, 241), a * np.array([0.999, 1.0, 1.001])]))
+    r = np.unique(np.concatenate([np.linspace(0.0, width, 241), a * np.array([0.999, 1.0, 1.001])]))
     u = data.field("normal_displacement", r).values
     with np.errstate(invalid="ignore"):
         tip = d - data.gap(r)
@@ -161,22 +161,22 @@ def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, reach: float,
     body = -_mirrored(lengths(np.where(np.isfinite(tip), tip, np.nan), z_unit))
     if data.equilibria is None:
         deepest = float(np.nanmin(surface))
-        floor, ceiling = 1.6 * deepest, 1.5 * max(1.1 * abs(deepest), 1e-300)
+        lowest, highest = 1.6 * deepest, 1.5 * max(1.1 * abs(deepest), 1e-300)
     else:
         # a flat punch at d = 0 leaves everything flat
         extent = float(lengths(np.array(size), z_unit)) or 1.0
-        floor = min(float(np.nanmin(surface)), 0.0) - 0.8 * extent
-        ceiling = max(float(np.nanmax(surface)), 0.0) + 1.1 * extent
-    axes.fill_between(x, surface, floor, color=LIGHT, lw=0)
+        lowest = min(float(np.nanmin(surface)), 0.0) - 0.8 * extent
+        highest = max(float(np.nanmax(surface)), 0.0) + 1.1 * extent
+    axes.fill_between(x, surface, lowest, color=LIGHT, lw=0)
     axes.plot(x, surface, color=GREY, lw=1.2)
     inside = np.isfinite(body)
     with np.errstate(invalid="ignore"):
-        top = np.where(inside, np.minimum(body, ceiling), ceiling)
-    axes.fill_between(x, top, ceiling, where=inside, color=BLUE, alpha=0.18, lw=0)
-    axes.plot(x, np.where(body <= ceiling, body, np.nan), color=BLUE, lw=1.6)
+        top = np.where(inside, np.minimum(body, highest), highest)
+    axes.fill_between(x, top, highest, where=inside, color=BLUE, alpha=0.18, lw=0)
+    axes.plot(x, np.where(body <= highest, body, np.nan), color=BLUE, lw=1.6)
     if np.isinf(tip).any():
-        axes.vlines([-x[inside].max(), x[inside].max()], body[inside][-1], ceiling, color=BLUE, lw=1.6)
-    axes.set_ylim(floor, ceiling)
+        axes.vlines([-x[inside].max(), x[inside].max()], body[inside][-1], highest, color=BLUE, lw=1.6)
+    axes.set_ylim(lowest, highest)
     axes.set_ylabel(f"height $z$ ({z_unit})")
     axes.spines["bottom"].set_visible(False)
     axes.tick_params(bottom=False)
@@ -184,12 +184,12 @@ def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, reach: float,
 
 
 def graded_inside(a: float) -> FloatArray:
-    """Radii in m up to the contact radius, dense at the edge; from close to the axis, where p may be infinite."""
+    """Radii in m up to the contact radius, dense at the edge, starting next to the axis, where p may be infinite."""
     return np.asarray(a * np.sin(np.linspace(1e-6, 0.5 * math.pi, 121)))
 
 
 def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_unit: str) -> None:
-    """Pressure on the line z = 0, with its own scale at the right; tension goes down."""
+    """Pressure above z = 0 with its own scale at the right; tension below."""
     assert data.field is not None
     r = graded_inside(a)
     if c > a:
@@ -200,7 +200,7 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_u
     size = tension_scale(p) if data.equilibria is not None else float(without_peaks(p).max())
     unit = good_unit(np.array([size]), "Pa")
     span = 1.05 * float(scaled(np.array(size), "pressure", unit))
-    # a curve that is infinite somewhere leaves the picture there
+    # infinite values are not drawn
     shown = scaled(np.where(np.isfinite(p), p, math.nan), "pressure", unit)
     x = lengths(np.concatenate([-r[::-1], r]), x_unit)
     note_peaks(axes, infinite_within(data, a))
@@ -220,18 +220,18 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_u
 
 
 def tension_scale(p: FloatArray) -> float:
-    """Size in Pa of a pressure that may be infinite at its edge: where the pictures of it end."""
+    """Largest drawn pressure in Pa of a contact whose edge may be singular."""
     finite = np.abs(p[np.isfinite(p)])
     return float(np.quantile(finite, 0.9)) if finite.size else 0.0
 
 
 def _draw_springs(
-    axes: Axes, data: FigureData, a: float, d: float, reach: float, x_unit: str, z_unit: str
+    axes: Axes, data: FigureData, a: float, d: float, width: float, x_unit: str, z_unit: str
 ) -> None:
-    """Independent springs from a rigid base to the profile: pressed, pulled or free."""
+    """Independent springs from a rigid base to the profile: compressed, stretched or free."""
     assert data.field is not None
-    x = np.linspace(-reach, reach, 2 * _SPRINGS + 1)[1::2]
-    fine = np.unique(np.concatenate([np.linspace(0.0, reach, 401), [a]]))
+    x = np.linspace(-width, width, 2 * _SPRINGS + 1)[1::2]
+    fine = np.unique(np.concatenate([np.linspace(0.0, width, 401), [a]]))
     with np.errstate(invalid="ignore"):
         tip = data.field("equivalent_profile", fine).values - d
     head = _heads(data, x, a, d)
@@ -253,17 +253,17 @@ def _draw_springs(
     if np.isinf(tip).any():
         known = np.isfinite(tip)
         end = float(lengths(fine[known].max(), x_unit))
-        foot, ceiling = lengths(np.array([tip[known][-1], top]), z_unit)
-        axes.vlines([-end, end], foot, ceiling, color=BLUE, lw=1.6)
+        foot, highest = lengths(np.array([tip[known][-1], top]), z_unit)
+        axes.vlines([-end, end], foot, highest, color=BLUE, lw=1.6)
     axes.axhline(float(lengths(np.array(base), z_unit)), color=GREY, lw=2)
     axes.set_ylim(*lengths(np.array([base - 0.15 * size, 1.05 * top]), z_unit))
     axes.set_ylabel(f"line $g(x) - d$ ({z_unit})")
     if data.equilibria is not None:
-        _tell_colours(axes, head)
+        _label_springs(axes, head)
 
 
 def _heads(data: FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
-    """Heights of the ends of the springs, 0 at rest."""
+    """Displacements of the ends of the springs, 0 at rest."""
     assert data.field is not None
     g = data.field("equivalent_profile", np.abs(x)).values
     touching = (np.abs(x) <= a) & np.isfinite(g)
@@ -277,12 +277,12 @@ def _heads(data: FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
     return inside - np.where(touching, 0.0, pulled / data.modulus)
 
 
-def _tell_colours(axes: Axes, head: FloatArray) -> None:
-    for colour, words, there in (
+def _label_springs(axes: Axes, head: FloatArray) -> None:
+    for colour, label, exists in (
         (GREEN, "pressed", (head < 0.0).any()),
         (ORANGE, "pulled", (head > 0.0).any()),
         (_FREE, "free", (head == 0.0).any()),
     ):
-        if there:
-            axes.plot([], [], color=colour, lw=1.6, label=words)
+        if exists:
+            axes.plot([], [], color=colour, lw=1.6, label=label)
     axes.legend(fontsize=7, loc="lower center", ncols=3, framealpha=0.9, frameon=True, edgecolor="none")

@@ -1,4 +1,4 @@
-"""Figures of bodies that are not of revolution: the force between its bound and its estimate, and the contact in plan."""
+"""Figures of bodies without axial symmetry: force with bound and estimate, and the contact in plan."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from pymdr.presentation.plot.shared import (
     GREY,
     ORANGE,
     FigureData,
-    as_seen,
     axis_label,
     draw_zero,
     legend_above,
@@ -25,6 +24,7 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     scaled,
     styled,
+    thinned_curve,
 )
 from pymdr.units import FloatArray, good_unit
 
@@ -47,29 +47,29 @@ class ShapeData:
     force: FloatArray
     bound: FloatArray
     estimate: FloatArray
-    """Forces over them, nan where there is none."""
+    """Forces at these indentations in N, nan where not known."""
     source: str
-    """Where a force that is no estimate comes from; empty where there is none."""
+    """Where a force that is no estimate comes from; empty if there is none."""
     gap: Callable[[ArrayLike, ArrayLike], FloatArray]
     """f(x, y)."""
     level: float
-    """The indentation that is drawn in plan."""
+    """Indentation in m of the plan."""
     trial: tuple[float, float, float, float, float]
-    """The area of the lower bound there: centre x, y, semi-axes, and the direction of the first in rad."""
+    """Trial area of the lower bound in the plan: centre x, y, semi-axes, and direction of the first in rad."""
     axes: tuple[float, float] | None
-    """Semi-axes of an elliptic contact there."""
+    """Semi-axes of an elliptic contact in the plan."""
     extent: float
-    """Half a side of the plan."""
+    """Half side length of the plan in m."""
     across: Callable[[FloatArray | None], xr.DataArray] | None = None
-    """The pressure along y."""
+    """Pressure along y; None if the contact is not elliptic."""
 
     def drawn_by(self, draw: Callable[[FigureData, ShapeData], Drawn]) -> Callable[[FigureData], Drawn]:
-        """A figure of this shape, of the data of a result."""
+        """A figure of this shape and the data of a result."""
         return lambda data: draw(data, self)
 
 
 def shape_overview(data: FigureData, shape: ShapeData) -> Figure:
-    """Force and plan; of an ellipse also the pressure along its axes."""
+    """Force and plan; for an ellipse also the pressure along its axes."""
     with styled():
         panels = 2 if shape.across is None else 3
         figure = new_figure(4.6 * panels, 3.8)
@@ -83,16 +83,16 @@ def shape_overview(data: FigureData, shape: ShapeData) -> Figure:
 
 
 def shape_figures(data: FigureData, shape: ShapeData) -> dict[str, Figure]:
-    """``force`` and ``plan``; of an ellipse also ``pressure``."""
+    """``force`` and ``plan``; for an ellipse also ``pressure``."""
     with styled():
         first, second = new_figure(4.8, 3.8), new_figure(4.8, 4.2)
         draw_force(first.subplots(), data, shape)
         draw_plan(second.subplots(), shape)
-        found = {"force": first, "plan": second}
+        figures = {"force": first, "plan": second}
         if shape.across is not None:
-            found["pressure"] = new_figure(4.8, 3.6)
-            draw_pressures(found["pressure"].subplots(), data, shape)
-    return found
+            figures["pressure"] = new_figure(4.8, 3.6)
+            draw_pressures(figures["pressure"].subplots(), data, shape)
+    return figures
 
 
 def draw_force(axes: Axes, data: FigureData, shape: ShapeData) -> None:
@@ -103,15 +103,15 @@ def draw_force(axes: Axes, data: FigureData, shape: ShapeData) -> None:
     curves = [("lower bound", shape.bound, GREEN, "-."), ("estimate", shape.estimate, ORANGE, "--")]
     if shape.source:
         curves.append((shape.source, shape.force, BLUE, "-"))
-    for words, force, colour, line in curves:
+    for label, force, colour, line in curves:
         if np.isfinite(force).any():
-            axes.plot(d, scaled(force, "normal_force", f_unit), line, color=colour, lw=1.5, label=words)
+            axes.plot(d, scaled(force, "normal_force", f_unit), line, color=colour, lw=1.5, label=label)
     if "normal_force" in data.data and "indentation" in data.data:
         rows = (
             lengths(data.data["indentation"].values, d_unit),
             scaled(data.data["normal_force"].values, "normal_force", f_unit),
         )
-        axes.plot(*as_seen(*rows), ".", ms=5, color=GREY, label="this path")
+        axes.plot(*thinned_curve(*rows), ".", ms=5, color=GREY, label="this path")
     axes.set_xlabel(axis_label("indentation", d_unit))
     axes.set_ylabel(axis_label("normal_force", f_unit))
     draw_zero(axes)
@@ -119,7 +119,7 @@ def draw_force(axes: Axes, data: FigureData, shape: ShapeData) -> None:
 
 
 def draw_plan(axes: Axes, shape: ShapeData) -> None:
-    """Contours of the gap, the outline of the contact where it is known, and the disk or ellipse of the bound."""
+    """Contours of the gap, the known outline of the contact, and the trial area of the lower bound."""
     from matplotlib.patches import Ellipse
 
     side = shape.extent or 1.0
@@ -152,7 +152,7 @@ def draw_plan(axes: Axes, shape: ShapeData) -> None:
     axes.set_xlabel(f"$x$ ({unit})")
     axes.set_ylabel(f"$y$ ({unit})")
     axes.annotate(
-        "contours of the gap, $d$/3 apart",
+        "contours of the gap, every $d$/3",
         (0.03, 0.03),
         xycoords="axes fraction",
         color=GREY,
@@ -169,9 +169,9 @@ def draw_pressures(axes: Axes, data: FigureData, shape: ShapeData) -> None:
     along, across = data.field("pressure", None), shape.across(None)
     longest = max(shape.axes or (0.0,)) or float(along["r"].values[-1])
     unit, p_unit = good_unit(np.array([longest]), "m"), good_unit(along.values, "Pa")
-    for words, p, colour in (("along $x$", along, BLUE), ("along $y$", across, ORANGE)):
+    for label, p, colour in (("along $x$", along, BLUE), ("along $y$", across, ORANGE)):
         r = p["r"].values
-        axes.plot(lengths(r, unit), scaled(p.values, "pressure", p_unit), color=colour, lw=1.5, label=words)
+        axes.plot(lengths(r, unit), scaled(p.values, "pressure", p_unit), color=colour, lw=1.5, label=label)
     axes.set_xlim(0.0, 1.2 * float(lengths(np.array([longest]), unit)[0]))
     axes.set_xlabel(axis_label("r", unit))
     axes.set_ylabel(axis_label("pressure", p_unit))

@@ -1,4 +1,4 @@
-"""Figures of what was found without a path."""
+"""Figures of studies without a path."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _LINES: Mapping[str, Any] = {
     "JKR": {"color": BLUE, "lw": 1.3},
     "DMT": {"color": GREEN, "lw": 1.3},
 }
-_WORDS = {"MaugisDugdale": "Maugis-Dugdale"}
+_LABELS = {"MaugisDugdale": "Maugis-Dugdale"}
 
 
 def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
@@ -50,7 +50,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
     Parameters
     ----------
     studies : sequence of (coefficient, xarray.Dataset)
-        For every coefficient of friction (None where there is one only) ``amplitude`` (m), ``dissipated_per_cycle``
+        For every coefficient of friction (None if there is only one) ``amplitude`` (m), ``dissipated_per_cycle``
         (J), ``damping_ratio`` and ``secant_stiffness`` (N/m) in one dimension, with ``sliding_shift`` (m).
 
     Returns
@@ -59,29 +59,29 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
     """
     with styled():
         figure = new_figure(10.4, 3.5)
-        everywhere = np.concatenate([study["amplitude"].values for _, study in studies])
-        unit = good_unit(everywhere, "m")
+        amplitudes = np.concatenate([study["amplitude"].values for _, study in studies])
+        unit = good_unit(amplitudes, "m")
         columns = (
-            ("dissipated_per_cycle", "energy lost per cycle", "J"),
+            ("dissipated_per_cycle", "energy dissipated per cycle", "J"),
             ("damping_ratio", "damping ratio", ""),
             ("secant_stiffness", "secant stiffness", "N/m"),
         )
-        for axes, (name, words, si) in zip(figure.subplots(1, 3), columns, strict=True):
+        for axes, (name, y_label, si) in zip(figure.subplots(1, 3), columns, strict=True):
             values = np.concatenate([study[name].values for _, study in studies])
             shown = good_unit(values, si) if si else ""
-            axes.set_xscale("log" if everywhere.size > len(studies) else "linear")
+            axes.set_xscale("log" if amplitudes.size > len(studies) else "linear")
             if name == "dissipated_per_cycle" and (values > 0.0).any():
                 axes.set_yscale("log")
             for i, (mu, study) in enumerate(studies):
                 order = np.argsort(study["amplitude"].values)
-                u, slides = study["amplitude"].values[order], float(study["sliding_shift"].values)
-                x, begins = lengths(u, unit), lengths(np.array(slides), unit)
+                u, sliding = study["amplitude"].values[order], float(study["sliding_shift"].values)
+                x, limit = lengths(u, unit), lengths(np.array(sliding), unit)
                 y = study[name].values[order]
                 y = np.asarray(from_si(y, si, shown)) if si else y
-                if mu is None and u.min() < slides < u.max():
-                    axes.axvline(float(begins), color=ORANGE, lw=1.0, ls=":", label="sliding begins")
+                if mu is None and u.min() < sliding < u.max():
+                    axes.axvline(float(limit), color=ORANGE, lw=1.0, ls=":", label="sliding begins")
                 if mu is None and name == "dissipated_per_cycle" and (y > 0.0).any():
-                    _draw_cubic(axes, x, y, begins)
+                    _draw_cubic(axes, x, y, limit)
                 few = "o" if u.size <= MARKED_ROWS else None
                 colour, label = (BLUE, None) if mu is None else (f"C{i}", f"$\\mu$ = {mu:g}")
                 axes.plot(x, y, color=colour, lw=1.5, marker=few, ms=3, label=label)
@@ -91,7 +91,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                     band = "band of the scatter" if mu is None else None
                     axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0, label=band)
             axes.set_xlabel(f"amplitude of the shift ({unit})")
-            axes.set_ylabel(f"{words} ({shown})" if shown else words)
+            axes.set_ylabel(f"{y_label} ({shown})" if shown else y_label)
             if name == "damping_ratio":
                 axes.set_ylim(bottom=0.0)
             if axes.get_legend_handles_labels()[0]:
@@ -107,8 +107,8 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        Over ``step``: ``time``, ``indentation``, ``normal_force`` and ``contact_radius``; where bodies move sideways
-        against friction also ``tangential_force`` and ``stick_radius``. Radii may be left out.
+        Over ``step``: ``time``, ``indentation``, ``normal_force`` and ``contact_radius``; for oblique impacts
+        with friction also ``tangential_force`` and ``stick_radius``. Radii are optional.
     friction : float or None
         Coefficient of friction.
 
@@ -118,11 +118,11 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
     """
     with styled():
         names = [name for name in ("time", "indentation", "normal_force", "contact_radius") if name in data]
-        sideways = "tangential_force" in data
+        oblique = "tangential_force" in data
         units = {name: good_unit(data[name].values, QUANTITIES[name].unit) for name in names}
         shown = {name: scaled(data[name].values, name, unit) for name, unit in units.items()}
-        figure = new_figure(11.4 if sideways else 7.6, 3.4)
-        panels = figure.subplots(1, 3 if sideways else 2)
+        figure = new_figure(11.4 if oblique else 7.6, 3.4)
+        panels = figure.subplots(1, 3 if oblique else 2)
         first, second = panels[0], panels[1]
         first.plot(shown["time"], shown["normal_force"], color=BLUE, lw=1.5)
         first.set_xlabel(axis_label("time", units["time"]))
@@ -132,7 +132,7 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
             radius = first.twinx()
             radius.plot(shown["time"], shown["contact_radius"], color=ORANGE, lw=1.2, ls="--")
             radius.set_ylabel(axis_label("contact_radius", units["contact_radius"]), color=ORANGE)
-            # both scales have their zero at one height
+            # both scales have 0 at the same height
             low, high = first.get_ylim()
             top = 1.05 * float(np.nanmax(shown["contact_radius"], initial=0.0)) or 1.0
             if low < 0.0 < high:
@@ -144,8 +144,8 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
         second.set_xlabel(axis_label("indentation", units["indentation"]))
         second.set_ylabel(axis_label("normal_force", units["normal_force"]))
         draw_zero(second)
-        if sideways:
-            _draw_sideways(panels[2], data, shown["time"], units["time"], friction)
+        if oblique:
+            _draw_tangential(panels[2], data, shown["time"], units["time"], friction)
         letter_panels(figure)
     return figure
 
@@ -157,7 +157,7 @@ def restitution_study(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        ``restitution`` and ``contact_time`` (s; inf of bodies that stick) over ``speed`` (m/s).
+        ``restitution`` and ``contact_time`` (s; inf if the bodies stick) over ``speed`` (m/s).
 
     Returns
     -------
@@ -175,26 +175,26 @@ def restitution_study(data: xr.Dataset) -> Figure:
             (ordered["restitution"].values, "coefficient of restitution $e$"),
             (np.asarray(from_si(time, "s", unit)), f"contact time $T$ ({unit})"),
         )
-        for axes, (values, words) in zip(figure.subplots(1, 2), shown, strict=True):
+        for axes, (values, label) in zip(figure.subplots(1, 2), shown, strict=True):
             axes.plot(v, values, color=BLUE, lw=1.5, marker=few, ms=3)
             axes.set_xscale("log" if v.size > 1 else "linear")
             axes.set_xlabel(f"speed $v$ ({v_unit})")
-            axes.set_ylabel(words)
+            axes.set_ylabel(label)
             axes.set_ylim(bottom=0.0)
         letter_panels(figure)
     return figure
 
 
-def _draw_sideways(
+def _draw_tangential(
     axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str, friction: float | None
 ) -> None:
-    """The tangential force between Coulomb's limits, shaded where a part of the contact sticks."""
+    """The tangential force within the friction limits, shaded while part of the contact sticks."""
     unit = good_unit(data["tangential_force"].values, "N")
     force = scaled(data["tangential_force"].values, "tangential_force", unit)
     limit = (friction or 0.0) * scaled(data["normal_force"].values, "normal_force", unit)
     if "stick_radius" in data:
-        part = data["stick_radius"].values > 0.0
-        axes.fill_between(time, -limit, limit, where=part, color=LIGHT, lw=0, label="part sticks")
+        sticking = data["stick_radius"].values > 0.0
+        axes.fill_between(time, -limit, limit, where=sticking, color=LIGHT, lw=0, label="part sticks")
     for sign in (-1.0, 1.0):
         label = "$\\pm\\mu F_N$" if sign > 0.0 else None
         axes.plot(time, sign * limit, color=GREY, lw=0.8, ls=":", label=label)
@@ -207,14 +207,14 @@ def _draw_sideways(
 
 def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure:
     """
-    Force against indentation of all equilibria, with the state that is lost and the one into which the contact jumps.
+    Force against indentation of all equilibria, with the pull-off and the state after the jump into contact.
 
     Parameters
     ----------
     curve : mapping of str to ndarray
         ``indentation`` (m) and ``normal_force`` (N) of all equilibria.
     data : xarray.Dataset
-        The numbers of a pull-off.
+        Quantities of the pull-off.
 
     Returns
     -------
@@ -233,13 +233,13 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure
             lw=1.3,
             label="equilibria",
         )
-        for words, colour, names in (
+        for label, colour, names in (
             ("last stable state", ORANGE, ("indentation", "normal_force")),
             ("after the jump into contact", GREEN, ("jump_in_indentation", "jump_in_force")),
         ):
             d, force = (data[name].values for name in names)
             axes.plot(
-                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=words
+                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=label
             )
         axes.set_xlabel(axis_label("indentation", d_unit))
         axes.set_ylabel(axis_label("normal_force", unit))
@@ -263,7 +263,7 @@ def compared_laws(
     pull_off_force : mapping of str to float
         In N by law, below 0.
     pressures : mapping of str to xarray.DataArray
-        Pressure in Pa over ``r`` by law, as a result gives it.
+        Pressure in Pa over ``r`` by law.
 
     Returns
     -------
@@ -288,7 +288,7 @@ def _draw_equilibria(
     x_unit = good_unit(np.concatenate(depths), "m")
     unit = good_unit(np.concatenate(forces), "N")
     for name, d, force in zip(curves, depths, forces, strict=True):
-        label = f"{_WORDS.get(name, name)}, pull-off at {typeset(pull_off_force[name], 'N')}"
+        label = f"{_LABELS.get(name, name)}, pull-off at {typeset(pull_off_force[name], 'N')}"
         x, y = lengths(d, x_unit), scaled(force, "normal_force", unit)
         axes.plot(x, y, label=label, **_LINES[name])
     axes.set_xlabel(axis_label("indentation", x_unit))
@@ -296,17 +296,17 @@ def _draw_equilibria(
 
 
 def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray], pull: float | None) -> None:
-    """Pressures by law; the pull of DMT in N has no place among them, and is named."""
+    """Pressures by law; the pull of DMT in N, outside the contact, is given in its label."""
     known = [p.values[np.isfinite(p.values)] for p in pressures.values()]
     bounded = [p.values for p in pressures.values() if float(p["edge_amplitude"]) == 0.0]
     high = max(float(without_peaks(p).max()) for p in known)
     deepest = min((float(p.min()) for p in bounded), default=-high)
-    # an edge that is infinite, or far stronger than the rest, leaves the picture
+    # an infinite or far larger edge is cut
     low = max(1.25 * deepest, -3.0 * high) or -high
     r_unit = good_unit(np.concatenate([p["r"].values for p in pressures.values()]), "m")
     unit = good_unit(np.array([low, high]), "Pa")
     for name, p in pressures.items():
-        label = _WORDS.get(name, name)
+        label = _LABELS.get(name, name)
         if float(p["edge_amplitude"]) != 0.0:
             label += ", singular at its edge"
         if name == "DMT" and pull is not None:
@@ -319,10 +319,10 @@ def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray], pull: flo
     axes.set_ylabel(axis_label("pressure", unit))
 
 
-def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, slides: FloatArray) -> None:
-    """The slope of small loops, from the smallest one that loses energy."""
+def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, sliding: FloatArray) -> None:
+    """The cubic law of small loops, from the smallest dissipating one."""
     first = int(np.flatnonzero(y > 0.0)[np.argmin(x[y > 0.0])])
-    end = max(min(float(x.max()), float(slides)), x[first])
+    end = max(min(float(x.max()), float(sliding)), x[first])
     if end > x[first]:
         ends = np.array([x[first], end])
         axes.plot(
@@ -330,13 +330,13 @@ def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, slides: FloatArray) ->
         )
 
 
-_CREEP_LAWS = {"plain": ("springs of the method", BLUE), "calibrated": ("with Kalker's slope", ORANGE)}
+_CREEP_LAWS = {"plain": ("MDR springs", BLUE), "calibrated": ("with Kalker's slope", ORANGE)}
 _MOST_LOADS = 5
 
 
 def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | None) -> Figure:
     """
-    Creep force against creepage by several laws, and the load along the line below its cap, or the force along a path.
+    Creep force against creepage by several laws, with the line load below its limit, or the force along a path.
 
     Parameters
     ----------
@@ -357,14 +357,14 @@ def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | No
         limit = float(curves.attrs["limit"])
         unit = good_unit(np.array([limit]), "N")
         forces = curves["creep_force"].values
-        for law, one in zip(curves["law"].values, forces, strict=True):
-            words, colour = _CREEP_LAWS[str(law)]
+        for law, force in zip(curves["law"].values, forces, strict=True):
+            label, colour = _CREEP_LAWS[str(law)]
             left.plot(
                 curves["creepage"].values,
-                scaled(one, "tangential_force", unit),
+                scaled(force, "tangential_force", unit),
                 color=colour,
                 lw=1.5,
-                label=words,
+                label=label,
             )
         left.axhline(
             float(scaled(np.array(limit), "tangential_force", unit)),
@@ -426,13 +426,13 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
 
 def sliding_study(data: xr.Dataset) -> Figure:
     """
-    Coefficient of friction against speed between its limits, and where the springs come into contact and leave it.
+    Coefficient of friction against speed with its limits, and the leading and trailing edge of the contact.
 
     Parameters
     ----------
     data : xarray.Dataset
         ``friction_coefficient`` over ``speed`` (m/s), ``leading_edge`` and ``trailing_edge`` (m) or ``indentation`` (m), and
-        where they are known ``slow_limit`` and ``fast_limit``.
+        optionally ``slow_limit`` and ``fast_limit``.
 
     Returns
     -------
@@ -446,27 +446,27 @@ def sliding_study(data: xr.Dataset) -> Figure:
         v = np.asarray(from_si(ordered["speed"].values, "m/s", v_unit))
         few = "o" if v.size <= MARKED_ROWS else None
         friction = ordered["friction_coefficient"].values
-        left.loglog(v, friction, color=BLUE, lw=1.5, marker=few, ms=3, label="springs of the method")
-        for name, words, colour in (
-            ("slow_limit_over_speed", "slow limit, half of the springs'", ORANGE),
+        left.loglog(v, friction, color=BLUE, lw=1.5, marker=few, ms=3, label="MDR springs")
+        for name, label, colour in (
+            ("slow_limit_over_speed", "slow limit (half of MDR)", ORANGE),
             ("fast_limit_times_speed", "fast limit", GREEN),
         ):
             if name in data.attrs:
                 speed = ordered["speed"].values
                 along = data.attrs[name] * (speed if name.endswith("over_speed") else 1.0 / speed)
-                left.loglog(v, along, color=colour, lw=1.2, ls="--", label=words)
+                left.loglog(v, along, color=colour, lw=1.2, ls="--", label=label)
         if "fast_limit" in ordered and "fast_limit_times_speed" not in data.attrs:
             left.loglog(v, ordered["fast_limit"].values, color=GREEN, lw=1.2, ls="--", label="fast limit")
-        # limits lie far beyond where they do not hold
+        # outside its range a limit is far off
         left.set_ylim(0.3 * float(friction.min()), 4.0 * float(friction.max()))
         left.set_ylabel("coefficient of friction $F_x/F_N$")
         parts = {"leading_edge": ("leading", "-"), "trailing_edge": ("trailing", "--")}
         if "leading_edge" not in ordered:
             parts = {"indentation": ("indentation", "-")}
         unit = good_unit(np.concatenate([ordered[name].values for name in parts]), "m")
-        for name, (words, style) in parts.items():
+        for name, (label, style) in parts.items():
             shown = lengths(ordered[name].values, unit)
-            right.semilogx(v, shown, style, color=BLUE, lw=1.5, marker=few, ms=3, label=words)
+            right.semilogx(v, shown, style, color=BLUE, lw=1.5, marker=few, ms=3, label=label)
         right.set_ylabel(
             f"edges of the contact on the line ({unit})" if len(parts) == 2 else f"depth $d$ ({unit})"
         )
@@ -478,7 +478,7 @@ def sliding_study(data: xr.Dataset) -> Figure:
     return figure
 
 
-def columns_study(data: xr.Dataset, words: Mapping[str, str]) -> Figure:
+def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
     """
     Columns of a study over its rows, a panel each.
 
@@ -486,15 +486,15 @@ def columns_study(data: xr.Dataset, words: Mapping[str, str]) -> Figure:
     ----------
     data : xarray.Dataset
         Over one dimension.
-    words : mapping of str to str
-        Names of columns to what their axes say.
+    labels : mapping of str to str
+        Axis labels by column.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
     (along,) = data.dims
-    names = [name for name in words if name in data.data_vars]
+    names = [name for name in labels if name in data.data_vars]
     with styled():
         figure = new_figure(2.9 * max(len(names), 1), 2.9)
         for i, name in enumerate(names):
@@ -505,14 +505,14 @@ def columns_study(data: xr.Dataset, words: Mapping[str, str]) -> Figure:
                 data[along].values, from_si(data[name].values, si, unit), "o-", color=BLUE, ms=3.0, lw=1.0
             )
             axes.set_xlabel(str(along))
-            axes.set_ylabel(f"{words[name]} ({unit})" if unit else words[name])
+            axes.set_ylabel(f"{labels[name]} ({unit})" if unit else labels[name])
         letter_panels(figure)
     return figure
 
 
 def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
     """
-    Conditions of a model, each over its limit.
+    Assumptions of a model, each relative to its limit.
 
     Parameters
     ----------
@@ -525,11 +525,11 @@ def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
     with styled():
         figure = new_figure(6.4, 1.2 + 0.35 * len(assumptions))
         axes = figure.add_subplot()
-        colours = [GREEN if one.met else ORANGE for one in assumptions]
-        measures, limits = (np.array([getattr(one, n) for one in assumptions]) for n in ("measure", "limit"))
+        colours = [GREEN if a.met else ORANGE for a in assumptions]
+        measures, limits = (np.array([getattr(a, n) for a in assumptions]) for n in ("measure", "limit"))
         with np.errstate(divide="ignore", invalid="ignore"):
-            axes.barh([one.name for one in assumptions], np.minimum(measures / limits, 3.0), color=colours)
+            axes.barh([a.name for a in assumptions], np.minimum(measures / limits, 3.0), color=colours)
         axes.axvline(1.0, color="0.3", lw=1.0)
         axes.invert_yaxis()
-        axes.set_xlabel("measure over limit, cut at 3")
+        axes.set_xlabel("measure / limit (cut at 3)")
     return figure

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _CURVES, _NAMED = 200, 8
-"""Curves that are drawn, and combinations that a legend names."""
+"""Largest numbers of drawn curves, and of combinations in a legend."""
 
 
 def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> Figure:
     """
-    A quantity along the path at every point of a grid, and its largest value over the first parameter.
+    A quantity along the path at every point of a grid, and its largest value against the first parameter.
 
     Parameters
     ----------
@@ -108,14 +108,14 @@ def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Se
 
 
 def _names(data: xr.Dataset, parameters: Sequence[str], bare: bool = False) -> list[str]:
-    """Of all combinations; `bare` without the names of the parameters."""
+    """Labels of all combinations; `bare` leaves out the names of the parameters."""
     names = [""]
     for parameter in parameters:
         values = data[parameter]
         unit = values.attrs.get("units")
-        words = [
+        texts = [
             str(v).partition("(")[0] if unit is None else written(float(v), unit, 3) for v in values.values
         ]
-        told = words if bare else [f"{parameter} = {word}" for word in words]
-        names = [f"{name}, {word}".removeprefix(", ") for name in names for word in told]
+        labels = texts if bare else [f"{parameter} = {text}" for text in texts]
+        names = [f"{name}, {label}".removeprefix(", ") for name in names for label in labels]
     return names

@@ -1,4 +1,4 @@
-"""Figures of measured surfaces: their heights, their spectrum, and the mean profile about an apex."""
+"""Figures of measured surfaces: heights, spectrum, and mean profile about an apex."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PIXELS = 1024
-"""Drawn along a side."""
+"""Largest number of pixels drawn along a side."""
 
 
 def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, rings: xr.Dataset) -> Figure:
     """
-    A surface, and its spectrum with the law on its range.
+    A surface, and its spectrum with the fitted law.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, ring
     size : ndarray
         Sides in m.
     data : xarray.Dataset
-        ``power_spectrum`` with ``_low`` and ``_high`` and ``law`` (m^4) over ``wave_number`` (1/m), nan where they are not known.
+        ``power_spectrum`` with ``_low`` and ``_high`` and ``law`` (m^4) over ``wave_number`` (1/m), nan where not known.
     rings : xarray.Dataset
         ``power_spectrum`` of all rings.
 
@@ -70,7 +70,7 @@ def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, ring
 
 
 def draw_heights(axes: Axes, heights: FloatArray, size: FloatArray) -> None:
-    """Heights by colour, missing ones white."""
+    """Heights as colours; missing heights are white."""
     every = [-(-n // _PIXELS) for n in heights.shape]
     drawn = heights[:: every[0], :: every[1]]
     across, up = good_unit(size, "m"), good_unit(np.abs(drawn - np.nanmean(drawn)).ravel(), "m")
@@ -107,7 +107,7 @@ def bump_study(
     profile : tuple of ndarray
         Radii, means and standard deviations in m.
     curve : tuple of ndarray
-        Radii and gap in m of the curve that is run through them.
+        Radii and gap in m of the fitted curve.
 
     Returns
     -------
@@ -122,9 +122,9 @@ def bump_study(
         letter_panels(figure)
         draw_heights(first, heights, size)
         unit = good_unit(size, "m")
-        x, y, reach = (float(lengths(np.array(one), unit)) for one in (*centre, r[-1]))
+        x, y, radius = (float(lengths(np.array(value), unit)) for value in (*centre, r[-1]))
         first.plot([x], [y], "+", color=ORANGE, ms=8)
-        first.add_patch(Circle((x, y), reach, fill=False, color=ORANGE, lw=1.0))
+        first.add_patch(Circle((x, y), radius, fill=False, color=ORANGE, lw=1.0))
         along, up = good_unit(r, "m"), good_unit(f, "m")
         at, mean, wide = lengths(r, along), lengths(f, up), lengths(scatter, up)
         second.fill_between(at, mean - wide, mean + wide, color=BLUE, alpha=0.2, lw=0, label="scatter around")

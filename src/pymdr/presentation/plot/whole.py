@@ -1,4 +1,4 @@
-"""The figures of contacts whose states depend on nothing but the load."""
+"""The figures of contacts without adhesion, friction or memory."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def normal_overview(data: FigureData) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Beside the section: force against indentation and pressure.
+        Section, force against indentation, and pressure.
     """
     with styled():
         figure = new_figure(10.0, 5.6)

@@ -1,7 +1,7 @@
 """Problems as plain dictionaries and back: case files and saved results share this.
 
-The models of cases are derived from the problem dataclasses, so that a new profile or leg needs one entry in the tables of
-`tables` and nothing else; what is one's own is entered by :func:`register`.
+Models of cases are derived from the problem dataclasses: a new profile or leg needs one entry in `tables`; user classes are
+added by :func:`register`.
 """
 
 from pymdr.problem.codec.cases import PressCase as PressCase

@@ -18,28 +18,28 @@ from pymdr.problem.rough import RoughSurface
 from pymdr.units import shown
 
 MEASURED = ("file", "channel", "size", "unit", "missing", "detrend")
-"""Keys of a measured surface: where it is, and what becomes of it."""
+"""Keys of a measured surface: its file, and how it is read and prepared."""
 
 
 @dataclass(frozen=True)
 class RoughCase:
-    """What a rough case says."""
+    """The contents of a rough case."""
 
     title: str
     surface: RoughSurface
     body: Material
     counterbody: Material
     radius: float | str | None
-    """Of the ball that bears the roughness; None for a nominally flat patch."""
+    """Radius of the rough ball; None for a nominally flat patch."""
 
 
 @dataclass(frozen=True)
 class PressCase:
-    """What a case of a pressed surface says."""
+    """The contents of a case of a pressed surface."""
 
     title: str
     surface: RoughSurface | Mapping[str, Any]
-    """Random, or the keys of a file."""
+    """A random surface, or the keys of a measured one."""
     body: Material
     counterbody: Material
     punch: bool
@@ -63,7 +63,7 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     Raises
     ------
     CaseError
-        With the table, the key, the value and the remedy.
+        Names the table, the key, the value and the remedy.
 
     Examples
     --------
@@ -75,19 +75,19 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     """
     if "surface" in plain:
         measured = isinstance(plain["surface"], Mapping) and "file" in plain["surface"]
-        ask = "pymdr press" if measured else "pymdr rough or pymdr press"
-        raise CaseError(f"[surface]: a rough surface is no profile with a path; ask for it with {ask}")
+        command = "pymdr press" if measured else "pymdr rough or pymdr press"
+        raise CaseError(f"[surface]: a rough surface has no profile and path; use {command}")
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
     contact = _contact(plain)
-    pieces = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
-    path = pieces[0] if len(pieces) == 1 else History(tuple(pieces))
+    parts = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
+    path = parts[0] if len(parts) == 1 else History(tuple(parts))
     return str(plain.get("title", "")), contact, path
 
 
 def decode_contact(plain: Mapping[str, Any]) -> tuple[str, Contact]:
     """
-    The title and the contact of a case from plain dictionaries, whose path may be missing.
+    The title and the contact of a case from plain dictionaries; the path is optional.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def decode_contact(plain: Mapping[str, Any]) -> tuple[str, Contact]:
     Raises
     ------
     CaseError
-        With the table, the key, the value and the remedy.
+        Names the table, the key, the value and the remedy.
 
     Examples
     --------
@@ -131,7 +131,7 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     Raises
     ------
     CaseError
-        With the table, the key, the value and the remedy.
+        Names the table, the key, the value and the remedy.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     """
     if "surface" not in plain:
         raise CaseError(
-            "table [surface] is missing; a rough case has hurst, rms, size and shortest there, and neither profile nor path"
+            "table [surface] is missing; a rough case needs it with hurst, rms, size and shortest, and has no profile and path"
         )
     refuse_invalid(plain, rough_adapter())
     return RoughCase(
@@ -170,7 +170,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     Raises
     ------
     CaseError
-        With the table, the key, the value and the remedy.
+        Names the table, the key, the value and the remedy.
 
     Examples
     --------
@@ -182,22 +182,22 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     surface = plain.get("surface")
     if not isinstance(surface, Mapping):
         raise CaseError(
-            "table [surface] is missing; it has file, of measured heights, or hurst, rms, size and shortest of random ones"
+            "table [surface] is missing; give file for measured heights, or hurst, rms, size and shortest for random ones"
         )
     measured = "file" in surface
     if measured:
-        strange = [key for key in surface if key not in MEASURED]
-        if strange:
+        unknown = [key for key in surface if key not in MEASURED]
+        if unknown:
             raise CaseError(
-                f"[surface] {strange[0]} = {shown(surface[strange[0]])}: unknown key; measured heights have {', '.join(MEASURED)}"
+                f"[surface] {unknown[0]} = {shown(surface[unknown[0]])}: unknown key; measured heights have {', '.join(MEASURED)}"
             )
     elif "punch" in plain:
-        raise CaseError("punch: a random surface is a punch as it is; leave it out")
+        raise CaseError("punch: a random surface is always a punch; leave the key out")
     else:
         decode_rough(plain)
         if "ball" in plain:
             raise CaseError(
-                "[ball]: boundary elements press the surface alone; add the heights of the ball to those of a file"
+                "[ball]: not available with pymdr press; add the heights of the ball to those of a file"
             )
     refuse_invalid(plain, press_adapter())
     return PressCase(
@@ -242,9 +242,9 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
             _build(
                 f"{table}.layers {i}",
                 Layer,
-                {**one, "material": _decode(one["material"], f"{table}.layers {i}.material")},
+                {**layer, "material": _decode(layer["material"], f"{table}.layers {i}.material")},
             )
-            for i, one in enumerate(arguments["layers"], 1)
+            for i, layer in enumerate(arguments["layers"], 1)
         )
         if "base" in arguments:
             arguments["base"] = _decode(arguments["base"], f"{table}.base")

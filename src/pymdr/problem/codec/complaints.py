@@ -1,4 +1,4 @@
-"""What is wrong with a case, in words that name table, key, value and remedy."""
+"""Error messages about cases that name table, key, value and remedy."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ if TYPE_CHECKING:
 
 def refuse_invalid(plain: Mapping[str, Any], adapter: TypeAdapter[Any]) -> None:
     """
-    Refuse plain dictionaries that are no such case.
+    Refuse plain dictionaries that are not a valid case.
 
     Raises
     ------
     CaseError
-        With table, key, value and remedy.
+        Names table, key, value and remedy.
     """
     from pydantic import ValidationError
 
     try:
         adapter.validate_python(_without_arrays(plain))
     except RecursionError as error:
-        raise CaseError("tables or lists are nested too deeply for a case") from error
+        raise CaseError("tables or lists are nested too deeply") from error
     except ValidationError as error:
-        raise CaseError(_in_words(error, plain)) from error
+        raise CaseError(_message(error, plain)) from error
 
 
 _SHOWN = 4
-"""Complaints that one message tells."""
+"""Largest number of errors in one message."""
 
 _ALTERNATIVES = ("int", "float", "str")
-"""What pydantic appends for every form that a number may have."""
+"""Types that pydantic appends to the location of a number."""
 
 _NEEDED = {
     "string_type": "a text is needed",
@@ -65,60 +65,60 @@ _NEEDED = {
 }
 
 
-def _in_words(error: Any, plain: Mapping[str, Any]) -> str:
-    """The complaints of a validation, with table, key, value and remedy."""
-    found: dict[str, None] = {}
+def _message(error: Any, plain: Mapping[str, Any]) -> str:
+    """The errors of a validation, with table, key, value and remedy."""
+    messages: dict[str, None] = {}
     suggested: set[tuple[Any, ...]] = set()
     complaints = error.errors(include_url=False)
-    for one in sorted(complaints, key=lambda e: e["type"] != "extra_forbidden"):
-        full = [part for part in one["loc"] if not str(part).startswith("list[")]
+    for item in sorted(complaints, key=lambda e: e["type"] != "extra_forbidden"):
+        full = [part for part in item["loc"] if not str(part).startswith("list[")]
         while len(full) > 1 and full[-1] in _ALTERNATIVES:
             full.pop()
         # pydantic names the kind of every tagged table; users know the table
         loc = [part for i, part in enumerate(full) if i in (0, len(full) - 1) or part not in kinds()]
-        if one["type"] == "missing" and tuple(loc) in suggested:
+        if item["type"] == "missing" and tuple(loc) in suggested:
             continue
-        if one["type"] == "extra_forbidden":
+        if item["type"] == "extra_forbidden":
             suggested |= {(*loc[:-1], key) for key in _near(str(loc[-1]), _known_keys(loc[:-1], plain))}
-        found[_complaint(one, loc, plain)] = None
-    told = list(found)
-    more = f"; and {len(told) - _SHOWN} more of this kind" if len(told) > _SHOWN else ""
-    return "; ".join(told[:_SHOWN]) + more
+        messages[_complaint(item, loc, plain)] = None
+    listed = list(messages)
+    more = f"; and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
+    return "; ".join(listed[:_SHOWN]) + more
 
 
-def _complaint(one: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]) -> str:
+def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]) -> str:
     path = [str(part + 1) if isinstance(part, int) else str(part) for part in loc]
     table, key = path[:-1], path[-1] if path else "the case"
     where = f"[{' '.join(table)}] " if table else ""
-    match one["type"]:
+    match item["type"]:
         case "extra_forbidden":
             hint = _nearest(key, _known_keys(loc[:-1], plain))
-            return f"{where}{key} = {shown(one['input'])}: unknown {'key' if table else 'table'}; {hint}"
+            return f"{where}{key} = {shown(item['input'])}: unknown {'key' if table else 'table'}; {hint}"
         case "missing":
             return f"{where}{f'key {key!r} is missing' if table else f'table [{key}] is missing'}"
         case "union_tag_not_found":
             return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed"
         case "union_tag_invalid":
-            tag = str(one["ctx"]["tag"])
+            tag = str(item["ctx"]["tag"])
             if tag == "sum" and "parts" in loc:
-                return f"[{' '.join(path)}] kind = 'sum': a part is no sum itself; list its parts beside the others"
+                return f"[{' '.join(path)}] kind = 'sum': sums cannot be nested; list the parts in one sum"
             if tag.lower() == "function" and loc and loc[0] == "profile":
                 return (
-                    f"[{' '.join(path)}] kind = {shown(tag)}: no text of a case is evaluated as a formula; give samples "
-                    "of it (kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
+                    f"[{' '.join(path)}] kind = {shown(tag)}: cases cannot contain formulas; give samples "
+                    "(kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
                 )
             return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_nearest(tag, _kinds_for(loc))}"
         case "too_short":
             return f"{where}{key}: at least one entry is needed"
         case "greater_than_equal":
-            return f"{where}{key} = {shown(one['input'])}: it must be at least {one['ctx']['ge']}"
+            return f"{where}{key} = {shown(item['input'])}: it must be at least {item['ctx']['ge']}"
         case "less_than_equal":
-            return f"{where}{key} = {shown(one['input'])}: it must be at most {one['ctx']['le']}"
+            return f"{where}{key} = {shown(item['input'])}: it must be at most {item['ctx']['le']}"
         case other:
             whole = key in ("steps", "cycles", "keep", "n", "seed", "sides")
             number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
-            needed = number if one["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
-            return f"{where}{key} = {shown(one['input'])}: {needed}"
+            needed = number if item["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
+            return f"{where}{key} = {shown(item['input'])}: {needed}"
 
 
 def _kinds_for(loc: list[Any]) -> list[str]:
@@ -161,7 +161,7 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
 
 
 def _near(word: str, known: list[str]) -> list[str]:
-    """The nearest of the known words; those that differ in capitals or are written one within the other come first."""
+    """The nearest known word; one that differs only in capitals comes first."""
     plain = word.lower()
     same = [name for name in known if name.lower() == plain]
     return same or difflib.get_close_matches(plain[:80], known, n=1, cutoff=0.5)
@@ -169,11 +169,11 @@ def _near(word: str, known: list[str]) -> list[str]:
 
 def _nearest(word: str, known: list[str]) -> str:
     near = _near(word, known)
-    return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+    return f"did you mean {near[0]!r}?" if near else f"use one of {', '.join(known)}"
 
 
 def _without_arrays(plain: Any) -> Any:
-    """The same with one number for every array: columns of files were read as numbers already."""
+    """The same with one number for every array, since columns of files are numbers already."""
     if isinstance(plain, Mapping):
         return {key: _without_arrays(entry) for key, entry in plain.items()}
     if isinstance(plain, list) and any(isinstance(entry, Mapping | list) for entry in plain):

@@ -31,8 +31,7 @@ def encode(value: Any) -> Any:
     Raises
     ------
     ProblemError
-        If the value holds a callable (a result replaces it by its interpolant before saving), or its class is none
-        that files know.
+        If the value holds a callable (results save its interpolant instead), or its class is not registered.
 
     Examples
     --------
@@ -64,7 +63,7 @@ def encode(value: Any) -> Any:
     if isinstance(value, Value):
         name = type(value).__name__
         raise ProblemError(
-            f"{name} is no class that files know; call pymdr.problem.codec.register({name.lower()!r}, {name})"
+            f"{name} is not registered for files; call pymdr.problem.codec.register({name.lower()!r}, {name})"
         )
     if isinstance(value, np.ndarray):
         return value.tolist()

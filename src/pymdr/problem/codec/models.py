@@ -1,4 +1,4 @@
-"""The models of pydantic by which cases are checked, derived from the dataclasses of problems, and their schema."""
+"""Pydantic models of cases, derived from the problem dataclasses, and their JSON schema."""
 
 from __future__ import annotations
 
@@ -27,28 +27,31 @@ FILE_KEYS = {
     "prony": ("file",),
     "path": ("file", "channels"),
 }
-"""Keys of case files whose columns replace the arrays of a kind."""
+"""Keys of case files that replace the arrays of a kind by columns of a file."""
 
-_BESIDE_FILES = {"force_curve": ("modulus",)}
-"""Keys that no such file holds."""
+_NOT_IN_FILES = {"force_curve": ("modulus",)}
+"""Required keys that these files cannot hold."""
 
 
 def case_schema() -> dict[str, Any]:
-    """The JSON schema of case files, in which tables of samples may name a file instead."""
+    """The JSON schema of case files, where a file may replace arrays."""
     plain: dict[str, Any] = case_adapter().json_schema()
-    words = {
-        "file": {"type": "string", "description": "CSV file beside the case, with units in its header"},
+    keys_of_files = {
+        "file": {
+            "type": "string",
+            "description": "CSV file with units in its header; relative to the case file",
+        },
         "channels": {
             "type": "array",
             "items": {"enum": list(CHANNELS)},
-            "description": "the columns of the file that are prescribed",
+            "description": "columns of the file to prescribe",
         },
     }
     for kind, keys in FILE_KEYS.items():
         table = plain["$defs"][kind]
-        table["properties"] |= {key: words[key] for key in keys}
-        arrays = [key for key in table["required"] if key not in ("kind", *_BESIDE_FILES.get(kind, ()))]
-        table["required"] = ["kind", *_BESIDE_FILES.get(kind, ())]
+        table["properties"] |= {key: keys_of_files[key] for key in keys}
+        arrays = [key for key in table["required"] if key not in ("kind", *_NOT_IN_FILES.get(kind, ()))]
+        table["required"] = ["kind", *_NOT_IN_FILES.get(kind, ())]
         if arrays:
             table["anyOf"] = [{"required": arrays}, {"required": ["file"]}]
     return plain
@@ -56,7 +59,7 @@ def case_schema() -> dict[str, Any]:
 
 @lru_cache(maxsize=1)
 def case_adapter() -> TypeAdapter[Any]:
-    """The pydantic adapter of a whole case; its ``json_schema()`` serves editors."""
+    """The pydantic adapter of a complete case."""
     from pydantic import ConfigDict, Field, TypeAdapter, create_model
 
     model = create_model(
@@ -69,8 +72,8 @@ def case_adapter() -> TypeAdapter[Any]:
         counterbody=(_union("material"), Field(None, description="rigid unless given")),
         adhesion=(_union("adhesion"), Field(None, description="none unless given")),
         friction=(_union("friction"), Field(None, description="frictionless unless given")),
-        path=(_list_of(_union("leg")), Field(..., description="legs, one after the other", min_length=1)),
-        solve=(_options_model(), Field(None, description="how it is solved")),
+        path=(_list_of(_union("leg")), Field(..., description="legs in order", min_length=1)),
+        solve=(_options_model(), Field(None, description="solver options")),
     )
     return TypeAdapter(model)
 
@@ -93,7 +96,7 @@ def rough_adapter() -> TypeAdapter[Any]:
         surface=(surface, ...),
         body=(_union("material"), ...),
         counterbody=(_union("material"), Field(None, description="rigid unless given")),
-        ball=(ball | None, Field(None, description="what bears the roughness; nominally flat unless given")),
+        ball=(ball | None, Field(None, description="rough ball; nominally flat unless given")),
     )
     return TypeAdapter(model)
 
@@ -110,20 +113,20 @@ def press_adapter() -> TypeAdapter[Any]:
     measured: Any = create_model(
         "measured",
         __config__=closed,
-        file=(str, Field(..., description="of measured heights; paths count from the case file")),
-        channel=(int | str | None, Field(None, description="number or name, where the file has several")),
-        size=(length | list[length] | None, Field(None, description="sides, where the file has none")),
-        unit=(str | None, Field(None, description="of the heights, where the file has none")),
-        missing=(str | None, Field(None, description="interpolate or crop: what becomes of missing heights")),
-        detrend=(str | None, Field(None, description="mean, plane, sphere or curvature: what is taken off")),
+        file=(str, Field(..., description="file of measured heights; relative to the case file")),
+        channel=(int | str | None, Field(None, description="number or name, if the file has several")),
+        size=(length | list[length] | None, Field(None, description="sides, if not in the file")),
+        unit=(str | None, Field(None, description="unit of the heights, if not in the file")),
+        missing=(str | None, Field(None, description="interpolate or crop: treatment of missing heights")),
+        detrend=(str | None, Field(None, description="mean, plane, sphere or curvature: trend to subtract")),
     )
     model = create_model(
         "press_case",
         __config__=ConfigDict(extra="forbid", title="pymdr press case"),
-        __doc__="A surface that is pressed on a half-space.",
+        __doc__="A surface pressed on a half-space.",
         title=(str, Field("", description="printed above the summary")),
         surface=(measured | rough, ...),
-        punch=(StrictBool, Field(False, description="whether the body ends where the heights end")),
+        punch=(StrictBool, Field(False, description="whether the body ends at the edge of the heights")),
         body=(_union("material"), ...),
         counterbody=(_union("material"), Field(None, description="rigid unless given")),
     )
@@ -131,7 +134,7 @@ def press_adapter() -> TypeAdapter[Any]:
 
 
 def forget_models() -> None:
-    """Derive the models of cases anew, after a table has changed."""
+    """Clear the derived models after a table has changed."""
     for derived in (_model, _layer_model, _union, case_adapter, rough_adapter, press_adapter):
         derived.cache_clear()
 
@@ -139,7 +142,7 @@ def forget_models() -> None:
 def _options_model() -> type[BaseModel]:
     from pydantic import ConfigDict, Field, create_model
 
-    stiffness = Field(None, description="stiffness of what presses the bodies together, above 0 N/m")
+    stiffness = Field(None, description="stiffness of the loading machine, above 0 N/m")
     kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
     rings_only: Any = Literal["rings"]
     rings: Any = create_model(
@@ -155,12 +158,12 @@ def _options_model() -> type[BaseModel]:
         __doc__="How a case is solved.",
         machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
         keep=(int | None, kept),
-        solver=(rings | None, Field(None, description="the method unless given")),
+        solver=(rings | None, Field(None, description="by default the method of dimensionality reduction")),
     )
 
 
 def _list_of(kind: Any) -> Any:
-    """The list of a kind that is known when the program runs."""
+    """A list type of a model made at run time."""
     return GenericAlias(list, (kind,))
 
 
@@ -168,7 +171,7 @@ def _list_of(kind: Any) -> Any:
 def _union(table: str) -> Any:
     from pydantic import Field
 
-    # a sum of sums is one sum, so that its parts are never sums themselves
+    # sums are not nested
     classes = (
         {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape)}
         if table == "part"
@@ -191,12 +194,12 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
         if only is None or f.name in only:
             columns[f.name] = _field_type(cls, f)
     if "shear" in columns:
-        words = "how it relaxes in tension, instead of shear; with poisson"
-        columns["young"] = (_union("rheology") | None, Field(None, description=words))
+        text = "relaxation in tension, instead of shear; needs poisson"
+        columns["young"] = (_union("rheology") | None, Field(None, description=text))
     if only is not None:
         columns[only[0]] = (Union[int, float, str], ...)  # noqa: UP007
     doc = inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0]
-    if doc.startswith(f"{cls.__name__}("):  # what dataclass writes where there is none
+    if doc.startswith(f"{cls.__name__}("):  # the default of dataclasses
         doc = ""
     return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
 
@@ -217,47 +220,45 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     descriptor = inspect.getattr_static(cls, f.name, None)
     number = Union[int, float, str]  # noqa: UP007  (a runtime value)
     if isinstance(descriptor, SidesField):
-        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
         return number | list[number], Field(..., description=note)
     if isinstance(descriptor, HeightsField):
-        note = f"{descriptor.words}; rows of numbers in {descriptor.unit}, those of one x after the other"
+        note = f"{descriptor.description}; rows of numbers in {descriptor.unit}, one row per x"
         return list[list[number]], Field(..., description=note)
     if isinstance(descriptor, ArrayField):
-        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
         return list[number], Field(..., description=note)
     if isinstance(descriptor, OptionalArrayField):
-        note = f"{descriptor.words}; texts with units or numbers in {descriptor.unit}"
+        note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
         return list[number] | None, Field(None, description=note)
     if isinstance(descriptor, SIField):
         unit = f"text with unit, or number in {descriptor.unit}" if descriptor.unit else "number"
-        note = "; ".join(part for part in (descriptor.words, unit, descriptor.limits) if part)
+        note = "; ".join(part for part in (descriptor.description, unit, descriptor.limits) if part)
         if isinstance(descriptor, OptionalSIField):
             return number | None, Field(None, description=note)
         return number, Field(... if descriptor.default is None else descriptor.default, description=note)
     if f.name == "parts":
         return _list_of(_union("part")), Field(..., description="profiles to be added", min_length=1)
     if f.name == "interpolation":
-        words = "how a curve is run through; unless given, a smoothing spline if there is a scatter, else a cubic one"
-        return _union("interpolation") | None, Field(None, description=words)
+        text = "interpolation; by default a smoothing spline if there is a scatter, else a cubic spline"
+        return _union("interpolation") | None, Field(None, description=text)
     if f.name == "layers":
         return _list_of(_layer_model()), Field(..., description="from the surface downward", min_length=1)
     if f.name == "material":
         return _union("solid"), Field(..., description="isotropic and elastic")
     if cls is Layered and f.name == "base":
-        return _union("solid"), Field(
-            {"kind": "rigid"}, description="what the layers lie on; rigid unless given"
-        )
+        return _union("solid"), Field({"kind": "rigid"}, description="base of the layers; rigid unless given")
     if f.name == "bond":
-        words = "between the lowest layer and the base; frictionless means that it slides and never lifts off"
-        return Literal[BONDS], Field(f.default, description=words)
+        text = "between the lowest layer and the base; a frictionless layer slides without lifting off"
+        return Literal[BONDS], Field(f.default, description=text)
     if f.name == "shear":
-        return _union("rheology") | None, Field(None, description="how it relaxes in shear; or young")
+        return _union("rheology") | None, Field(None, description="relaxation in shear; or give young")
     if f.name == "sides":
         return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
     if f.name == "seed":
-        return int, Field(f.default, description="which surface of all", ge=0, strict=True)
+        return int, Field(f.default, description="seed of the random phases", ge=0, strict=True)
     if f.name in ("steps", "cycles"):
-        words = "number of rows" if f.name == "steps" else "number of cycles"
+        text = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None
-        return kind, Field(f.default, description=words, ge=1, strict=True)
+        return kind, Field(f.default, description=text, ge=1, strict=True)
     return Any, Field(... if f.default is MISSING else f.default)

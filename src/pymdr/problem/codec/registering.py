@@ -1,4 +1,4 @@
-"""Profiles, bodies, rheologies and laws of adhesion of one's own."""
+"""Registration of user-defined profiles, bodies, rheologies and adhesion laws."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from pymdr.problem.values import OptionalArrayField, SIField
 from pymdr.units import shown
 
 _NOT_KINDS = ("case", "function", "rings", "solve")
-"""Words that stand for something else in a case or its schema."""
+"""Reserved words of cases and their schema."""
 
 _NOT_FIELDS = ("kind", "parts", "interpolation")
-"""Keys of profiles that hold no quantity."""
+"""Reserved keys of profiles."""
 
 _FAMILIES: dict[type, str] = {
     Profile: "profile",
@@ -29,30 +29,30 @@ _FAMILIES: dict[type, str] = {
     Rheology: "rheology",
     AdhesionLaw: "adhesion",
 }
-"""Base classes of what can be registered, and the tables that hold their kinds."""
+"""Base classes that can be registered, and the tables of their kinds."""
 
 
 def register(kind: str, cls: type) -> None:
     """
-    Make a profile, body, rheology or law of adhesion of one's own known to case files, their schema, and saved results.
+    Register a user-defined profile, body, rheology or adhesion law for case files, their schema and saved results.
 
     Parameters
     ----------
     kind : str
-        The word for it, as in ``[profile] kind = "..."``: small letters, digits and underscores.
+        Its name, as in ``[profile] kind = "..."``: lower-case letters, digits and underscores.
     cls : type
         A subclass of Profile, Material, Rheology or AdhesionLaw, declared with ``@dataclass(frozen=True, eq=False)``, whose
-        fields are all SIField, ArrayField or one of these that may be left out. A class of the same module and name takes the
-        place of its predecessor, so that a cell of a notebook may run again.
+        fields are all SIField, ArrayField or their optional forms. A class of the same module and name replaces the earlier
+        one, so that a notebook cell can be run again.
 
     Raises
     ------
     ProblemError
-        If the kind is taken or no such word, or the class is another one or known by another kind.
+        If the kind is taken or not a valid name, or the class is unsuitable or registered as another kind.
 
     Notes
     -----
-    A file can be read where the module that registers its kind has been imported.
+    To read a file, first import the module that registers its kind.
 
     Examples
     --------
@@ -60,21 +60,21 @@ def register(kind: str, cls: type) -> None:
     >>> register("cone", Sphere)
     Traceback (most recent call last):
         ...
-    pymdr.errors.ProblemError: register: the kind 'cone' is that of Cone; choose another word
+    pymdr.errors.ProblemError: register: the kind 'cone' belongs to Cone; choose another name
     """
     if not isinstance(kind, str) or not re.fullmatch("[a-z][a-z0-9_]*", kind):
         raise ProblemError(
-            f"register: kind = {shown(kind)}; a word of small letters, digits and underscores is needed, such as 'quartic'"
+            f"register: kind = {shown(kind)}; use lower-case letters, digits and underscores, such as 'quartic'"
         )
     table = TABLES[_family(cls)]
     _refuse_class(cls)
     taken = table.get(kind)
     again = taken is not None and (taken.__module__, taken.__qualname__) == (cls.__module__, cls.__qualname__)
     if kind in (*kinds(), *_NOT_KINDS) and not again:
-        owner = f"that of {taken.__name__}" if taken is not None else "the word for something else"
-        raise ProblemError(f"register: the kind {kind!r} is {owner}; choose another word")
+        state = f"belongs to {taken.__name__}" if taken is not None else "is reserved"
+        raise ProblemError(f"register: the kind {kind!r} {state}; choose another name")
     if KIND_OF.get(cls, kind) != kind:
-        raise ProblemError(f"register: {cls.__name__} is registered as {KIND_OF[cls]!r} already")
+        raise ProblemError(f"register: {cls.__name__} is already registered as {KIND_OF[cls]!r}")
     if taken is not None:
         del KIND_OF[taken]
     table[kind] = cls
@@ -89,24 +89,26 @@ def _family(cls: Any) -> str:
             if issubclass(cls, base):
                 return table
     raise ProblemError(
-        f"register: {shown(cls)} is no class of profiles, bodies, rheologies or laws of adhesion; write class Quartic(Profile) "
+        f"register: {shown(cls)} is not a class of profiles, bodies, rheologies or adhesion laws; write class Quartic(Profile) "
         "with gap and gap_slope, class Own(Material), class Own(Rheology) or class Own(AdhesionLaw)"
     )
 
 
 def _refuse_class(cls: Any) -> None:
-    """Refuse what is no frozen dataclass whose fields are all quantities."""
+    """Refuse classes that are not frozen dataclasses of quantities."""
     declared = cls.__dict__.get("__dataclass_params__")
     if declared is None or not declared.frozen or declared.eq:
         raise ProblemError(
-            f"register: {cls.__name__} is compared by content and never changed; declare it with "
+            f"register: {cls.__name__} must be frozen and compared by content; declare it with "
             "@dataclass(frozen=True, eq=False)"
         )
     for f in fields(cls):
         if f.name in _NOT_FIELDS:
-            raise ProblemError(f"register: {cls.__name__}.{f.name} is a key of files; name it otherwise")
+            raise ProblemError(
+                f"register: {cls.__name__}.{f.name} is a reserved key of files; choose another name"
+            )
         if not isinstance(inspect.getattr_static(cls, f.name, None), SIField | OptionalArrayField):
             raise ProblemError(
-                f"register: {cls.__name__}.{f.name} is no quantity; declare it as "
+                f"register: {cls.__name__}.{f.name} is not a quantity; declare it as "
                 f"{f.name}: SIField = SIField('m', above=0)"
             )

@@ -1,4 +1,4 @@
-"""The words of case files and saved results, and the classes for which they stand."""
+"""The kinds of case files and saved results, and their classes."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ MATERIALS: dict[str, type] = {
 }
 
 SOLIDS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
-"""What layers and their base are made of."""
+"""Materials of layers and their base."""
 
 RHEOLOGIES: dict[str, type] = {
     "prony": Prony,
@@ -119,12 +119,12 @@ KIND_OF: dict[type, str] = {cls: kind for table in TABLES.values() for kind, cls
 
 
 def kinds() -> set[str]:
-    """All words that may stand behind kind = in a case."""
+    """All values of kind = in cases."""
     return {kind for table in TABLES.values() for kind in table} | set(ONE_CHANNEL_LEGS)
 
 
 def unknown_kinds(case: Mapping[str, Any]) -> list[str]:
-    """Kinds in the plain dictionaries of a case that nobody has registered."""
+    """Kinds in the plain dictionaries of a case that are not registered."""
     tables = [case.get(name) or {} for name in ("profile", "body", "counterbody", "adhesion")]
     parts = [part for table in tables for part in (table, table.get("shear") or {}, *table.get("parts", ()))]
     return [part["kind"] for part in parts if "kind" in part and part["kind"] not in kinds()]

@@ -1,4 +1,4 @@
-"""What a profile is, and the sum of profiles."""
+"""The base of profiles, and sums of profiles."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Profile(Value, ABC):
     """An axisymmetric gap f(r); profiles add up with ``+``."""
 
     whole: ClassVar[bool] = False
-    """Whether it stands for a whole contact, to which nothing can be added."""
+    """Whether it describes a complete contact, so that no profile can be added."""
     no_radius: ClassVar[str] = ""
     """Why its contacts have no radius; empty where they have one."""
 
     @abstractmethod
     def gap(self, r: ArrayLike) -> FloatArray:
-        """Gap f(r) in m; inf beyond a sharp edge, nan where the profile does not exist."""
+        """Gap f(r) in m; inf beyond a sharp edge, nan where not defined."""
 
     @abstractmethod
     def gap_slope(self, r: ArrayLike) -> FloatArray:
@@ -33,12 +33,12 @@ class Profile(Value, ABC):
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Radii in m at which f' jumps or bends sharply."""
+        """Radii in m at which f' jumps or is not smooth."""
         return ()
 
     @property
     def edge(self) -> float:
-        """Radius in m of a sharp outer edge that no contact passes; inf without one."""
+        """Radius in m of a sharp outer edge that limits the contact; inf without one."""
         return math.inf
 
     @property
@@ -48,12 +48,12 @@ class Profile(Value, ABC):
 
     @property
     def curvature_radius(self) -> float | None:
-        """Radius in m against which small-slope theory measures the contact; None without one."""
+        """Reference radius in m of the small-slope condition a/R; None without one."""
         return None
 
     @property
     def tip_radius(self) -> float | None:
-        """Radius of curvature in m of a tip that is nothing but round; None for others."""
+        """Radius of curvature in m of a round tip; None for others."""
         return None
 
     def __add__(self, other: Profile) -> Sum:
@@ -96,9 +96,9 @@ class Sum(Profile):
         for part in parts:
             if part.whole:
                 raise ProblemError(
-                    f"{type(part).__name__} cannot be added to other profiles: it is that of the whole contact"
+                    f"{type(part).__name__} cannot be added to other profiles, because it describes the complete contact"
                 )
-        object.__setattr__(self, "parts", tuple(piece for part in parts for piece in _parts(part)))
+        object.__setattr__(self, "parts", tuple(leaf for part in parts for leaf in _parts(part)))
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""
@@ -120,7 +120,7 @@ class Sum(Profile):
 
     @property
     def reach(self) -> float:
-        """The smallest reach of the parts."""
+        """The smallest radius up to which all parts are known."""
         return min(part.reach for part in self.parts)
 
     @property

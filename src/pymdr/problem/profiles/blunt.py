@@ -1,4 +1,4 @@
-"""Tips that were worn flat, and tips that are rounded."""
+"""Truncated and rounded tips."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from pymdr.problem.values import OptionalSIField, SIField
 from pymdr.units import FloatArray, metres
 
 _NEAR_THE_EQUATOR = 0.999
-"""Part of its radius up to which a truncated sphere is given: its flank is vertical at the equator."""
+"""Largest relative radius of a truncated sphere, whose flank is vertical at the equator."""
 
 
 def _flat_field() -> SIField:
-    return SIField("m", above=0.0, words="radius of the flat end")
+    return SIField("m", above=0.0, description="radius of the flat end")
 
 
 def _beyond(r: ArrayLike, b: float, curve: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """A curve beyond r = b, and 0 up to there."""
+    """A curve for r > b, and 0 below."""
     r = np.asarray(r, dtype=float)
     return np.where(r <= b, 0.0, curve(np.maximum(r, b)))
 
@@ -31,7 +31,7 @@ def _beyond(r: ArrayLike, b: float, curve: Callable[[FloatArray], FloatArray]) -
 @dataclass(frozen=True, eq=False)
 class TruncatedCone(Flanked):
     """
-    A cone whose tip is cut off flat at r = b, f = t (r - b) beyond b and 0 up to there.
+    A cone whose tip is cut off flat at r = b, f = t (r - b) for r > b and 0 below.
 
     Its image is g = t x arccos(b / x) beyond b; the contact begins with the whole flat.
 
@@ -42,12 +42,12 @@ class TruncatedCone(Flanked):
     slope : quantity, optional
         Slope t of the flank, above 0.
     half_angle : quantity, optional
-        Angle between axis and flank in rad, between 0 and pi/2, in place of the slope.
+        Angle between axis and flank in rad, between 0 and pi/2, instead of the slope.
 
     Raises
     ------
     ProblemError
-        If none or both of slope and half angle are given, or a value is outside its limits.
+        If not exactly one of slope and half angle is given, or a value is outside its limits.
 
     Notes
     -----
@@ -81,14 +81,14 @@ class TruncatedCone(Flanked):
 @dataclass(frozen=True, eq=False)
 class TruncatedParaboloid(Profile):
     """
-    A paraboloid worn flat up to r = b, f = (r^2 - b^2) / (2 R) beyond b and 0 up to there.
+    A paraboloid worn flat up to r = b, f = (r^2 - b^2) / (2 R) for r > b and 0 below.
 
     Its image is g = (x / R) sqrt(x^2 - b^2) beyond b; the contact begins with the whole flat.
 
     Parameters
     ----------
     radius : quantity
-        Radius of curvature R in m that the apex had, above 0.
+        Original radius of curvature R of the apex in m, above 0.
     flat_radius : quantity
         Radius b of the flat end in m, above 0.
 
@@ -107,7 +107,7 @@ class TruncatedParaboloid(Profile):
     1.5e-07
     """
 
-    radius: SIField = SIField("m", above=0.0, words="radius of curvature that the apex had")
+    radius: SIField = SIField("m", above=0.0, description="original radius of curvature of the apex")
     flat_radius: SIField = _flat_field()
 
     @property
@@ -146,7 +146,7 @@ class TruncatedSphere(Profile):
 
     Notes
     -----
-    The image of the sphere (Popov and Hess 2015, chapter 3) with the integral taken from b on. With
+    The image of the sphere (Popov and Hess 2015, chapter 3) with the integral starting at b. With
     u = sqrt(a^2 - b^2) and c = sqrt(R^2 - b^2), F = E* [(R^2 + a^2) artanh(u / c) - u c].
 
     Examples
@@ -155,14 +155,14 @@ class TruncatedSphere(Profile):
     0.002
     """
 
-    radius: SIField = SIField("m", above=0.0, words="radius of the sphere")
+    radius: SIField = SIField("m", above=0.0, description="radius of the sphere")
     flat_radius: SIField = _flat_field()
 
     def __post_init__(self) -> None:
         if not self.flat_radius < self.reach:
             raise ProblemError(
                 f"TruncatedSphere.flat_radius = {metres(self.flat_radius)}: it must be below 0.999 of the radius, "
-                f"{metres(self.radius)}; a cylinder with a flat end is FlatPunch(radius)"
+                f"{metres(self.radius)}; for a cylinder with a flat end use FlatPunch(radius)"
             )
 
     @property
@@ -186,7 +186,7 @@ class TruncatedSphere(Profile):
 
     @property
     def reach(self) -> float:
-        """Short of the equator, where the flank is vertical."""
+        """0.999 of the radius: the flank is vertical at the equator."""
         return _NEAR_THE_EQUATOR * self.radius
 
 
@@ -204,12 +204,12 @@ class RoundedCone(Flanked):
     slope : quantity, optional
         Slope t of the flank, above 0.
     half_angle : quantity, optional
-        Angle between axis and flank in rad, between 0 and pi/2, in place of the slope.
+        Angle between axis and flank in rad, between 0 and pi/2, instead of the slope.
 
     Raises
     ------
     ProblemError
-        If none or both of slope and half angle are given, or a value is outside its limits.
+        If not exactly one of slope and half angle is given, or a value is outside its limits.
 
     Notes
     -----
@@ -222,7 +222,7 @@ class RoundedCone(Flanked):
     (5e-08,)
     """
 
-    tip_radius: SIField = SIField("m", above=0.0, words="radius of curvature at the apex")
+    tip_radius: SIField = SIField("m", above=0.0, description="radius of curvature at the apex")
     slope: OptionalSIField = slope_field()
     half_angle: OptionalSIField = half_angle_field()
 
@@ -233,7 +233,7 @@ class RoundedCone(Flanked):
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Where the flank begins, b = t R; f'' jumps there."""
+        """Start of the flank, b = t R, where f'' jumps."""
         return (self.gradient * self.tip_radius,)
 
     def gap(self, r: ArrayLike) -> FloatArray:
@@ -263,12 +263,12 @@ class Hyperboloid(Flanked):
     slope : quantity, optional
         Slope t of the asymptotic cone, above 0.
     half_angle : quantity, optional
-        Angle between axis and asymptotic flank in rad, between 0 and pi/2, in place of the slope.
+        Angle between axis and asymptotic flank in rad, between 0 and pi/2, instead of the slope.
 
     Raises
     ------
     ProblemError
-        If none or both of slope and half angle are given, or a value is outside its limits.
+        If not exactly one of slope and half angle is given, or a value is outside its limits.
 
     Notes
     -----
@@ -280,7 +280,7 @@ class Hyperboloid(Flanked):
     1e-06
     """
 
-    tip_radius: SIField = SIField("m", above=0.0, words="radius of curvature at the apex")
+    tip_radius: SIField = SIField("m", above=0.0, description="radius of curvature at the apex")
     slope: OptionalSIField = slope_field()
     half_angle: OptionalSIField = half_angle_field()
 

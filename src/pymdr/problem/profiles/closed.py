@@ -1,4 +1,4 @@
-"""Profiles with a formula whose image on the line is known in closed form."""
+"""Profiles whose equivalent profile is known in closed form."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Sphere(Profile):
     5.0125628934e-05
     """
 
-    radius: SIField = SIField("m", above=0.0, words="radius of the sphere")
+    radius: SIField = SIField("m", above=0.0, description="radius of the sphere")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f = r^2 / (R + sqrt(R^2 - r^2)), the form without cancellation."""
@@ -56,7 +56,7 @@ class Sphere(Profile):
 
     @property
     def tip_radius(self) -> float | None:
-        """That of the apex, which is round."""
+        """Radius of curvature of the round apex."""
         return self.curvature_radius
 
 
@@ -76,7 +76,7 @@ class Paraboloid(Profile):
     5e-05
     """
 
-    radius: SIField = SIField("m", above=0.0, words="radius of curvature at the apex")
+    radius: SIField = SIField("m", above=0.0, description="radius of curvature at the apex")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""
@@ -94,7 +94,7 @@ class Paraboloid(Profile):
 
     @property
     def tip_radius(self) -> float | None:
-        """That of the apex, which is round."""
+        """Radius of curvature of the round apex."""
         return self.curvature_radius
 
 
@@ -127,11 +127,11 @@ class Ellipsoid(Profile):
     0.0004
     """
 
-    radius: SIField = SIField("m", above=0.0, words="semi-axis across the axis of symmetry")
-    height: SIField = SIField("m", above=0.0, words="semi-axis along the axis of symmetry")
+    radius: SIField = SIField("m", above=0.0, description="semi-axis across the axis of symmetry")
+    height: SIField = SIField("m", above=0.0, description="semi-axis along the axis of symmetry")
 
     def gap(self, r: ArrayLike) -> FloatArray:
-        """Gap f(r) in m, that of a sphere times H / A."""
+        """Gap f(r) in m: that of a sphere times H / A."""
         return np.asarray(self.height / self.radius * Sphere(self.radius).gap(r))
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
@@ -150,19 +150,19 @@ class Ellipsoid(Profile):
 
     @property
     def tip_radius(self) -> float | None:
-        """That of the apex, which is round."""
+        """Radius of curvature of the round apex."""
         return self.curvature_radius
 
 
 def slope_field() -> OptionalSIField:
-    """The slope of a flank, which may be given by its half angle."""
+    """The field of the slope of a flank."""
     hint = "an angle between axis and flank is half_angle='70 deg'"
-    return OptionalSIField("", above=0.0, words="slope of the flank", hint=hint)
+    return OptionalSIField("", above=0.0, description="slope of the flank", hint=hint)
 
 
 def half_angle_field() -> OptionalSIField:
-    """The half angle of a flank, which may be given by its slope."""
-    return OptionalSIField("rad", above=0.0, below=math.pi / 2, words="angle between axis and flank")
+    """The field of the half angle of a flank."""
+    return OptionalSIField("rad", above=0.0, below=math.pi / 2, description="angle between axis and flank")
 
 
 class Flanked(Profile):
@@ -174,7 +174,7 @@ class Flanked(Profile):
     def __post_init__(self) -> None:
         if (self.slope is None) == (self.half_angle is None):
             raise ProblemError(
-                f"{type(self).__name__}(slope={self.slope}, half_angle={self.half_angle}): give exactly one of the two, for "
+                f"{type(self).__name__}(slope={self.slope}, half_angle={self.half_angle}): give exactly one, for "
                 "example half_angle='70 deg'"
             )
 
@@ -202,7 +202,7 @@ class Cone(Flanked):
     Raises
     ------
     ProblemError
-        If none or both are given, or a value is outside its limits.
+        If not exactly one is given, or a value is outside its limits.
 
     Examples
     --------
@@ -242,9 +242,9 @@ class PowerLaw(Profile):
     1.6e-05
     """
 
-    exponent: SIField = SIField("", above=0.0, words="exponent n")
-    height: SIField = SIField("m", above=0.0, words="gap at the reference radius")
-    radius: SIField = SIField("m", above=0.0, words="reference radius")
+    exponent: SIField = SIField("", above=0.0, description="exponent n")
+    height: SIField = SIField("m", above=0.0, description="gap at the reference radius")
+    radius: SIField = SIField("m", above=0.0, description="reference radius")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""
@@ -264,7 +264,7 @@ class PowerLaw(Profile):
 
     @property
     def tip_radius(self) -> float | None:
-        """That of the apex, which is round."""
+        """Radius of curvature of the round apex."""
         return self.curvature_radius
 
 
@@ -287,7 +287,7 @@ class FlatPunch(Profile):
     0.001
     """
 
-    radius: SIField = SIField("m", above=0.0, words="radius of the cylinder")
+    radius: SIField = SIField("m", above=0.0, description="radius of the cylinder")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""

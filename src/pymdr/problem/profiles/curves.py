@@ -1,4 +1,4 @@
-"""What is made of samples without smoothing: powers of two, cubic splines, noise."""
+"""Samples without smoothing: powers of two, cubic splines, noise."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pymdr.units import FloatArray
 
 def power_of_two(length: float) -> float:
     """
-    The largest power of two that is not above a length; to divide by it loses no digit.
+    The largest power of two that is not above a length; dividing by it is exact.
 
     Examples
     --------
@@ -23,20 +23,20 @@ def power_of_two(length: float) -> float:
 
 def cubic_spline(r: FloatArray, f: FloatArray, tip_slope: float | None) -> FloatArray:
     """
-    Coefficients of the cubic spline through samples, without a knot before the last.
+    Coefficients of the cubic spline through samples (not-a-knot at the last but one).
 
     The slopes s follow from s_(i-1) / h_(i-1) + 2 (1 / h_(i-1) + 1 / h_i) s_i + s_(i+1) / h_i
     = 3 (d_(i-1) / h_(i-1) + d_i / h_i), where h are the distances and d the mean slopes between samples. These
     equations are symmetric and dominated by their diagonal whatever the distances, so that no pivots are needed:
-    those of a general banded solver carry the rounding of long distances into short ones. The slopes at the ends
-    are found afterwards.
+    pivoting of a general banded solver would carry the rounding of long distances into short ones. The slopes at the
+    ends follow afterwards.
 
     Parameters
     ----------
     r, f : ndarray, shape (n,)
         Rising radii and heights, n >= 5.
     tip_slope : float or None
-        f' at the first radius; without it there is no knot at the second either.
+        f' at the first radius; if None, not-a-knot at the second.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def cubic_spline(r: FloatArray, f: FloatArray, tip_slope: float | None) -> Float
     sides[:, 0] = 3.0 * (stiff[:-1] * d[:-1] + stiff[1:] * d[1:])
     sides[0, 1], sides[-1, 2] = -stiff[0], -stiff[-1]
     inner = solveh_banded(band, sides)
-    # the third derivatives of two cubics are the same: without a jump, in terms of the slopes at both ends
+    # equal third derivatives of the two outermost cubics, in terms of the slopes at both ends
     last = _jump(h[-1], h[-2], d[-1], d[-2], inner[-1], inner[-2])
     last[2] += min(1.0, (h[-2] / h[-1]) ** 2)
     if tip_slope is None:
@@ -76,17 +76,17 @@ def cubic_spline(r: FloatArray, f: FloatArray, tip_slope: float | None) -> Float
         low = tip_slope
         high = -(last[0] + last[1] * low) / last[2]
     slope = np.concatenate([[low], inner @ np.array([1.0, low, high]), [high]])
-    bend = slope[:-1] + slope[1:] - 2.0 * d
-    return np.array([bend / h**2, (d - slope[:-1] - bend) / h, slope[:-1], f[:-1]])
+    excess = slope[:-1] + slope[1:] - 2.0 * d
+    return np.array([excess / h**2, (d - slope[:-1] - excess) / h, slope[:-1], f[:-1]])
 
 
 def _jump(
     outer: float, inner: float, d_outer: float, d_inner: float, near: FloatArray, next_: FloatArray
 ) -> FloatArray:
     """
-    Third derivative of an outermost cubic less that of its neighbour, but for the slope at the end.
+    Jump of the third derivative between the two outermost cubics, without the term of the end slope.
 
-    As coefficients of 1 and of the slopes at both ends, from those of the two slopes beside it.
+    Given as coefficients of 1 and of the slopes at both ends, from those of the two adjacent slopes.
     """
     shorter = min(outer, inner)
     a, b = (shorter / outer) ** 2, (shorter / inner) ** 2
@@ -107,7 +107,7 @@ def noise_of(radius: FloatArray, height: FloatArray) -> float:
     Returns
     -------
     float
-        In m. The least of the estimates by differences of order 2, 3 and 4: bends of the profile add to them.
+        In m: the smallest estimate by differences of order 2, 3 and 4, because curvature of the profile adds to them.
 
     Examples
     --------
@@ -118,7 +118,7 @@ def noise_of(radius: FloatArray, height: FloatArray) -> float:
     size = power_of_two(largest)
     if largest == 0.0:
         return 0.0
-    found = []
+    estimates = []
     for order in (2, 3, 4):
         r = np.lib.stride_tricks.sliding_window_view(radius, order + 1)
         y = np.lib.stride_tricks.sliding_window_view(height / size, order + 1)
@@ -126,5 +126,5 @@ def noise_of(radius: FloatArray, height: FloatArray) -> float:
         weight = 1.0 / np.prod(x[:, :, None] - x[:, None, :] + np.eye(order + 1), axis=2)
         weight /= np.max(np.abs(weight), axis=1, keepdims=True)
         difference = np.sum(weight * (y - y[:, :1]), axis=1) / np.linalg.norm(weight, axis=1)
-        found.append(float(np.median(np.abs(difference))))
-    return min(found) / 0.6745 * size
+        estimates.append(float(np.median(np.abs(difference))))
+    return min(estimates) / 0.6745 * size

@@ -1,4 +1,4 @@
-"""A measured or computed force curve in the place of a profile."""
+"""Measured or computed force curves as profiles."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField
 from pymdr.units import ArrayQuantityLike, FloatArray, metres, newtons, shown, to_si_array, written
 
 FEWEST_POINTS = 5
-_FALLS_BY = 0.02
-"""Of the largest force, what it may always fall by."""
+_LARGEST_DROP = 0.02
+"""Decrease that is always accepted, relative to the largest force."""
 
 
 class ErrorField(OptionalArrayField):
-    """A field of relative errors, one number for all points or one for each; nan where an error is not known."""
+    """A field of relative errors, one for all points or one per point; nan where not known."""
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a read-only array of one dimension."""
@@ -33,10 +33,10 @@ class ErrorField(OptionalArrayField):
         errors = np.atleast_1d(to_si_array(values, "", name=name, missing=True))
         errors.flags.writeable = False
         if errors.ndim != 1:
-            raise ProblemError(f"{name} = {shown(values)}: one number is needed, or one row of them")
+            raise ProblemError(f"{name} = {shown(values)}: give one number, or a one-dimensional array")
         if np.any(errors < 0.0):
             raise ProblemError(
-                f"{name}: {written(float(np.nanmin(errors)), '')} is below 0; give sizes of errors"
+                f"{name}: {written(float(np.nanmin(errors)), '')} is below 0; give magnitudes of errors"
             )
         return errors
 
@@ -44,41 +44,40 @@ class ErrorField(OptionalArrayField):
 @dataclass(frozen=True, eq=False)
 class ForceCurve(Profile):
     """
-    The force curve F(d) of a contact of any shape, in the place of a profile.
+    The force curve F(d) of a contact of any shape, used as a profile.
 
-    On elastic half-spaces without adhesion the curve holds all that friction, memory, machines and impacts ask of a
-    topography: its stiffness k = dF/dd does not fall, and the line with g(x) = d at x = k/(2 E*) has the same force. What
-    is no integral over the contact, above all its area and its pressures, is not in the curve.
+    On elastic half-spaces without adhesion the curve determines friction, memory, machines and impacts: its stiffness
+    k = dF/dd does not decrease, and the line with g(x) = d at x = k/(2 E*) has the same force. It does not determine
+    the contact area and the pressures.
 
     Parameters
     ----------
     indentation : array_like or quantity
-        Depths d in m on approach, rising strictly; at least 5. Rows before the contact may be among them.
+        Indentations d in m on approach, strictly rising; at least 5. Rows before contact are allowed.
     force : array_like or quantity
-        Normal forces F in N at those depths.
+        Normal forces F in N at these indentations.
     modulus : quantity
-        E* in Pa of the two bodies whose curve it is; ``effective_moduli(body, counterbody).normal``. Forces of other
-        bodies follow as E*.
+        E* in Pa of the two bodies of the curve; ``effective_moduli(body, counterbody).normal``. Forces of other
+        bodies scale with E*.
     contact_point : quantity, optional
-        Depth in m at which the bodies first touch, from which indentations are counted. Unless given, it is 0 where no
-        depth is below 0, and is found otherwise.
+        Depth in m of the first touch, where the indentation is 0. By default 0 if no depth is below 0, and estimated
+        otherwise.
     error : float or array_like, optional
-        Relative errors of the forces at their depths, of the measurement or the solution that gave them: one number, or one for
-        each point, nan where it is not known. All that follows from the curve carries them. Unless given, only the scatter of
-        the points is known. The ``force_curve()`` of results gives them.
+        Relative errors of the forces: one number, or one per point, nan where not known. They propagate to all results. By
+        default only the scatter of the points is known. The ``force_curve()`` of a result includes them.
 
     Raises
     ------
     ProblemError
-        If there are too few points, the lengths differ, the depths do not rise, no force is above 0, the force falls by
+        If there are too few points, the lengths differ, the depths do not rise, no force is above 0, the force decreases by
         more than its noise, fewer than 5 points are beyond the contact point, or an error is below 0.
     UnitError
         If an entry is not a finite number.
 
     Notes
     -----
-    Popov and Hess (2015), chapter 10, use the line of a force curve for rough surfaces. That k does not fall: the contact
-    grows with the depth (Barber 1974).
+    Popov and Hess (2015), chapter 10, use the line of a force curve for rough surfaces. k does not decrease, because the
+    contact grows with the depth (Barber 1974).
 
     Examples
     --------
@@ -91,11 +90,11 @@ class ForceCurve(Profile):
     whole: ClassVar[bool] = True
     no_radius: ClassVar[str] = "a force curve does not know how wide its contacts are"
 
-    indentation: ArrayField = ArrayField("m", words="depths on approach")
-    force: ArrayField = ArrayField("N", words="normal force at the depths")
-    modulus: SIField = SIField("Pa", words="E* of the bodies whose curve it is", above=0.0)
-    contact_point: OptionalSIField = OptionalSIField("m", words="depth of the first touch")
-    error: ErrorField = ErrorField("", words="relative errors of the forces; nan where not known")
+    indentation: ArrayField = ArrayField("m", description="depths on approach")
+    force: ArrayField = ArrayField("N", description="normal force at the depths")
+    modulus: SIField = SIField("Pa", description="E* of the bodies whose curve it is", above=0.0)
+    contact_point: OptionalSIField = OptionalSIField("m", description="depth of the first touch")
+    error: ErrorField = ErrorField("", description="relative errors of the forces; nan where not known")
 
     def __post_init__(self) -> None:
         d, force = self.indentation, self.force
@@ -108,47 +107,46 @@ class ForceCurve(Profile):
         if self.error is not None:
             if self.error.size not in (1, d.size):
                 raise ProblemError(
-                    f"ForceCurve: {self.error.size} errors for {d.size} points; give one for each point, or one for all"
+                    f"ForceCurve: {self.error.size} errors for {d.size} points; give one per point, or one for all"
                 )
             object.__setattr__(self, "error", np.broadcast_to(self.error, d.shape))
-        stays = np.flatnonzero(np.diff(d) <= 0.0)
-        if stays.size:
-            i = int(stays[0]) + 1
+        not_rising = np.flatnonzero(np.diff(d) <= 0.0)
+        if not_rising.size:
+            i = int(not_rising[0]) + 1
             raise ProblemError(
-                f"ForceCurve.indentation: point {i + 1}, {metres(d[i])}, is not above the one before it, {metres(d[i - 1])}: "
-                "depths must rise strictly; give the approach alone, and each depth once"
+                f"ForceCurve.indentation: point {i + 1}, {metres(d[i])}, is not above the preceding {metres(d[i - 1])}: "
+                "depths must rise strictly; give only the approach, and each depth once"
             )
         if not np.max(force) > 0.0:
             raise ProblemError(
-                f"ForceCurve.force: the largest is {newtons(float(np.max(force)))}; forces that press are above 0 N"
+                f"ForceCurve.force: the largest is {newtons(float(np.max(force)))}; compressive forces must be above 0 N"
             )
         touch = self.contact_point
         beyond = int(np.count_nonzero(d > (touch if touch is not None else max(float(d[0]), 0.0))))
         if beyond < FEWEST_POINTS - 1:
             raise ProblemError(
-                f"ForceCurve: {beyond} points beyond {metres(touch or 0.0)}, where contact begins; at least "
+                f"ForceCurve: {beyond} points beyond the contact point, {metres(touch or 0.0)}; at least "
                 f"{FEWEST_POINTS - 1} are needed"
             )
-        self._refuse_fall()
+        self._refuse_drop()
 
-    def _refuse_fall(self) -> None:
+    def _refuse_drop(self) -> None:
         force = self.force
         drop = np.maximum.accumulate(force) - force
         i = int(np.argmax(drop))
-        # the range of as many normal numbers, which one in some hundred curves goes beyond; few points know their noise less well
+        # range of normal noise exceeded by one in some hundred curves; few points estimate their noise less well
         noises = 2.0 * math.sqrt(2.0 * math.log(10.0 * force.size)) * (1.0 + 2.0 / math.sqrt(force.size))
-        if drop[i] > max(noises * noise_of(self.indentation, force), _FALLS_BY * float(np.max(force))):
+        if drop[i] > max(noises * noise_of(self.indentation, force), _LARGEST_DROP * float(np.max(force))):
             raise ProblemError(
-                f"ForceCurve.force falls by {newtons(float(drop[i]))} up to d = {metres(self.indentation[i])}, more than its "
-                "noise: without adhesion and plasticity the force rises with the depth; give the approach alone, of an "
+                f"ForceCurve.force decreases by {newtons(float(drop[i]))} up to d = {metres(self.indentation[i])}, more than its "
+                "noise: without adhesion and plasticity the force rises with the depth; give only the approach of an "
                 "elastic contact"
             )
 
     def gap(self, r: ArrayLike) -> NoReturn:
         """Refused: a force curve has no shape."""
         raise ProblemError(
-            "a ForceCurve has no gap f(r): many shapes have the same curve; give the shape itself as a profile where it "
-            "matters"
+            "a ForceCurve has no gap f(r), because many shapes have the same curve; give the shape as a profile"
         )
 
     def gap_slope(self, r: ArrayLike) -> NoReturn:

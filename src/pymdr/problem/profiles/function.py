@@ -1,4 +1,4 @@
-"""Profiles given by a callable, and the polynomials that stand for them in files."""
+"""Profiles given by a callable, and the polynomials that replace them in files."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Function(Profile):
     Parameters
     ----------
     f : callable, optional
-        Gap in m, taking and giving arrays. An offset f(0) is removed when the profile is mapped.
+        Gap in m as a function of arrays. An offset f(0) is removed when the profile is mapped.
     breakpoints : array_like or quantity
-        Radii in m, above 0, at which f' jumps or is not smooth. One that lies within 1e-3 of a kink is moved to it; a
-        step of f is refused, there and on the axis.
+        Radii in m, above 0, at which f' jumps or is not smooth. A breakpoint within 1e-3 of a kink is moved to it; steps
+        of f are refused, there and on the axis.
     derivative : callable, optional
-        f'(r), taking and giving arrays. With it the map is exact to 1e-13, with f alone to 1e-12.
+        f'(r) as a function of arrays. With it the map is exact to 1e-13, with f alone to 1e-12.
     reach : quantity
         Largest radius in m at which the callables may be evaluated.
 
@@ -82,7 +82,7 @@ class Function(Profile):
         offset = float(call(self.f, np.zeros(1), "f")[0])
         if not math.isfinite(offset):
             raise ProblemError(
-                f"Function.f gives {offset} at r = 0, where a profile must be defined: let it give its limit there, "
+                f"Function.f returns {offset} at r = 0, where a profile must be finite; return its limit there, "
                 "for example with numpy.where"
             )
         return offset
@@ -90,28 +90,28 @@ class Function(Profile):
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) - f(0) in m; nan beyond the reach."""
         if self.f is None:
-            raise ProblemError("Function.gap: only the derivative was given; integrate it")
+            raise ProblemError("Function.gap: only the derivative was given; give f too")
         return np.asarray(self._within(self.f, r, "f") - self.offset)
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
         """Slope f'(r); nan beyond the reach."""
         if self.derivative is None:
-            raise ProblemError("Function.gap_slope: no derivative was given; differentiate f")
+            raise ProblemError("Function.gap_slope: no derivative was given; give derivative too")
         return self._within(self.derivative, r, "derivative")
 
     def _within(self, function: ArrayFunction, r: ArrayLike, name: str) -> FloatArray:
         r = np.asarray(r, dtype=float)
         if math.isinf(self.reach):
             return call(function, r, name)
-        # an end that was computed may lie a few roundings beyond the reach
+        # a computed end may exceed the reach by rounding
         inside = r <= self.reach * (1.0 + 1e-12)
         values = np.full(r.shape, math.nan)
         values[inside] = call(function, np.minimum(r[inside], self.reach), name)
         undefined = inside & (r > 0.0) & np.isnan(values)
         if undefined.any():
             raise ProblemError(
-                f"Function.{name} gives nan at r = {metres(float(r[undefined].min()))}, inside its reach of "
-                f"{metres(self.reach)}: state a reach up to which it is defined"
+                f"Function.{name} returns nan at r = {metres(float(r[undefined].min()))}, inside its reach of "
+                f"{metres(self.reach)}; give the reach up to which it is defined"
             )
         return values
 
@@ -120,18 +120,17 @@ def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     """
     Evaluate a user's callable on an array of any shape.
 
-    The callable gets its own copy of the radii, never fewer than two, and its answer is copied, so that it may
-    work in place and use its buffers again. Some radii are asked twice, in other company: an answer that depends
-    on more than the radius is no profile.
+    The callable gets a copy of the radii, at least two, and its values are copied, so that it may work in place and
+    reuse buffers. Some radii are evaluated twice, in another array, to check that values depend on the radius only.
 
     Parameters
     ----------
     function : callable
-        Taking and giving one-dimensional arrays. A single number, for a constant, stands for all radii.
+        Function of one-dimensional arrays; it may return a single number for a constant.
     r : ndarray
         Radii in m.
     name : str
-        What is called, "f" (in m) or "derivative", for messages and for answers with a unit.
+        "f" (in m) or "derivative", for messages and for values with a unit.
 
     Returns
     -------
@@ -141,8 +140,8 @@ def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     Raises
     ------
     ProblemError
-        If the callable fails, does not take arrays, gives something else than one real number for each radius, or
-        other answers when it is asked again.
+        If the callable fails, does not accept arrays, does not return one real number for each radius, or returns
+        other values when evaluated again.
 
     Examples
     --------
@@ -152,18 +151,18 @@ def call(function: ArrayFunction, r: FloatArray, name: str = "f") -> FloatArray:
     flat = np.array(np.ravel(r), dtype=float)
     if flat.size == 0:
         return np.empty(np.shape(r))
-    asked = flat if flat.size > 1 else np.repeat(flat, 2)
-    values = _answer(function, asked, name)
-    # from another place in an array of another length
-    again = np.array([2 * asked.size // 3, asked.size // 3])
-    if not np.array_equal(_answer(function, asked[again], name), values[again], equal_nan=True):
-        _refuse_state(function, asked, values, again, name)
+    radii = flat if flat.size > 1 else np.repeat(flat, 2)
+    values = _evaluated(function, radii, name)
+    # at another place in an array of another length
+    again = np.array([2 * radii.size // 3, radii.size // 3])
+    if not np.array_equal(_evaluated(function, radii[again], name), values[again], equal_nan=True):
+        _refuse_state(function, radii, values, again, name)
     return values[: flat.size].reshape(np.shape(r))
 
 
 def precision(function: ArrayFunction, radius: float) -> float:
     """
-    Relative rounding of the type of numbers that a callable gives at a radius in m.
+    Relative rounding of the floats that a callable returns at a radius in m.
 
     Examples
     --------
@@ -176,11 +175,11 @@ def precision(function: ArrayFunction, radius: float) -> float:
     return float(np.finfo(kind if single else float).eps)
 
 
-def _answer(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
+def _evaluated(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
     """Values of a callable at one-dimensional radii, as a new array of floats of the same shape."""
     where = f"Function.{name}{_title(function)}"
     if type(function) is np.vectorize and function.otypes is None and function.signature is None:
-        # without a type it takes that of the first answer: an int 0 would truncate all others
+        # without otypes the first value sets the type: an int 0 would truncate all others
         function = np.vectorize(
             function.pyfunc, otypes=[object], excluded=function.excluded, cache=function.cache
         )
@@ -190,20 +189,20 @@ def _answer(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
     except Exception as error:
         if _takes_scalars(function, r):
             raise ProblemError(
-                f"{where} does not take arrays ({said(error)}): write it with NumPy functions, "
+                f"{where} does not accept arrays ({error_text(error)}); write it with NumPy functions, "
                 "or wrap it in numpy.vectorize"
             ) from error
         raise ProblemError(
-            f"{where} fails for radii {_span(r)} ({said(error)}): let it give nan where it is not defined, "
-            "or state how far it goes with Function(..., reach=...)"
+            f"{where} fails for radii {_span(r)} ({error_text(error)}); return nan where it is not defined, "
+            "or give its range with Function(..., reach=...)"
         ) from error
     return real_values(raw, r, where, "m" if name == "f" else "")
 
 
-def real_values(raw: Any, r: FloatArray, where: str, unit: str, asked: str = "radii") -> FloatArray:
-    """What a callable has given, as floats of the shape of what it was asked for."""
+def real_values(raw: Any, r: FloatArray, where: str, unit: str, points: str = "radii") -> FloatArray:
+    """The values of a callable as floats of the shape of its argument; others are refused."""
     if raw is None:
-        raise ProblemError(f"{where} gives None: it must return its values")
+        raise ProblemError(f"{where} returns None; it must return values")
     try:
         if hasattr(raw, "dimensionality") and isinstance(raw, HasUnits):
             raw = raw.to(unit or "dimensionless").magnitude
@@ -212,16 +211,14 @@ def real_values(raw: Any, r: FloatArray, where: str, unit: str, asked: str = "ra
         if array.dtype.kind == "O":
             for entry in np.unique([type(entry).__name__ for entry in array.flat]):
                 if entry in ("str", "bytes", "NoneType"):
-                    raise ProblemError(
-                        f"{where} gives {entry} among its values: a profile is made of real numbers"
-                    )
+                    raise ProblemError(f"{where} returns {entry} among its values; all must be real numbers")
             if any(isinstance(entry, complex | np.complexfloating) for entry in array.flat):
-                raise ProblemError(f"{where} gives complex numbers; a profile is real")
+                raise ProblemError(f"{where} returns complex numbers; a profile is real")
         elif array.dtype.kind == "c":
-            raise ProblemError(f"{where} gives complex numbers; a profile is real")
+            raise ProblemError(f"{where} returns complex numbers; a profile is real")
         elif array.dtype.kind not in "fiu" or (array.dtype.kind != "f" and array.size > 1):
             raise ProblemError(
-                f"{where} gives an array of {array.dtype}, which rounds and overflows: let it give floats, "
+                f"{where} returns an array of {array.dtype}, which rounds and overflows; return floats, "
                 "0.0 instead of 0"
             )
         values = np.array(array, dtype=float)
@@ -229,13 +226,13 @@ def real_values(raw: Any, r: FloatArray, where: str, unit: str, asked: str = "ra
         raise
     except Exception as error:
         raise ProblemError(
-            f"{where} gives {type(raw).__name__}, which is not an array of real numbers ({said(error)})"
+            f"{where} returns {type(raw).__name__}, which is not an array of real numbers ({error_text(error)})"
         ) from error
     if masked is not None:
         values[masked] = math.nan
     if values.shape not in ((), (1,), r.shape):
         raise ProblemError(
-            f"{where} gives an array of shape {values.shape} for {r.size} {asked}: one value for each is needed"
+            f"{where} returns an array of shape {values.shape} for {r.size} {points}; one value for each is needed"
         )
     return values if values.shape == r.shape else np.full(r.shape, values.item())
 
@@ -243,42 +240,42 @@ def real_values(raw: Any, r: FloatArray, where: str, unit: str, asked: str = "ra
 def _refuse_state(
     function: ArrayFunction, r: FloatArray, values: FloatArray, index: NDArray[np.intp], name: str
 ) -> None:
-    """Refuse answers that differ by more than the way in which arrays of other lengths are rounded."""
+    """Refuse values that differ between calls by more than the rounding of arrays of other lengths."""
     where = f"Function.{name}{_title(function)}"
     finite = np.abs(values[np.isfinite(values)])
     size = float(finite.max(initial=0.0))
 
-    def differ(one: FloatArray, other: FloatArray, least: FloatArray | float) -> NDArray[np.bool_]:
-        same_kind = np.isfinite(one) & np.isfinite(other)
+    def differ(first: FloatArray, other: FloatArray, least: FloatArray | float) -> NDArray[np.bool_]:
+        same_kind = np.isfinite(first) & np.isfinite(other)
         with np.errstate(invalid="ignore"):
-            far = np.abs(one - other) > least
-        return np.where(same_kind, far, ~((one == other) | (np.isnan(one) & np.isnan(other))))
+            far = np.abs(first - other) > least
+        return np.where(same_kind, far, ~((first == other) | (np.isnan(first) & np.isnan(other))))
 
-    second = _answer(function, r, name)
+    second = _evaluated(function, r, name)
     changed = np.flatnonzero(differ(values, second, 1e-9 * size))
     if changed.size:
         i = changed[0]
         raise ProblemError(
-            f"{where} gives {values[i]:g} and then {second[i]:g} for the same radius, {metres(float(r[i]))}: a profile "
-            "must not change between calls (take random numbers and counters out of it)"
+            f"{where} returns {values[i]:g} and then {second[i]:g} for the same radius, {metres(float(r[i]))}; a profile "
+            "must not change between calls (remove random numbers and counters)"
         )
-    alone = _answer(function, r[index], name)
+    alone = _evaluated(function, r[index], name)
     shifts = 1.0 + 1e-6 * np.linspace(-1.0, 1.0, 16)
-    nearby = np.array([_answer(function, r[index] * shift, name) for shift in shifts])
+    nearby = np.array([_evaluated(function, r[index] * shift, name) for shift in shifts])
     with np.errstate(invalid="ignore"):
         rounding = 16.0 * np.nan_to_num(np.ptp(nearby, axis=0))
     other = np.flatnonzero(differ(values[index], alone, np.maximum(1e-6 * np.abs(values[index]), rounding)))
     if other.size:
         i = int(index[other[0]])
         raise ProblemError(
-            f"{where} gives {values[i]:g} at r = {metres(float(r[i]))} among {r.size} radii and {alone[other[0]]:g} among "
-            "two: the value at a radius must not depend on which other radii are asked (no sum, maximum or "
+            f"{where} returns {values[i]:g} at r = {metres(float(r[i]))} among {r.size} radii and {alone[other[0]]:g} among "
+            "two; the value at a radius must not depend on the other radii (no sum, maximum or "
             "numpy.gradient over r)"
         )
 
 
 def _takes_scalars(function: ArrayFunction, r: FloatArray) -> bool:
-    """Whether a callable that fails on arrays gives numbers for single radii."""
+    """Whether a callable that fails on arrays works for single radii."""
     try:
         with np.errstate(all="ignore"):
             of_scalar: Any = function
@@ -294,8 +291,8 @@ def _title(function: ArrayFunction) -> str:
     return f" ({title})" if title and title != "<lambda>" else ""
 
 
-def said(error: Exception) -> str:
-    """An exception in words, on one line."""
+def error_text(error: Exception) -> str:
+    """An exception as one line."""
     return f"{type(error).__name__}: {' '.join(str(error).split())[:200]}".rstrip(": ")
 
 
@@ -307,7 +304,7 @@ def _span(r: FloatArray) -> str:
 @dataclass(frozen=True, eq=False)
 class Interpolated(Profile):
     """
-    A profile held as polynomials: what a saved result keeps of a :class:`Function`.
+    A profile as polynomials, which replaces a :class:`Function` in saved results.
 
     On each panel f' = (t/high)^power sum_j c_j T_j(2 u - 1) with t = r - base and u = (t - low) / (high - low); below
     the first one f' = slope (r/radius)^exponent.
@@ -348,7 +345,7 @@ class Interpolated(Profile):
         ends = np.add(self.base, self.high)
         if len(sizes) != 1 or len(self.tip) != 3 or not ends.size or np.any(np.diff(ends) <= 0.0):
             raise ProblemError(
-                "Interpolated: its panels must rise, with base, low, high, power and coefficients for each"
+                "Interpolated: panels must rise, with base, low, high, power and coefficients for each"
             )
 
     @property
@@ -402,7 +399,7 @@ class Interpolated(Profile):
 
     @cached_property
     def _risen(self) -> FloatArray:
-        """By how much f rises from the first panel to the beginning of every one."""
+        """Rise of f from the first panel to the start of every panel."""
         rises = self._rise(np.arange(len(self.base)), self._edges.high - self._edges.low)
         return np.concatenate([[0.0], np.cumsum(rises)[:-1]])
 

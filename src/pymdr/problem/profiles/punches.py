@@ -1,4 +1,4 @@
-"""Punches whose end or edge is not flat or sharp, and waves."""
+"""Punches with rounded edge, dome or hollow, and waves."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pymdr.units import FloatArray
 @dataclass(frozen=True, eq=False)
 class RoundedFlat(Profile):
     """
-    A flat whose edge is rounded, f = (r - b)^2 / (2 R) beyond r = b and 0 up to there.
+    A flat whose edge is rounded, f = (r - b)^2 / (2 R) for r > b and 0 below.
 
     Its image is g = (x / R) [sqrt(x^2 - b^2) - b arccos(b / x)] beyond b; the contact begins with the whole flat.
 
@@ -42,8 +42,8 @@ class RoundedFlat(Profile):
     1e-05
     """
 
-    flat_radius: SIField = SIField("m", above=0.0, words="radius of the flat")
-    edge_radius: SIField = SIField("m", above=0.0, words="radius of curvature of the edge")
+    flat_radius: SIField = SIField("m", above=0.0, description="radius of the flat")
+    edge_radius: SIField = SIField("m", above=0.0, description="radius of curvature of the edge")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""
@@ -56,7 +56,7 @@ class RoundedFlat(Profile):
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
-        """Where the flat ends; f'' jumps there."""
+        """The edge of the flat, where f'' jumps."""
         return (self.flat_radius,)
 
 
@@ -65,7 +65,7 @@ class DomedPunch(Profile):
     """
     A cylinder with a domed end, f = r^2 / (2 R) up to its sharp edge at r = b; FlatPunch(b) + Paraboloid(R).
 
-    Its image is g = x^2 / R up to b. From the indentation b^2 / R on the whole end is in contact.
+    Its image is g = x^2 / R up to b. The full end is in contact from the indentation b^2 / R.
 
     Parameters
     ----------
@@ -89,8 +89,8 @@ class DomedPunch(Profile):
     0.001
     """
 
-    radius: SIField = SIField("m", above=0.0, words="radius of the cylinder")
-    dome_radius: SIField = SIField("m", above=0.0, words="radius of curvature of the domed end")
+    radius: SIField = SIField("m", above=0.0, description="radius of the cylinder")
+    dome_radius: SIField = SIField("m", above=0.0, description="radius of curvature of the domed end")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m; inf beyond the edge."""
@@ -118,7 +118,7 @@ class ConcavePunch(Profile):
     A cylinder with a hollow end, f = -r^2 / (2 R) up to its sharp edge at r = b.
 
     Its image is g = -x^2 / R. The rim touches first: the contact is a ring, which the method refuses, until the
-    hollow is pressed flat at the indentation b^2 / R beyond the depth of its centre. From there on all is exact.
+    hollow is pressed flat at the indentation b^2 / R beyond the depth of its centre. Above that depth the solution is exact.
 
     Parameters
     ----------
@@ -134,8 +134,8 @@ class ConcavePunch(Profile):
 
     Notes
     -----
-    Barber (1976); Popov, Hess and Willert (2019), chapter 2 (concave paraboloid). At an indentation d from b^2 / R
-    on, F = 2 E* (d b + b^3 / (3 R)).
+    Barber (1976); Popov, Hess and Willert (2019), chapter 2 (concave paraboloid). For an indentation d >= b^2 / R,
+    F = 2 E* (d b + b^3 / (3 R)).
 
     Examples
     --------
@@ -143,8 +143,8 @@ class ConcavePunch(Profile):
     -1e-06
     """
 
-    radius: SIField = SIField("m", above=0.0, words="radius of the cylinder")
-    hollow_radius: SIField = SIField("m", above=0.0, words="radius of curvature of the hollow end")
+    radius: SIField = SIField("m", above=0.0, description="radius of the cylinder")
+    hollow_radius: SIField = SIField("m", above=0.0, description="radius of curvature of the hollow end")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m, below 0 up to the edge; inf beyond it."""
@@ -167,12 +167,12 @@ class Waviness(Profile):
     Circular waves, f = h (1 - cos(2 pi r / wavelength)), to be added to another profile.
 
     Their image is g = (pi / 2) h k x H_0(k x), k = 2 pi / wavelength, with the Struve function H_0. Added to a
-    paraboloid of radius R, every contact is a disk as long as h k^2 R is at most 3.1859; beyond, some are rings.
+    paraboloid of radius R, every contact is a disk if h k^2 R <= 3.1859; above, some are rings.
 
     Parameters
     ----------
     height : quantity
-        Amplitude h in m, above 0: crests lie 2 h above troughs.
+        Amplitude h in m, above 0; crests are 2 h above troughs.
     wavelength : quantity
         Distance of the crests in m, above 0.
 
@@ -192,8 +192,8 @@ class Waviness(Profile):
     2e-08
     """
 
-    height: SIField = SIField("m", above=0.0, words="amplitude of the waves")
-    wavelength: SIField = SIField("m", above=0.0, words="distance of the crests")
+    height: SIField = SIField("m", above=0.0, description="amplitude of the waves")
+    wavelength: SIField = SIField("m", above=0.0, description="distance of the crests")
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f = 2 h sin^2(k r / 2), the form without cancellation."""

@@ -157,9 +157,9 @@ class Sampled(Profile):
     SmoothingSpline()
     """
 
-    radius: ArrayField = ArrayField("m", words="radii")
-    height: ArrayField = ArrayField("m", words="gap at the radii")
-    scatter: OptionalArrayField = OptionalArrayField("m", words="standard deviation of the gap")
+    radius: ArrayField = ArrayField("m", description="radii")
+    height: ArrayField = ArrayField("m", description="gap at the radii")
+    scatter: OptionalArrayField = OptionalArrayField("m", description="standard deviation of the gap")
     interpolation: Interpolation | None = None
 
     def __post_init__(self) -> None:

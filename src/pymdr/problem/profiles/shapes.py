@@ -1,4 +1,4 @@
-"""Bodies that are not of revolution: gaps f(x, y) about their apex."""
+"""Bodies without axial symmetry: gaps f(x, y) about their apex."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
 from pymdr.problem.profiles.closed import Flanked, half_angle_field, slope_field
-from pymdr.problem.profiles.function import real_values, said
+from pymdr.problem.profiles.function import error_text, real_values
 from pymdr.problem.topography import HeightsField, Topography, as_topography
 from pymdr.problem.values import OptionalSIField, SidesField, SIField, with_named_callables, without_named
 from pymdr.units import FloatArray, metres, shown
@@ -27,9 +27,9 @@ MOST_SIDES = 1000
 
 class Shape(Profile):
     """
-    A gap f(x, y) that is not of revolution, pressed without tilting, with its apex at x = y = 0.
+    A gap f(x, y) without axial symmetry, pressed without tilting, with its apex at x = y = 0.
 
-    It stands for a whole contact: its normal force without adhesion and friction, and nothing that needs a disk.
+    It describes a complete contact: its normal force without adhesion and friction, but no quantity that needs a disk.
     """
 
     whole: ClassVar[bool] = True
@@ -40,14 +40,14 @@ class Shape(Profile):
         """Gap f(x, y) in m above f(0, 0) = 0; nan where the body does not exist."""
 
     def gap(self, r: ArrayLike) -> NoReturn:
-        """Refused: the gap is not one of the radius."""
+        """Refused: the gap is not a function of the radius."""
         raise ProblemError(
-            f"{type(self).__name__} is not of revolution: it has a gap gap_at(x, y) and no f(r); azimuthal_mean(shape) is the "
+            f"{type(self).__name__} is not axisymmetric: it has gap_at(x, y) but no f(r); azimuthal_mean(shape) gives the "
             "profile of its lower bound"
         )
 
     def gap_slope(self, r: ArrayLike) -> NoReturn:
-        """Refused: the gap is not one of the radius."""
+        """Refused: the gap is not a function of the radius."""
         self.gap(r)
 
 
@@ -59,7 +59,7 @@ class EllipticParaboloid(Shape):
     Parameters
     ----------
     radius_x : quantity
-        Radius of curvature R_x of the section y = 0 in m, above 0. Those of two bodies combine as 1/R_x = 1/R_x1 + 1/R_x2.
+        Radius of curvature R_x of the section y = 0 in m, above 0. Two bodies combine as 1/R_x = 1/R_x1 + 1/R_x2.
     radius_y : quantity
         Radius of curvature R_y of the section x = 0 in m, above 0.
 
@@ -78,15 +78,15 @@ class EllipticParaboloid(Shape):
     5e-05
     """
 
-    radius_x: SIField = SIField("m", above=0.0, words="radius of curvature of the section y = 0")
-    radius_y: SIField = SIField("m", above=0.0, words="radius of curvature of the section x = 0")
+    radius_x: SIField = SIField("m", above=0.0, description="radius of curvature of the section y = 0")
+    radius_y: SIField = SIField("m", above=0.0, description="radius of curvature of the section x = 0")
 
     def __post_init__(self) -> None:
         low, high = sorted((self.radius_x, self.radius_y))
         if high > 1e6 * low * (1.0 + 1e-9):
             raise ProblemError(
                 f"EllipticParaboloid: the radii {metres(self.radius_x)} and {metres(self.radius_y)} differ by a factor of "
-                f"{high / low:.3g}; at most 1e6 is offered: such a contact is a line, and ends where its body does"
+                f"{high / low:.3g} (limit 1e6); such a line contact depends on the length of the body"
             )
 
     def gap_at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
@@ -131,7 +131,7 @@ class Pyramid(Shape, Flanked):
         whole = isinstance(sides, int | np.integer) and not isinstance(sides, bool)
         if not whole or not 3 <= sides <= MOST_SIDES:
             raise ProblemError(
-                f"Pyramid.sides = {shown(sides)}: a whole number from 3 to {MOST_SIDES} is needed; beyond, it is a Cone"
+                f"Pyramid.sides = {shown(sides)}: a whole number from 3 to {MOST_SIDES} is needed; for more sides use a Cone"
             )
         object.__setattr__(self, "sides", int(sides))
         super().__post_init__()
@@ -162,14 +162,14 @@ class Function2D(Shape):
     Parameters
     ----------
     f : callable
-        Gap in m, taking two arrays of positions in m and giving one; f(0, 0) is its lowest value and is removed.
+        Gap in m as a function of two arrays of positions in m; its lowest value f(0, 0) is removed.
     reach : quantity, optional
         Largest distance from the apex in m at which it may be evaluated.
 
     Raises
     ------
     ProblemError
-        If `f` is no callable of two arrays.
+        If `f` is not a callable of two arrays.
 
     Examples
     --------
@@ -197,7 +197,7 @@ class Function2D(Shape):
         offset = float(self._values(np.zeros(2), np.zeros(2))[0])
         if not math.isfinite(offset):
             raise ProblemError(
-                f"Function2D.f gives {offset} at x = y = 0, the apex, where it must be defined"
+                f"Function2D.f returns {offset} at its apex x = y = 0, where it must be finite"
             )
         return offset
 
@@ -206,7 +206,7 @@ class Function2D(Shape):
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         if math.isinf(self.reach):
             return np.asarray(self._values(x, y) - self.offset)
-        # an end that was computed may lie a few roundings beyond the reach
+        # a computed end may exceed the reach by rounding
         inside = np.hypot(x, y) <= self.reach * (1.0 + 1e-12)
         values = self._values(np.where(inside, x, 0.0), np.where(inside, y, 0.0))
         return np.where(inside, values - self.offset, math.nan)
@@ -215,20 +215,20 @@ class Function2D(Shape):
         flat = np.array(np.ravel(x), dtype=float), np.array(np.ravel(y), dtype=float)
         if flat[0].size < 2:
             flat = np.repeat(flat[0], 2), np.repeat(flat[1], 2)
-        values = self._answer(*flat)
+        values = self._evaluated(*flat)
         few = np.array([2 * values.size // 3, values.size // 3])
-        again = self._answer(flat[0][few], flat[1][few])
+        again = self._evaluated(flat[0][few], flat[1][few])
         with np.errstate(invalid="ignore"):
             other = np.abs(again - values[few]) > 1e-6 * np.nanmax(np.abs(values), initial=0.0)
         if other.any():
             i = few[np.argmax(other)]
             raise ProblemError(
-                f"Function2D.f gives {values[i]:g} and then {again[np.argmax(other)]:g} at x = {metres(flat[0][i])}, y = "
-                f"{metres(flat[1][i])}: the value at a point must not depend on which others are asked, nor on chance"
+                f"Function2D.f returns {values[i]:g} and then {again[np.argmax(other)]:g} at x = {metres(flat[0][i])}, y = "
+                f"{metres(flat[1][i])}: the value at a point must not depend on other points or chance"
             )
         return values[: np.size(x)].reshape(np.shape(x))
 
-    def _answer(self, x: FloatArray, y: FloatArray) -> FloatArray:
+    def _evaluated(self, x: FloatArray, y: FloatArray) -> FloatArray:
         name = getattr(self.f, "__name__", "")
         where = "Function2D.f" + (f" ({name})" if name and name != "<lambda>" else "")
         try:
@@ -236,8 +236,8 @@ class Function2D(Shape):
                 raw = self.f(x.copy(), y.copy())
         except Exception as error:
             raise ProblemError(
-                f"{where} fails for {x.size} points out to {metres(float(np.hypot(x, y).max()))} ({said(error)}): let it take "
-                "two arrays, give nan where it is not defined, or state its reach with Function2D(f, reach=...)"
+                f"{where} fails for {x.size} points out to {metres(float(np.hypot(x, y).max()))} ({error_text(error)}): it must accept "
+                "two arrays and return nan where it is not defined; else give Function2D(f, reach=...)"
             ) from error
         return real_values(raw, x, where, "m", "points")
 
@@ -245,21 +245,21 @@ class Function2D(Shape):
 @dataclass(frozen=True, eq=False)
 class Sampled2D(Shape):
     """
-    A body of heights on a grid, such as a measured tip, between which they are interpolated linearly.
+    A body given by heights on a grid with linear interpolation, such as a measured tip.
 
-    Its apex is the highest pixel; it reaches from there to the nearest edge of the grid.
+    Its apex is the highest pixel; the body is known up to the nearest edge of the grid.
 
     Parameters
     ----------
     heights : array_like of quantity
-        Heights in m, (nx, ny), growing out of the body.
+        Heights in m, (nx, ny), positive out of the body.
     size : quantity or pair of quantities
-        Sides of the whole grid along x and y in m; one length for a square.
+        Sides of the grid along x and y in m; one length for a square.
 
     Raises
     ------
     ProblemError
-        If the heights are no matrix, some are missing, all are alike, or the highest is at the edge of the grid.
+        If the heights are not a matrix, some are missing, all are equal, or the highest is at the edge of the grid.
 
     Examples
     --------
@@ -269,22 +269,22 @@ class Sampled2D(Shape):
     1.25e-07
     """
 
-    heights: HeightsField = HeightsField("m", words="heights, growing out of the body")
-    size: SidesField = SidesField("m", words="sides along x and y, or side of a square")
+    heights: HeightsField = HeightsField("m", description="heights, positive out of the body")
+    size: SidesField = SidesField("m", description="sides along x and y, or side of a square")
 
     def __post_init__(self) -> None:
         missing = int(np.isnan(self.heights).sum())
         if missing:
             raise ProblemError(
-                f"Sampled2D.heights: {missing} of {self.heights.size} are missing; fill them, or cut out a patch without holes"
+                f"Sampled2D.heights: {missing} of {self.heights.size} are missing; fill them, or crop to a complete patch"
             )
         if not np.ptp(self.heights) > 0.0:
-            raise ProblemError("Sampled2D.heights: all are alike: a plane has no apex")
+            raise ProblemError("Sampled2D.heights: all are equal; a plane has no apex")
         i, j = self.apex
         if min(i, j, self.heights.shape[0] - 1 - i, self.heights.shape[1] - 1 - j) < 1:
             raise ProblemError(
-                f"Sampled2D.heights: the highest, pixel ({i}, {j}), is at the edge of the grid of {self.heights.shape[0]} x "
-                f"{self.heights.shape[1]}: the body goes on beyond; take a patch with the apex inside"
+                f"Sampled2D.heights: the highest pixel ({i}, {j}) is at the edge of the grid of {self.heights.shape[0]} x "
+                f"{self.heights.shape[1]}; use a patch with the apex inside"
             )
 
     @classmethod
@@ -325,7 +325,7 @@ class Sampled2D(Shape):
         """Gap f(x, y) in m, linear between pixels in each direction; nan beyond the grid."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         shape = self.heights.shape
-        # an end that was computed may lie a few roundings beyond the grid
+        # a computed end may exceed the grid by rounding
         u, v = (
             np.where(np.abs(place - np.round(place)) < 1e-9, np.round(place), place)
             for place in (x / self.spacing[0] + self.apex[0], y / self.spacing[1] + self.apex[1])

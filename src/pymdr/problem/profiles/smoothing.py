@@ -1,4 +1,4 @@
-"""Smoothing splines through samples at any spacing. Imported only when samples are smoothed: it loads numba."""
+"""Smoothing splines through samples at any spacing. Loads numba."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pymdr.compiling import compiled
 from pymdr.units import FloatArray
 
 _ROUNDING = 1e-40
-"""Variance, for heights of about 1, below which samples have no noise left to tell."""
+"""Variance, for heights of about 1, below which noise is rounding."""
 _SMALLEST = 1e-100
-"""Of the deviations: their squares must be floats."""
-_DISBELIEF = 6.63
-"""Twice the logarithm of a likelihood ratio that chance passes once in a hundred."""
+"""Smallest deviation whose square is a normal float."""
+_REJECTION = 6.63
+"""Twice the logarithm of a likelihood ratio that chance exceeds in 1 % of cases."""
 _MANY = 5000
-"""Samples beyond which the search takes wider steps."""
+"""Number of samples above which the search takes wider steps."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Smooth:
     level: float
     """f(0)."""
     noise: float
-    """Root of the mean square of the independent residuals, each over its told deviation."""
+    """Root mean square of the independent residuals, relative to the given deviations."""
     believed: bool
-    """Whether the deviations were taken as they are, not only their ratios."""
+    """Whether the given deviations were used, not only their ratios."""
 
 
 def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> Smooth:
@@ -42,9 +42,9 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
     Smooth samples by restricted maximum likelihood.
 
     The curve minimises sum (y_i - f(r_i))^2 / s_i^2 + lambda int (d^3 f / dr^3)^2 dr with f'(0) = 0. It is
-    the expectation of f if its third derivative is white noise, and lambda makes the samples likeliest. A filter
-    goes through them from the apex outward; it carries (f, f', f'') and the triangular root of their covariance.
-    Its numbers belong to the last few samples whatever the spacing, and its work grows like their number.
+    the expectation of f if its third derivative is white noise, and lambda maximises the likelihood. A Kalman filter
+    runs from the apex outward and carries (f, f', f'') with the triangular root of their covariance, at a cost
+    proportional to the number of samples.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
     deviation : ndarray, shape (n,)
         Standard deviations s_i of the noise, above 0.
     known : bool
-        Whether they are believed unless the samples contradict them; else only their ratios count.
+        Whether the deviations are used unless the samples contradict them; else only their ratios are.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
     -----
     Wahba (1978), J. R. Stat. Soc. B 40, 364 (the expectation); Wecker and Ansley (1983), J. Am. Stat. Assoc. 78,
     81 (the likelihood by innovations); Wahba (1985), Ann. Stat. 13, 1378 (against cross-validation); Bryson and
-    Frazier (1963) (the way back); Kaminski, Bryson and Schmidt (1971), IEEE Trans. Autom. Control 16, 727 (roots).
+    Frazier (1963) (backward pass); Kaminski, Bryson and Schmidt (1971), IEEE Trans. Autom. Control 16, 727 (roots).
 
     Examples
     --------
@@ -77,23 +77,23 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
     n = r.size
     typical = max(float(np.median(deviation)), _SMALLEST)
     weight = np.clip(deviation / typical, 1e-15, 1e15) ** 2  # wider ratios are below rounding
-    seen: dict[float, tuple[float, float]] = {}
+    cache: dict[float, tuple[float, float]] = {}
 
     def parts(decades: float) -> tuple[float, float]:
-        if decades not in seen:
+        if decades not in cache:
             determinant, misfit, _, _ = likelihood(r, y, weight, 10.0 ** (0.5 * decades))
-            seen[decades] = determinant, misfit / (n - 2)
-        return seen[decades]
+            cache[decades] = determinant, misfit / (n - 2)
+        return cache[decades]
 
     def free(decades: float) -> float:
         determinant, mean = parts(decades)
         return determinant + (n - 2) * (math.log(max(mean, _ROUNDING)) + 1.0)
 
-    def told(decades: float) -> float:
+    def constrained(decades: float) -> float:
         determinant, mean = parts(decades)
         return determinant + (n - 2) * (2.0 * math.log(typical) + mean / typical**2)
 
-    # from where the curve is c_0 + c_2 r^2 to where the closest samples are met
+    # from the parabola c_0 + c_2 r^2 to interpolation of the closest samples
     least, most = -3.0 - math.log10(n), 8.0 - 5.0 * math.log10(float(np.min(np.diff(r))))
     step = 1.0 if n <= _MANY else 2.0
     grid = [least + step * i for i in range(math.ceil((most - least) / step) + 1)]
@@ -101,17 +101,17 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
     def likeliest(criterion: Callable[[float], float]) -> float:
         i = int(np.argmin([criterion(x) for x in grid]))
         ends = grid[max(i - 1, 0)], grid[min(i + 1, len(grid) - 1)]
-        found = minimize_scalar(criterion, bounds=ends, method="bounded", options={"xatol": 1e-4})
-        return min(float(found.x), grid[i], key=criterion)
+        optimum = minimize_scalar(criterion, bounds=ends, method="bounded", options={"xatol": 1e-4})
+        return min(float(optimum.x), grid[i], key=criterion)
 
     decades, believed = likeliest(free), False
     if known:
-        other = likeliest(told)
-        believed = told(other) - free(decades) <= _DISBELIEF
+        other = likeliest(constrained)
+        believed = constrained(other) - free(decades) <= _REJECTION
         decades = other if believed else decades
     drive = 10.0 ** (0.5 * decades)
-    _, misfit, level, bend = likelihood(r, y, weight, drive)
-    values, higher = smoothed(r, y - level, weight, drive, bend)
+    _, misfit, level, kappa = likelihood(r, y, weight, drive)
+    values, higher = smoothed(r, y - level, weight, drive, kappa)
     return Smooth(values, higher, level, math.sqrt(misfit / (n - 2)) / typical, believed)
 
 
@@ -120,8 +120,8 @@ def _predict(root: FloatArray, h: float, drive: float, b: FloatArray) -> None:
     """
     Carry the triangular root of the covariance of (f, f', f'') over a distance h, in place.
 
-    The root of what white noise of f''' adds is known; both are made triangular by orthogonal rows, so that
-    no variance is the difference of larger ones.
+    The root of the contribution of white noise of f''' is known; orthogonalisation makes both triangular, so that
+    no variance is a difference of larger ones.
     """
     first = drive * math.sqrt(h)
     second, third = first * h, first * h * h
@@ -168,7 +168,7 @@ def likelihood(
     Parameters
     ----------
     r, y, weight : ndarray, shape (n,)
-        Radii from 0, heights, and variances of the noise, but for a common factor.
+        Radii from 0, heights, and variances of the noise up to a common factor.
     drive : float
         Square root of the intensity of f''' as white noise, over the same factor.
 
@@ -182,7 +182,7 @@ def likelihood(
         The estimates.
     """
     root, work = np.zeros((3, 3)), np.empty((3, 6))
-    state = np.zeros((2, 3))  # of the heights and of r^2 / 2; that of 1 stays 1 less what is learnt
+    state = np.zeros((2, 3))  # of the heights and of r^2 / 2
     level = np.zeros(3)
     factor = np.zeros((3, 3))
     row = np.zeros(3)
@@ -228,7 +228,7 @@ def smoothed(
     r: FloatArray, y: FloatArray, weight: FloatArray, drive: float, kappa: float
 ) -> tuple[FloatArray, FloatArray]:
     """
-    The curve for a given stiffness, by the way back through the filter.
+    The curve for a given stiffness, by the backward pass of the filter.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def smoothed(
     drive : float
         As in :func:`likelihood`; the heights are those above f(0).
     kappa : float
-        f'' at r = 0 before the noise of f''' sets in.
+        f'' at r = 0.
 
     Returns
     -------
@@ -244,8 +244,8 @@ def smoothed(
         f, f', f'' at the samples, and the derivatives of order 3, 4, 5 to the right of them.
     """
     n = r.size
-    learnt, roots = np.empty((n, 3)), np.empty((n, 3, 3))
-    gains, news = np.empty((n, 3)), np.empty(n)
+    values, roots = np.empty((n, 3)), np.empty((n, 3, 3))
+    gains, innovations = np.empty((n, 3)), np.empty(n)
     kept = np.empty(n)
     root, state, work = np.zeros((3, 3)), np.zeros(3), np.empty((3, 6))
     state[2] = kappa
@@ -263,9 +263,9 @@ def smoothed(
         kept[i] = weight[i] / spread
         for k in range(3):
             root[k, 0] *= math.sqrt(kept[i])
-        news[i] = new / spread
+        innovations[i] = new / spread
         for k in range(3):  # entry by entry: an assignment of arrays takes seconds to compile
-            learnt[i, k] = state[k]
+            values[i, k] = state[k]
             for m in range(3):
                 roots[i, k, m] = root[k, m]
     later, back = np.zeros(3), np.empty(3)
@@ -278,9 +278,9 @@ def smoothed(
         for k in range(3):
             back[k] = roots[i, 0, k] * later[0] + roots[i, 1, k] * later[1] + roots[i, 2, k] * later[2]
         for k in range(3):
-            learnt[i, k] += roots[i, k, 0] * back[0] + roots[i, k, 1] * back[1] + roots[i, k, 2] * back[2]
+            values[i, k] += roots[i, k, 0] * back[0] + roots[i, k, 1] * back[1] + roots[i, k, 2] * back[2]
         higher[i, 0] = drive * drive * later[2]
         higher[i, 1] = -drive * drive * later[1]
         higher[i, 2] = drive * drive * later[0]
-        later[0] = news[i] + kept[i] * later[0] - gains[i, 1] * later[1] - gains[i, 2] * later[2]
-    return learnt, higher
+        later[0] = innovations[i] + kept[i] * later[0] - gains[i, 1] * later[1] - gains[i, 2] * later[2]
+    return values, higher

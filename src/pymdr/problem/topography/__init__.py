@@ -1,4 +1,4 @@
-"""Measured and computed surfaces as heights on a grid, and what is done to them before they are used."""
+"""Measured and computed surfaces as heights on a grid, and their preparation."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ class Topography(Heights):
     Parameters
     ----------
     heights : array_like of quantity
-        Heights in m, (nx, ny), that grow out of the body: its summits touch first. nan where nothing was measured.
+        Heights in m, (nx, ny), positive out of the body, so that summits touch first; nan where not measured.
     size : quantity or pair of quantities
-        Sides along x and y in m of the whole patch, nx and ny pixels; one length for a square.
+        Sides of the patch along x and y in m; one length for a square.
     steps : tuple of str, optional
-        Where the heights come from and what was done to them, in words, one after the other.
+        Origin of the heights and the steps of their preparation.
 
     Raises
     ------
     ProblemError
-        If the heights are no matrix of at least 2 x 2, all missing, or a side is not above 0.
+        If the heights are not a matrix of at least 2 x 2, are all missing, or a side is not above 0.
     UnitError
-        If something is no length, or a height is infinite.
+        If a value is not a length, or a height is infinite.
 
     Examples
     --------
@@ -42,15 +42,17 @@ class Topography(Heights):
     tip_cutoff = resolution.tip_cutoff
 
 
-def as_topography(topography: object, who: str) -> Topography:
+def as_topography(topography: object, caller: str) -> Topography:
     """
-    A topography as it is.
+    Check that a value is a topography.
 
     Raises
     ------
     ProblemError
-        If it is none.
+        If it is not.
     """
     if not isinstance(topography, Topography):
-        raise ProblemError(f"{who}: {shown(topography)} is no surface; write Topography(heights, size)")
+        raise ProblemError(
+            f"{caller}: {shown(topography)} is not a Topography; write Topography(heights, size)"
+        )
     return topography

@@ -16,7 +16,7 @@ from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array
 
 
 class HeightsField(ArrayField):
-    """A field of heights on a grid, where nan stands for what was not measured."""
+    """A field of heights on a grid; nan where not measured."""
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a read-only matrix of SI lengths."""
@@ -30,30 +30,30 @@ class HeightsField(ArrayField):
                 f"{name}: a matrix of at least 2 x 2 heights is needed, not shape {heights.shape}"
             )
         if np.all(np.isnan(heights)):
-            raise ProblemError(f"{name}: all heights are missing; nan stands for what was not measured")
+            raise ProblemError(f"{name}: all heights are missing (nan)")
         within_range(np.nan_to_num(heights), self.unit, name)
         return heights
 
 
 @dataclass(frozen=True, eq=False)
 class Heights(Value):
-    """The columns of :class:`pymdr.Topography`, which has what can be done to them."""
+    """The fields of :class:`pymdr.Topography`."""
 
-    heights: HeightsField = HeightsField("m", words="heights, growing out of the body")
-    size: SidesField = SidesField("m", words="sides along x and y, or side of a square")
+    heights: HeightsField = HeightsField("m", description="heights, positive out of the body")
+    size: SidesField = SidesField("m", description="sides along x and y, or side of a square")
     steps: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.steps, tuple) or not all(isinstance(step, str) for step in self.steps):
             raise ProblemError(f"Topography.steps = {shown(self.steps)}: a tuple of texts is needed")
 
-    def whole(self, who: str) -> FloatArray:
-        """The heights, refused if some are missing."""
+    def complete(self, caller: str) -> FloatArray:
+        """The heights; refused if some are missing."""
         count = int(np.count_nonzero(self.missing))
         if count:
             raise ProblemError(
-                f"{who}: {count} of {self.heights.size} heights are missing; fill them by topography.fill_missing('interpolate'), or "
-                "cut down to what was measured by topography.fill_missing('crop')"
+                f"{caller}: {count} of {self.heights.size} heights are missing; fill them with topography.fill_missing('interpolate'), or "
+                "crop to the measured part with topography.fill_missing('crop')"
             )
         return self.heights
 
@@ -74,7 +74,7 @@ class Heights(Value):
 
     @cached_property
     def missing(self) -> NDArray[np.bool_]:
-        """Whether a pixel was not measured, (nx, ny)."""
+        """Pixels that were not measured, (nx, ny)."""
         return np.isnan(self.heights)
 
 

@@ -1,4 +1,4 @@
-"""What is done to measured heights before they are used: trends are taken off, missing ones are filled or cut off."""
+"""Preparation of measured heights: subtraction of trends, filling or cropping of missing heights."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _COUNTED = re.compile(rf"(\d+) of (\d+) heights were missing .*{_FILLED}")
 
 def detrend(topography: Surface, trend: str) -> Surface:
     """
-    The heights less the trend that lies nearest to them, by least squares over the heights that are known.
+    The heights minus a least-squares trend of the known heights.
 
     Parameters
     ----------
@@ -31,12 +31,12 @@ def detrend(topography: Surface, trend: str) -> Surface:
     Returns
     -------
     Topography
-        Its last step says what was taken off.
+        Its last step describes the trend.
 
     Raises
     ------
     ProblemError
-        If there is no such trend, or too few heights are known for it.
+        If the trend is unknown, or too few heights are known for it.
 
     Examples
     --------
@@ -46,10 +46,10 @@ def detrend(topography: Surface, trend: str) -> Surface:
     >>> bool(np.max(np.abs(flat.heights)) < 1e-22)
     True
     >>> flat.steps
-    ('a plane taken off, of slope 0.003 along x and -0.001 along y',)
+    ('a plane subtracted, of slope 0.003 along x and -0.001 along y',)
     """
     if not isinstance(trend, str) or trend not in TRENDS:
-        raise ProblemError(f"detrend: {shown(trend)}; a trend is one of {', '.join(TRENDS)}")
+        raise ProblemError(f"detrend: trend = {shown(trend)}; it must be one of {', '.join(TRENDS)}")
     scale = float(topography.size.max())
     x = (topography.x - 0.5 * topography.size[0])[:, None] / scale
     y = (topography.y - 0.5 * topography.size[1])[None, :] / scale
@@ -62,43 +62,45 @@ def detrend(topography: Surface, trend: str) -> Surface:
     known = ~topography.missing
     middle = float(np.mean(topography.heights, where=known))
     heights = np.where(known, topography.heights - middle, 0.0)
-    # sums over the grid, so that no matrix of all pixels stands in memory
+    # normal equations by sums over the grid, to save memory
     masked = [column * known for column in columns]
     matrix = np.empty((len(columns), len(columns)))
-    for i, one in enumerate(masked):
+    for i, column in enumerate(masked):
         for j, other in enumerate(columns[: i + 1]):
-            matrix[i, j] = matrix[j, i] = float(np.sum(one * other))
-    sides = np.array([float(np.sum(one * heights)) for one in masked])
+            matrix[i, j] = matrix[j, i] = float(np.sum(column * other))
+    sides = np.array([float(np.sum(column * heights)) for column in masked])
     if np.linalg.matrix_rank(matrix, hermitian=True) < len(columns):
         raise ProblemError(
-            f"detrend: {int(known.sum())} known heights lie so that a {trend} is not told by them; take a trend of lower order"
+            f"detrend: {int(known.sum())} known heights do not determine a {trend}; use a trend of lower order"
         )
-    found = np.linalg.solve(matrix, sides)
-    off: FloatArray = middle + np.asarray(sum(c * column for c, column in zip(found, columns, strict=True)))
+    terms = np.linalg.solve(matrix, sides)
+    surface: FloatArray = middle + np.asarray(
+        sum(c * column for c, column in zip(terms, columns, strict=True))
+    )
     return replace(
         topography,
-        heights=topography.heights - off,
-        steps=(*topography.steps, _told(trend, middle, found / scale, found / scale**2)),
+        heights=topography.heights - surface,
+        steps=(*topography.steps, _trend_text(trend, middle, terms / scale, terms / scale**2)),
     )
 
 
-def _told(trend: str, middle: float, slopes: FloatArray, bends: FloatArray) -> str:
+def _trend_text(trend: str, middle: float, slopes: FloatArray, curvatures: FloatArray) -> str:
     if trend == "mean":
-        return f"the mean taken off, {metres(middle)}"
+        return f"the mean subtracted, {metres(middle)}"
     plane = f"of slope {slopes[1]:.3g} along x and {slopes[2]:.3g} along y"
     if trend == "plane":
-        return f"a plane taken off, {plane}"
+        return f"a plane subtracted, {plane}"
     if trend == "sphere":
-        return f"a sphere taken off, {_radius(2.0 * bends[3])}, {plane}"
-    root = math.hypot(bends[3] - bends[5], bends[4])
-    radii = " and ".join(_radius(float(bends[3] + bends[5] + sign * root)) for sign in (-1.0, 1.0))
-    return f"a surface of second order taken off, {radii}, {plane}"
+        return f"a sphere subtracted, {_radius(2.0 * curvatures[3])}, {plane}"
+    root = math.hypot(curvatures[3] - curvatures[5], curvatures[4])
+    radii = " and ".join(_radius(float(curvatures[3] + curvatures[5] + sign * root)) for sign in (-1.0, 1.0))
+    return f"a surface of second order subtracted, {radii}, {plane}"
 
 
-def _radius(bend: float) -> str:
-    if bend == 0.0:
+def _radius(curvature: float) -> str:
+    if curvature == 0.0:
         return "flat"
-    return f"{'a cap' if bend < 0.0 else 'a bowl'} of radius {metres(1.0 / abs(bend))}"
+    return f"{'a cap' if curvature < 0.0 else 'a bowl'} of radius {metres(1.0 / abs(curvature))}"
 
 
 def fill_missing(topography: Surface, remedy: str) -> Surface:
@@ -109,22 +111,21 @@ def fill_missing(topography: Surface, remedy: str) -> Surface:
     ----------
     topography : Topography
     remedy : {"interpolate", "crop"}
-        Fill them by the smoothest continuation, Laplace's equation, whose values are means of their neighbours; or cut down to the
-        largest rectangle in which none is missing.
+        Fill missing heights by Laplace's equation, or crop to the largest rectangle without missing heights.
 
     Returns
     -------
     Topography
-        Its last step says how many were filled or cut off. The same one, if nothing is missing.
+        Its last step gives the number of missing heights. The same topography if none is missing.
 
     Raises
     ------
     ProblemError
-        If there is no such remedy, more than half of the heights are missing and were to be filled, or nothing of 2 x 2 is left.
+        If the remedy is unknown, more than half of the heights are to be filled, or less than 2 x 2 remain.
 
     Notes
     -----
-    What is filled is a guess: it has no roughness of its own, and no summit.
+    Filled heights are estimates without roughness or summits.
 
     Examples
     --------
@@ -140,39 +141,33 @@ def fill_missing(topography: Surface, remedy: str) -> Surface:
     (5, 2)
     """
     if not isinstance(remedy, str) or remedy not in REMEDIES:
-        raise ProblemError(
-            f"fill_missing: {shown(remedy)}; missing heights are for one of {', '.join(REMEDIES)}"
-        )
+        raise ProblemError(f"fill_missing: remedy = {shown(remedy)}; it must be one of {', '.join(REMEDIES)}")
     count, total = int(np.count_nonzero(topography.missing)), topography.heights.size
     if count == 0:
         return topography
-    told = f"{count} of {total} heights were missing ({100.0 * count / total:.2g} %)"
+    text = f"{count} of {total} heights were missing ({100.0 * count / total:.2g} %)"
     if remedy == "crop":
         rows, columns = _largest_rectangle(~topography.missing)
         part = topography.heights[rows, columns]
         if min(part.shape) < 2:
             raise ProblemError(
-                f"fill_missing: {told}, so that no rectangle of 2 x 2 is without gaps; interpolate them"
+                f"fill_missing: {text}, so no complete rectangle of 2 x 2 remains; use 'interpolate'"
             )
         size = topography.spacing * part.shape
-        step = (
-            f"{told}, cut down to {part.shape[0]} x {part.shape[1]} from ({rows.start}, {columns.start}) on"
-        )
+        step = f"{text}, cropped to {part.shape[0]} x {part.shape[1]} from ({rows.start}, {columns.start}) on"
         return replace(topography, heights=part, size=size, steps=(*topography.steps, step))
     if 2 * count > total:
-        raise ProblemError(
-            f"fill_missing: {told}, more than half of them; crop the surface to what was measured"
-        )
+        raise ProblemError(f"fill_missing: {text}, more than half; use 'crop'")
     return replace(
         topography,
         heights=_continued(topography.heights, topography.spacing),
-        steps=(*topography.steps, f"{told}, {_FILLED}"),
+        steps=(*topography.steps, f"{text}, {_FILLED}"),
     )
 
 
-def interpolated_share(topography: Heights) -> float:
+def interpolated_fraction(topography: Heights) -> float:
     """
-    The share of the heights that :func:`fill_missing` has interpolated, as its step says.
+    The fraction of the heights that :func:`fill_missing` has interpolated, from its step.
 
     Parameters
     ----------
@@ -187,15 +182,15 @@ def interpolated_share(topography: Heights) -> float:
     >>> heights = np.add.outer(np.arange(5.0), np.arange(4.0))
     >>> heights[2, 1] = np.nan
     >>> from pymdr import Topography
-    >>> interpolated_share(Topography(heights, 1.0).fill_missing("interpolate"))
+    >>> interpolated_fraction(Topography(heights, 1.0).fill_missing("interpolate"))
     0.05
     """
     counted = (_COUNTED.fullmatch(step) for step in topography.steps)
-    return sum(int(found[1]) / int(found[2]) for found in counted if found)
+    return sum(int(match[1]) / int(match[2]) for match in counted if match)
 
 
 def _continued(heights: FloatArray, spacing: FloatArray) -> FloatArray:
-    """Laplace's equation where heights are missing; no flow through the edges of the patch."""
+    """Solve Laplace's equation for missing heights, with zero normal gradient at the edges of the patch."""
     from scipy.sparse import coo_array, csr_array
     from scipy.sparse.linalg import spsolve
 
@@ -217,9 +212,9 @@ def _continued(heights: FloatArray, spacing: FloatArray) -> FloatArray:
             values = (heights[there][unknown] - middle)[~inner]
             sides += np.bincount(own[~inner], weight * values, minlength=count)
     i, j, v = (np.concatenate(part) for part in zip(*entries, strict=True))
-    every = np.arange(count)
+    indices = np.arange(count)
     matrix = coo_array(
-        (np.append(v, diagonal), (np.append(i, every), np.append(j, every))), shape=(count, count)
+        (np.append(v, diagonal), (np.append(i, indices), np.append(j, indices))), shape=(count, count)
     )
     filled = heights.copy()
     filled[gap] = middle + spsolve(csr_array(matrix), sides)
@@ -227,30 +222,30 @@ def _continued(heights: FloatArray, spacing: FloatArray) -> FloatArray:
 
 
 def _shifted(axis: int, step: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """Where pixels lie, and where their neighbours on one side do."""
-    low, high, everything = slice(None, -1), slice(1, None), slice(None)
+    """Slices of pixels, and of their neighbours on one side."""
+    low, high, full = slice(None, -1), slice(1, None), slice(None)
     here, there = (low, high) if step > 0 else (high, low)
     return (
-        tuple(here if k == axis else everything for k in range(2)),
-        tuple(there if k == axis else everything for k in range(2)),
+        tuple(here if k == axis else full for k in range(2)),
+        tuple(there if k == axis else full for k in range(2)),
     )
 
 
 def _largest_rectangle(known: np.ndarray) -> tuple[slice, slice]:
-    """The rectangle of most pixels that are all known: the largest one under a histogram, row by row."""
-    best, found = 0, (slice(0, 0), slice(0, 0))
+    """The largest rectangle of known pixels, by the largest rectangle under a histogram for each row."""
+    area, best = 0, (slice(0, 0), slice(0, 0))
     depth = np.zeros(known.shape[1], dtype=int)
     for i, row in enumerate(known):
         depth = np.where(row, depth + 1, 0)
-        if depth.max() * depth.size <= best:
+        if depth.max() * depth.size <= area:
             continue
-        stack: list[tuple[int, int]] = []  # where a depth began, and the depth
+        stack: list[tuple[int, int]] = []  # start and depth
         for j, d in enumerate([*depth.tolist(), 0]):
             start = j
             while stack and stack[-1][1] >= d:
                 start, tall = stack.pop()
-                if tall * (j - start) > best:
-                    best = tall * (j - start)
-                    found = slice(i - tall + 1, i + 1), slice(start, j)
+                if tall * (j - start) > area:
+                    area = tall * (j - start)
+                    best = slice(i - tall + 1, i + 1), slice(start, j)
             stack.append((start, d))
-    return found
+    return best

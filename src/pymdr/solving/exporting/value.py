@@ -256,7 +256,7 @@ class ContactLaw(Study):
         FileError
             If the file cannot be written, or is not named as a header.
         """
-        from pymdr.presentation.files import named_file, write_whole
+        from pymdr.presentation.files import named_file, write_atomically
 
         target = named_file(file, "write")
         if target.suffix.lower() not in _HEADERS:
@@ -264,7 +264,7 @@ class ContactLaw(Study):
                 f"cannot write {str(file)!r}: a C header has a name that ends with '.h', such as 'ball.h'; tables are written by to_csv"
             )
         text = self.c_header(target.stem if name is None else name)
-        write_whole(file, lambda beside: beside.write_text(text, encoding="ascii"))
+        write_atomically(file, lambda beside: beside.write_text(text, encoding="ascii"))
 
     def _figure(self) -> Figure:
         """The law, and its errors against :func:`pymdr.solve` at depths between the knots."""

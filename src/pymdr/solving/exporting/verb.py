@@ -95,7 +95,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
             break
     else:
         raise ConvergenceError(
-            f"export_law: the {quantity(worst).words} between the knots errs by {errors[worst]:.2g}, above the tolerance of "
+            f"export_law: the {quantity(worst).long_name} between the knots errs by {errors[worst]:.2g}, above the tolerance of "
             f"{tolerance:g}; ask for a larger tolerance, or smooth the profile"
         )
     return ContactLaw(

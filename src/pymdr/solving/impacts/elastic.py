@@ -84,7 +84,7 @@ def _rubbed(asked: Asked, normal: Impact, mapped: Springs, claim: Claim, mu: flo
     kept = 0.5 * mass * (before - after) * (before + after)
     balance = Assumption(
         "energy balance sideways",
-        "kinetic energy that the contact point loses less the work of friction, over what it had,",
+        "relative residual; kinetic energy lost at the contact point minus work of friction",
         abs(kept - lost) / (0.5 * mass * before * before),
         1e-6,
     )

@@ -58,7 +58,7 @@ def remembering(asked: Asked) -> Impact:
     kept = float(2.0 * (fine.stored[-1] + fine.dissipated[-1]) - (coarse.stored[-1] + coarse.dissipated[-1]))
     balance = Assumption(
         "energy balance",
-        "kinetic energy that is lost less what the springs keep and their dashpots take, over the first,",
+        "relative residual; kinetic energy lost minus energy stored and dissipated in the springs",
         abs(lost - kept) / energy,
         _AUDIT,
     )

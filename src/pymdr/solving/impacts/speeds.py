@@ -89,7 +89,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     many = _many_elastic if contact.adhesion is None else _many_adhesive
     found = (_many_remembering if contact.remembers else many)(contact, m, v)
     variables = {
-        name: ("speed", values, {"units": quantity(name).unit, "long_name": quantity(name).words})
+        name: ("speed", values, {"units": quantity(name).unit, "long_name": quantity(name).long_name})
         for name, values in zip(COLUMNS, found.columns, strict=True)
     }
     speed = ("speed", v, {"units": "m/s", "long_name": "normal speed before the impact"})

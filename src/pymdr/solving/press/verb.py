@@ -14,7 +14,7 @@ from pymdr.interpretation.press import press_assumptions, press_claims
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.machine import memory_of_machine
 from pymdr.mapping.moduli import effective_moduli
-from pymdr.presentation.text import in_bytes
+from pymdr.presentation.text import bytes_text
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography, as_topography
@@ -232,8 +232,8 @@ def _refuse_too_large(shape: tuple[int, int], loads: int, engine: Engine, kept: 
     needed = bytes_of(shape, loads, engine, kept=kept)
     if needed > memory_of_machine():
         raise ProblemError(
-            f"{_WHO}: {shape[0]} x {shape[1]} pixels at {loads} loads take about {in_bytes(round(needed))}, more than the "
-            f"{in_bytes(round(memory_of_machine()))} of this machine; take fewer loads, a smaller part of the surface, or of a RoughSurface a longer shortest wavelength"
+            f"{_WHO}: {shape[0]} x {shape[1]} pixels at {loads} loads take about {bytes_text(round(needed))}, more than the "
+            f"{bytes_text(round(memory_of_machine()))} of this machine; take fewer loads, a smaller part of the surface, or of a RoughSurface a longer shortest wavelength"
         )
 
 

@@ -1,6 +1,6 @@
-"""The command line; ``pymdr/workbench/cli/program.py`` puts it together.
+"""The command line, assembled in ``pymdr/workbench/cli/program.py``.
 
-Every command body imports what it needs, so that ``pymdr --help`` stays quick.
+Commands import what they need in their bodies, so that ``pymdr --help`` stays quick.
 """
 
 from pymdr.workbench.cli.program import app, main

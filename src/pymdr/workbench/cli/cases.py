@@ -1,4 +1,4 @@
-"""``pymdr run``, ``check`` and ``plot``: what becomes of a case."""
+"""``pymdr run``, ``check`` and ``plot``."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ import typer
 
 from pymdr.workbench.cli.folders import Tables, folders_of, ready_folder, write_figure, write_figures
 from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
-from pymdr.workbench.cli.telling import (
+from pymdr.workbench.cli.reporting import (
     FAILED,
     REFUSALS,
     REFUSED,
-    answer,
-    complain,
-    failure,
+    error_text,
+    failure_report,
     failures_as_json,
+    print_error,
     print_json,
-    say,
-    say_found,
+    print_report,
+    print_text,
+    report,
+    report_written,
     stages,
-    tell_written,
     validity_of,
     with_unit,
-    words_of,
 )
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _PICTURES = (".png", ".pdf", ".svg")
 
 
 def run(
-    cases: Annotated[list[Path], typer.Argument(metavar="CASE.toml...", help="One case file or several.")],
+    cases: Annotated[list[Path], typer.Argument(metavar="CASE.toml...", help="One or several case files.")],
     output: Output = None,
     csv: Annotated[bool, typer.Option("--csv", help="Write result.csv too.")] = False,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="Write result.xlsx too.")] = False,
@@ -45,8 +45,8 @@ def run(
 ) -> None:
     """Solve cases; write result.nc and figures; print the summary.
 
-    Several cases write into one folder each; one that fails does not stop the others. The exit status is 1 if one
-    failed, else 3 if the method refuses one.
+    Each of several cases has its own folder; a failure does not stop the others. The exit status is 1 if a case failed,
+    else 3 if the method refuses one.
     """
     from pymdr.errors import PymdrError
 
@@ -54,26 +54,26 @@ def run(
     with failures_as_json("run", cases, as_json):
         tables.check()
         folders = folders_of(cases, output)
-    answers: list[dict[str, Any]] = []
+    reports: list[dict[str, Any]] = []
     failures: dict[Path, str] = {}
     for case, folder in folders.items():
         try:
-            answers.append(_run_one(case, folder, tables, quiet, as_json))
+            reports.append(_run_one(case, folder, tables, quiet, as_json))
         except (PymdrError, MemoryError) as error:
-            failures[case] = words_of(error)
-            answers.append(failure("run", case, error))
+            failures[case] = error_text(error)
+            reports.append(failure_report("run", case, error))
             if len(folders) == 1 and not as_json:
                 raise
     if as_json:
-        print_json(answers[0] if len(folders) == 1 else answers)
+        print_json(reports[0] if len(folders) == 1 else reports)
     if len(folders) == 1:
-        for words in failures.values():
-            complain(words)
+        for message in failures.values():
+            print_error(message)
     elif failures:
         _print_failures(list(folders), failures)
-    found = {told["status"] for told in answers}
-    if "FAILED" in found or not found.isdisjoint(REFUSALS):
-        raise typer.Exit(FAILED if "FAILED" in found else REFUSED)
+    statuses = {single["status"] for single in reports}
+    if "FAILED" in statuses or not statuses.isdisjoint(REFUSALS):
+        raise typer.Exit(FAILED if "FAILED" in statuses else REFUSED)
 
 
 def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: bool) -> dict[str, Any]:
@@ -82,25 +82,25 @@ def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: boo
     from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
 
-    asked = read_case(case)
+    problem = read_case(case)
     if quiet:
         logging.getLogger("pymdr").setLevel(logging.ERROR)
     with ready_folder(folder), stages(quiet or as_json) as stage:
         if not quiet and not as_json:
-            _tell_memory(asked)
-        result = solve(asked.contact, asked.path, progress=stage("solving"), **asked.options)
+            _warn_of_memory(problem)
+        result = solve(problem.contact, problem.path, progress=stage("solving"), **problem.options)
         result.save(folder / "result.nc")
         written = [folder / "result.nc", *tables.write(result, folder, "result")]
         written += write_figures(result.figures(), folder, stage("drawing"))
     if not as_json and result.status.name in REFUSALS:
-        complain(f"{case}: {result.status.name}: {result.status.value}")
+        print_error(f"{case}: {result.status.name}: {result.status.value}")
     if not quiet and not as_json:
-        say_found(asked.title or str(case), result.summary(), written)
-    return answer(
+        print_report(problem.title or str(case), result.summary(), written)
+    return report(
         "run",
         case,
         written,
-        title=asked.title,
+        title=problem.title,
         status=result.status.name,
         rows=result.data.sizes["step"],
         last={
@@ -117,43 +117,43 @@ def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: boo
     )
 
 
-def _tell_memory(case: Case) -> None:
-    """Say what a long history will take before it is followed."""
-    from pymdr.presentation.text import in_bytes
+def _warn_of_memory(case: Case) -> None:
+    """Print the memory that a long path needs before it is solved."""
+    from pymdr.presentation.text import bytes_text
     from pymdr.problem.schedule import total_rows
     from pymdr.solving.verb import bytes_of
 
     rows = total_rows(case.path)
     keep = int(case.options.get("keep") or 1)
     if bytes_of(rows, keep) > _LARGE:
-        complain(
-            f"{rows} rows, of which {rows // keep} are kept, take about {in_bytes(bytes_of(rows, keep))} while they are "
-            "solved; with friction [solve] keep = k keeps every k-th"
+        print_error(
+            f"{rows} rows, {rows // keep} of them kept, need about {bytes_text(bytes_of(rows, keep))}; with friction, "
+            "[solve] keep = k keeps every k-th row"
         )
 
 
 def _print_failures(cases: Sequence[Path], failures: Mapping[Path, str]) -> None:
-    complain(f"{len(failures)} of {len(cases)} cases failed")
+    print_error(f"{len(failures)} of {len(cases)} cases failed")
     for case in cases:
         if case in failures:
-            complain(f"{case}: {failures[case]}".replace(f"{case}: {case}", str(case), 1))
+            print_error(f"{case}: {failures[case]}".replace(f"{case}: {case}", str(case), 1))
 
 
 def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
-    """Validate a case and print what can be claimed of it; nothing is written."""
+    """Validate a case and print its claims; write nothing."""
     from pymdr.quantities import quantity
     from pymdr.solving.assessing import assess
     from pymdr.workbench.casefile import read_case
 
     with failures_as_json("check", case, as_json):
-        asked = read_case(case)
-        assessment = assess(asked.contact, asked.path, **asked.options)
+        problem = read_case(case)
+        assessment = assess(problem.contact, problem.path, **problem.options)
     status = assessment.status.name
     if as_json:
-        told = answer(
+        plain = report(
             "check",
             case,
-            title=asked.title,
+            title=problem.title,
             status=status,
             rows=assessment.rows,
             memory=assessment.memory,
@@ -162,19 +162,19 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
             },
             **validity_of(assessment),
         )
-        print_json(told)
+        print_json(plain)
     elif not quiet:
-        say(asked.title or f"{case} is a valid case.")
-        say(assessment.summary())
+        print_text(problem.title or f"{case} is a valid case.")
+        print_text(assessment.summary())
     if status in REFUSALS:
         if not as_json:
-            complain(f"{case}: {status}: {assessment.status.value}")
+            print_error(f"{case}: {status}: {assessment.status.value}")
         raise typer.Exit(REFUSED)
 
 
 def plot(
     result_file: Annotated[
-        Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
+        Path, typer.Argument(metavar="RESULT", help="Result file of pymdr run, or its folder.")
     ],
     output: Annotated[
         Path | None,
@@ -182,14 +182,14 @@ def plot(
             "-o",
             "--output",
             metavar="DIR|FILE",
-            help="Folder for the figures; or one file (.png, .pdf, .svg) for the overview.",
+            help="Folder for all figures, or a file (.png, .pdf, .svg) for the overview.",
         ),
     ] = None,
     step: Annotated[int, typer.Option(help="Row to draw, counted from 0; -1 is the last.")] = -1,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Draw the figures of a saved result, or its overview as a file for print."""
+    """Draw the figures of a saved result."""
     from pymdr.solving.reopening import open_result
 
     with failures_as_json("plot", result_file, as_json):
@@ -202,4 +202,4 @@ def plot(
                 written = [write_figure(result.plot(step), output)]
             else:
                 written = write_figures(result.figures(step), folder, stage("drawing"))
-    tell_written("plot", result_file, result, written, quiet, as_json)
+    report_written("plot", result_file, result, written, quiet, as_json)

@@ -1,4 +1,4 @@
-"""``pymdr curves``: what is in a file of force curves, with baselines and contact points."""
+"""``pymdr curves``: segments, baselines and contact points of measured force curves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure
 from pymdr.workbench.cli.options import Json, Quiet
-from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say, say_written
+from pymdr.workbench.cli.reporting import failures_as_json, print_json, print_text, print_written, report
 
 if TYPE_CHECKING:
     from pymdr.solving.curves import ContactPoint, MeasuredCurve
@@ -19,16 +19,14 @@ if TYPE_CHECKING:
 def curves(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="Of an atomic force microscope, or a table with units."),
+        typer.Argument(metavar="FILE", help="Force curves of an AFM, or a table with units."),
     ],
     spring_constant: Annotated[
         str | None,
-        typer.Option(
-            help="Of the cantilever or the machine, where the file has none or a wrong one, such as '0.1 N/m'."
-        ),
+        typer.Option(help="Spring constant of cantilever or machine, such as '0.1 N/m'; overrides the file."),
     ] = None,
     leave_out_missing: Annotated[
-        bool, typer.Option("--leave-out-missing", help="Leave out samples without a number, and say so.")
+        bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")
     ] = False,
     output: Annotated[
         Path | None,
@@ -36,18 +34,20 @@ def curves(
             "-o",
             "--output",
             metavar="DIR",
-            help="Folder for a figure of each record; nothing is written unless given.",
+            help="Folder for a figure per record; by default nothing is written.",
         ),
     ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """List the segments of measured force curves with their baselines and contact points by several methods."""
+    """List segments, baselines and contact points of force curves."""
     from pymdr.workbench.curves import read_curves
 
     with failures_as_json("curves", file, as_json):
-        found = read_curves(file, spring_constant=spring_constant, leave_out_missing=leave_out_missing)
-        records = [_Record(segments) for segments in _by_record(found)]
+        segments_read = read_curves(
+            file, spring_constant=spring_constant, leave_out_missing=leave_out_missing
+        )
+        records = [_Record(segments) for segments in _by_record(segments_read)]
         written = []
         if output is not None:
             with ready_folder(output) as folder:
@@ -55,14 +55,14 @@ def curves(
                     name = "curve.png" if len(records) == 1 else f"curve_{record.number}.png"
                     written.append(write_figure(record.plot(), folder / name))
     if as_json:
-        rows = sum(one.force.size for one in found)
+        rows = sum(segment.force.size for segment in segments_read)
         plain = [record.plain() for record in records]
-        print_json(answer("curves", file, written, status="COMPLETED", rows=rows, curves=plain))
+        print_json(report("curves", file, written, status="COMPLETED", rows=rows, curves=plain))
     elif not quiet:
-        say(f"{file}: {_counted(found, 'segment')} of {_counted(records, 'record')}")
+        print_text(f"{file}: {_counted(segments_read, 'segment')} of {_counted(records, 'record')}")
         for record in records:
-            say("\n" + record.summary())
-        say_written(written)
+            print_text("\n" + record.summary())
+        print_written(written)
 
 
 def _by_record(curves: Iterable[MeasuredCurve]) -> list[tuple[MeasuredCurve, ...]]:
@@ -73,7 +73,7 @@ def _by_record(curves: Iterable[MeasuredCurve]) -> list[tuple[MeasuredCurve, ...
 
 
 class _Record:
-    """The segments of a record in the signs of pymdr, with what was found in its approach, or why nothing was."""
+    """The segments of a record in the signs of pymdr, with the contact point of its approach or the reason for none."""
 
     def __init__(self, segments: tuple[MeasuredCurve, ...]) -> None:
         from pymdr.errors import ProblemError
@@ -81,18 +81,18 @@ class _Record:
         self.number = int(segments[0].metadata["record"])
         self.point: ContactPoint | None = None
         self.refusal = self.signs = ""
-        turned = [one.mark_outliers() for one in segments]
+        oriented = [segment.mark_outliers() for segment in segments]
         try:
-            signs = turned[0].join(*turned[1:]).orient().step
+            signs = oriented[0].join(*oriented[1:]).orient().step
             assert signs is not None
-            turned = [one.orient(signs.numbers) for one in turned]
+            oriented = [segment.orient(signs.numbers) for segment in oriented]
             self.signs = str(signs)
         except ProblemError as error:
-            self.signs = f"signs: as they were read; {error}"
-        self.segments = [one.mark_saturated() for one in turned]
-        approach = next((one for one in self.segments if one.segment == "approach"), None)
+            self.signs = f"signs: unchanged; {error}"
+        self.segments = [segment.mark_saturated() for segment in oriented]
+        approach = next((segment for segment in self.segments if segment.segment == "approach"), None)
         if approach is None:
-            self.refusal = "no segment is an approach: the contact point is looked for there"
+            self.refusal = "no contact point: the record has no approach"
             return
         try:
             self.point = approach.contact_point()
@@ -100,34 +100,34 @@ class _Record:
             self.refusal = str(error)
 
     def summary(self) -> str:
-        """The segments, a line each, and what was found."""
+        """The segments, one line each, and the contact point."""
         lines = [f"record {self.number}{self._place()}"]
-        lines += [*("  " + _told(one) for one in self.segments), f"  {self.signs}"]
+        lines += [*("  " + _segment_text(segment) for segment in self.segments), f"  {self.signs}"]
         lines += [
             f"    {step}"
-            for one in self.segments
-            for step in one.steps
+            for segment in self.segments
+            for step in segment.steps
             if step.name != "signs" and step.numbers.get("count") != 0.0
         ]
-        found = self.refusal if self.point is None else self.point.summary()
-        return "\n".join([*lines, *("  " + line for line in found.split("\n"))])
+        contact = self.refusal if self.point is None else self.point.summary()
+        return "\n".join([*lines, *("  " + line for line in contact.split("\n"))])
 
     def plain(self) -> dict[str, Any]:
-        """All of it, for JSON."""
+        """The record as plain values for JSON."""
         point = self.point
         return {
             "record": self.number,
             "metadata": dict(self.segments[0].metadata),
             "segments": [
                 {
-                    "segment": one.segment,
-                    "samples": one.force.size,
-                    "spring_constant": one.spring_constant,
-                    "position": [float(one.position[0]), float(one.position[-1])],
-                    "force": [float(one.force.min()), float(one.force.max())],
-                    "steps": [str(step) for step in one.steps],
+                    "segment": segment.segment,
+                    "samples": segment.force.size,
+                    "spring_constant": segment.spring_constant,
+                    "position": [float(segment.position[0]), float(segment.position[-1])],
+                    "force": [float(segment.force.min()), float(segment.force.max())],
+                    "steps": [str(step) for step in segment.steps],
                 }
-                for one in self.segments
+                for segment in self.segments
             ],
             "baseline": None
             if point is None
@@ -142,8 +142,8 @@ class _Record:
                 "low": point.low,
                 "high": point.high,
                 "methods": {
-                    name: {"value": one.value, "low": one.low, "high": one.high}
-                    for name, one in point.methods.items()
+                    name: {"value": estimate.value, "low": estimate.low, "high": estimate.high}
+                    for name, estimate in point.methods.items()
                 },
             },
             "signs": self.signs,
@@ -151,7 +151,7 @@ class _Record:
         }
 
     def plot(self) -> Any:
-        """The record, with its baseline and contact points where they were found."""
+        """The record, with baseline and contact points if known."""
         from pymdr.presentation.plot import measured_curves
 
         return measured_curves(self.segments) if self.point is None else self.point.plot(*self.segments)
@@ -168,22 +168,22 @@ class _Record:
         return ""
 
 
-def _counted(what: Sized, word: str) -> str:
-    return f"{len(what)} {word}{'' if len(what) == 1 else 's'}"
+def _counted(items: Sized, noun: str) -> str:
+    return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
-def _told(curve: MeasuredCurve) -> str:
+def _segment_text(curve: MeasuredCurve) -> str:
     from pymdr.units import written
 
     name = "travel" if curve.indentation is None else "indentation"
-    words = [
+    parts = [
         f"{curve.segment:<8}",
         f"{curve.force.size} samples",
         f"{name} {written(float(curve.position[0]), 'm')} to {written(float(curve.position[-1]), 'm')}",
         f"force {written(float(curve.force.min()), 'N')} to {written(float(curve.force.max()), 'N')}",
     ]
     if curve.time is not None:
-        words.insert(2, f"{written(float(curve.time[-1] - curve.time[0]), 's')}")
+        parts.insert(2, f"{written(float(curve.time[-1] - curve.time[0]), 's')}")
     if curve.spring_constant is not None:
-        words.append(f"spring {written(curve.spring_constant, 'N/m')}")
-    return ", ".join(words)
+        parts.append(f"spring {written(curve.spring_constant, 'N/m')}")
+    return ", ".join(parts)

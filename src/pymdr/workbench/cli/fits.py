@@ -1,4 +1,4 @@
-"""``pymdr fit``: parameters of a contact found in measured curves, one by one or in a map of them."""
+"""``pymdr fit``: parameters of a contact fitted to measured curves or maps."""
 
 from __future__ import annotations
 
@@ -8,9 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pymdr.workbench.cli.folders import ready_folder, write_figure, write_found
+from pymdr.workbench.cli.folders import ready_folder, write_figure, write_study
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet, Table
-from pymdr.workbench.cli.telling import answer, failures_as_json, print_json, say_found, stages, validity_of
+from pymdr.workbench.cli.reporting import (
+    failures_as_json,
+    print_json,
+    print_report,
+    report,
+    stages,
+    validity_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,54 +33,50 @@ def fit(
         list[Path],
         typer.Argument(
             metavar="CURVE...",
-            help="A table of force and travel or indentation with units, for a case with friction of tangential force, shift and load; a file of an atomic force microscope, of one curve or of a map; or "
-            "the folder of a Zarr store of a map.",
+            help="A table with units of force and travel or indentation (with friction: tangential force, shift and load), an AFM "
+            "file of one curve or a map, or the folder of a Zarr store of a map.",
         ),
     ],
     free: Annotated[
-        list[str],
-        typer.Option(
-            help="What is looked for, such as body.young; one or several. tilt is that of the baseline: a drift, or a virtual deflection."
-        ),
+        list[str], typer.Option(help="Parameter to fit, such as body.young or tilt; repeatable.")
     ],
     spring_constant: Annotated[
-        str | None, typer.Option(help="Of the machine, where travel was measured, such as '0.1 N/m'.")
+        str | None,
+        typer.Option(help="Spring constant of the machine if travel was measured, such as '0.1 N/m'."),
     ] = None,
     contact_point: Annotated[
         str | None,
-        typer.Option(help="Depth of the record at which the bodies touch; looked for unless given."),
+        typer.Option(help="Contact point in the record; fitted by default."),
     ] = None,
     shift_origin: Annotated[
         str | None,
-        typer.Option(
-            help="With friction, shift of the record at which the bodies were pressed together; looked for unless given."
-        ),
+        typer.Option(help="With friction: shift of the record at zero tangential force; fitted by default."),
     ] = None,
     baseline: Annotated[
-        str | None, typer.Option(help="Force of the record when they do not touch; looked for unless given.")
+        str | None, typer.Option(help="Force of the record out of contact; fitted by default.")
     ] = None,
     segment: Annotated[
         str | None,
         typer.Option(
-            help="What is taken of a file of a microscope: approach, retreat or record; the approach unless the case has adhesion or memory."
+            help="Part of an AFM curve: approach, retreat or record; by default approach, with adhesion or memory record."
         ),
     ] = None,
     workers: Annotated[
-        int, typer.Option(min=1, help="Cores for a map; the numbers do not depend on them.")
+        int, typer.Option(min=1, help="Processes for a map; results do not depend on it.")
     ] = 1,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Find parameters of the contact of a case in measured force curves; with -o a table and a figure are written.
+    """Fit parameters of a contact to measured force curves.
 
-    What is found in a map stands in DIR/fit.zarr too, where a killed fit goes on when it is called again.
+    With -o a table and a figure are written; a map is also stored in DIR/fit.zarr, where an interrupted fit resumes.
     """
     from pymdr.errors import ProblemError
     from pymdr.workbench.casefile import read_contact
 
     origins = {"contact_point": contact_point, "shift_origin": shift_origin, "baseline": baseline}
-    found: FitResult | FittedMap
+    fitted: FitResult | FittedMap
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
         curves = (
@@ -82,34 +85,34 @@ def fit(
             else _read_sheared(curve, spring_constant, segment)
         )
         if isinstance(curves, list):
-            from pymdr.solving.fits import fit as find
+            from pymdr.solving.fits import fit as fit_curves
 
-            found = find(contact, curves, free, **origins)
-            written = write_found(found, output, "fit")
-            told = _told_of_fit(found)
+            fitted = fit_curves(contact, curves, free, **origins)
+            written = write_study(fitted, output, "fit")
+            plain = _plain_fit(fitted)
         else:
             with stages(quiet or as_json) as stage:
                 if origins.pop("shift_origin") is not None:
                     raise ProblemError(
-                        "--shift-origin: is for cases with friction; force curves have --contact-point"
+                        "--shift-origin needs a case with friction; use --contact-point for force curves"
                     )
                 options = {**origins, "workers": workers, "progress": stage("fitting")}
-                found, written = _map(contact, curves, free, options, output)
-            told = _told_of_map(found)
+                fitted, written = _map(contact, curves, free, options, output)
+            plain = _plain_map(fitted)
     if as_json:
-        valid = validity_of(found)
-        cited = list(found.cite())
+        valid = validity_of(fitted)
+        cited = list(fitted.cite())
         print_json(
-            answer("fit", case, written, title=title, status="COMPLETED", references=cited, **told, **valid)
+            report("fit", case, written, title=title, status="COMPLETED", references=cited, **plain, **valid)
         )
     elif not quiet:
-        say_found(title or str(case), found.summary(), written)
+        print_report(title or str(case), fitted.summary(), written)
 
 
 def _read(
     files: Sequence[Path], spring_constant: str | None, segment: str | None, whole: bool
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
-    """Curves of one contact, or a map of them: a dataset, or the folder of its store."""
+    """Curves of one contact, or a map as a dataset or the folder of its store."""
     from pymdr.errors import ProblemError
     from pymdr.workbench.curves import read_prepared_curves, stack_curves
     from pymdr.workbench.tables import read_curve
@@ -118,11 +121,9 @@ def _read(
     for file in files:
         if file.is_dir():
             if len(files) > 1:
-                raise ProblemError(f"{file} is a map of curves: it is fitted alone; name no other file")
+                raise ProblemError(f"{file} is a map of curves; give no other file with it")
             if spring_constant is not None:
-                raise ProblemError(
-                    "--spring-constant: a stored map has its own, as its variable spring_constant"
-                )
+                raise ProblemError("--spring-constant: a stored map has its own variable spring_constant")
             _refuse_segment(file, segment)
             return file
         if file.suffix.lower() in (".csv", ".tsv", ".txt", ".dat"):
@@ -130,16 +131,14 @@ def _read(
             curves.append(read_curve(file, spring_constant=spring_constant))
             if spring_constant is not None and curves[-1].travel is None:
                 raise ProblemError(
-                    f"--spring-constant: {file} has indentations, which need none; a column of travel does"
+                    f"--spring-constant: not used for {file}, which has indentations; it needs a column of travel"
                 )
             continue
-        taken = segment or ("record" if whole else "approach")
-        records = read_prepared_curves(file, segment=taken, spring_constant=spring_constant)
+        part = segment or ("record" if whole else "approach")
+        records = read_prepared_curves(file, segment=part, spring_constant=spring_constant)
         if len(records) > 1:
             if len(files) > 1:
-                raise ProblemError(
-                    f"{file} is a map of {len(records)} curves: it is fitted alone; name no other file"
-                )
+                raise ProblemError(f"{file} is a map of {len(records)} curves; give no other file with it")
             return stack_curves(records)
         curves += records
     return curves
@@ -154,7 +153,7 @@ def _read_sheared(
 
     if spring_constant is not None or segment is not None:
         raise ProblemError(
-            "--spring-constant and --segment are for force curves; the case has friction, and its records tables of shift, "
+            "--spring-constant and --segment are for force curves; a case with friction needs tables of shift, "
             "tangential force and load"
         )
     return [read_record(file) for file in files]
@@ -165,7 +164,7 @@ def _refuse_segment(file: Path, segment: str | None) -> None:
 
     if segment is not None:
         raise ProblemError(
-            f"--segment {segment}: {file} is taken whole; leave the option out, or cut the curve before"
+            f"--segment {segment}: not used for {file}, which is fitted completely; leave the option out, or cut the curve first"
         )
 
 
@@ -176,42 +175,42 @@ def _map(
     options: dict[str, Any],
     output: Path | None,
 ) -> tuple[FittedMap, list[Path]]:
-    """Fit a map, and write what was found where a folder is named."""
+    """Fit a map, and write it if a folder is given."""
     from pymdr.solving.fits import fit_map
 
     if output is None:
         return fit_map(contact, curves, free, **options), []
     with ready_folder(output) as folder:
-        found = fit_map(contact, curves, free, folder=folder / "fit.zarr", **options)
-        found.to_csv(folder / "fit.csv")
-        return found, [
+        fitted = fit_map(contact, curves, free, folder=folder / "fit.zarr", **options)
+        fitted.to_csv(folder / "fit.csv")
+        return fitted, [
             folder / "fit.zarr",
             folder / "fit.csv",
-            write_figure(found.plot(), folder / "fit.png"),
+            write_figure(fitted.plot(), folder / "fit.png"),
         ]
 
 
-def _told_of_fit(found: FitResult) -> dict[str, Any]:
+def _plain_fit(result: FitResult) -> dict[str, Any]:
     values = {
-        name: {"value": one.value, "error": one.error, "low": one.low, "high": one.high, "unit": one.unit}
-        for name, one in found.values.items()
+        name: {"value": v.value, "error": v.error, "low": v.low, "high": v.high, "unit": v.unit}
+        for name, v in result.values.items()
     }
-    fitted = {
+    plain = {
         "values": values,
-        "noise": found.noise,
-        "waves": found.waves,
-        "correlated": found.correlated,
-        "aicc": found.aicc,
+        "noise": result.noise,
+        "waves": result.waves,
+        "correlated": result.correlated,
+        "aicc": result.aicc,
     }
-    return {"rows": found.data.sizes["step"], "fit": fitted}
+    return {"rows": result.data.sizes["step"], "fit": plain}
 
 
-def _told_of_map(found: FittedMap) -> dict[str, Any]:
+def _plain_map(fitted: FittedMap) -> dict[str, Any]:
     import numpy as np
 
     values: dict[str, Any] = {}
-    for name in found.names if found.counts.get("found") else ():
-        low, middle, high = (float(q) for q in np.nanquantile(found.data[name].values, [0.25, 0.5, 0.75]))
-        unit = str(found.data[name].attrs["units"])
+    for name in fitted.names if fitted.counts.get("found") else ():
+        low, middle, high = (float(q) for q in np.nanquantile(fitted.data[name].values, [0.25, 0.5, 0.75]))
+        unit = str(fitted.data[name].attrs["units"])
         values[name] = {"median": middle, "low_quartile": low, "high_quartile": high, "unit": unit}
-    return {"rows": found.data["ending"].size, "fit": {"values": values, "endings": found.counts}}
+    return {"rows": fitted.data["ending"].size, "fit": {"values": values, "endings": fitted.counts}}

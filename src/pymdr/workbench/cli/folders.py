@@ -1,4 +1,4 @@
-"""Where a command writes, and how its figures and tables get there."""
+"""Output folders of commands, and writing of figures and tables."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 def folders_of(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
-    """Where every case is written: no two into one folder."""
+    """A distinct output folder for every case."""
     from pymdr.errors import CaseError
 
-    whole = {case: case.resolve() for case in cases}
+    absolute = {case: case.resolve() for case in cases}
     if output is None:
         folders = {case: named_after(case) for case in cases}
     elif len(cases) == 1:
@@ -28,18 +28,18 @@ def folders_of(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
     else:
         folders = {case: output / case.stem for case in cases}
         if len(set(folders.values())) < len(folders):
-            shared = os.path.commonpath([file.parent for file in whole.values()])
-            folders = {c: output / whole[c].parent.relative_to(shared) / c.stem for c in cases}
+            shared = os.path.commonpath([file.parent for file in absolute.values()])
+            folders = {c: output / absolute[c].parent.relative_to(shared) / c.stem for c in cases}
     taken: dict[Path, Path] = {}
     for case, folder in folders.items():
         other = taken.setdefault(folder.resolve(), case)
         if other != case or list(cases).count(case) > 1:
-            raise CaseError(f"{other} and {case} would both be written into {folder}; name each of them once")
+            raise CaseError(f"{other} and {case} would both be written into {folder}; give each case once")
     return folders
 
 
 def named_after(case: Path) -> Path:
-    """The folder of a case beside its file."""
+    """The default folder of a case, next to its file."""
     from pymdr.errors import FileError
 
     if not case.name:
@@ -49,7 +49,7 @@ def named_after(case: Path) -> Path:
 
 @contextmanager
 def ready_folder(folder: Path) -> Iterator[Path]:
-    """Make the folder and see that it takes files before any work is done; without result it goes again."""
+    """Create a folder and check that it is writable; a failure removes it again."""
     from pymdr.errors import FileError
 
     made = [place for place in (folder, *folder.parents) if not place.exists()]
@@ -60,7 +60,7 @@ def ready_folder(folder: Path) -> Iterator[Path]:
         probe.unlink()
     except OSError as error:
         raise FileError(
-            f"cannot write into {folder}: {error.strerror or error}; choose another with -o DIR"
+            f"cannot write into {folder}: {error.strerror or error}; choose another folder with -o DIR"
         ) from error
     try:
         yield folder
@@ -73,10 +73,10 @@ def ready_folder(folder: Path) -> Iterator[Path]:
 
 
 def write_figure(figure: Figure, file: Path) -> Path:
-    """Write a figure, whole or not at all."""
-    from pymdr.presentation.files import write_whole
+    """Write a figure atomically."""
+    from pymdr.presentation.files import write_atomically
 
-    write_whole(file, lambda beside: figure.savefig(beside, dpi=150))
+    write_atomically(file, lambda temporary: figure.savefig(temporary, dpi=150))
     return file
 
 
@@ -92,17 +92,17 @@ def write_figures(
     return files
 
 
-def write_found(found: Answer, output: Path | None, name: str) -> list[Path]:
-    """The table and the figure of what was found, where a folder is named for them."""
+def write_study(study: Answer, output: Path | None, name: str) -> list[Path]:
+    """Write the table and the figure of a study, if a folder is given."""
     from pymdr.solving.press import PressedSurface
 
     if output is None:
         return []
     with ready_folder(output) as folder:
-        found.to_csv(folder / f"{name}.csv")
-        written = [folder / f"{name}.csv", write_figure(found.plot(), folder / f"{name}.png")]
-        if isinstance(found, PressedSurface):
-            found.save(folder / f"{name}.nc")
+        study.to_csv(folder / f"{name}.csv")
+        written = [folder / f"{name}.csv", write_figure(study.plot(), folder / f"{name}.png")]
+        if isinstance(study, PressedSurface):
+            study.save(folder / f"{name}.nc")
             written.append(folder / f"{name}.nc")
         return written
 
@@ -114,19 +114,19 @@ class Tables(NamedTuple):
     xlsx: bool
 
     def check(self) -> None:
-        """Refuse before any work what cannot be written after it."""
+        """Check before solving that the tables can be written."""
         if self.xlsx:
             from pymdr.presentation.tables import new_book
 
             new_book()
 
-    def write(self, found: Result | Sweep, folder: Path, name: str) -> list[Path]:
-        """Write them into a folder."""
+    def write(self, result: Result | Sweep, folder: Path, name: str) -> list[Path]:
+        """Write the tables into a folder."""
         written = []
         if self.csv:
-            found.to_csv(folder / f"{name}.csv")
+            result.to_csv(folder / f"{name}.csv")
             written.append(folder / f"{name}.csv")
         if self.xlsx:
-            found.to_xlsx(folder / f"{name}.xlsx")
+            result.to_xlsx(folder / f"{name}.xlsx")
             written.append(folder / f"{name}.xlsx")
         return written

@@ -1,4 +1,4 @@
-"""``pymdr law`` and ``table``: what other programs read."""
+"""``pymdr law`` and ``table``: output for other programs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import typer
 
 from pymdr.workbench.cli.folders import Tables, named_after, ready_folder, write_figure
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet
-from pymdr.workbench.cli.telling import (
-    answer,
+from pymdr.workbench.cli.reporting import (
     columns_of,
     failures_as_json,
     print_json,
-    say_found,
-    tell_written,
+    print_report,
+    report,
+    report_written,
     validity_of,
 )
 
@@ -24,69 +24,67 @@ def law(
     case: CaseFile,
     to: Annotated[
         str | None,
-        typer.Option(help="Largest indentation, such as '1 um'; the deepest of the path unless given."),
+        typer.Option(help="Largest indentation, such as '1 um'; by default the deepest of the path."),
     ] = None,
     tolerance: Annotated[float, typer.Option(help="Largest relative error, 1e-7 to 1e-2.")] = 1e-6,
     name: Annotated[
         str | None,
-        typer.Option(
-            help="What the files and the names in the header begin with; that of the case unless given."
-        ),
+        typer.Option(help="Prefix of files and C names; by default the name of the case."),
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Folder for what is written; CASE unless given."),
+        typer.Option("-o", "--output", metavar="DIR", help="Output folder; by default CASE."),
     ] = None,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="Write the table as a spreadsheet too.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """The law of force, stiffness and radius over the indentation: a table, a C header and a figure."""
+    """Write the force law of a case as a table and a C header."""
     from pymdr.workbench.laws import law_of_case, name_for, write_law
 
     with failures_as_json("law", case, as_json):
         Tables(csv=True, xlsx=xlsx).check()
-        called = name_for(case, name)
+        prefix = name_for(case, name)
         with ready_folder(output or named_after(case)) as folder:
-            title, found = law_of_case(case, to, tolerance)
-            written = write_law(found, folder, called, xlsx)
-            written.append(write_figure(found.plot(), folder / f"{called}.png"))
+            title, exported = law_of_case(case, to, tolerance)
+            written = write_law(exported, folder, prefix, xlsx)
+            written.append(write_figure(exported.plot(), folder / f"{prefix}.png"))
     if as_json:
-        told = answer(
+        plain = report(
             "law",
             case,
             written,
             title=title,
             status="COMPLETED",
-            rows=found.table.knots.u.size,
-            study=columns_of(found),
-            references=list(found.cite()),
-            **validity_of(found),
+            rows=exported.table.knots.u.size,
+            study=columns_of(exported),
+            references=list(exported.cite()),
+            **validity_of(exported),
         )
-        print_json(told)
+        print_json(plain)
     elif not quiet:
-        say_found(title or str(case), found.summary(), written)
+        print_report(title or str(case), exported.summary(), written)
 
 
 def table(
     result_file: Annotated[
-        Path, typer.Argument(metavar="RESULT", help="A file written by pymdr run, or its folder.")
+        Path, typer.Argument(metavar="RESULT", help="Result file of pymdr run, or its folder.")
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="FILE", help="The table, a .csv or an .xlsx.")
+        Path, typer.Option("-o", "--output", metavar="FILE", help="Table to write (.csv or .xlsx).")
     ],
     quantity: Annotated[
         list[str] | None,
-        typer.Option(help="What is written, such as normal_force; everything stored unless given."),
+        typer.Option(help="Quantity to write, such as normal_force; by default all."),
     ] = None,
     unit: Annotated[
         list[str] | None,
-        typer.Option(help="Units other than SI, such as indentation=um, once for each quantity."),
+        typer.Option(help="Unit other than SI, such as indentation=um; repeatable."),
     ] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Write a saved result as a table, with what its numbers rest on."""
+    """Write a saved result as a table with its claims."""
     from pymdr.solving.reopening import open_result
     from pymdr.workbench.laws import named_units, write_result
 
@@ -95,4 +93,4 @@ def table(
         file = result_file / "result.nc" if result_file.is_dir() else result_file
         result = open_result(file)
         write_result(result, output, quantity, units)
-    tell_written("table", result_file, result, [output], quiet, as_json)
+    report_written("table", result_file, result, [output], quiet, as_json)

@@ -1,4 +1,4 @@
-"""The options that commands share, and the values that are given with them."""
+"""Options shared by commands, and ranges of their values."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case fi
 Output = Annotated[
     Path | None,
     typer.Option(
-        "-o", "--output", metavar="DIR", help="Folder for result.nc and the figures; CASE unless given."
+        "-o", "--output", metavar="DIR", help="Folder for result.nc and the figures; by default CASE."
     ),
 ]
 Table = Annotated[
@@ -26,37 +26,37 @@ Table = Annotated[
         "-o",
         "--output",
         metavar="DIR",
-        help="Folder for the table and the figure; nothing is written unless given.",
+        help="Folder for a table and a figure; by default nothing is written.",
     ),
 ]
 Points = Annotated[
     int | None,
-    typer.Option(help="How many in all, evenly in their logarithm from the first of two to the second."),
+    typer.Option(help="Total number of values, log-spaced between the two given."),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of the summary, also of what fails.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of text, also for errors.")]
 
 _MOST_POINTS = 1000
 
 
 class Once(TyperCommand):
-    """A command whose options of one value are given once: of several values the last would win silently."""
+    """A command that refuses repeated single-valued options, whose last value would win silently."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Refuse an option of one value that is repeated, then parse."""
+        """Refuse repeated single-valued options, then parse."""
         given: list[Any] = list(self.make_parser(ctx).parse_args(list(args))[2])
         for param in given:
             single = getattr(param, "multiple", True) is False and not getattr(param, "is_flag", False)
             if single and given.count(param) > 1:
-                words = f"given {given.count(param)} times, but it takes one value; give it once"
-                raise typer.BadParameter(words, ctx=ctx, param=param)
+                message = f"given {given.count(param)} times, but it takes one value; give it once"
+                raise typer.BadParameter(message, ctx=ctx, param=param)
         return super().parse_args(ctx, args)
 
 
 def spread(
     given: Sequence[str], points: int | None, unit: str, name: str, form: str = "--{name} '{value}'"
 ) -> FloatArray | list[str]:
-    """The values that are given, or so many between two of them; `form` is how one is written."""
+    """The given values, or `points` values between two; `form` shows in messages how one is given."""
     import numpy as np
 
     from pymdr.errors import ProblemError
@@ -73,7 +73,7 @@ def spread(
     ends = to_si_array(list(given), unit, name=name)
     if ends.shape != (2,) or not np.all(ends > 0.0) or not 2 <= points <= _MOST_POINTS:
         raise ProblemError(
-            f"--points {points} with --{name} {', '.join(given)}: give two above 0 and 2 to {_MOST_POINTS} points "
-            "from the one to the other"
+            f"--points {points} with --{name} {', '.join(given)}: give two values above 0 and 2 to {_MOST_POINTS} points "
+            "between them"
         )
     return np.geomspace(ends[0], ends[1], points)

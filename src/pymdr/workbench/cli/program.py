@@ -1,4 +1,4 @@
-"""The program: its commands in the order of the help, and how it ends."""
+"""The program: its commands in the order of the help, and its exit status."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from pymdr.workbench.cli.fits import fit
 from pymdr.workbench.cli.laws import law, table
 from pymdr.workbench.cli.measured import loops, topography
 from pymdr.workbench.cli.options import Once
+from pymdr.workbench.cli.reporting import OK, error_text, exit_status, print_error
 from pymdr.workbench.cli.starting import info, new, schema
 from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding
 from pymdr.workbench.cli.surfaces import press, rough
 from pymdr.workbench.cli.sweep import sweep
-from pymdr.workbench.cli.telling import OK, complain, exit_status, words_of
 from pymdr.workbench.cli.verify import verify
 
 app = typer.Typer(
-    help="Contacts by the Method of Dimensionality Reduction: exact where the theory is, honest where it is not.",
+    help="Contact mechanics by the Method of Dimensionality Reduction (MDR).",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -57,7 +57,7 @@ for command in (
 def version_option(
     show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
-    """Options that need no command."""
+    """Options without a command."""
     if show:
         import pymdr
 
@@ -72,5 +72,5 @@ def main() -> None:
     try:
         app()
     except (PymdrError, MemoryError) as error:
-        complain(words_of(error))
+        print_error(error_text(error))
         raise SystemExit(exit_status(error)) from None

@@ -1,4 +1,4 @@
-"""``pymdr new``, ``schema`` and ``info``: what one needs before there is a case."""
+"""``pymdr new``, ``schema`` and ``info``."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ def new(
     kind: Annotated[
         str,
         typer.Argument(
-            help="ball, cone, worn (blunt shapes), punch, tip (measured), gel (adhesion), joint (friction), cycle, rough or press."
+            help="ball, cone, worn (truncated), punch, tip (measured), gel (adhesion), joint (friction), cycle, rough or press."
         ),
     ] = "ball",
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="CASE.toml", help="File to write; printed unless given."),
+        typer.Option("-o", "--output", metavar="CASE.toml", help="File to write; by default print."),
     ] = None,
 ) -> None:
     """Write a commented case to start from."""
-    from pymdr.presentation.files import write_whole
+    from pymdr.presentation.files import write_atomically
     from pymdr.workbench.templates import template
 
     text = template(kind)
@@ -32,26 +32,26 @@ def new(
     from pymdr.errors import FileError
 
     if output.exists():
-        raise FileError(f"{output} exists already; name another file with -o")
-    write_whole(output, lambda beside: beside.write_text(text, encoding="utf-8"))
+        raise FileError(f"{output} already exists; choose another file with -o")
+    write_atomically(output, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 def schema(
-    of_rough: Annotated[bool, typer.Option("--rough", help="Of the cases that pymdr rough takes.")] = False,
-    of_press: Annotated[bool, typer.Option("--press", help="Of the cases that pymdr press takes.")] = False,
+    of_rough: Annotated[bool, typer.Option("--rough", help="Schema of cases for pymdr rough.")] = False,
+    of_press: Annotated[bool, typer.Option("--press", help="Schema of cases for pymdr press.")] = False,
 ) -> None:
-    """Print the JSON schema of case files, for editors."""
+    """Print the JSON schema of case files."""
     from pymdr.problem.codec import case_schema, press_adapter, rough_adapter
 
     if of_rough and of_press:
-        raise typer.BadParameter("--rough and --press have a schema each; ask for one of them")
+        raise typer.BadParameter("give either --rough or --press")
     adapter = rough_adapter if of_rough else press_adapter
     plain = adapter().json_schema() if of_rough or of_press else case_schema()
     typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
 
 
 def info() -> None:
-    """Print versions of pymdr and what it stands on, for bug reports."""
+    """Print versions for bug reports."""
     import platform
     from importlib.metadata import PackageNotFoundError, version
 

@@ -1,4 +1,4 @@
-"""``pymdr impact``, ``rolling``, ``sliding``, ``heat`` and ``joule``: what is asked of a contact beside its path."""
+"""``pymdr impact``, ``rolling``, ``sliding``, ``heat`` and ``joule``: studies without a path."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pymdr.workbench.cli.folders import write_found
+from pymdr.workbench.cli.folders import write_study
 from pymdr.workbench.cli.options import CaseFile, Json, Points, Quiet, Table, spread
-from pymdr.workbench.cli.telling import (
-    answer,
+from pymdr.workbench.cli.reporting import (
     failures_as_json,
     print_json,
-    say_found,
-    tell_study,
+    print_report,
+    report,
+    report_study,
     validity_of,
     with_unit,
 )
@@ -24,35 +24,37 @@ if TYPE_CHECKING:
     from pymdr.problem.contact import Contact
     from pymdr.solving.study import Study
 
-NormalForce = Annotated[str | None, typer.Option(help="The constant load, such as '1 N'.")]
-Indentation = Annotated[str | None, typer.Option(help="The constant depth in its place, such as '10 um'.")]
-Speeds = Annotated[list[str], typer.Option(help="Speed of sliding, such as '1 mm/s'; one or several.")]
+NormalForce = Annotated[str | None, typer.Option(help="Constant load, such as '1 N'.")]
+Indentation = Annotated[str | None, typer.Option(help="Constant indentation instead, such as '10 um'.")]
+Speeds = Annotated[list[str], typer.Option(help="Sliding speed, such as '1 mm/s'; repeatable.")]
 
 
 def impact(
     case: CaseFile,
     mass: Annotated[str, typer.Option(help="Reduced mass, such as '33 g'.")],
     speed: Annotated[str, typer.Option(help="Speed at the first touch, such as '0.3 m/s'.")],
-    angle: Annotated[str, typer.Option(help="From the normal, such as '40 deg'.")] = "0 deg",
+    angle: Annotated[
+        str, typer.Option(help="Angle of incidence from the normal, such as '40 deg'.")
+    ] = "0 deg",
     inertia: Annotated[
-        str | None, typer.Option(help="Moment of inertia, such as '1 g*cm^2'; of a solid ball unless given.")
+        str | None, typer.Option(help="Moment of inertia, such as '1 g*cm^2'; by default of a solid ball.")
     ] = None,
     radius: Annotated[
-        str | None, typer.Option(help="From the centre to the contact point; of the ball unless given.")
+        str | None, typer.Option(help="Distance from centre to contact point; by default of the ball.")
     ] = None,
     spin: Annotated[str, typer.Option(help="Angular velocity, such as '10 rad/s'.")] = "0 rad/s",
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """The impact of the contact of a case, whose path may be left out; with -o its history and figure are written."""
+    """Simulate an impact; the case needs no [[path]]."""
     from pymdr.quantities import quantity
     from pymdr.solving.impacts import impact as collide
     from pymdr.workbench.casefile import read_contact
 
     with failures_as_json("impact", case, as_json):
         title, contact = read_contact(case)
-        found = collide(
+        study = collide(
             contact,
             mass=mass,
             speed=speed,
@@ -61,47 +63,49 @@ def impact(
             radius=radius,
             spin=spin,
         )
-        written = write_found(found, output, "impact")
+        written = write_study(study, output, "impact")
     if as_json:
-        told = answer(
+        plain = report(
             "impact",
             case,
             written,
             title=title,
             status="COMPLETED",
-            rows=found.data.sizes["step"],
+            rows=study.data.sizes["step"],
             impact={
                 name: with_unit(value, quantity(name).unit)
-                for values in found.groups().values()
+                for values in study.groups().values()
                 for name, value in values.items()
             },
-            **validity_of(found),
+            **validity_of(study),
         )
-        print_json(told)
+        print_json(plain)
     elif not quiet:
-        say_found(title or str(case), found.summary(), written)
+        print_report(title or str(case), study.summary(), written)
 
 
 def rolling(
     case: CaseFile,
     creepage: Annotated[
-        list[str], typer.Option(help="Difference of the speeds over their mean; one or several.")
+        list[str], typer.Option(help="Creepage: difference of the speeds over their mean; repeatable.")
     ],
     normal_force: NormalForce = None,
     indentation: Indentation = None,
     points: Points = None,
-    direction: Annotated[str, typer.Option(help="longitudinal or lateral.")] = "longitudinal",
+    direction: Annotated[
+        str, typer.Option(help="Direction of creep: longitudinal or lateral.")
+    ] = "longitudinal",
     law: Annotated[
-        str, typer.Option(help="plain, the springs of the method; calibrated, with Kalker's slope.")
+        str, typer.Option(help="plain (MDR springs) or calibrated (with Kalker's slope).")
     ] = "plain",
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Creep forces of the contact of a case that rolls, whose path may be left out; with -o its table and figure are written."""
+    """Creep forces of rolling; the case needs no [[path]]."""
     from pymdr.solving.rolling import rolling as roll
 
-    def ask(contact: Contact) -> Study:
+    def studied(contact: Contact) -> Study:
         return roll(
             contact,
             spread(creepage, points, "", "creepage"),
@@ -111,7 +115,7 @@ def rolling(
             law=law,
         )
 
-    _study("rolling", case, ask, output, quiet, as_json)
+    _study("rolling", case, studied, output, quiet, as_json)
 
 
 def sliding(
@@ -124,11 +128,11 @@ def sliding(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Friction of the contact of a case that slides over an elastomer; with -o its table and figure are written."""
+    """Friction of sliding on an elastomer; needs no [[path]]."""
     from pymdr.solving.sliding import sliding_friction
 
-    ask = _at_speeds(sliding_friction, speed, points, normal_force=normal_force, indentation=indentation)
-    _study("sliding", case, ask, output, quiet, as_json)
+    studied = _at_speeds(sliding_friction, speed, points, normal_force=normal_force, indentation=indentation)
+    _study("sliding", case, studied, output, quiet, as_json)
 
 
 def heat(
@@ -141,61 +145,60 @@ def heat(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Temperature rise by friction of the contact of a case that slides slowly; with -o its table and figure are written."""
+    """Temperature rise of slow sliding; the case needs no [[path]]."""
     from pymdr.solving.heating import frictional_heat
 
-    ask = _at_speeds(frictional_heat, speed, points, normal_force=normal_force, indentation=indentation)
-    _study("heat", case, ask, output, quiet, as_json)
+    studied = _at_speeds(frictional_heat, speed, points, normal_force=normal_force, indentation=indentation)
+    _study("heat", case, studied, output, quiet, as_json)
 
 
 def joule(
     case: CaseFile,
-    temperature: Annotated[str, typer.Option(help="Of both bodies, such as '20 degC'.")],
+    temperature: Annotated[str, typer.Option(help="Temperature of both bodies, such as '20 degC'.")],
     voltage: Annotated[
-        list[str] | None, typer.Option(help="Between the bodies, such as '50 mV'; one, or one for every row.")
+        list[str] | None,
+        typer.Option(help="Voltage between the bodies, such as '50 mV'; one, or one per row."),
     ] = None,
-    current: Annotated[
-        list[str] | None, typer.Option(help="The current in its place, such as '10 A'.")
-    ] = None,
+    current: Annotated[list[str] | None, typer.Option(help="Current instead, such as '10 A'.")] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Largest temperature by a current through the contact of a case, row by row of its path; with -o its table and figure."""
+    """Temperature rise by electric current in every row of the path."""
     from pymdr.solving.heating import joule_heating
     from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
 
-    def ask() -> tuple[str, Study]:
-        asked = read_case(case)
-        result = solve(asked.contact, asked.path, **asked.options)
-        return asked.title, joule_heating(
+    def studied() -> tuple[str, Study]:
+        problem = read_case(case)
+        result = solve(problem.contact, problem.path, **problem.options)
+        return problem.title, joule_heating(
             result, temperature=temperature, voltage=voltage or None, current=current or None
         )
 
-    tell_study("joule", case, ask, output, quiet, as_json)
+    report_study("joule", case, studied, output, quiet, as_json)
 
 
 def _at_speeds(
-    find: Callable[..., Study], speed: Sequence[str], points: int | None, **load: str | None
+    study: Callable[..., Study], speed: Sequence[str], points: int | None, **load: str | None
 ) -> Callable[[Contact], Study]:
-    """What is found of a contact that slides under a load at every speed."""
-    return lambda contact: find(contact, spread(speed, points, "m/s", "speed"), **load)
+    """A study of sliding under a load at the given speeds."""
+    return lambda contact: study(contact, spread(speed, points, "m/s", "speed"), **load)
 
 
 def _study(
     command: str,
     case: Path,
-    ask: Callable[[Contact], Study],
+    study: Callable[[Contact], Study],
     output: Path | None,
     quiet: bool,
     as_json: bool,
 ) -> None:
-    """Ask for a study of the contact of a case, write and tell it."""
+    """Study the contact of a case, write and report it."""
     from pymdr.workbench.casefile import read_contact
 
-    def asked() -> tuple[str, Study]:
+    def studied() -> tuple[str, Study]:
         title, contact = read_contact(case)
-        return title, ask(contact)
+        return title, study(contact)
 
-    tell_study(command, case, asked, output, quiet, as_json)
+    report_study(command, case, studied, output, quiet, as_json)

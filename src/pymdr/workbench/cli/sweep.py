@@ -9,16 +9,16 @@ import typer
 
 from pymdr.workbench.cli.folders import Tables, ready_folder, write_figure
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet, spread
-from pymdr.workbench.cli.telling import (
+from pymdr.workbench.cli.reporting import (
     FAILED,
     REFUSALS,
     REFUSED,
-    answer,
     claims_of,
-    complain,
     failures_as_json,
+    print_error,
     print_json,
-    say_found,
+    print_report,
+    report,
     stages,
 )
 
@@ -32,25 +32,23 @@ def sweep(
     case: CaseFile,
     over: Annotated[
         list[str],
-        typer.Option(
-            help="A parameter with its values, such as 'body.young = 1 MPa, 2 MPa'; once for each parameter."
-        ),
+        typer.Option(help="Parameter with values, such as 'body.young = 1 MPa, 2 MPa'; repeatable."),
     ],
     points: Annotated[
         int | None,
-        typer.Option(help="How many in all where two values are given, evenly in their logarithm."),
+        typer.Option(help="Total number of values, log-spaced between the two given."),
     ] = None,
     quantity: Annotated[
-        list[str] | None, typer.Option(help="What is kept, such as normal_force; everything unless given.")
+        list[str] | None, typer.Option(help="Quantity to keep, such as normal_force; by default all.")
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes; the numbers do not depend on them.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")] = 1,
     output: Annotated[
         Path | None,
         typer.Option(
             "-o",
             "--output",
             metavar="DIR",
-            help="Folder for sweep.nc and the figure; called again, a killed sweep goes on there.",
+            help="Folder for sweep.nc and the figure; an interrupted sweep resumes there.",
         ),
     ] = None,
     csv: Annotated[bool, typer.Option("--csv", help="Write sweep.csv too.")] = False,
@@ -58,7 +56,7 @@ def sweep(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Solve a case for all combinations of some of its parameters; with -o the arrays and a figure are written."""
+    """Solve a case over a grid of its parameters."""
     import contextlib
 
     from pymdr.errors import ProblemError
@@ -68,66 +66,67 @@ def sweep(
     tables = Tables(csv, xlsx)
     with failures_as_json("sweep", case, as_json):
         tables.check()
-        asked = read_case(case)
+        problem = read_case(case)
         grid: dict[str, FloatArray | list[str]] = {}
         for given in over:
-            name, values = _swept(asked.contact, given, points)
+            name, values = _swept(problem.contact, given, points)
             if name in grid:
                 raise ProblemError(
-                    f"--over {given!r}: {name} is given already; write all its values in one --over"
+                    f"--over {given!r}: {name} is already given; write all its values in one --over"
                 )
             grid[name] = values
         if points is not None and not any(_ends(given) for given in over):
             raise ProblemError(
-                f"--points {points}: it is how many lie between two values, and no --over gives two; leave it out, or write such as "
-                "--over 'body.young = 1 MPa, 2 MPa'"
+                f"--points {points} needs an --over with two values, such as --over 'body.young = 1 MPa, 2 MPa'; else leave it out"
             )
         folder = contextlib.nullcontext(None) if output is None else ready_folder(output)
-        options = {key: asked.options[key] for key in ("machine_stiffness", "keep") if key in asked.options}
-        with folder as into, stages(quiet or as_json) as stage:
-            found = solve_all(
-                asked.contact,
-                asked.path,
+        options = {
+            key: problem.options[key] for key in ("machine_stiffness", "keep") if key in problem.options
+        }
+        with folder as target, stages(quiet or as_json) as stage:
+            swept = solve_all(
+                problem.contact,
+                problem.path,
                 grid,
                 quantities=quantity,
                 workers=workers,
-                folder=None if into is None else into / "parts",
+                folder=None if target is None else target / "parts",
                 progress=stage("solving"),
                 **options,
             )
             written = []
-            if into is not None:
-                found.save(into / "sweep.nc")
-                written = [into / "sweep.nc", write_figure(found.plot(), into / "sweep.png")]
-                written += tables.write(found, into, "sweep")
-    status = _ending(found)
+            if target is not None:
+                swept.save(target / "sweep.nc")
+                written = [target / "sweep.nc", write_figure(swept.plot(), target / "sweep.png")]
+                written += tables.write(swept, target, "sweep")
+    status = _ending(swept)
     if as_json:
         print_json(
-            answer(
+            report(
                 "sweep",
                 case,
                 written,
-                title=asked.title,
+                title=problem.title,
                 status=status,
-                rows=found.data["status"].size,
-                claims=claims_of(found.claims),
+                rows=swept.data["status"].size,
+                claims=claims_of(swept.claims),
             )
         )
     elif not quiet:
-        say_found(asked.title or str(case), found.summary(), written)
-    if found.failed:
-        complain(f"{case}: {found.failed} of {found.data['status'].size} points have no result")
+        print_report(problem.title or str(case), swept.summary(), written)
+    if swept.failed:
+        print_error(f"{case}: {swept.failed} of {swept.data['status'].size} points failed")
         raise typer.Exit(FAILED)
     if status == "REFUSED":
-        complain(f"{case}: the method refuses the contact at every point")
+        print_error(f"{case}: the method refuses the contact at all points")
         raise typer.Exit(REFUSED)
 
 
-def _ending(found: Sweep) -> str:
-    """How a sweep ended, in a word."""
-    if found.failed:
+def _ending(swept: Sweep) -> str:
+    """The status of a sweep."""
+    if swept.failed:
         return "PARTLY_FAILED"
-    statuses = {str(name) for name in found.data["status"].values.ravel()}
+    statuses = {str(name) for name in swept.data["status"].values.ravel()}
     if statuses <= set(REFUSALS):
         return "REFUSED"
     return "PARTLY_REFUSED" if any(name.endswith("REFUSED") for name in statuses) else "COMPLETED"
@@ -139,7 +138,7 @@ def _listed(given: str) -> list[str]:
 
 
 def _ends(given: str) -> bool:
-    """Whether two values are given, which may be the ends of several."""
+    """Whether two values are given, the ends of a range."""
     return len(_listed(given)) == 2
 
 

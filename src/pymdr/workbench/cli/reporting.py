@@ -1,4 +1,4 @@
-"""What a command tells: lines that steer no terminal, progress, JSON, and how it ends."""
+"""Output of commands: text, progress, JSON and exit status."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from pymdr.workbench.cli.folders import write_found
+from pymdr.workbench.cli.folders import write_study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,44 +22,44 @@ if TYPE_CHECKING:
     from pymdr.solving.study import Answer, Study
 
 OK, FAILED, REFUSED = 0, 1, 3
-"""Exit statuses beside the 2 of wrong use; REFUSED: the method gives nothing for this contact."""
+"""Exit statuses; 2 is wrong usage, REFUSED means that the method does not apply to the contact."""
 REFUSALS = ("REFUSED", "ADHESION_REFUSED")
-"""Statuses of results in which nothing but a bound is given."""
+"""Statuses of results that give only a bound."""
 
 
-def say(text: str) -> None:
-    """Print a text in which no character steers the terminal."""
+def print_text(text: str) -> None:
+    """Print a text without control characters."""
     from pymdr.workbench.inputs import printable, writable
 
     typer.echo(writable(printable(text), sys.stdout.encoding))
 
 
-def say_written(files: Sequence[Path]) -> None:
-    """Name the files that were written, if any."""
+def print_written(files: Sequence[Path]) -> None:
+    """Print the written files, if any."""
     if files:
-        say("Written: " + ", ".join(str(file) for file in files))
+        print_text("Written: " + ", ".join(str(file) for file in files))
 
 
-def say_found(title: str, summary: str, written: Sequence[Path]) -> None:
-    """Print what was found and where it was written."""
-    say(title)
-    say(summary)
-    say_written(written)
+def print_report(title: str, summary: str, written: Sequence[Path]) -> None:
+    """Print title, summary and written files."""
+    print_text(title)
+    print_text(summary)
+    print_written(written)
 
 
-def tell_written(
+def report_written(
     command: str, file: Path, result: Result, written: Sequence[Path], quiet: bool, as_json: bool
 ) -> None:
-    """Tell what was written of a saved result."""
+    """Report the files written from a saved result."""
     if as_json:
         rows = result.data.sizes["step"]
-        print_json(answer(command, file, written, status=result.status.name, rows=rows))
+        print_json(report(command, file, written, status=result.status.name, rows=rows))
     elif not quiet:
-        say_written(written)
+        print_written(written)
 
 
-def complain(text: str) -> None:
-    """Print one line where errors go."""
+def print_error(text: str) -> None:
+    """Print one line to the error stream."""
     from pymdr.workbench.inputs import printable, writable
 
     line = printable(" ".join(text.split("\n")))
@@ -67,14 +67,14 @@ def complain(text: str) -> None:
 
 
 Stage = Callable[[str], Callable[[int, int], None] | None]
-"""Names the stage at which the work is; gives what its progress is told to."""
+"""Called with the name of a stage; returns its progress callback."""
 
 
 @contextmanager
 def stages(silent: bool) -> Iterator[Stage]:
-    """One progress bar that names the stage at which the work is; nothing in a pipe."""
+    """A progress bar with the name of the current stage; silent in a pipe."""
     if silent or not sys.stderr.isatty():
-        yield lambda words: None
+        yield lambda name: None
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -82,15 +82,15 @@ def stages(silent: bool) -> Iterator[Stage]:
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("reading", total=None)
 
-        def stage(words: str) -> Callable[[int, int], None]:
-            bar.reset(task, description=words, total=None)
+        def stage(name: str) -> Callable[[int, int], None]:
+            bar.reset(task, description=name, total=None)
             return lambda done, total: bar.update(task, completed=done, total=total)
 
         yield stage
 
 
-def answer(command: str, case: Path, written: Sequence[Path] = (), **told: Any) -> dict[str, Any]:
-    """What every command tells as JSON: the same keys, null or empty where it has nothing to say."""
+def report(command: str, case: Path, written: Sequence[Path] = (), **entries: Any) -> dict[str, Any]:
+    """The JSON report of a command: always the same keys, null or empty if not used."""
     empty: dict[str, Any] = {
         "command": command,
         "case": str(case),
@@ -113,45 +113,45 @@ def answer(command: str, case: Path, written: Sequence[Path] = (), **told: Any) 
         "written": [str(file) for file in written],
         "error": None,
     }
-    return {**empty, **told}
+    return {**empty, **entries}
 
 
-def words_of(error: BaseException) -> str:
-    """What an error says."""
-    return str(error) or "the memory of this machine is not enough; take fewer steps"
+def error_text(error: BaseException) -> str:
+    """The message of an error."""
+    return str(error) or "out of memory; use fewer steps"
 
 
 def exit_status(error: BaseException) -> int:
-    """How a command ends by an error."""
+    """The exit status of an error."""
     from pymdr.errors import RefusedError
 
     return REFUSED if isinstance(error, RefusedError) else FAILED
 
 
-def failure(command: str, case: Path, error: BaseException) -> dict[str, Any]:
-    """The answer of a command that failed, or whose contact the method refuses."""
+def failure_report(command: str, case: Path, error: BaseException) -> dict[str, Any]:
+    """The JSON report of a command that failed or whose contact is refused."""
     status = "REFUSED" if exit_status(error) == REFUSED else "FAILED"
-    return answer(
-        command, case, status=status, error={"kind": type(error).__name__, "message": words_of(error)}
+    return report(
+        command, case, status=status, error={"kind": type(error).__name__, "message": error_text(error)}
     )
 
 
-def print_json(told: Any) -> None:
-    """Print one answer or a list of them; numbers that JSON lacks are null."""
-    typer.echo(json.dumps(_plain(told), indent=2, allow_nan=False))
+def print_json(reports: Any) -> None:
+    """Print one report or a list; numbers that JSON lacks are null."""
+    typer.echo(json.dumps(_plain(reports), indent=2, allow_nan=False))
 
 
-def _plain(told: Any) -> Any:
-    if isinstance(told, dict):
-        return {name: _plain(one) for name, one in told.items()}
-    if isinstance(told, list | tuple):
-        return [_plain(one) for one in told]
-    return None if isinstance(told, float) and not math.isfinite(told) else told
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(entry) for name, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @contextmanager
 def failures_as_json(command: str, case: Path | Sequence[Path], as_json: bool) -> Iterator[None]:
-    """Tell an error as JSON before it becomes one line."""
+    """Print an error as JSON before it becomes one line."""
     from pymdr.errors import PymdrError
 
     try:
@@ -159,8 +159,8 @@ def failures_as_json(command: str, case: Path | Sequence[Path], as_json: bool) -
     except (PymdrError, MemoryError) as error:
         if as_json:
             cases = [case] if isinstance(case, Path) else case
-            told = [failure(command, c, error) for c in cases]
-            print_json(told[0] if len(told) == 1 else told)
+            reports = [failure_report(command, c, error) for c in cases]
+            print_json(reports[0] if len(reports) == 1 else reports)
         raise
 
 
@@ -174,17 +174,17 @@ def table_of(data: xr.Dataset) -> dict[str, list[float]]:
     return {str(name): [float(value) for value in array.values] for name, array in data.items()}
 
 
-def validity_of(found: Result | Answer) -> dict[str, Any]:
-    """How far what was found can be trusted."""
+def validity_of(study: Result | Answer) -> dict[str, Any]:
+    """Claims, assumptions and notes for JSON."""
     return {
-        "claims": claims_of(found.claims),
-        "assumptions": _assumptions_of(found.assumptions),
-        "notes": list(found.notes),
+        "claims": claims_of(study.claims),
+        "assumptions": _assumptions_of(study.assumptions),
+        "notes": list(study.notes),
     }
 
 
 def claims_of(claims: Mapping[str, Claim]) -> dict[str, Any]:
-    """What is claimed of every quantity."""
+    """Claims by quantity for JSON."""
     from pymdr.presentation.text import largest_error
 
     return {
@@ -212,40 +212,40 @@ def _assumptions_of(assumptions: Sequence[Assumption]) -> list[dict[str, Any]]:
     ]
 
 
-def columns_of(found: Study) -> dict[str, Any]:
-    """Its columns as plain values."""
+def columns_of(study: Study) -> dict[str, Any]:
+    """The columns of a study as plain values."""
     return {
         str(name): {
-            "values": [float(value) for value in found.data[name].values.ravel()],
-            "unit": found.data[name].attrs["units"],
+            "values": [float(value) for value in study.data[name].values.ravel()],
+            "unit": study.data[name].attrs["units"],
         }
-        for name in (*found.data.coords, *found.data.data_vars)
+        for name in (*study.data.coords, *study.data.data_vars)
     }
 
 
-def tell_study(
+def report_study(
     command: str,
     case: Path,
-    ask: Callable[[], tuple[str, Study]],
+    make: Callable[[], tuple[str, Study]],
     output: Path | None,
     quiet: bool,
     as_json: bool,
 ) -> None:
-    """Ask for a study and the title of its case, write and tell it."""
+    """Make a study with the title of its case, write and report it."""
     with failures_as_json(command, case, as_json):
-        title, found = ask()
-        written = write_found(found, output, command)
+        title, study = make()
+        written = write_study(study, output, command)
     if as_json:
-        told = answer(
+        plain = report(
             command,
             case,
             written,
             title=title,
             status="COMPLETED",
-            rows=next(iter(found.data.sizes.values())),
-            study=columns_of(found),
-            **validity_of(found),
+            rows=next(iter(study.data.sizes.values())),
+            study=columns_of(study),
+            **validity_of(study),
         )
-        print_json(told)
+        print_json(plain)
     elif not quiet:
-        say_found(title or str(case), found.summary(), written)
+        print_report(title or str(case), study.summary(), written)
