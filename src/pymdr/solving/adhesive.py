@@ -20,7 +20,7 @@ from pymdr.interpretation.adhesion import (
 )
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.theories import theory_of
-from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
+from pymdr.interpretation.validity import BoolArray, approximated, with_prescribed
 from pymdr.line.following import History, Jumps, Track, energy_residual, follow, under_control
 from pymdr.line.foundation import DiskStates, mean_pressure
 from pymdr.numerics.panels import Place
@@ -341,12 +341,10 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Result:
     prescribed = {
         "indentation": np.isinf(rows.control),
         "normal_force": rows.control == 0.0,
-        "travel": (rows.control > 0.0) & np.isfinite(rows.control) & rows.solved,
     }
-    for name, known in prescribed.items():
-        if known.any() and not certificate.disk.all():
-            source, where = claims["contact_radius"].source, certificate.disk | known
-            claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, where)
+    if k is not None:
+        prescribed["travel"] = (rows.control > 0.0) & np.isfinite(rows.control) & rows.solved
+    claims = with_prescribed(claims, certificate.disk, prescribed)
     return solution(
         task,
         walked,
