@@ -126,7 +126,7 @@ def _step(
         followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), many * SPRINGS // 2)
         for one, many in ((first, 2), (second, 1))
     )
-    rows, here = rows_met(task, line, asked, fine, coarse)
+    rows, here = rows_met(task, line, relaxation, asked, fine, coarse)
     return taken(rows, kept), _State(fine.state, coarse.state), here
 
 
@@ -139,7 +139,12 @@ def refuse_untimed(asked: Stretch, relaxation: Relaxation) -> None:
 
 
 def rows_met(
-    task: Task, line: ElasticLine, asked: Stretch, fine: MemoryHistory, coarse: MemoryHistory
+    task: Task,
+    line: ElasticLine,
+    relaxation: Relaxation,
+    asked: Stretch,
+    fine: MemoryHistory,
+    coarse: MemoryHistory,
 ) -> tuple[MemoryRows, Channels]:
     """Rows of a leg, with what half as many springs gave, and where it ends."""
     deepest = states_at_depth(line, np.array([float(np.max(fine.indentation))]))
@@ -149,13 +154,16 @@ def rows_met(
             "the equivalent profile falls somewhere within the contact: with memory the contact of such a profile is not "
             "followed; take one that rises, or smooth it"
         )
+    assert asked.time is not None
+    # a series of exponentials for a power of time gives way at once where its first term ends
+    rigid = (asked.time == asked.begin) & relaxation.instantly_rigid & (fine.indentation > 0.0)
+    k = task.machine_stiffness or 0.0  # all of a travel bends the machine
+    is_flat = line.equivalent.g(0.5 * fine.contact_radius) == 0.0
     rows = MemoryRows(
-        fine.indentation,
-        asked.normal if asked.by_force else fine.force,
-        fine.contact_radius,
-        fine.stored,
-        fine.dissipated,
-        fine.work,
+        np.where(rigid, 0.0, fine.indentation),
+        asked.normal if asked.by_force else np.where(rigid, k * asked.normal, fine.force),
+        np.where(rigid & ~is_flat, 0.0, fine.contact_radius),
+        *(np.where(rigid, 0.0, energy) for energy in (fine.stored, fine.dissipated, fine.work)),
         fine.disk,
         np.full(fine.force.size, asked.by_force),
         np.full(fine.force.size, asked.controls.normal == "indentation"),
@@ -275,7 +283,9 @@ def interpreted(
             "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
         )
     if grown is not None:
-        depth, radius = grown.indentation[1:], grown.contact_radius[1:]
+        pressed = depth > 0.0
+        depth = np.where(pressed, grown.indentation[1:], 0.0)
+        radius = np.where(pressed, grown.contact_radius[1:], radius)
         errors |= dict.fromkeys(("indentation", "contact_radius"), np.zeros(force.size))
         kernel |= _sized(relaxation, grown, "indentation")
         notes.append(
@@ -323,6 +333,7 @@ def interpreted(
     names = (*columns, *NORMAL_FIELDS)
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
+    claims["mean_pressure"] = _where(claims["mean_pressure"], (radius > 0.0) | (force <= 0.0))
     errors |= {name: check.error(name, force.size) + relaxation.error for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
@@ -336,9 +347,12 @@ def interpreted(
 def _where(claim: Claim, known: BoolArray) -> Claim:
     """The claim of a number that not all rows have."""
     where = claim.where & known
+    if where.all():
+        return claim
+    why = "bodies that are not pressed in have none, as in a row that loads a power of time or a dashpot in no time"
     if where.any():
-        return replace(claim, where=where)
-    return Claim(Level.NOT_VALID, "the bodies are pressed in nowhere", claim.source, where)
+        return replace(claim, where=where, reason=f"{claim.reason}; {why}")
+    return Claim(Level.NOT_VALID, why, claim.source, where)
 
 
 def status_of(claims: Mapping[str, Claim]) -> Status:
