@@ -63,6 +63,8 @@ SPRINGS = 1000
 _STRAIGHT = 1e-3
 """How far an indentation that is not prescribed may be off a straight line on a part of a row, of the largest one, before the
 parts are divided once more in two and four."""
+_SHALLOW = 0.1
+"""Of the largest target: what stays below it first is divided by its own size."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,9 @@ def rows_met(
         np.where(rigid, 0.0, fine.indentation),
         asked.normal if asked.by_force else np.where(rigid, k * asked.normal, fine.force),
         np.where(rigid & ~is_flat, 0.0, fine.contact_radius),
-        *(np.where(rigid, 0.0, energy) for energy in (fine.stored, fine.dissipated, fine.work)),
+        np.where(rigid, 0.0, fine.stored),
+        np.where(rigid, 0.0, fine.dissipated),
+        np.where(rigid, 0.0, fine.work),
         fine.disk,
         np.full(fine.force.size, asked.by_force),
         np.full(fine.force.size, asked.controls.normal == "indentation"),
@@ -200,14 +204,22 @@ def parts_between(
     machine = 0.0 if asked.by_force else math.inf
     if asked.controls.normal == "travel" and task.machine_stiffness is not None:
         machine = task.machine_stiffness
-    return parts_of(
-        line,
-        relaxation,
-        Goal(asked.time, asked.normal, asked.start[0], machine),
-        state,
-        tolerance=_STRAIGHT,
-        loads=loads,
-        n=SPRINGS // 2,
+    goal = Goal(asked.time, asked.normal, asked.start[0], machine)
+    return _divided(line, relaxation, goal, state, loads)
+
+
+def _divided(line: ElasticLine, relaxation: Relaxation, goal: Goal, state: MemoryState, loads: bool) -> Parts:
+    """Parts of rows; of first ones that are far shallower than the deepest, as if they were the whole path."""
+    parts = parts_of(line, relaxation, goal, state, tolerance=_STRAIGHT, loads=loads, n=SPRINGS // 2)
+    so_far = np.maximum.accumulate(goal.target)
+    shallow = int(np.count_nonzero(so_far < _SHALLOW * so_far[-1]))
+    if shallow == 0 or so_far[shallow - 1] <= 0.0 or state.deflection.any():
+        return parts
+    first = goal._replace(time=goal.time[:shallow], target=goal.target[:shallow])
+    whole = _divided(line, relaxation, first, virgin(state.time, state.indentation), loads)
+    later = parts.row >= shallow
+    return Parts(
+        np.concatenate([whole.row, parts.row[later]]), np.concatenate([whole.share, parts.share[later]])
     )
 
 
