@@ -337,7 +337,7 @@ def test_an_assessment_has_the_claims_of_the_solution():
         assert found.claims[name].where.tolist() == claim.where.tolist()
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(
     exponent=st.floats(-120.0, -3.0),
     depth=st.floats(-12.0, 3.0),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from tests.reference.fractional import Power, approach_and_retreat, ramp_force, springs
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import PathError
 from pymdr.interpretation.validity import Level
 from pymdr.line.curves import ElasticLine
@@ -245,11 +246,20 @@ def test_a_leg_without_times_is_refused_as_for_other_bodies_with_memory(friction
         mdr.solve(contact, mdr.indent("10 um", steps=10))
 
 
+def test_no_effective_modulus_of_a_load_in_no_time():
+    body = mdr.PowerLawRheology("1 kPa", "1 s", 0.3)
+    found = mdr.solve(ball_on(body, 1.0), mdr.Path(time=[0.0, 1.0], normal_force=[1.0, 1.0]))
+    assert found["indentation"].values[0] == found["contact_radius"].values[0] == 0.0
+    for name in ("effective_modulus", "mean_pressure"):
+        assert found.claims[name].where.tolist() == [False, True]
+        assert "in no time" in found.claims[name].reason
+
+
 @pytest.mark.parametrize(
     ("machine", "rubbing"),
     [(None, False), *(pytest.param(*case, marks=pytest.mark.long) for case in [(None, True), (10.0, False)])],
 )
-@settings(max_examples=4, deadline=None, phases=[Phase.explicit, Phase.generate])
+@settings(max_examples=examples(2), deadline=None, phases=[Phase.explicit, Phase.generate])
 @given(
     exponent=st.floats(0.03, 0.9),
     shape=st.sampled_from([mdr.Paraboloid(1.0), mdr.Cone(slope=0.1), mdr.FlatPunch(0.01)]),
