@@ -334,3 +334,43 @@ def test_an_assessment_has_the_claims_of_the_solution():
     for name, claim in result.claims.items():
         assert (found.claims[name].level, found.claims[name].reason) == (claim.level, claim.reason)
         assert found.claims[name].where.tolist() == claim.where.tolist()
+
+
+@settings(max_examples=examples(6), deadline=None)
+@given(
+    exponent=st.floats(-120.0, -3.0),
+    depth=st.floats(-12.0, 3.0),
+    with_derivative=st.booleans(),
+)
+def test_a_faintly_hollow_tip_is_exact_but_for_fields(exponent, depth, with_derivative):
+    d = 10.0**depth
+    size = math.sqrt(d)
+    slope = 10.0**exponent * size
+    profile = mdr.Function(
+        lambda r: r * r / 2.0 - slope * r, derivative=(lambda r: r - slope) if with_derivative else None
+    )
+    result = mdr.solve(mdr.Contact(profile, mdr.Elastic(1.0, 0.0)), mdr.Path(indentation=[0.3 * d, d]))
+    # g = x^2 - (pi/2) slope x
+    half = math.pi / 4.0 * slope
+    a = half + np.sqrt(half**2 + np.array([0.3 * d, d]))
+    force = 4.0 * a**3 / 3.0 - 2.0 * half * a**2
+    for name, truth in (("contact_radius", a), ("normal_force", force)):
+        claim = result.claims[name]
+        assert claim.level is mdr.Level.EXACT
+        assert np.all(claim.error <= 1e-9)
+        assert np.all(np.abs(result[name].values / truth - 1.0) <= 10.0 * claim.error + 1e-14)
+    passes = "passes over a ring" in result.claims["contact_radius"].reason
+    assert passes or exponent < -6.0
+    assert result.claims["pressure"].level is (mdr.Level.APPROXIMATE if passes else mdr.Level.EXACT)
+    assert result.claims["indentation"].error.max() == 0.0
+
+
+def test_rings_that_count_make_an_approximation_of_a_known_error():
+    profile = mdr.Function(lambda r: r * r / 2.0 - 0.14 * r, derivative=lambda r: r - 0.14)
+    result = mdr.solve(mdr.Contact(profile, mdr.Elastic(1.0, 0.0)), mdr.indent(1.0, steps=4))
+    for name in ("contact_radius", "normal_force", "elastic_energy", "pressure"):
+        claim = result.claims[name]
+        assert claim.level is mdr.Level.APPROXIMATE
+        assert 1e-9 < claim.error[-1] < claim.error[-2] < 1e-3
+    assert result.claims["force_lower_bound"].level is mdr.Level.EXACT
+    assert result.claims["indentation"].error.max() == 0.0

@@ -280,6 +280,23 @@ def test_a_flat_punch_rests_on_maxwells_liquid_from_the_critical_mass_on(share):
         assert hit.restitution == pytest.approx(e, rel=1e-6, abs=1e-12)
 
 
+@settings(deadline=None, max_examples=examples(12))
+@given(
+    law=st.sampled_from([mdr.StandardSolid(1.0, 3.0, 0.3), mdr.KelvinVoigt(1.0, 0.2), mdr.Maxwell(1.0, 2.0)]),
+    profile=st.sampled_from([mdr.FlatPunch(1.0), mdr.TruncatedCone(1.0, slope=1.0), mdr.Paraboloid(1.0)]),
+    mass=st.floats(-3.0, 2.0),
+)
+def test_the_last_row_of_a_rebound_is_of_bodies_that_have_parted(law, profile, mass):
+    """Rounding of the time at which they part left a flat end all of its radius, or none."""
+    hit = hit_on(law, profile, mass=10.0**mass)
+    radius, force = hit["contact_radius"].values, hit["normal_force"].values
+    if hit.rebound_speed > 0.0:
+        assert (radius[-1], force[-1]) == (0.0, 0.0)
+        assert radius[-2] > 0.0
+    else:
+        assert radius[-1] > 0.0
+
+
 # --- springs ------------------------------------------------------------------------------------------------
 
 

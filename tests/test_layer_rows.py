@@ -159,6 +159,50 @@ def test_contacts_too_wide_are_left_out_alone(channel, narrow):
     assert bound[[0, 1, 3]] == pytest.approx(force[[0, 1, 3]], rel=1e-9)
 
 
+LAWS = {"JKR": mdr.JKR, "DMT": mdr.DMT}
+
+
+@pytest.mark.parametrize("channel", ["indentation", "normal_force", "travel"])
+@pytest.mark.parametrize("law", LAWS)
+def test_adhesive_rows_end_where_layers_do(law, channel, narrow):
+    body, ball = film(0.3, 1e-6, 1e6), mdr.Paraboloid(1.0)
+    # a contact under no load is then about ten thicknesses wide
+    contact = mdr.Contact(ball, body, adhesion=LAWS[law](2e-9))
+    widest = line_of(ball, body)
+    k = float(widest.force([1.99e-5])[0] / widest.depth([1.99e-5])[0])
+    top = {"indentation": 1.0, "normal_force": k, "travel": 2.0}[channel] * float(widest.depth([1.99e-5])[0])
+    machine = k if channel == "travel" else None
+    up = top * np.array([0.0, 0.05, 0.2, 0.4, 3.0])
+    result = mdr.solve(contact, mdr.Path(**{channel: [*up, *up[::-1]]}), machine_stiffness=machine)
+    alone = mdr.solve(contact, mdr.Path(**{channel: up[:4]}), machine_stiffness=machine)
+    names = ("contact_radius", "elastic_energy", "dissipated_energy", "external_work")
+    for name in names:
+        size = np.max(np.abs(alone[name].values))
+        claim = result.claims[name]
+        assert claim.where.tolist() == [True] * 4 + [False] * 6
+        assert "20 thicknesses" in claim.reason
+        assert "leave it out" in claim.reason
+        assert result[name].values[:4] == pytest.approx(alone[name].values, rel=1e-9, abs=1e-15 * size)
+        assert np.isnan(result[name].values[4:]).all()
+    assert np.isfinite(result[channel].values[:4]).all()
+    if channel != "travel":
+        assert np.isfinite(result[channel].values).all()
+    assert result.status is mdr.Status.ADHESION_PARTLY_REFUSED
+    with pytest.raises(mdr.errors.ConvergenceError, match="20 thicknesses"):
+        mdr.solve(contact, mdr.Path(**{channel: [3.0 * top, top]}), machine_stiffness=machine)
+
+
+def test_an_adhesive_profile_that_falls_farther_out_is_followed_up_to_there():
+    profile, touching = humped(np.random.default_rng(0))
+    contact = mdr.Contact(profile, film(), adhesion=mdr.JKR(1e-7))
+    depths = touching * np.array([0.3, 0.9, 1.4, 0.3])
+    result = mdr.solve(contact, mdr.Path(indentation=depths) >> mdr.indent(0.1 * touching))
+    assert result.claims["normal_force"].where.tolist() == [True, True, False, False, False]
+    assert "falls at r" in result.claims["normal_force"].reason
+    force = mdr.solve(contact, mdr.Path(indentation=depths[:2]))["normal_force"].values
+    assert result["normal_force"].values[:2] == pytest.approx(force, rel=1e-12)
+
+
 def test_where_no_row_can_be_solved_the_reason_is_raised(narrow):
     contact = mdr.Contact(mdr.Paraboloid(1.0), film(0.3, 1e-6))
     with pytest.raises(mdr.errors.ConvergenceError, match="20 thicknesses"):

@@ -5,9 +5,12 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 from tests.reference.fractional import Power, approach_and_retreat, ramp_force, springs
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import PathError
 from pymdr.interpretation.validity import Level
 from pymdr.line.curves import ElasticLine
@@ -241,3 +244,49 @@ def test_a_leg_without_times_is_refused_as_for_other_bodies_with_memory(friction
     contact = mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(power, poisson=0.5), friction=friction)
     with pytest.raises(mdr.PathError, match="give every leg a duration or a rate"):
         mdr.solve(contact, mdr.indent("10 um", steps=10))
+
+
+def test_no_effective_modulus_of_a_load_in_no_time():
+    body = mdr.PowerLawRheology("1 kPa", "1 s", 0.3)
+    found = mdr.solve(ball_on(body, 1.0), mdr.Path(time=[0.0, 1.0], normal_force=[1.0, 1.0]))
+    assert found["indentation"].values[0] == found["contact_radius"].values[0] == 0.0
+    for name in ("effective_modulus", "mean_pressure"):
+        assert found.claims[name].where.tolist() == [False, True]
+        assert "in no time" in found.claims[name].reason
+
+
+@pytest.mark.parametrize(
+    ("machine", "rubbing"),
+    [(None, False), *(pytest.param(*case, marks=pytest.mark.long) for case in [(None, True), (10.0, False)])],
+)
+@settings(max_examples=examples(2), deadline=None, phases=[Phase.explicit, Phase.generate])
+@given(
+    exponent=st.floats(0.03, 0.9),
+    shape=st.sampled_from([mdr.Paraboloid(1.0), mdr.Cone(slope=0.1), mdr.FlatPunch(0.01)]),
+    elastic=st.booleans(),
+)
+def test_a_sudden_load_on_a_power_of_time_is_borne_without_indentation(
+    machine, rubbing, exponent, shape, elastic
+):
+    """Its modulus is infinite at once; where the series of exponentials ends was given as an effective modulus."""
+    body = mdr.Viscoelastic(mdr.PowerLawRheology("1 kPa", "1 s", exponent), 0.5)
+    other = mdr.Elastic("1 MPa", 0.5) if elastic else mdr.Rigid()
+    friction = {"friction": mdr.Coulomb(0.3)} if rubbing else {}
+    channel = {"normal_force": [1e-6] * 3} if machine is None else {"travel": [1e-6] * 3}
+    path = mdr.Path(time=[0.0, 0.5, 2.0], **channel)
+    found = mdr.solve(mdr.Contact(shape, body, other, **friction), path, machine_stiffness=machine)
+    where = found.claims["effective_modulus"].where.tolist()
+    if elastic:  # which answers the load at once
+        assert where == [True] * 3
+        assert found["indentation"].values[0] > 0.0
+        return
+    assert where == [False, True, True]
+    assert "in no time" in found.claims["effective_modulus"].reason
+    assert np.isnan(found["effective_modulus"].values[0])
+    for name in ("indentation", "elastic_energy", "dissipated_energy"):
+        assert found[name].values[0] == 0.0
+    flat = isinstance(shape, mdr.FlatPunch)
+    assert found["contact_radius"].values[0] == (0.01 if flat else 0.0)
+    assert found.claims["mean_pressure"].where.tolist() == [flat, True, True]
+    if machine is not None:
+        assert found["normal_force"].values[0] == pytest.approx(machine * 1e-6, rel=1e-9)

@@ -564,3 +564,29 @@ def test_fields_of_contacts_whose_squares_have_no_number(decades):
     for name, power in (("pressure", 0), ("gap", 1), ("normal_displacement", 1)):
         here, there = result.field(name, r * size).values, unit.field(name, r).values
         np.testing.assert_allclose(here / size**power, there, rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", [79, 113, *range(4)])
+def test_first_rows_of_histories_that_go_far_deeper_err_as_claimed(seed):
+    """d^(3/2) of a growing contact is a convolution of its force with the creep compliance."""
+    rng = np.random.default_rng([seed, 5])
+    tau, branch = 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-1, 2)
+    rows = int(rng.integers(4, 12))
+    time = np.cumsum(tau * 10.0 ** rng.uniform(-2, 1, rows))
+    force = np.sort(10.0 ** rng.uniform(rng.uniform(-8, -1), 0, rows))
+    last = int(rng.integers(2, rows))
+    force[last:] *= np.where(rng.random(rows - last) < 0.4, rng.uniform(0.2, 0.9, rows - last), 1.0)
+    if not np.any(np.diff(force) < 0.0):
+        force[-1] = 0.9 * force[-2]
+    body = mdr.Viscoelastic(mdr.StandardSolid(1.0, branch, tau), 0.5)
+    path = mdr.Path(time=time, normal_force=1e-6 * force)
+    found = mdr.solve(mdr.Contact(mdr.Paraboloid(1.0), body), path)
+    delay, moved = tau * (1.0 + branch), 0.0
+    steps, moves = np.diff(time, prepend=0.0), np.diff(1e-6 * force, prepend=0.0)
+    claim = found.claims["indentation"]
+    for i in range(int(np.argmax(np.diff(force) < 0.0)) + 1):
+        lag = -math.expm1(-steps[i] / delay)
+        moved += (moves[i] * delay / steps[i] - moved) * lag
+        crept = 1e-6 * force[i] - moved * branch / (1.0 + branch)
+        truth = (0.1875 * crept) ** (2.0 / 3.0)
+        assert abs(float(found["indentation"].values[i]) / truth - 1.0) <= claim.error[i] + 1e-9

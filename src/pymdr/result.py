@@ -49,7 +49,9 @@ class Status(enum.Enum):
     NOT_ROUND = "every step was solved; the body is not of revolution, and its contact no disk"
     ESTIMATED = "the body is not of revolution: the force is an estimate, beside its lower bound"
     BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
-    ADHESION_PARTLY_REFUSED = "at some steps the adhesive contact is not a disk: values there are NaN"
+    ADHESION_PARTLY_REFUSED = (
+        "at some steps the adhesive contact is not a disk, or could not be solved: values there are NaN"
+    )
     ADHESION_REFUSED = "the adhesive contact is a disk at no step: nothing is given"
     REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria as Adhesive
-from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, total_error
+from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, with_known
 from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.curves import Line
 from pymdr.line.following import Jumps
@@ -489,7 +489,7 @@ def _with_error(claim: Claim, error: FloatArray | None, remark: str, cause: str)
     if error is None:
         return replace(claim, reason=reason)
     largest = float(np.max(error, initial=0.0, where=claim.where))
-    total = total_error(error, 0.0 if claim.error is None else claim.error)
+    total = with_known(claim, error)
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:
         return replace(claim, error=total, reason=reason)
     reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, {cause}{remark}"

@@ -304,7 +304,7 @@ def adhesive_claims(
     """
     level, reason, source = said
     if not disk.all():
-        reason += f"; {int((~disk).sum())} of {disk.size} steps are not a disk: {why}"
+        reason += f"; {int((~disk).sum())} of {disk.size} steps are left out: {why}"
     if not disk.any():
         level, reason = Level.NOT_VALID, why
     claim = Claim(level, reason, source, disk)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,12 +20,14 @@ from pymdr.interpretation.disks import (
     least_pressure,
 )
 from pymdr.interpretation.layers import first_fault
+from pymdr.interpretation.validity import Claim, Level, approximated
 from pymdr.line.curves import Line
 from pymdr.line.foundation import DiskStates, ElasticLine, normal_force, states_at_depth
 from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.numerics.panels import BoolArray, Place
 from pymdr.problem.profiles import Profile, Sampled
+from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, metres, written
 
 _RINGS = 48
@@ -45,6 +48,31 @@ class Certificate:
     """What a disk passes over that makes it an approximation, or empty."""
     error: FloatArray | None = None
     """Per step, what is passed over, as a share of the load."""
+
+
+def with_rings(claims: Mapping[str, Claim], certificate: Certificate) -> dict[str, Claim]:
+    """
+    Claims of disks that pass over rings beside concave kinks.
+
+    Numbers of the whole contact err by the share of the rings in the load; fields are other ones beside the kinks.
+
+    Parameters
+    ----------
+    claims : mapping of str to Claim
+    certificate : Certificate
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    if certificate.error is None:
+        return dict(claims)
+    return {
+        name: replace(claim, level=Level.APPROXIMATE)
+        if claim.level is Level.EXACT and "r" in QUANTITIES[name].dims
+        else claim
+        for name, claim in approximated(claims, certificate.remark, certificate.error).items()
+    }
 
 
 def certify_disk(line: Line, states: DiskStates) -> Certificate:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import QuantityError
 from pymdr.interpretation.theories import theory_of
-from pymdr.interpretation.validity import SOURCES, Claim, Level, total_error
+from pymdr.interpretation.validity import SOURCES, Claim, Level, approximated
 from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Material
@@ -253,8 +253,8 @@ def _claim(contact: Contact, columns: Mapping[str, FloatArray], base: Claim, any
         a, c = columns["contact_radius"], columns["cohesive_radius"]
         with np.errstate(divide="ignore", invalid="ignore"):
             ring = np.where(c > a, np.minimum((c - a) / a, 1.0), 0.0)
-        error = total_error(ring, base.error)
-        return replace(claim, level=Level.APPROXIMATE, reason=f"{_RING_OF_COHESION}; {reason}", error=error)
+        claim = replace(claim, reason=f"{_RING_OF_COHESION}; {reason}")
+        return approximated({"": claim}, "", None if base.error is None else ring)[""]
     if contact.adhesion is not None and theory_of(contact.adhesion).pulls_beyond:
         return replace(claim, reason=f"{_BEYOND_CONTACT}; {reason}")
     return claim

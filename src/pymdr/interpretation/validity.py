@@ -64,7 +64,8 @@ class Claim:
     """Per step, whether the claim's level holds; outside, the quantity is not valid."""
     error: FloatArray | None = None
     """Per step, the whole known relative error of the number: of the numerics, of the model where its size is known, and of the
-    data. An exact claim has 0 unless it is given; None means not known, as of an approximation with exact numerics."""
+    data. An exact claim has 0 unless it is given; a number whose whole error is known and at most 1e-9 is exact. None means not
+    known, as of an approximation with exact numerics."""
 
     def __post_init__(self) -> None:
         if self.error is None:
@@ -311,8 +312,6 @@ def normal_claims(
     disk: BoolArray,
     why: str,
     extra_reason: str = "",
-    prescribed: Mapping[str, BoolArray] | None = None,
-    remark: str = "",
     bodies: tuple[str, str] = (half_spaces(0.0), SOURCES["sneddon"]),
 ) -> dict[str, Claim]:
     """
@@ -326,10 +325,6 @@ def normal_claims(
         Why it is not elsewhere.
     extra_reason : str
         Where it would be, in words.
-    prescribed : mapping of str to ndarray of bool, optional
-        Steps at which a quantity is prescribed and so known whatever the contact is.
-    remark : str
-        What the disk passes over, which makes it an approximation.
     bodies : tuple of str
         The bodies in words, and the source of their solution; homogeneous half-spaces unless given.
 
@@ -339,24 +334,56 @@ def normal_claims(
     """
     words, source = bodies
     if disk.any():
-        level = Level.APPROXIMATE if remark else Level.EXACT
-        reason = f"exact for {words} in frictionless contact on a disk{remark}"
+        level = Level.EXACT
+        reason = f"exact for {words} in frictionless contact on a disk"
         if not disk.all():
             reason += f"; {int((~disk).sum())} of {disk.size} steps are left out: {why}{extra_reason}"
     else:
         level, reason = Level.NOT_VALID, f"{why}{extra_reason}"
-    claims = {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
-    for name, known in (prescribed or {}).items():
-        if known.all() or (known.any() and not disk.all()):
-            claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, disk | known)
-    everywhere = np.ones(disk.shape, dtype=bool)
-    claims["force_lower_bound"] = Claim(
+    return {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
+
+
+def bound_claim(disk: BoolArray) -> Claim:
+    """The claim of a lower bound of the force of half-spaces."""
+    return Claim(
         Level.EXACT,
         "a rigorous lower bound of the normal force for any profile",
         SOURCES["barber"],
-        everywhere,
+        np.ones(disk.shape, dtype=bool),
     )
-    return claims
+
+
+def with_prescribed(
+    claims: Mapping[str, Claim], disk: BoolArray, prescribed: Mapping[str, BoolArray]
+) -> dict[str, Claim]:
+    """
+    Claims with those of quantities that are prescribed at some steps, and so known there whatever the contact is.
+
+    Parameters
+    ----------
+    claims : mapping of str to Claim
+    disk : ndarray of bool
+        Steps at which the disk is certified.
+    prescribed : mapping of str to ndarray of bool
+        Steps at which each quantity is prescribed.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    found = dict(claims)
+    for name, known in prescribed.items():
+        if known.all() or (known.any() and not disk.all()):
+            claim, mixed = claims[name], bool((disk & ~known).any())
+            error = claim.error if mixed else np.zeros(disk.shape)
+            found[name] = Claim(
+                claim.level if mixed else Level.EXACT,
+                f"prescribed, or {claim.reason}" if mixed else "prescribed",
+                claim.source,
+                disk | known,
+                None if error is None else np.where(known, 0.0, error),
+            )
+    return found
 
 
 def trial_claim(disk: BoolArray) -> Claim:
@@ -388,19 +415,27 @@ def approximated(
     -------
     dict of str to Claim
     """
-    return {
-        name: claim
-        if claim.level is Level.NOT_VALID
-        else replace(
-            claim,
-            level=Level.APPROXIMATE,
-            reason=f"{claim.reason}{remark}",
-            error=total_error(
-                np.zeros(claim.where.shape), error, 0.0 if claim.error is None else claim.error
-            ),
-        )
-        for name, claim in claims.items()
-    }
+    return {name: _approximated(claim, remark, error) for name, claim in claims.items()}
+
+
+def _approximated(claim: Claim, remark: str, error: FloatArray | float | None) -> Claim:
+    if claim.level is Level.NOT_VALID:
+        return claim
+    whole = None if error is None else with_known(claim, np.broadcast_to(error, claim.where.shape))
+    counts = whole is None or bool(np.max(whole, initial=0.0, where=claim.where) > EXACT_WITHIN)
+    level = Level.APPROXIMATE if counts else claim.level
+    return replace(claim, level=level, reason=f"{claim.reason}{remark}", error=whole)
+
+
+def with_known(claim: Claim, error: FloatArray) -> FloatArray | None:
+    """
+    The whole known error of a claim with one more cause.
+
+    Where that of the model is not known, the others are all that is known if they count, and nothing is if they do not.
+    """
+    if claim.error is None and np.max(error, initial=0.0, where=claim.where) <= EXACT_WITHIN:
+        return None
+    return total_error(error, 0.0 if claim.error is None else claim.error)
 
 
 def ring_claims(n: int, steps: int, layered: bool = False) -> dict[str, Claim]:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import adhesive_errors, with_errors
 from pymdr.interpretation.adhesion import (
     Visited,
@@ -18,14 +18,15 @@ from pymdr.interpretation.adhesion import (
     is_always_open,
     without_falls,
 )
+from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.theories import theory_of
-from pymdr.interpretation.validity import BoolArray, Claim, Level, approximated
-from pymdr.line.following import History, Jumps, energy_residual, follow, under_control
+from pymdr.interpretation.validity import BoolArray, approximated, with_prescribed
+from pymdr.line.following import History, Jumps, Track, energy_residual, follow, under_control
 from pymdr.line.foundation import DiskStates, mean_pressure
 from pymdr.numerics.panels import Place
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
-from pymdr.rows import taken
+from pymdr.rows import joined, taken
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.normal import refuse_sideways
 from pymdr.solving.reach import assumptions, map_remark
@@ -57,6 +58,8 @@ class _State:
     """None for a body that does not touch."""
     known: bool = True
     """Whether anybody knows where the body is: not after it was lost under a prescribed force."""
+    solved: bool = True
+    """Whether every row before could be solved: without one of them, what follows is not known."""
     dissipated: float = 0.0
 
 
@@ -78,6 +81,8 @@ class _Rows:
     jump_dissipation: FloatArray
     dissipated: FloatArray
     external_work: FloatArray
+    solved: BoolArray
+    """Whether layers let the row, and every one before it, be solved."""
     residual: FloatArray
     """One entry per leg."""
     jumps: Jumps
@@ -102,12 +107,68 @@ def _step(
     kept: np.ndarray | None,
     told: Told | None,
 ) -> tuple[_Rows, _State, Channels]:
-    """Step 2: states on the curve of the law, with jumps where it folds."""
+    """Step 2: states on the curve of the law, with jumps where it folds, up to the first row that layers do not allow."""
     assert kept is None
-    channel, values = asked.controls.normal, asked.normal
-    k = _CONTROL.get(channel, math.inf if stiffness is None else stiffness)
+    values, k = asked.normal, _stiffness_of(asked, stiffness)
+    parts, end, count = [], state, 0
+    if state.solved:
+        track = _track(line, k, float(np.max(values)), state.parameter or 0.0)
+        beyond = values > np.max(track.high)
+        count = int(np.argmax(beyond)) if line.limit is not None and beyond.any() else values.size
+    if count > 0:
+        rows, end = _followed(line, track, stiffness, state, replace(asked, normal=values[:count]))
+        parts.append(rows)
+    if count < values.size:
+        parts.append(_left_out(k, values[count:], end.dissipated))
+        end = _State(known=False, solved=False, dissipated=end.dissipated)
+    whole = joined(parts)
+    here = channels_at(float(whole.indentation[-1]), float(whole.normal_force[-1]), stiffness)
+    return whole, end, here
+
+
+def _stiffness_of(asked: Stretch, stiffness: float | None) -> float:
+    """Stiffness in N/m of the machine that stands for the control of a leg."""
+    return _CONTROL.get(asked.controls.normal, math.inf if stiffness is None else stiffness)
+
+
+def _track(line: AdhesiveLine, k: float, top: float, parameter: float) -> Track:
+    """The curve as far as a path needs it, or as far as layers allow."""
+    try:
+        return line.track(k, top, parameter)
+    except (ConvergenceError, ProblemError):
+        if not line.is_limited():
+            raise
+    return line.track(k, -math.inf, line.end)
+
+
+def _left_out(k: float, values: FloatArray, dissipated: float) -> _Rows:
+    """Rows that layers do not allow: nothing but what is prescribed."""
+    unknown, none = np.full(values.shape, math.nan), np.zeros(values.shape)
+    no_row = np.zeros(0)
+    return _Rows(
+        parameter=unknown,
+        attached=none > 0.0,
+        depth_rate=none,
+        force_rate=none,
+        control=np.full(values.shape, k),
+        indentation=values if math.isinf(k) else unknown,
+        normal_force=values if k == 0.0 else unknown,
+        jumped=none > 0.0,
+        jump_dissipation=none,
+        dissipated=none + dissipated,
+        external_work=none,
+        solved=none > 0.0,
+        residual=no_row,
+        jumps=Jumps(no_row.astype(int), *(no_row,) * 4),
+    )
+
+
+def _followed(
+    line: AdhesiveLine, track: Track, stiffness: float | None, state: _State, asked: Stretch
+) -> tuple[_Rows, _State]:
+    """Rows that can be solved, and the state at their end."""
+    channel, values, k = asked.controls.normal, asked.normal, _stiffness_of(asked, stiffness)
     by_force = k == 0.0
-    track = line.track(k, float(np.max(values)), state.parameter or 0.0)
     if by_force and state.parameter is None and state.known:
         _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
     history = _with_falls(line, follow(track, values, state.parameter))
@@ -136,6 +197,7 @@ def _step(
         dissipated=dissipated,
         # what goes in is stored or lost; the energy balance holds this against quadrature
         external_work=energy + dissipated,
+        solved=np.ones(values.shape, dtype=bool),
         residual=np.array([energy_residual(track, history)]),
         jumps=replace(history.jumps, step=asked.leg.first + history.jumps.step),
     )
@@ -144,7 +206,7 @@ def _step(
         known=not math.isnan(depth[-1]),
         dissipated=float(dissipated[-1]),
     )
-    return rows, end, channels_at(float(depth[-1]), float(force[-1]), stiffness)
+    return rows, end
 
 
 def _between_parameters(
@@ -243,7 +305,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
     equilibria = line.equilibria
     s = np.where(rows.attached, rows.parameter, equilibria.start)
     states = equilibria.states(s)
-    lost = ~rows.attached & np.isnan(rows.indentation)
+    lost = ~rows.attached & rows.solved & np.isnan(rows.indentation)
     blank = np.where(lost, math.nan, 0.0)
 
     def shown(values: FloatArray) -> FloatArray:
@@ -273,7 +335,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
     columns |= {name: shown(values) for name, values in theory.columns(equilibria, line.line, s).items()}
     columns = with_travel(task, columns)
     depths = np.where(rows.attached, rows.indentation, math.nan)
-    certificate = certify_stretched_disk(line.line, _visited(line, rows), a.size, line.law)
+    certificate = _certificate(line, rows)
     said = theory.claim(line.law, task.contact.profile, line.line)
     claims = adhesive_claims(said, tuple(columns), certificate.disk, certificate.reason)
     held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
@@ -289,12 +351,10 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
     prescribed = {
         "indentation": np.isinf(rows.control),
         "normal_force": rows.control == 0.0,
-        "travel": (rows.control > 0.0) & np.isfinite(rows.control),
     }
-    for name, known in prescribed.items():
-        if known.any() and not certificate.disk.all():
-            source, where = claims["contact_radius"].source, certificate.disk | known
-            claims[name] = Claim(Level.EXACT, "prescribed, or exact on a disk", source, where)
+    if k is not None:
+        prescribed["travel"] = (rows.control > 0.0) & np.isfinite(rows.control) & rows.solved
+    claims = with_prescribed(claims, certificate.disk, prescribed)
     return Interpretation(
         columns=columns,
         claims=without_falls(claims, lost),
@@ -303,6 +363,20 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
         notes=(*line.origin.notes, *_told(line, rows, certificate.disk)),
         references=("sneddon", "popov-hess", *theory.references),
     )
+
+
+def _certificate(line: AdhesiveLine, rows: _Rows) -> Certificate:
+    """Which rows are disks that could be solved, and why others are not."""
+    found = certify_stretched_disk(line.line, _visited(line, rows), rows.solved.size, line.law)
+    if rows.solved.all():
+        return found
+    assert line.limit is not None
+    if not rows.solved.any():
+        raise line.limit.error
+    last = line.equilibria.states(np.array([line.end]))
+    depth, force = metres(float(last.indentation[0])), newtons(float(last.normal_force[0]))
+    words = f"{line.limit.error}; the path is followed up to its first row beyond d = {depth}, F = {force}"
+    return Certificate(found.disk & rows.solved, "; ".join(w for w in (found.reason, words) if w))
 
 
 def _status(rows: _Rows, disk: BoolArray) -> Status:

@@ -15,6 +15,7 @@ from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import jkr_opening
 from pymdr.line.curves import Line
 from pymdr.line.following import Curve, Track, parameter_reaching, trace, under_machine
+from pymdr.line.layered import LayeredLine, Limit
 from pymdr.mapping.equivalent import EquivalentProfile, PowerLine, SumLine, gap_function
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import AdhesionLaw
@@ -42,6 +43,8 @@ class AdhesiveLine:
     origin: Mapped = field(init=False)
     line: Line = field(init=False)
     equilibria: Equilibria = field(init=False)
+    limit: Limit | None = field(init=False, default=None)
+    """The largest smooth contact that layers allow, once :meth:`is_limited` has looked for it."""
     _tracks: dict[float, tuple[float, Track]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -81,7 +84,10 @@ class AdhesiveLine:
         bare = ShortRange(self.line, self.law.work)
         try:
             at_zero = parameter_reaching(
-                lambda s: bare.states(s).indentation, 0.0, begin=self._first_radius, limit=bare.limit
+                lambda s: bare.states(s).indentation,
+                0.0,
+                begin=min(self._first_radius, self._widest),
+                limit=min(bare.limit, self._widest),
             )
         except PathError as error:
             if bare.states(np.array([_FAINTEST])).indentation[0] >= 0.0:
@@ -90,6 +96,18 @@ class AdhesiveLine:
         if at_zero < _FAINTEST:
             raise self._faint()
         return min(at_zero + self.equilibria.contact, self.equilibria.limit)
+
+    @property
+    def _widest(self) -> float:
+        """The largest contact radius in m that layers allow, as far as that is known."""
+        return math.inf if self.limit is None else float(self.line.place(self.limit.depth).x)
+
+    def is_limited(self) -> bool:
+        """Whether layers allow contacts up to some size only; from then on none is followed beyond it."""
+        if self.limit is None and isinstance(self.line, LayeredLine):
+            limit = self.line.limit(lambda *_: False)
+            self.limit = limit if limit is not None and limit.depth > 0.0 else None
+        return self.limit is not None
 
     def track(self, machine_stiffness: float, top: float, at_least: float = 0.0) -> Track:
         """
@@ -112,6 +130,8 @@ class AdhesiveLine:
         ------
         PathError
             If the profile ends before the value is reached.
+        ConvergenceError, ProblemError
+            If layers do not allow so large a contact.
         """
         stop, track = self._tracks.get(machine_stiffness, (0.0, None))
         if track is not None and stop >= at_least and track.high[-1] >= top:
@@ -128,6 +148,8 @@ class AdhesiveLine:
         try:
             return trace(under_machine(self.equilibria, stop, machine_stiffness))
         except PathError as error:
+            if self.limit is not None:
+                raise self.limit.error from error
             held = {math.inf: "a prescribed indentation", 0.0: "a prescribed force"}.get(
                 machine_stiffness, f"a machine of {written(machine_stiffness, 'N/m', 6)}"
             )
@@ -164,7 +186,7 @@ class AdhesiveLine:
 
     def _stop(self, machine_stiffness: float, top: float, at_least: float) -> float:
         """The parameter up to which the curve is needed."""
-        end = self._end
+        end = self.end
         wanted = _BEYOND * max(self.natural_radius, at_least)
         curve = under_machine(self.equilibria, wanted, machine_stiffness)
         # a path that only pulls still needs the stable states from which it falls
@@ -182,6 +204,8 @@ class AdhesiveLine:
         largest = self._highest(curve, wanted, stop)
         if largest >= top:
             return stop
+        if self.limit is not None:
+            raise self.limit.error
         name, unit = ("normal_force", "N") if machine_stiffness == 0.0 else ("indentation or travel", "m")
         why = (
             "a sphere cannot be pressed in by its radius"
@@ -204,12 +228,17 @@ class AdhesiveLine:
         values = curve.control(s)
         return float(np.max(values))
 
+    @property
+    def end(self) -> float:
+        """The largest parameter in m that is followed."""
+        # contacts of layers are solved one by one: none is that no path needs
+        return self._deepest if self.contact.layered is None else min(self.equilibria.limit, self._widest)
+
     @cached_property
-    def _end(self) -> float:
-        """The largest parameter in m that is followed: that of a sphere before it is pressed in by its radius."""
+    def _deepest(self) -> float:
+        """The last parameter in m of the curve, or of a sphere that one before it is pressed in by its radius."""
         profile, limit = self.contact.profile, self.equilibria.limit
-        # contacts of layers are solved one by one: none is that nobody asks for
-        if not isinstance(profile, Sphere) or self.contact.layered is not None:
+        if not isinstance(profile, Sphere):
             return limit
         deepest = (1.0 - 1e-12) * profile.radius
         return parameter_reaching(

@@ -11,7 +11,13 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError, RefusedError
 from pymdr.interpretation.accuracy import frictional_errors, of_own_size, with_errors
-from pymdr.interpretation.certificate import Certificate, certify_disk, certify_history, noise_words
+from pymdr.interpretation.certificate import (
+    Certificate,
+    certify_disk,
+    certify_history,
+    noise_words,
+    with_rings,
+)
 from pymdr.interpretation.friction import (
     TANGENTIAL_QUANTITIES,
     frame_error,
@@ -397,8 +403,8 @@ def _interpret(
     columns = _columns(task, mapped, rows)
     everywhere = np.ones(columns["shift"].size, dtype=bool)
     claims = frictional_claims(contact, mapped.moduli, tuple(columns), everywhere)
-    if law.certificate is not None and law.certificate.error is not None:
-        claims = approximated(claims, law.certificate.remark, float(law.certificate.error[0]))
+    if law.certificate is not None:
+        claims = with_rings(claims, law.certificate)
     missed = _missed(rows)
     for name in (*TANGENTIAL_QUANTITIES, *TANGENTIAL_FIELDS):
         left = missed[{"dissipated_energy": "slip_work", "shift": "shift"}.get(name, "tangential_force")]

@@ -153,7 +153,7 @@ def _step(
         for one, many, slack in zip(state, (2, 1), (0.0, _SLACK), strict=True)
     ]
     (fine, sheared, end), (coarse, half, end_of_half) = found
-    rows, here = rows_met(task, bodies.line, asked, fine, coarse)
+    rows, here = rows_met(task, bodies.line, bodies.normal, asked, fine, coarse)
     forced = np.full(rows.indentation.size, asked.controls.tangential == "tangential_force")
     here = {
         **here,

@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.accuracy import normal_errors, with_errors
+from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.fields import normal_displacement
 from pymdr.interpretation.heating import (
     frictional_heat_claims,
@@ -18,7 +19,7 @@ from pymdr.interpretation.heating import (
     slow_sliding,
     wiedemann_franz,
 )
-from pymdr.interpretation.validity import Claim, approximated
+from pymdr.interpretation.validity import Claim
 from pymdr.line.foundation import normal_force as elastic_force
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.heating import LORENZ, current_load, frictional_rise, largest_rise, mean_displacement
@@ -342,8 +343,7 @@ def frictional_heat(
     )
     everywhere = np.ones(v.shape, dtype=bool)
     claims: Mapping[str, Claim] = frictional_heat_claims(contact, mapped.moduli, everywhere, taken, why)
-    if certificate.error is not None:
-        claims = approximated(claims, certificate.remark, float(certificate.error[0]))
+    claims = with_rings(claims, certificate)
     mapped_errors = normal_errors(line, states, np.array([normal_force is not None]))
     known = {name: float(values[0]) for name, values in mapped_errors.items()}
     errors = {

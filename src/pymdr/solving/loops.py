@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.closure import closure_claims
 from pymdr.interpretation.friction import frictional_claims
 from pymdr.interpretation.validity import (
@@ -19,7 +20,6 @@ from pymdr.interpretation.validity import (
     Assumption,
     Claim,
     Level,
-    approximated,
     total_error,
 )
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
@@ -310,8 +310,7 @@ def _study(
     }
     name = "dissipated_energy"
     claims = frictional_claims(contact, moduli, (name,), np.ones(u.size, dtype=bool))
-    if certificate.error is not None:
-        claims = approximated(claims, certificate.remark, float(certificate.error[0]))
+    claims = with_rings(claims, certificate)
     claims = with_errors(claims, {name: error} if error.max() > EXACT_WITHIN else {}, map_remark(line, state))
     if isinstance(contact.profile, ForceCurve):
         known = closure_of(contact.profile)

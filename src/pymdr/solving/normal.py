@@ -15,9 +15,18 @@ from pymdr.interpretation.certificate import (
     describe_ranges,
     noise_words,
     valid_ranges,
+    with_rings,
 )
 from pymdr.interpretation.fields import edge_amplitude
-from pymdr.interpretation.validity import BoolArray, Claim, bodies_of, normal_claims, trial_claim
+from pymdr.interpretation.validity import (
+    BoolArray,
+    Claim,
+    bodies_of,
+    bound_claim,
+    normal_claims,
+    trial_claim,
+    with_prescribed,
+)
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import (
     DiskStates,
@@ -217,15 +226,11 @@ def _claims(contact: Contact, line: Line, rows: _Rows) -> tuple[dict[str, Claim]
         disk,
         reason,
         _range_words(contact, line, states, disk),
-        {"indentation": rows.moved, "normal_force": by_force},
-        certificate.remark,
         bodies_of(line),
     )
-    errors = normal_errors(line, states, by_force)
-    if certificate.error is not None:
-        passed = certificate.error
-        errors = {name: errors.get(name, np.zeros(passed.shape)) + passed for name in claims}
-    claims = with_errors(claims, errors, map_remark(line, states))
+    claims = with_rings(claims, certificate) | {"force_lower_bound": bound_claim(disk)}
+    claims = with_errors(claims, normal_errors(line, states, by_force), map_remark(line, states))
+    claims = with_prescribed(claims, disk, {"indentation": rows.moved, "normal_force": by_force})
     if not (math.isfinite(line.edge) and line.exponent == 0.0):
         del claims["edge_amplitude"]
     return claims, disk

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.rolling import (
     DIRECTIONS,
     LAWS,
@@ -19,7 +20,6 @@ from pymdr.interpretation.rolling import (
     rolling_claims,
     saturation_error,
 )
-from pymdr.interpretation.validity import approximated
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
 from pymdr.problem.contact import Contact
@@ -185,8 +185,7 @@ def rolling(
     errors = {} if path is not None else _errors(contact, pressed, direction, zeta, rise)
     everywhere = np.ones(zeta.shape, dtype=bool)
     claims = rolling_claims(contact, mapped.moduli, direction, law, errors, everywhere)
-    if certificate.error is not None:
-        claims = approximated(claims, certificate.remark, float(certificate.error[0]))
+    claims = with_rings(claims, certificate)
     remark = map_remark(mapped.line, states)
     claims = {name: replace(claim, reason=claim.reason + remark) for name, claim in claims.items()}
     notes = mapped.notes

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
+from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.sliding import Limits, friction_error, sliding_claims
-from pymdr.interpretation.validity import approximated
 from pymdr.line.foundation import DiskStates, ElasticLine, rises_to, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as elastic_force
 from pymdr.line.sliding import (
@@ -186,8 +186,7 @@ def sliding_friction(
             # a limit is a number where it is one of the speed
             columns[name] = np.where(claims[name].where, columns[name], math.nan)
     certificate = disks_down_to(contact, asked.line, deepest, _WHO)
-    if certificate.error is not None:
-        claims = approximated(claims, certificate.remark, float(certificate.error[0]))
+    claims = with_rings(claims, certificate)
     notes = notes_of(contact.profile) + kernel.notes
     if scatter_of(contact.profile):
         notes += ("the scatter of the samples is smoothed by and makes no bands here",)

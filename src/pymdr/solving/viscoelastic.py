@@ -73,6 +73,8 @@ SPRINGS = 1000
 _STRAIGHT = 1e-3
 """How far an indentation that is not prescribed may be off a straight line on a part of a row, of the largest one, before the
 parts are divided once more in two and four."""
+_SHALLOW = 0.1
+"""Of the largest target: what stays below it first is divided by its own size."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,7 @@ def _step(
         followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), many * SPRINGS // 2)
         for one, many in ((first, 2), (second, 1))
     )
-    rows, here = rows_met(task, line, asked, fine, coarse)
+    rows, here = rows_met(task, line, relaxation, asked, fine, coarse)
     return taken(rows, kept), _State(fine.state, coarse.state), here
 
 
@@ -149,7 +151,12 @@ def refuse_untimed(asked: Stretch, relaxation: Relaxation) -> None:
 
 
 def rows_met(
-    task: Task, line: ElasticLine, asked: Stretch, fine: MemoryHistory, coarse: MemoryHistory
+    task: Task,
+    line: ElasticLine,
+    relaxation: Relaxation,
+    asked: Stretch,
+    fine: MemoryHistory,
+    coarse: MemoryHistory,
 ) -> tuple[MemoryRows, Channels]:
     """Rows of a leg, with what half as many springs gave, and where it ends."""
     deepest = states_at_depth(line, np.array([float(np.max(fine.indentation))]))
@@ -159,13 +166,18 @@ def rows_met(
             "the equivalent profile falls somewhere within the contact: with memory the contact of such a profile is not "
             "followed; take one that rises, or smooth it"
         )
+    assert asked.time is not None
+    # a series of exponentials for a power of time gives way at once where its first term ends
+    rigid = (asked.time == asked.begin) & relaxation.instantly_rigid & (fine.indentation > 0.0)
+    k = task.machine_stiffness or 0.0  # all of a travel bends the machine
+    is_flat = line.equivalent.g(0.5 * fine.contact_radius) == 0.0
     rows = MemoryRows(
-        fine.indentation,
-        asked.normal if asked.by_force else fine.force,
-        fine.contact_radius,
-        fine.stored,
-        fine.dissipated,
-        fine.work,
+        np.where(rigid, 0.0, fine.indentation),
+        asked.normal if asked.by_force else np.where(rigid, k * asked.normal, fine.force),
+        np.where(rigid & ~is_flat, 0.0, fine.contact_radius),
+        np.where(rigid, 0.0, fine.stored),
+        np.where(rigid, 0.0, fine.dissipated),
+        np.where(rigid, 0.0, fine.work),
         fine.disk,
         np.full(fine.force.size, asked.by_force),
         np.full(fine.force.size, asked.controls.normal == "indentation"),
@@ -202,14 +214,22 @@ def parts_between(
     machine = 0.0 if asked.by_force else math.inf
     if asked.controls.normal == "travel" and task.machine_stiffness is not None:
         machine = task.machine_stiffness
-    return parts_of(
-        line,
-        relaxation,
-        Goal(asked.time, asked.normal, asked.start[0], machine),
-        state,
-        tolerance=_STRAIGHT,
-        loads=loads,
-        n=SPRINGS // 2,
+    goal = Goal(asked.time, asked.normal, asked.start[0], machine)
+    return _divided(line, relaxation, goal, state, loads)
+
+
+def _divided(line: ElasticLine, relaxation: Relaxation, goal: Goal, state: MemoryState, loads: bool) -> Parts:
+    """Parts of rows; of first ones that are far shallower than the deepest, as if they were the whole path."""
+    parts = parts_of(line, relaxation, goal, state, tolerance=_STRAIGHT, loads=loads, n=SPRINGS // 2)
+    so_far = np.maximum.accumulate(goal.target)
+    shallow = int(np.count_nonzero(so_far < _SHALLOW * so_far[-1]))
+    if shallow == 0 or so_far[shallow - 1] <= 0.0 or state.deflection.any():
+        return parts
+    first = goal._replace(time=goal.time[:shallow], target=goal.target[:shallow])
+    whole = _divided(line, relaxation, first, virgin(state.time, state.indentation), loads)
+    later = parts.row >= shallow
+    return Parts(
+        np.concatenate([whole.row, parts.row[later]]), np.concatenate([whole.share, parts.share[later]])
     )
 
 
@@ -260,7 +280,9 @@ def interpreted(
             "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
         )
     if grown is not None:
-        depth, radius = grown.indentation[1:], grown.contact_radius[1:]
+        pressed = depth > 0.0
+        depth = np.where(pressed, grown.indentation[1:], 0.0)
+        radius = np.where(pressed, grown.contact_radius[1:], radius)
         errors |= dict.fromkeys(("indentation", "contact_radius"), np.zeros(force.size))
         kernel |= _sized(relaxation, grown, "indentation")
         notes.append(
@@ -308,6 +330,7 @@ def interpreted(
     names = (*columns, *NORMAL_FIELDS)
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
+    claims["mean_pressure"] = _where(claims["mean_pressure"], (radius > 0.0) | (force <= 0.0))
     errors |= {name: check.error(name, force.size) + relaxation.error for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
@@ -329,9 +352,12 @@ def interpreted(
 def _where(claim: Claim, known: BoolArray) -> Claim:
     """The claim of a number that not all rows have."""
     where = claim.where & known
+    if where.all():
+        return claim
+    why = "bodies that are not pressed in have none, as in a row that loads a power of time or a dashpot in no time"
     if where.any():
-        return replace(claim, where=where)
-    return Claim(Level.NOT_VALID, "the bodies are pressed in nowhere", claim.source, where)
+        return replace(claim, where=where, reason=f"{claim.reason}; {why}")
+    return Claim(Level.NOT_VALID, why, claim.source, where)
 
 
 def status_of(claims: Mapping[str, Claim]) -> Status:

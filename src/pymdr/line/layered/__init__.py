@@ -12,3 +12,4 @@ from __future__ import annotations
 
 from pymdr.line.layered.bound import lower_bound as lower_bound
 from pymdr.line.layered.line import LayeredLine as LayeredLine
+from pymdr.line.layered.tables import Limit as Limit

@@ -281,10 +281,12 @@ class Table:
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius in m near which ``reached(a, d0)`` becomes true, going outward; that of the widest contact if never."""
         bounds = self.bounds(WIDEST * self.thickness)
-        for a in bounds[bounds <= WIDEST * self.thickness]:
-            if reached(float(a), float(self._at_bound(float(a))[0])):
-                return float(a)
-        return float(min(bounds[-1], WIDEST * self.thickness))
+        a = 0.0
+        for bound in bounds[bounds <= WIDEST * self.thickness].tolist():
+            a = (1.0 - _SHORT) * bound
+            if reached(a, float(self._at_bound(bound)[0])):
+                break
+        return a
 
     def limit(self, is_enough: Callable[[float, float], bool]) -> Limit | None:
         """

@@ -125,6 +125,8 @@ def _course(ground: Ground, motion: Motion, steps: int) -> Course:
         parts[-1][-1] = marks[-1]
     time = np.concatenate(parts)
     rows = motion_rows(motion, time)
+    if not motion.rests:  # the bodies have parted there, but for the rounding of the time
+        rows.force[-1] = rows.radius[-1] = 0.0
     middle = time.size - 1 if motion.rests else int(np.argmax(time >= motion.turning_time))
     return Course(
         time, rows.depth, rows.velocity, rows.force, rows.radius, sticks=motion.rests, deepest=middle
