@@ -119,8 +119,7 @@ def covered(study, count, seed=SEED, workers=1, progress=None):
     found = mdr.fit_map(
         study.start,
         records(study, count, seed),
-        list(study.free),
-        tilt=True,
+        [*study.free, "tilt"],
         workers=workers,
         progress=progress,
     )
