@@ -1,6 +1,8 @@
 """The Python blocks of the documentation pages run, and their assertions hold."""
 
+import doctest
 import importlib
+import inspect
 import json
 import pkgutil
 import re
@@ -177,3 +179,30 @@ def test_named_modules_exist(page):
     package = Path(mdr.__file__).parent
     for name in re.findall(r"`((?:\w+/)+(?:\w+\.py)?)`", page.read_text()):
         assert (package / name).exists(), name
+
+
+def public_objects():
+    """Public names and the members of public classes."""
+    for name in sorted(set(mdr.__all__) - {"__version__"}):
+        value = getattr(mdr, name)
+        yield name, value
+        if inspect.isclass(value):
+            members = (inspect.isfunction, inspect.isdatadescriptor, inspect.ismethod)
+            for member, one in vars(value).items():
+                if not member.startswith("_") and (
+                    isinstance(one, classmethod | staticmethod) or any(is_kind(one) for is_kind in members)
+                ):
+                    yield f"{name}.{member}", one
+
+
+def test_examples_of_public_names_run_where_they_are_pasted():
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    without = []
+    for name, value in public_objects():
+        text = inspect.getdoc(value) or ""
+        examples_of_name = doctest.DocTestParser().get_examples(text)
+        if examples_of_name:
+            runner.run(doctest.DocTest(examples_of_name, {}, name, None, None, text))
+        elif "." not in name:
+            without.append(name)
+    assert (runner.summarize(verbose=False).failed, without) == (0, [])

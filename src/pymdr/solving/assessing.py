@@ -101,11 +101,9 @@ def assess(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.paths import load
-    >>> from pymdr.problem.profiles import Sphere
-    >>> ball = Contact(Sphere("10 mm"), Elastic("210 GPa", 0.3))
-    >>> assess(ball, load("50 N")).claims["pressure"].level.name
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    >>> mdr.assess(ball, mdr.load("50 N")).claims["pressure"].level.name
     'EXACT'
     """
     import xarray as xr

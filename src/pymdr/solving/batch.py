@@ -94,11 +94,9 @@ def solve_batch(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.paths import indent
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> balls = [Contact(Paraboloid(R), Elastic("1 MPa", 0.5)) for R in ("1 mm", "4 mm")]
-    >>> forces = [float(r["normal_force"][-1]) for r in solve_batch(balls, indent("1 um"))]
+    >>> import pymdr as mdr
+    >>> balls = [mdr.Contact(mdr.Paraboloid(R), mdr.Elastic("1 MPa", 0.5)) for R in ("1 mm", "4 mm")]
+    >>> forces = [float(r["normal_force"][-1]) for r in mdr.solve_batch(balls, mdr.indent("1 um"))]
     >>> round(forces[1] / forces[0], 12)
     2.0
     """

@@ -151,8 +151,9 @@ def calibrate_coefficient(
 
     Examples
     --------
-    >>> surface = RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um")
-    >>> found = calibrate_coefficient(surface, realisations=1)
+    >>> import pymdr as mdr
+    >>> surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um")
+    >>> found = mdr.calibrate_coefficient(surface, realisations=1)
     >>> 2.0 < found.coefficient < 6.0
     True
     """

@@ -116,9 +116,10 @@ def joule_heating(
 
     Examples
     --------
-    >>> joule_heating(voltage="0.12 V", temperature="20 degC")["largest_temperature"].values.round(1).tolist()
+    >>> import pymdr as mdr
+    >>> mdr.joule_heating(voltage="0.12 V", temperature="20 degC")["largest_temperature"].values.round(1).tolist()
     [483.0]
-    >>> joule_heating("1 mohm", current="100 A", temperature="293.15 K")["largest_temperature"].values.round(1).tolist()
+    >>> mdr.joule_heating("1 mohm", current="100 A", temperature="293.15 K")["largest_temperature"].values.round(1).tolist()
     [635.4]
     """
     if (voltage is None) == (current is None):
@@ -295,13 +296,11 @@ def frictional_heat(
 
     Examples
     --------
-    >>> from pymdr.problem.laws import Coulomb
-    >>> from pymdr.problem.materials import Elastic, Rigid
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> pin = Rigid(thermal_conductivity="20 W/(m K)")
-    >>> disk = Elastic("1 GPa", 0.3, thermal_conductivity="20 W/(m K)", thermal_diffusivity="5 mm^2/s")
-    >>> rubbed = frictional_heat(
-    ...     Contact(Paraboloid("10 mm"), pin, disk, friction=Coulomb(0.3)), ["1 mm/s", "5 mm/s"], normal_force="1 N"
+    >>> import pymdr as mdr
+    >>> pin = mdr.Rigid(thermal_conductivity="20 W/(m K)")
+    >>> disk = mdr.Elastic("1 GPa", 0.3, thermal_conductivity="20 W/(m K)", thermal_diffusivity="5 mm^2/s")
+    >>> rubbed = mdr.frictional_heat(
+    ...     mdr.Contact(mdr.Paraboloid("10 mm"), pin, disk, friction=mdr.Coulomb(0.3)), ["1 mm/s", "5 mm/s"], normal_force="1 N"
     ... )
     >>> rubbed["largest_temperature_rise"].values.round(4).tolist()
     [0.0148, 0.0741]

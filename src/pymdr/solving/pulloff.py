@@ -127,10 +127,10 @@ def pull_off(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> gel = Contact(Paraboloid("1 mm"), Elastic("30 kPa", 0.5), adhesion=JKR("50 mJ/m^2"))
-    >>> round(pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
+    >>> import math
+    >>> import pymdr as mdr
+    >>> gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+    >>> round(mdr.pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
     -1.5
     """
     line = _adhesive(contact)
@@ -427,10 +427,9 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> tip = Contact(Paraboloid("20 nm"), Elastic("70 GPa", 0.2), adhesion=JKR("50 mJ/m^2"))
-    >>> found = adhesion_regime(tip, range="0.5 nm")
+    >>> import pymdr as mdr
+    >>> tip = mdr.Contact(mdr.Paraboloid("20 nm"), mdr.Elastic("70 GPa", 0.2), adhesion=mdr.JKR("50 mJ/m^2"))
+    >>> found = mdr.adhesion_regime(tip, range="0.5 nm")
     >>> found.regime, round(found.maugis, 3)
     ('DMT', 0.048)
     """

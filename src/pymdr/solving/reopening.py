@@ -48,6 +48,17 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     ------
     FileError
         If the file is missing, damaged or not a pymdr result.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from tempfile import TemporaryDirectory
+    >>> result = mdr.solve(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3)), mdr.load("1 N"))
+    >>> with TemporaryDirectory() as folder:
+    ...     result.save(f"{folder}/ball.nc")
+    ...     again = mdr.open_result(f"{folder}/ball.nc")
+    >>> float(again["normal_force"][-1])
+    1.0
     """
     from pymdr.presentation.files import read_dataset
 

@@ -131,11 +131,9 @@ def sliding_friction(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Viscoelastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> from pymdr.problem.rheology import StandardSolid
-    >>> rubber = Viscoelastic(StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
-    >>> slid = sliding_friction(Contact(Paraboloid("10 mm"), rubber), ["1 mm/s", "1 m/s"], normal_force="1 N")
+    >>> import pymdr as mdr
+    >>> rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
+    >>> slid = mdr.sliding_friction(mdr.Contact(mdr.Paraboloid("10 mm"), rubber), ["1 mm/s", "1 m/s"], normal_force="1 N")
     >>> slid["friction_coefficient"].values.round(5).tolist()
     [0.00179, 0.0223]
     >>> slid["slow_limit"].values.round(5).tolist()

@@ -198,11 +198,9 @@ def sweep(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.paths import indent
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> ball = Contact(Paraboloid("1 mm"), Elastic("1 MPa", 0.5))
-    >>> found = sweep(ball, indent("1 um"), {"profile.radius": ["1 mm", "4 mm"], "body.young": ["1 MPa", "3 MPa"]})
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5))
+    >>> found = mdr.sweep(ball, mdr.indent("1 um"), {"profile.radius": ["1 mm", "4 mm"], "body.young": ["1 MPa", "3 MPa"]})
     >>> (found["normal_force"].isel(step=-1) / found["normal_force"][0, 0, -1]).values.round(12).tolist()
     [[1.0, 3.0], [2.0, 6.0]]
     """

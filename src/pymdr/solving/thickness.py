@@ -93,8 +93,8 @@ def thickness_correction(
 
     Examples
     --------
-    >>> from pymdr.problem.profiles import Sphere
-    >>> cell = thickness_correction(Sphere("10 um"), 0.5, thickness="5 um", indentation=["0.1 um", "1 um"])
+    >>> import pymdr as mdr
+    >>> cell = mdr.thickness_correction(mdr.Sphere("10 um"), 0.5, thickness="5 um", indentation=["0.1 um", "1 um"])
     >>> cell["force_factor"].values.round(6).tolist()
     [1.297254, 2.677441]
     """

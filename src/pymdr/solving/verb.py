@@ -65,11 +65,9 @@ def solve(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.paths import indent
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> ball = Contact(Paraboloid("10 mm"), Elastic("0.75 MPa", 0.0))
-    >>> round(float(solve(ball, indent("0.1 mm"))["normal_force"][-1]), 12)
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("0.75 MPa", 0.0))
+    >>> round(float(mdr.solve(ball, mdr.indent("0.1 mm"))["normal_force"][-1]), 12)
     0.1
     """
     stiffness, kept = asked(contact, path, machine_stiffness, keep)

@@ -91,11 +91,13 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> import xarray as xr
     >>> t = np.linspace(0.0, 7.2 * np.pi, 7201)
     >>> u, force = 1e-6 * np.sin(t), 2.0 * np.sin(t + 0.1)
     >>> record = xr.Dataset({"shift": ("step", u), "tangential_force": ("step", force)})
-    >>> loops = measured_loops(record)
+    >>> loops = mdr.measured_loops(record)
     >>> loops.data.sizes["cycle"], round(float(loops["damping_ratio"][0]), 4)
     (3, 0.0502)
     """

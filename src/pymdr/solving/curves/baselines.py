@@ -83,10 +83,11 @@ def baseline_of(curve: MeasuredSamples) -> Baseline:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> x = np.linspace(-1e-6, 1e-6, 400)
     >>> force = 2e-3 * x + 1e-9 + 2.0 * np.clip(x, 0.0, None) ** 1.5
-    >>> from pymdr import MeasuredCurve
-    >>> found = MeasuredCurve(force=force, indentation=x).baseline()
+    >>> found = mdr.MeasuredCurve(force=force, indentation=x).baseline()
     >>> round(found.tilt, 6)
     0.002
     """

@@ -150,10 +150,11 @@ def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike |
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> x = np.linspace(-1e-6, 1e-6, 400)
     >>> noise = 1e-12 * np.random.default_rng(1).normal(size=400)
-    >>> from pymdr import MeasuredCurve
-    >>> found = MeasuredCurve(force=2.0 * np.clip(x, 0.0, None) ** 1.5 + noise, indentation=x).contact_point()
+    >>> found = mdr.MeasuredCurve(force=2.0 * np.clip(x, 0.0, None) ** 1.5 + noise, indentation=x).contact_point()
     >>> found.low < 0.0 < found.high
     True
     """

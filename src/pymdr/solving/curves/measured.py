@@ -44,8 +44,9 @@ class MeasuredCurve(MeasuredSamples):
 
     Examples
     --------
+    >>> import pymdr as mdr
     >>> import numpy as np
-    >>> curve = MeasuredCurve(force=np.linspace(0, 1e-6, 9), travel=np.linspace(0, 2e-6, 9), spring_constant="1 N/m")
+    >>> curve = mdr.MeasuredCurve(force=np.linspace(0, 1e-6, 9), travel=np.linspace(0, 2e-6, 9), spring_constant="1 N/m")
     >>> float(curve.depth[-1])
     1e-06
     """

@@ -45,9 +45,10 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
 
     Examples
     --------
-    >>> from pymdr import MeasuredCurve
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> height = np.linspace(2e-6, 0.0, 90)
-    >>> curve = MeasuredCurve(force=-np.clip(1e-6 - height, 0.0, None) ** 2, indentation=height)
+    >>> curve = mdr.MeasuredCurve(force=-np.clip(1e-6 - height, 0.0, None) ** 2, indentation=height)
     >>> print(curve.orient().step)
     signs: turned, so that compression is positive and the position grows toward the body: force and indentation
     """
@@ -129,8 +130,9 @@ def to_indentation(curve: Samples) -> Samples:
 
     Examples
     --------
-    >>> from pymdr import MeasuredCurve
-    >>> curve = MeasuredCurve(force=np.linspace(0, 1e-6, 9), travel=np.linspace(0, 2e-6, 9), spring_constant="1 N/m")
+    >>> import numpy as np
+    >>> import pymdr as mdr
+    >>> curve = mdr.MeasuredCurve(force=np.linspace(0, 1e-6, 9), travel=np.linspace(0, 2e-6, 9), spring_constant="1 N/m")
     >>> float(curve.to_indentation().indentation[-1])
     1e-06
     """
@@ -222,9 +224,10 @@ def prepare(
 
     Examples
     --------
-    >>> from pymdr import MeasuredCurve
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> height = np.linspace(2e-6, 0.0, 400)
-    >>> curve = MeasuredCurve(force=1e-9 + np.clip(1e-6 - height, 0.0, None) ** 1.5, indentation=height).prepare()
+    >>> curve = mdr.MeasuredCurve(force=1e-9 + np.clip(1e-6 - height, 0.0, None) ** 1.5, indentation=height).prepare()
     >>> [step.name for step in curve.steps]
     ['outliers', 'signs', 'saturation', 'baseline', 'contact point']
     >>> bool(curve.original.indentation[0] == 2e-6)

@@ -71,11 +71,10 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Sphere
-    >>> ball = Contact(Sphere("10 mm"), Elastic("210 GPa", 0.3))
-    >>> law = export_law(ball, "10 um")
-    >>> exact = solve(ball, indent("3 um"))["normal_force"][0]
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    >>> law = mdr.export_law(ball, "10 um")
+    >>> exact = mdr.solve(ball, mdr.indent("3 um"))["normal_force"][0]
     >>> bool(abs(law.force("3 um") / exact - 1) < 1e-6), max(law.errors.values()) < 1e-6
     (True, True)
     """

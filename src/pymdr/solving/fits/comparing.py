@@ -128,13 +128,13 @@ def compare_laws(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Cone, Paraboloid
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> depth = np.linspace(-1e-6, 1e-6, 101)
     >>> noise = 1e-11 * np.random.default_rng(1).normal(size=depth.size)
-    >>> curve = MeasuredCurve(force=4e3 * np.maximum(depth, 0.0) ** 2 + noise, indentation=depth)
-    >>> gel = Elastic("10 kPa", 0.5)
-    >>> compare_laws({"ball": Contact(Paraboloid("5 um"), gel), "cone": Contact(Cone(slope=0.5), gel)}, curve, ["body.young"]).best
+    >>> curve = mdr.MeasuredCurve(force=4e3 * np.maximum(depth, 0.0) ** 2 + noise, indentation=depth)
+    >>> gel = mdr.Elastic("10 kPa", 0.5)
+    >>> mdr.compare_laws({"ball": mdr.Contact(mdr.Paraboloid("5 um"), gel), "cone": mdr.Contact(mdr.Cone(slope=0.5), gel)}, curve, ["body.young"]).best
     'cone'
     """
     if not isinstance(contacts, Mapping) or len(contacts) < 2:

@@ -93,13 +93,13 @@ def fit(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> depth = np.linspace(-1e-6, 1e-6, 101)
     >>> force = 16e3 / 9 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
-    >>> found = fit(
-    ...     Contact(Paraboloid("5 um"), Elastic("10 kPa", 0.5)),
-    ...     MeasuredCurve(force=force, indentation=depth + 3e-7),
+    >>> found = mdr.fit(
+    ...     mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5)),
+    ...     mdr.MeasuredCurve(force=force, indentation=depth + 3e-7),
     ...     ["body.young"],
     ... )
     >>> round(found["body.young"].value, 6), round(1e9 * found["contact_point"].value, 6)

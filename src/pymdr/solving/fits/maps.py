@@ -166,14 +166,14 @@ def fit_map(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> depth = np.linspace(-1e-6, 1e-6, 101)
     >>> curves = [
-    ...     MeasuredCurve(force=E * 16 / 9 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5, indentation=depth)
+    ...     mdr.MeasuredCurve(force=E * 16 / 9 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5, indentation=depth)
     ...     for E in (1e3, 2e3)
     ... ]
-    >>> found = fit_map(Contact(Paraboloid("5 um"), Elastic("10 kPa", 0.5)), curves, ["body.young"])
+    >>> found = mdr.fit_map(mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5)), curves, ["body.young"])
     >>> found["body.young"].values.round(3).tolist()
     [1000.0, 2000.0]
     """

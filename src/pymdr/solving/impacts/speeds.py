@@ -66,11 +66,9 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
 
     Examples
     --------
-    >>> from pymdr.problem.laws import JKR
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> gel = Contact(Paraboloid("1 mm"), Elastic("30 kPa", 0.5), adhesion=JKR("50 mJ/m^2"))
-    >>> restitution(gel, mass="1 mg", speeds=[0.05, 0.1, 0.5])["restitution"].values.round(4).tolist()
+    >>> import pymdr as mdr
+    >>> gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+    >>> mdr.restitution(gel, mass="1 mg", speeds=[0.05, 0.1, 0.5])["restitution"].values.round(4).tolist()
     [0.0, 0.4207, 0.9834]
     """
     import xarray as xr

@@ -73,10 +73,9 @@ def impact(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> ball = Contact(Paraboloid("10 mm"), Elastic("210 GPa", 0.3))
-    >>> hit = impact(ball, mass="33 g", speed="1 m/s")
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    >>> hit = mdr.impact(ball, mass="33 g", speed="1 m/s")
     >>> round(hit.contact_time * 1 / hit.largest_indentation, 6)
     2.943275
     """

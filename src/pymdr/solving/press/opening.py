@@ -65,6 +65,13 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     ------
     FileError
         If the file is missing, damaged or of something else.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> mdr.open_pressed_surface("missing.nc")
+    Traceback (most recent call last):
+    pymdr.errors.FileError: cannot read 'missing.nc': no such file
     """
     from pymdr.presentation.files import read_dataset
 

@@ -103,10 +103,11 @@ def press(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> x = np.linspace(-0.5, 0.5, 65)[:-1] + 0.5 / 64
-    >>> ball = Topography(-(x[:, None] ** 2 + x**2) * 5e-7, "1 mm")  # of R = 1 m: by Hertz 39.56 mN
-    >>> pressed = press(ball, Elastic("1 GPa", 0.3), indentation="90 nm")
+    >>> ball = mdr.Topography(-(x[:, None] ** 2 + x**2) * 5e-7, "1 mm")  # of R = 1 m: by Hertz 39.56 mN
+    >>> pressed = mdr.press(ball, mdr.Elastic("1 GPa", 0.3), indentation="90 nm")
     >>> round(float(pressed["normal_force"][0]) * 1e3, 2)
     39.61
     """
