@@ -375,8 +375,8 @@ def test_contacts_that_no_normal_force_tells():
 @pytest.mark.parametrize(
     ("arguments", "kind", "words"),
     [
-        ({}, ProblemError, r"exactly one of .*none given"),
-        ({"indentation": np.zeros(9), "travel": np.zeros(9)}, ProblemError, "both of them"),
+        ({}, ProblemError, "exactly one of indentation and travel .none given"),
+        ({"indentation": np.zeros(9), "travel": np.zeros(9)}, ProblemError, "both given"),
         ({"travel": np.zeros(9)}, ProblemError, "needs the spring_constant"),
         ({"indentation": np.zeros(8)}, ProblemError, "9 forces, but 8 entries"),
         ({"indentation": np.zeros(9), "time": np.zeros(9)}, ProblemError, "times must rise"),

@@ -485,7 +485,7 @@ def test_scatter_becomes_a_band():
         (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 2, 3, 4], [0, 0, -1, 0, 0]), "at least 0 m"),
         (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 2, 3, 4], interpolation="cubic"), "CubicSpline"),
         (lambda: mdr.CubicSpline("pointed"), "'round'"),
-        (lambda: mdr.Sampled([[0, 1], [2, 3]], [0, 1]), "one row"),
+        (lambda: mdr.Sampled([[0, 1], [2, 3]], [0, 1]), "one-dimensional array"),
     ],
 )
 def test_bad_samples(make, words):
