@@ -349,7 +349,7 @@ def _stays_free(
         there += after
         gap += min(before, after)
     new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there, 1.0, rest, 0.0
-    return gap > 0.0
+    return bool(gap > 0.0)
 
 
 @inner

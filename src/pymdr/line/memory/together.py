@@ -13,24 +13,20 @@ import numpy as np
 
 from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
-    BORNE,
     CROSS,
     DECAY,
-    FREE,
     MEAN,
     MODULUS,
     MOVED,
     OWN,
     RAMP,
-    REST,
     SHARE,
     SOFT,
-    TURN,
     Body,
     Move,
-    W,
     stiffness,
 )
+from pymdr.line.memory.modes import BORNE, FREE, REST, TURN, W
 from pymdr.units import FloatArray
 
 ALL = 0
