@@ -335,24 +335,6 @@ def _stayed(body: Body, move: Move, room: Room, stays: float) -> tuple[float, fl
 
 
 @inner
-def _stays_free(
-    body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatArray, work: FloatArray
-) -> bool:
-    """Let a free spring creep; returns whether it surely is not touched."""
-    rest, modes = old[i, REST], body.modes
-    gap, there = rest + y - max(move.start, move.start + move.way), rest
-    for k in range(modes.shape[0]):
-        before = modes[k, REACH] * old[i, BORNE + k]
-        after = work[k, LEFT] * old[i, BORNE + k]
-        new[i, BORNE + k] = after
-        after *= modes[k, REACH]
-        there += after
-        gap += min(before, after)
-    new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there, 1.0, rest, 0.0
-    return bool(gap > 0.0)
-
-
-@inner
 def step(
     springs: FloatArray,
     body: Body,
@@ -371,7 +353,8 @@ def step(
     first, active, cut = limits
     way, drag, end, equilibrium = move.way, move.drag, move.start + move.way, body.equilibrium
     # looked up once: in a loop that counts references
-    branch, at_work, branches, n = room.branch, room.work, body.branches, body.branches.shape[0]
+    branch, at_work, branches, modes = room.branch, room.work, body.branches, body.modes
+    n = branches.shape[0]
     prepare(body, move.duration, room)
     for j in range(n):
         at_work[j, ELASTIC], at_work[j, LOADED], at_work[j, SQUARES] = branches[j, MODULUS] * way, 0.0, 0.0
@@ -383,14 +366,23 @@ def step(
         there, free = end - y, old[i, FREE] != 0.0
         q, least, energy = equilibrium * there + drag, min(equilibrium * w, equilibrium * there) + drag, 0.0
         if free:
+            rest, faded = old[i, REST], 0.0
+            gap, there_free = rest + y - max(move.start, end), rest
             parts += 1
-            if _stays_free(body, move, y, i, old, new, at_work):
-                for k in range(body.modes.shape[0]):
-                    m = old[i, BORNE + k]
-                    lost += share * at_work[k, TAKEN] * m * m
-                    energy += new[i, BORNE + k] * new[i, BORNE + k]
+            for k in range(modes.shape[0]):
+                before, reach = old[i, BORNE + k], modes[k, REACH]
+                after = at_work[k, LEFT] * before
+                new[i, BORNE + k] = after
+                there_free += reach * after
+                gap += min(reach * before, reach * after)
+                energy += after * after
+                faded += at_work[k, TAKEN] * before * before
+            if gap > 0.0:
+                new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there_free, 1.0, rest, 0.0
+                lost += share * faded
                 stored += 0.5 * share * energy
                 continue
+            energy = 0.0
         else:
             for j in range(n):
                 before = old[i, BORNE + j]
@@ -404,7 +396,7 @@ def step(
             work += share * room.known[_WORK]
             parts += int(room.known[_TRIED])
             if free:
-                for k in range(body.modes.shape[0]):
+                for k in range(modes.shape[0]):
                     stored += 0.5 * share * new[i, BORNE + k] * new[i, BORNE + k]
                 continue
             q = equilibrium * there + drag
