@@ -4,6 +4,8 @@ import importlib
 import json
 import pkgutil
 import re
+import shlex
+import shutil
 import sys
 from pathlib import Path
 
@@ -49,6 +51,7 @@ def blocks(page):
         "fits.md",
         "law.md",
         "contributing.md",
+        "for_teaching.md",
     ],
 )
 def test_blocks_run(page):
@@ -137,6 +140,26 @@ def test_first_steps_print_what_is_shown(capsys):
     assert shown >= 4
 
 
+FILE = re.compile(r"^:::\{code-block\} \w+\n:caption: (\S+)\n\n(.*?)^:::", re.MULTILINE | re.DOTALL)
+CONSOLE = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("for_*.md")), ids=lambda p: p.stem)
+def test_commands_print_the_numbers_that_are_shown(page, tmp_path, monkeypatch, shell):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS.parent / "examples" / "data", tmp_path / "examples" / "data")
+    for name, body in FILE.findall(page.read_text()):
+        (tmp_path / name).write_text(body)
+    consoles = CONSOLE.findall(page.read_text())
+    assert consoles
+    for console in consoles:
+        for command in console.replace("\\\n", " ").removeprefix("$ ").split("\n$ "):
+            line, _, shown = command.partition("\n")
+            status, out, error = shell(*shlex.split(line)[1:])
+            assert status == 0, error
+            assert set(re.findall(r"[-\d.e]*\d", shown)) <= set(re.findall(r"[-\d.e]*\d", out)), line
+
+
 def test_the_readme_leads_to_every_page():
     links = set(re.findall(r"\]\(docs/(\w+\.md)\)", (DOCS.parent / "README.md").read_text()))
     assert links == {page.name for page in DOCS.glob("*.md")} - {"index.md"}
@@ -170,6 +193,14 @@ def test_the_reference_names_everything_public():
 def test_the_reference_names_what_is_there():
     for path in re.findall(r"^   ([\w.]+)$", (DOCS / "reference.md").read_text(), re.MULTILINE):
         assert pkgutil.resolve_name(f"pymdr.{path}") is not None
+
+
+@pytest.mark.parametrize("page", [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda p: p.stem)
+def test_links_lead_to_files_of_the_repository(page):
+    """Those of figures and of galleries, which the build of the pages makes, are no links of the README."""
+    for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
+        built = link.startswith("generated/") and link.endswith(".png") and page.stem != "README"
+        assert built or (page.parent / link).exists(), link
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
