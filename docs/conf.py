@@ -61,7 +61,11 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_custom_sections = [("Attributes", "params_style")]  # not objects: members have entries of their own
-suppress_warnings = ["config.cache", "autosectionlabel.*"]
+suppress_warnings = [
+    "config.cache",
+    "autosectionlabel.*",
+    "ref.python",
+]  # words of types are names of attributes
 
 
 def scrape_figure(block, block_vars, gallery_conf):
@@ -112,11 +116,11 @@ def render_math(self, node):
     raise nodes.SkipNode
 
 
-def keep_bars(app, what, name, obj, options, lines):
-    """|x| in a docstring is an absolute value, not a substitution."""
+def keep_bars_and_stars(app, what, name, obj, options, lines):
+    """|x| in a docstring is an absolute value, not a substitution, and *args are arguments, not emphasis."""
     for i, line in enumerate(lines):
         if "``" not in line and not line.lstrip().startswith((">>>", "...")):
-            lines[i] = re.sub(r"(?<!\\)\|", r"\|", line)
+            lines[i] = re.sub(r"(?<!\\)(\||\*(?=args))", r"\\\1", line)
 
 
 def keep_colons(app, what, name, obj, options, lines):
@@ -127,7 +131,9 @@ def keep_colons(app, what, name, obj, options, lines):
 
 def link_programs(app, docname, source):
     """Pages link to programs in the repository; as HTML the links lead to the pages of the galleries."""
-    source[0] = re.sub(r"\]\((?:\.\./)?(examples|demonstrations)/(\w+)\.py\)", r"](generated/\1/\2)", source[0])
+    source[0] = re.sub(
+        r"\]\((?:\.\./)?(examples|demonstrations)/(\w+)\.py\)", r"](generated/\1/\2)", source[0]
+    )
 
 
 def write_glossary(app):
@@ -157,7 +163,7 @@ def setup(app):
     app.add_html_math_renderer(
         "mathml", inline_renderers=(render_math, None), block_renderers=(render_math, None)
     )
-    app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("autodoc-process-docstring", keep_bars_and_stars)
     app.connect("autodoc-process-docstring", keep_colons, priority=400)  # before napoleon
     app.connect("source-read", link_programs)
     app.connect("builder-inited", write_glossary)

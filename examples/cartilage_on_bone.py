@@ -2,9 +2,8 @@
 Cartilage on bone, with adhesion
 ================================
 
-Cartilage is thin: where the contact is as wide as the layer is thick, the bone below carries much of the load, and the more the
-less its volume can change. A half-space of cartilage would take the same force for far stiffer tissue. Here a glass ball of
-10 mm is pressed into a layer of 1 mm and pulled off again.
+Cartilage is thin. If the contact is as wide as the layer is thick, the bone carries much of the load, more so for an
+incompressible layer. A glass ball of 10 mm is pressed into a layer of 1 mm and pulled off again.
 """
 
 import math

@@ -34,7 +34,9 @@ complex_modulus = 1e6 + np.sum(moduli * spin[:, None] * times / (1 + spin[:, Non
 noisy = 1 + 0.01 * rng.standard_normal((2, frequency.size))
 rubber = [
     f"{f:.4g},{s / 1e6:.5g},{w / 1e6:.5g}"
-    for f, s, w in zip(frequency, complex_modulus.real * noisy[0], complex_modulus.imag * noisy[1], strict=True)
+    for f, s, w in zip(
+        frequency, complex_modulus.real * noisy[0], complex_modulus.imag * noisy[1], strict=True
+    )
 ]
 
 tables = {

@@ -195,7 +195,9 @@ def test_the_reference_names_what_is_there():
         assert pkgutil.resolve_name(f"pymdr.{path}") is not None
 
 
-@pytest.mark.parametrize("page", [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "page", [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda p: p.stem
+)
 def test_links_lead_to_files_of_the_repository(page):
     """Those of figures and of galleries, which the build of the pages makes, are no links of the README."""
     for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
