@@ -108,10 +108,11 @@ FUNCTION = r"\\(?:arc)?(?:sin|cos|tan|cot|ln|log|exp|max|min)(?![a-z])"
 def render_math(self, node):
     """Mathematics as MathML, which browsers show without a network."""
     display = "block" if isinstance(node, nodes.math_block) else "inline"
-    # TeX sets a thin space on both sides of a function's name and an upright d; the converter does neither
+    # as in TeX: thin spaces around the name of a function, none around a bar or a slash, and an upright d
     tex = re.sub(rf"(?<=[\w)\]}}])\s*(?={FUNCTION})", r"\\, ", node.astext())
     tex = re.sub(rf"({FUNCTION})\s*(?=[A-Za-z0-9]|\\(?!left|!|,))", r"\1\\, ", tex)
     mathml = latex2mathml.converter.convert(tex, display=display)
+    mathml = re.sub("<mo(?=[^>]*>&#x000(?:7C|2F);)", '<mo lspace="0" rspace="0"', mathml)
     self.body.append(mathml.replace("<mi>&#x00064;</mi>", '<mi mathvariant="normal">d</mi>'))
     raise nodes.SkipNode
 

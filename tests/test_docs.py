@@ -4,10 +4,12 @@ import importlib
 import json
 import pkgutil
 import re
+import runpy
 import shlex
 import shutil
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -165,6 +167,33 @@ def test_the_readme_leads_to_every_page():
     assert links == {page.name for page in DOCS.glob("*.md")} - {"index.md"}
     contents = (DOCS / "index.md").read_text().split()
     assert all(page.removesuffix(".md") in contents for page in links)
+
+
+def test_every_example_has_one_place_in_the_gallery():
+    shown = re.findall(r"examples/(\w+)\.py", (DOCS / "examples.md").read_text())
+    programs = [file.stem for file in (DOCS.parent / "examples").glob("*.py")]
+    assert sorted(shown) == sorted(name for name in programs if not name.startswith("make_"))
+
+
+MATHEMATICS = {
+    r"t x \arctan(x/c)": r'x</mi><mspace width="0.167em" /><mi>arctan',
+    r"1 - \cos kr": r'cos</mi><mspace width="0.167em" /><mi>k',
+    r"\max_k r": r"<msub><mi>max</mi><mi>k</mi></msub>|max",
+    r"r\,\mathrm dr": r'<mspace width="0.167em" /><mi mathvariant="normal">d</mi><mi>r',
+    r"\lvert x \rvert": r'<mo lspace="0" rspace="0">&#x0007C;</mo><mi>x',
+    r"x/R": r'<mo lspace="0" rspace="0">&#x0002F;</mo>',
+}
+
+
+@pytest.mark.parametrize("tex", MATHEMATICS)
+def test_mathematics_keeps_its_spaces(tex):
+    for package in ("latex2mathml", "sphinx_gallery"):
+        pytest.importorskip(package, reason="the packages of the group docs are not installed")
+    nodes = pytest.importorskip("docutils.nodes")
+    shown = SimpleNamespace(body=[])
+    with pytest.raises(nodes.SkipNode):
+        runpy.run_path(str(DOCS / "conf.py"))["render_math"](shown, nodes.math(text=tex))
+    assert re.search(MATHEMATICS[tex], shown.body[0]), shown.body[0]
 
 
 def test_no_source_is_cited_that_readers_do_not_have():
