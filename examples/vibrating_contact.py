@@ -2,8 +2,8 @@
 Vibrating contact
 =================
 
-Load and shift oscillate together, out of phase. Where the load falls the stick zone is eaten from outside, where it
-grows fresh surface sticks without tension: the state depends on the whole history, which is followed exactly.
+Load and shift oscillate together, out of phase. If the load decreases, the stick zone shrinks from outside; if it increases, new
+surface sticks without tension. The state depends on the whole history, which is followed exactly.
 """
 
 import numpy as np
@@ -28,6 +28,6 @@ right.set(xlabel="step", ylabel="radius (µm)")
 right.legend()
 
 # %%
-# Energy is kept: what is put in is stored or rubbed away. The last two cycles are steady.
+# Energy balance: work is stored or dissipated by friction. The last two cycles are steady.
 lost = result["dissipated_energy"].values
 assert abs((lost[-1] - lost[-301]) / (lost[-301] - lost[-601]) - 1) < 1e-9
