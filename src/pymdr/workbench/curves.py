@@ -40,7 +40,7 @@ def read_curves(
     spring_constant: QuantityLike | None = None,
     leave_out_missing: bool = False,
 ) -> tuple[MeasuredCurve, ...]:
-    """
+    r"""
     Read the force curves of a file, a curve for each segment: approach, hold, retreat.
 
     Parameters
@@ -83,7 +83,7 @@ def read_curves(
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "curve.csv"
     ...     rows = [f"{i * i}, {10 * i}" for i in range(9)]
-    ...     _ = file.write_text("\\n".join(["load [nN], indentation [nm]", *rows]))
+    ...     _ = file.write_text("\n".join(["load [nN], indentation [nm]", *rows]))
     ...     [curve] = mdr.read_curves(file)
     >>> curve.force.size, round(float(curve.force[-1]) * 1e9, 9)
     (9, 64.0)
@@ -116,7 +116,7 @@ def read_curves(
 def read_prepared_curves(
     file: str | os.PathLike[str], *, segment: str = "record", spring_constant: QuantityLike | None = None
 ) -> tuple[MeasuredCurve, ...]:
-    """
+    r"""
     Read the force curves of a file ready for a fit: with the signs of pymdr, bad samples marked, and a straight baseline taken off.
 
     Parameters
@@ -149,7 +149,7 @@ def read_prepared_curves(
     ...     file = Path(folder) / "curve.csv"
     ...     depths = [max(i - 50, 0) for i in range(150)]
     ...     rows = [f"{0.01 * depth**1.5}, {i}" for i, depth in enumerate(depths)]
-    ...     _ = file.write_text("\\n".join(["load [nN], indentation [nm]", *rows]))
+    ...     _ = file.write_text("\n".join(["load [nN], indentation [nm]", *rows]))
     ...     [curve] = mdr.read_prepared_curves(file)
     >>> curve.force.size
     150
