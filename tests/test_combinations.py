@@ -212,5 +212,5 @@ def test_measured_surfaces_are_pressed():
     from pymdr.problem.codec import decode_case
 
     body = {"kind": "elastic", "young": 1e6, "poisson": 0.5}
-    with pytest.raises(mdr.CaseError, match=r"with pymdr press$"):
+    with pytest.raises(mdr.CaseError, match=r"use pymdr press$"):
         decode_case({"surface": {"file": "ground.csv"}, "body": body})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pymdr.errors import FileError, ProblemError
@@ -60,7 +59,7 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     >>> float(again["normal_force"][-1])
     1.0
     """
-    from pymdr.presentation.files import read_dataset
+    from pymdr.presentation.files import named_file, read_dataset
 
-    folder = Path(file)
-    return result_from_dataset(read_dataset(folder / "result.nc" if folder.is_dir() else file))
+    source = named_file(file, "read")
+    return result_from_dataset(read_dataset(source / "result.nc" if source.is_dir() else source))
