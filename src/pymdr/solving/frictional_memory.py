@@ -315,8 +315,8 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
     """
     Relative errors of rows, from half as many springs and steps.
 
-    The error that the edge of slip makes depends on where it lies between springs, so that two levels may agree by chance: a
-    quarter of what the next two differ counts too, as for errors of second order.
+    The error that the edge of slip makes depends on where it lies between springs, so that two levels may agree by chance: an
+    eighth of the difference of the next two counts too; an error of second order is a twelfth of it.
     """
     normal = rows.normal
     fine = _compared(rows.fine, normal.dissipated, normal.work)
@@ -325,7 +325,7 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
         for sheared in (rows.coarse, rows.coarsest)
     )
     return {
-        name: np.maximum(error_of(fine[name], coarse[name]), 0.25 * error_of(coarse[name], coarsest[name]))
+        name: np.maximum(error_of(fine[name], coarse[name]), 0.125 * error_of(coarse[name], coarsest[name]))
         for name in fine
     }
 
