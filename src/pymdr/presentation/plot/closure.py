@@ -141,7 +141,7 @@ def draw_line(axes: Axes, curve: CurveData) -> None:
     x_unit, g_unit = good_unit(x, "m"), good_unit(g, "m")
     both = np.append(-x[::-1], x), np.append(g[::-1], g)
     axes.plot(lengths(both[0], x_unit), lengths(both[1], g_unit), color=GREEN, lw=1.5)
-    axes.set_title("line from a curve, not a picture of the contact", fontsize=8.0, color=GREY)
+    axes.set_title("line from a curve, not a picture of the contact", color=GREY)
     axes.set_xlabel(f"{POSITION.label} ({x_unit})")
     axes.set_ylabel(axis_label("equivalent_profile", g_unit))
 

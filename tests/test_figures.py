@@ -1,0 +1,209 @@
+"""Every figure can be read: texts inside the canvas and clear of one another, axes with units, colours told apart."""
+
+import itertools
+import math
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.colors import to_rgb
+
+import pymdr as mdr
+from common import GEL, STEEL
+from drawing import examples, first_of
+from legibility import collected_figures, faults
+from pymdr.presentation.plot.shared import CYCLE, GREY
+from pymdr.quantities import parameter_label
+
+FOLDER = Path(__file__).parent.parent
+SCRIPTS = sorted([*FOLDER.glob("examples/*.py"), *FOLDER.glob("docs/demonstrations/*.py")])
+
+BALL, TIP = mdr.Paraboloid("10 mm"), mdr.Paraboloid("50 um")
+SOLID = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
+COPPER = mdr.Elastic(
+    "120 GPa",
+    0.34,
+    thermal_conductivity="400 W/(m K)",
+    thermal_diffusivity="117 mm^2/s",
+    resistivity="17 nohm m",
+)
+GLUED = mdr.Layered([mdr.Layer(GEL, "20 um")], base=mdr.Elastic("1 GPa", 0.3))
+JKR, MAUGIS, DMT = (
+    mdr.JKR("2 mJ/m^2"),
+    mdr.MaugisDugdale("2 mJ/m^2", range="100 nm"),
+    mdr.DMT("2 mJ/m^2"),
+)
+HOLLOW = mdr.FlatPunch("1 mm") + mdr.Function(lambda r: -(r**2), derivative=lambda r: -2 * r)
+PRESSED = mdr.indent("1 um", steps=20) >> mdr.indent("-3 um", steps=40)
+PULLED = mdr.travel("2 um", steps=20) >> mdr.travel("-20 um", steps=40)
+SHEARED = mdr.load("50 N", steps=5) >> mdr.cycle(shift="0.5 um", steps=40)
+DEPTHS = np.linspace(0.0, 2e-6, 41)[1:]
+CURVE = mdr.ForceCurve(DEPTHS, 1e10 * DEPTHS**1.5, modulus="115 GPa")
+RADII = np.linspace(0.0, 1e-3, 41)
+SAMPLED = mdr.Sampled(RADII, RADII**2 / 0.02, scatter=2e-5 * RADII)
+SLOW = mdr.indent("1 um", steps=10, duration="1 ms") >> mdr.hold("5 ms", steps=10)
+
+
+def solved(profile, path, *bodies, **given):
+    how = {name: given.pop(name) for name in ("machine_stiffness", "solver", "keep") if name in given}
+    return mdr.solve(mdr.Contact(profile, *bodies, **given), path, **how)
+
+
+RESULTS = {
+    "plain": lambda: solved(BALL, mdr.load("50 N", steps=5), STEEL, STEEL),
+    "jkr": lambda: solved(TIP, PRESSED, GEL, adhesion=JKR),
+    "machine": lambda: solved(TIP, PULLED, GEL, adhesion=JKR, machine_stiffness="0.05 N/m"),
+    "friction": lambda: solved(BALL, SHEARED, STEEL, STEEL, friction=mdr.Coulomb(0.3)),
+    "memory": lambda: solved(BALL, SLOW, SOLID),
+    "maugis": lambda: solved(TIP, PULLED, GEL, adhesion=MAUGIS, machine_stiffness="0.05 N/m"),
+    "dmt": lambda: solved(TIP, PRESSED, GEL, adhesion=DMT),
+    "deep": lambda: solved(TIP, mdr.indent("20 um", steps=20), GEL, adhesion=JKR),
+    "lost": lambda: solved(TIP, mdr.load("0 N") >> mdr.load("-1 uN", steps=20), GEL, adhesion=JKR),
+    "untouched": lambda: solved(TIP, mdr.indent("-1 um", steps=3), GEL, adhesion=JKR),
+    "flat": lambda: solved(mdr.FlatPunch("10 um"), PRESSED, GEL, adhesion=JKR),
+    "cone": lambda: solved(mdr.Cone(slope=0.1), mdr.indent("1 um", steps=3), STEEL),
+    "worn": lambda: solved(
+        mdr.TruncatedSphere("1 m", flat_radius="1 mm"), mdr.load("1 kN", steps=5), STEEL
+    ),
+    "scatter": lambda: solved(SAMPLED, mdr.indent("1 um", steps=10), STEEL),
+    "stuck": lambda: solved(BALL, SHEARED, STEEL, STEEL, friction=mdr.Coulomb(math.inf)),
+    "kept": lambda: solved(BALL, SHEARED, STEEL, STEEL, friction=mdr.Coulomb(0.3), keep=7),
+    "memory and friction": lambda: solved(
+        BALL, SLOW >> mdr.shift("1 um", steps=5, duration="1 ms"), SOLID, friction=mdr.Coulomb(0.3)
+    ),
+    "layers": lambda: solved(TIP, mdr.indent("5 um", steps=4), GLUED),
+    "sticky layers": lambda: solved(TIP, PRESSED, GLUED, adhesion=JKR),
+    "rings": lambda: solved(BALL, mdr.indent("1 um", steps=3), STEEL, solver=mdr.Rings(n=40)),
+    "conduction": lambda: solved(BALL, mdr.load("50 N", steps=5), COPPER, COPPER),
+    "ellipse": lambda: solved(mdr.EllipticParaboloid("10 mm", "3 mm"), mdr.load("50 N", steps=3), STEEL),
+    "pyramid": lambda: solved(mdr.Pyramid.vickers(), mdr.indent("1 um", steps=3), STEEL),
+    "curve": lambda: solved(CURVE, mdr.indent("1 um", steps=3), STEEL, STEEL),
+    "sheared curve": lambda: solved(
+        CURVE,
+        mdr.indent("1 um", steps=3) >> mdr.cycle(shift="0.1 um", steps=40),
+        STEEL,
+        STEEL,
+        friction=mdr.Coulomb(0.3),
+    ),
+    "refused": lambda: solved(HOLLOW, mdr.indent("0.5 um", steps=4), GEL),
+}
+
+
+@pytest.mark.parametrize("name", first_of(list(RESULTS), 5))
+def test_figures_of_results_can_be_read(name):
+    result = RESULTS[name]()
+    for kind, figure in {"overview": result.plot(), **result.figures()}.items():
+        assert not faults(figure), kind
+
+
+ROAD = mdr.RoughSurface(hurst=0.8, rms="5 um", size="1 mm", shortest="50 um", seed=1)
+JOINT = mdr.Contact(BALL, STEEL, STEEL, friction=mdr.Coulomb(0.3))
+STICKY = mdr.Contact(TIP, GEL, adhesion=JKR)
+WIRE = mdr.Contact(BALL, COPPER, COPPER, friction=mdr.Coulomb(0.5))
+PIXELS = (np.arange(64) + 0.5) * 1e-8
+BUMP = mdr.Topography(-np.add.outer((PIXELS - 3e-7) ** 2, (PIXELS - 3.4e-7) ** 2) / 2e-6, 6.4e-7)
+ROUGH = mdr.Topography(1e-8 * np.cumsum(np.random.default_rng(0).normal(size=(64, 64)), axis=0), "1 um")
+TIMES = np.geomspace(1e-3, 1e2, 41)
+
+
+def measured(seed=0, way=np.linspace(-1e-6, 1e-6, 120)):
+    """A noisy approach to a gel."""
+    force = solved(TIP, mdr.Path(indentation=way), GEL)["normal_force"].values
+    noise = 0.002 * force.max() * np.random.default_rng(seed).normal(size=way.size)
+    return mdr.MeasuredCurve(indentation=way, force=force + noise)
+
+
+class DrawnPoint:
+    """The contact point of a curve."""
+
+    def __init__(self, curve):
+        self.curve = curve
+
+    def plot(self):
+        """It is drawn in its curve."""
+        return self.curve.contact_point().plot(self.curve)
+
+
+def pressed():
+    pytest.importorskip("ContactMechanics", reason="ContactMechanics, of the extra rough, is missing")
+    return mdr.press(BUMP, STEEL, indentation=["1 nm", "2 nm"])
+
+
+def loop():
+    angle = np.linspace(0.0, 20.0, 400)
+    record = {"shift": ("step", np.sin(angle)), "tangential_force": ("step", np.sin(angle + 0.1))}
+    return mdr.measured_loops(xr.Dataset(record))
+
+
+STUDIES = {
+    "impact": lambda: mdr.impact(mdr.Contact(BALL, STEEL), mass="4 g", speed="0.1 m/s"),
+    "pull-off": lambda: mdr.pull_off(STICKY),
+    "regime": lambda: mdr.adhesion_regime(STICKY, range="200 nm"),
+    "loops": lambda: mdr.friction_loop(JOINT, np.geomspace(1e-8, 1e-6, 9), normal_force="50 N"),
+    "conditions": lambda: mdr.assess(STICKY, mdr.indent("1 um")),
+    "sweep": lambda: mdr.sweep(
+        mdr.Contact(TIP, GEL),
+        mdr.indent("1 um", steps=4),
+        {"body.young": ["1 kPa", "2 kPa"], "profile.radius": ["20 um", "50 um"]},
+    ),
+    "fit": lambda: mdr.fit(mdr.Contact(TIP, GEL), measured(), ["body.young"]),
+    "oblique impact": lambda: mdr.impact(
+        JOINT, mass="4 g", speed="0.1 m/s", angle="30 deg"
+    ),
+    "restitution": lambda: mdr.restitution(mdr.Contact(BALL, SOLID), mass="4 g", speeds=[0.05, 0.2, 1.0]),
+    "loops of coefficients": lambda: mdr.friction_loop(
+        JOINT, np.geomspace(1e-8, 1e-6, 9), coefficient=[0.2, 0.3, 0.4], normal_force="50 N"
+    ),
+    "measured loops": loop,
+    "prony": lambda: mdr.fit_prony(
+        {"omega": TIMES, "storage": SOLID.shear.storage(TIMES), "loss": SOLID.shear.loss(TIMES)}
+    ),
+    "bump": lambda: mdr.azimuthal_profile(BUMP),
+    "spectrum": lambda: mdr.power_spectrum(ROUGH),
+    "rings": lambda: mdr.verify(mdr.Contact(BALL, STEEL), mdr.indent("1 um", steps=2), elements=40),
+    "rings in time": lambda: mdr.verify(mdr.Contact(BALL, SOLID), SLOW, elements=40),
+    "boundary elements": lambda: mdr.verify(
+        mdr.Contact(mdr.EllipticParaboloid("10 mm", "3 mm"), STEEL), mdr.indent("1 um", steps=2), elements=33
+    ),
+    "sheared grid": lambda: mdr.verify(JOINT, mdr.ramp(indentation="2 um", shift="0.4 um", steps=4), elements=12),
+    "rolling": lambda: mdr.rolling(JOINT, [-1e-3, 1e-3, 4e-3], normal_force="100 N"),
+    "sliding": lambda: mdr.sliding_friction(mdr.Contact(BALL, SOLID), [1e-3, 0.1, 10.0], normal_force="1 N"),
+    "road": lambda: mdr.rough_sliding_friction(ROAD, SOLID, [1e-3, 0.1], normal_force="1 N"),
+    "joule": lambda: mdr.joule_heating(
+        solved(BALL, mdr.load("50 N", steps=5), COPPER, COPPER), voltage="90 mV", temperature="20 degC"
+    ),
+    "frictional heat": lambda: mdr.frictional_heat(WIRE, ["10 mm/s", "50 mm/s"], normal_force="1 N"),
+    "rough": lambda: mdr.press_rough(ROAD, STEEL, normal_force=["1 N", "10 N"], realisations=3),
+    "thickness": lambda: mdr.thickness_correction(
+        TIP, 0.5, thickness="20 um", indentation=np.geomspace(1e-7, 5e-6, 9)
+    ),
+    "pressed": lambda: pressed(),
+    "law": lambda: mdr.export_law(mdr.Contact(TIP, GEL), "5 um"),
+    "sticky law": lambda: mdr.export_law(STICKY, "5 um"),
+    "laws": lambda: mdr.compare_laws(
+        {"Hertz": mdr.Contact(TIP, GEL), "DMT": mdr.Contact(TIP, GEL, adhesion=DMT)},
+        measured(),
+        ["body.young"],
+    ),
+    "map": lambda: mdr.fit_map(
+        mdr.Contact(TIP, GEL), [measured(seed) for seed in range(4)], ["body.young"], contact_point="0 m"
+    ),
+    "contact point": lambda: DrawnPoint(measured()),
+}
+
+
+@pytest.mark.parametrize("name", first_of(list(STUDIES), 7))
+def test_figures_of_studies_can_be_read(name):
+    assert not faults(STUDIES[name]().plot())
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_figures_of_examples_can_be_read(script):
+    with collected_figures() as figures:
+        runpy.run_path(str(script))
+    for figure in figures:
+        assert not faults(figure)
