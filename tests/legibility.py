@@ -109,8 +109,7 @@ def _misplaced(figure, boxes):
     canvas = figure.bbox.padded(SLACK)
     named = [(repr(text.get_text()), box, legend) for text, box, legend in boxes]
     named += [
-        (f"the legend {_entries(legend)}", legend.get_window_extent(), legend)
-        for legend in _legends(figure)
+        (f"the legend {_entries(legend)}", legend.get_window_extent(), legend) for legend in _legends(figure)
     ]
     for name, box, _ in named:
         if box.x0 < canvas.x0 or box.y0 < canvas.y0 or box.x1 > canvas.x1 or box.y1 > canvas.y1:
@@ -143,7 +142,11 @@ def _unlabelled(figure, boxes):
             label, power = axis.label.get_text(), axis.get_offset_text().get_text()
             if power:
                 yield f"the axis {label!r} has the factor {power!r}"
-            if not (label in NUMBERS or _UNIT.search(label) or isinstance(axis.get_major_formatter(), StrCategoryFormatter)):
+            if not (
+                label in NUMBERS
+                or _UNIT.search(label)
+                or isinstance(axis.get_major_formatter(), StrCategoryFormatter)
+            ):
                 yield f"the axis {label!r} has no unit"
             if re.search(r"[a-z]\.[a-z]|[\^*_]", re.sub(r"\$[^$]*\$", "", label)):
                 yield f"the axis {label!r} has a name of the program"

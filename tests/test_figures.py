@@ -2,8 +2,6 @@
 
 import itertools
 import math
-import runpy
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,16 +9,14 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 import pymdr as mdr
 from common import GEL, STEEL
 from drawing import examples, first_of
-from legibility import collected_figures, faults
-from pymdr.presentation.plot.shared import CYCLE, GREY
+from legibility import faults
+from pymdr.presentation.plot.shared import CYCLE, GREY, legend_above, letter_panels, new_figure, styled
 from pymdr.quantities import parameter_label
-
-FOLDER = Path(__file__).parent.parent
-SCRIPTS = sorted([*FOLDER.glob("examples/*.py"), *FOLDER.glob("docs/demonstrations/*.py")])
 
 BALL, TIP = mdr.Paraboloid("10 mm"), mdr.Paraboloid("50 um")
 SOLID = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
@@ -66,9 +62,7 @@ RESULTS = {
     "untouched": lambda: solved(TIP, mdr.indent("-1 um", steps=3), GEL, adhesion=JKR),
     "flat": lambda: solved(mdr.FlatPunch("10 um"), PRESSED, GEL, adhesion=JKR),
     "cone": lambda: solved(mdr.Cone(slope=0.1), mdr.indent("1 um", steps=3), STEEL),
-    "worn": lambda: solved(
-        mdr.TruncatedSphere("1 m", flat_radius="1 mm"), mdr.load("1 kN", steps=5), STEEL
-    ),
+    "worn": lambda: solved(mdr.TruncatedSphere("1 m", flat_radius="1 mm"), mdr.load("1 kN", steps=5), STEEL),
     "scatter": lambda: solved(SAMPLED, mdr.indent("1 um", steps=10), STEEL),
     "stuck": lambda: solved(BALL, SHEARED, STEEL, STEEL, friction=mdr.Coulomb(math.inf)),
     "kept": lambda: solved(BALL, SHEARED, STEEL, STEEL, friction=mdr.Coulomb(0.3), keep=7),
@@ -110,8 +104,9 @@ ROUGH = mdr.Topography(1e-8 * np.cumsum(np.random.default_rng(0).normal(size=(64
 TIMES = np.geomspace(1e-3, 1e2, 41)
 
 
-def measured(seed=0, way=np.linspace(-1e-6, 1e-6, 120)):
+def measured(seed=0):
     """A noisy approach to a gel."""
+    way = np.linspace(-1e-6, 1e-6, 120)
     force = solved(TIP, mdr.Path(indentation=way), GEL)["normal_force"].values
     noise = 0.002 * force.max() * np.random.default_rng(seed).normal(size=way.size)
     return mdr.MeasuredCurve(indentation=way, force=force + noise)
@@ -151,9 +146,7 @@ STUDIES = {
         {"body.young": ["1 kPa", "2 kPa"], "profile.radius": ["20 um", "50 um"]},
     ),
     "fit": lambda: mdr.fit(mdr.Contact(TIP, GEL), measured(), ["body.young"]),
-    "oblique impact": lambda: mdr.impact(
-        JOINT, mass="4 g", speed="0.1 m/s", angle="30 deg"
-    ),
+    "oblique impact": lambda: mdr.impact(JOINT, mass="4 g", speed="0.1 m/s", angle="30 deg"),
     "restitution": lambda: mdr.restitution(mdr.Contact(BALL, SOLID), mass="4 g", speeds=[0.05, 0.2, 1.0]),
     "loops of coefficients": lambda: mdr.friction_loop(
         JOINT, np.geomspace(1e-8, 1e-6, 9), coefficient=[0.2, 0.3, 0.4], normal_force="50 N"
@@ -169,7 +162,9 @@ STUDIES = {
     "boundary elements": lambda: mdr.verify(
         mdr.Contact(mdr.EllipticParaboloid("10 mm", "3 mm"), STEEL), mdr.indent("1 um", steps=2), elements=33
     ),
-    "sheared grid": lambda: mdr.verify(JOINT, mdr.ramp(indentation="2 um", shift="0.4 um", steps=4), elements=12),
+    "sheared grid": lambda: mdr.verify(
+        JOINT, mdr.ramp(indentation="2 um", shift="0.4 um", steps=4), elements=12
+    ),
     "rolling": lambda: mdr.rolling(JOINT, [-1e-3, 1e-3, 4e-3], normal_force="100 N"),
     "sliding": lambda: mdr.sliding_friction(mdr.Contact(BALL, SOLID), [1e-3, 0.1, 10.0], normal_force="1 N"),
     "road": lambda: mdr.rough_sliding_friction(ROAD, SOLID, [1e-3, 0.1], normal_force="1 N"),
@@ -201,9 +196,84 @@ def test_figures_of_studies_can_be_read(name):
     assert not faults(STUDIES[name]().plot())
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
-def test_figures_of_examples_can_be_read(script):
-    with collected_figures() as figures:
-        runpy.run_path(str(script))
-    for figure in figures:
-        assert not faults(figure)
+# linear RGB as it is seen without red, green or blue cones (Machado, Oliveira and Fernandes 2009, table 1)
+WITHOUT_CONES = {
+    "none": np.eye(3),
+    "red": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "green": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "blue": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+TO_XYZ = np.array([[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0178, 0.1095, 0.8727]])
+"""From linear sRGB, relative to its white."""
+
+
+def lab(colour, missing):
+    """CIELAB of a colour as it is seen."""
+    rgb = np.array(to_rgb(colour))
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    x, y, z = np.cbrt(TO_XYZ @ np.clip(WITHOUT_CONES[missing] @ linear, 1e-3, 1.0))
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize("missing", WITHOUT_CONES)
+def test_colours_are_told_apart(missing):
+    # 2.3 is just noticeable; red and green of most default cycles are 5 apart
+    for one, other in itertools.combinations((*CYCLE, GREY), 2):
+        assert np.linalg.norm(lab(one, missing) - lab(other, missing)) > 12.0
+
+
+def test_faults_are_seen():
+    figure = Figure(figsize=(3.0, 2.0))
+    axes = figure.add_axes((0.2, 0.2, 0.7, 0.7))
+    axes.plot([0.0, 1.0], [0.0, 3e7], label="diagonal")
+    axes.legend(loc="center")
+    axes.set_xlabel("body.young (Pa)")
+    axes.text(0.5, 0.1, "one"), axes.text(0.5, 0.1, "another"), axes.text(0.9, 0.1, "too far to the right")
+    seen = "\n".join(faults(figure))
+    for words in (
+        "'too far to the right' leaves the canvas",
+        "'one' overlaps 'another'",
+        "covers the line 'diagonal'",
+        "has the factor '1e7'",
+        "the axis '' has no unit",
+        "'body.young (Pa)' has a name of the program",
+    ):
+        assert words in seen
+
+
+@settings(deadline=None, max_examples=examples(9))
+@given(st.floats(-2.0, 3.0), st.lists(st.text("abcdefgh", min_size=1, max_size=30), min_size=1, max_size=8))
+def test_legends_fit_between_the_sides(log_size, labels):
+    with styled():
+        figure = new_figure(8.0, 6.0)
+        for axes in figure.subplots(1, 2):
+            for i, label in enumerate(labels):
+                axes.plot([0.0, 1.0], [0.0, 10.0**log_size * i], label=label)
+            axes.set(xlabel="x (m)", ylabel="y (m)")
+            legend_above(axes)
+        letter_panels(figure)
+    assert not faults(figure)
+
+
+def test_labels_of_all_parameters_are_words():
+    layered = mdr.Layered([mdr.Layer(GEL, "1 um"), mdr.Layer(STEEL, "1 um")], base=STEEL)
+    for contact in (
+        mdr.Contact(BALL + mdr.Cone(slope=0.1), layered, adhesion=JKR),
+        mdr.Contact(TIP, STEEL, SOLID, friction=mdr.Coulomb(0.3)),
+    ):
+        names = [one.name for one in mdr.parameters_of(contact)]
+        words = [parameter_label(name) for name in names]
+        assert len(set(words)) == len(names)
+        assert not any(set("._[]") & set(label) for label in words)

@@ -166,7 +166,7 @@ def _draw_surfaces(axes: Axes, data: FigureData) -> None:
         return
     r, a, c = _radii(data)
     if not c > 0.0:
-        axes.set_axis_off()
+        show_text(axes, f"no contact in {row_name(data, data.row)}")
         return
     d = float(data.data["indentation"].values[data.row])
     surface = -data.field("normal_displacement", r).values

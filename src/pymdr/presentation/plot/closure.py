@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     along_history,
     axis_label,
     draw_zero,
+    label_history,
     legend_above,
     lengths,
     letter_panels,
@@ -151,12 +152,13 @@ def draw_solved(axes: Axes, data: FigureData) -> None:
     if "tangential_force" in data.data and np.ptp(np.nan_to_num(data.data["shift"].values)) > 0.0:
         across, name = "shift", "tangential_force"
         unit = good_unit(data.data[across].values, "m")
-        x, label = lengths(data.data[across].values, unit), axis_label(across, unit)
+        x = lengths(data.data[across].values, unit)
+        axes.set_xlabel(axis_label(across, unit))
     else:
         name = "normal_force"
         x, label = along_history(data)
+        label_history(axes, label)
     unit = good_unit(data.data[name].values, "N")
     axes.plot(*thinned_curve(np.asarray(x), scaled(data.data[name].values, name, unit)), color=ORANGE, lw=1.5)
-    axes.set_xlabel(label)
     axes.set_ylabel(axis_label(name, unit))
     draw_zero(axes)

@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     SMALL,
     axis_label,
     draw_zero,
+    label_history,
     legend_above,
     lengths,
     letter_panels,
@@ -146,8 +147,6 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
 
 def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     """Values over the number of the curve, with standard errors if given."""
-    from matplotlib.ticker import MaxNLocator
-
     own = str(data[name].attrs["units"])
     values = from_si(data[name].values.ravel(), own, unit)
     error = f"{name}_error"
@@ -155,8 +154,7 @@ def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     number = np.arange(data[name].size)
     axes.errorbar(number, values, bars, fmt=".", color=BLUE, ms=4, elinewidth=0.8)
     axes.set_xlim(-0.5, number.size - 0.5)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("curve")
+    label_history(axes, "curve")
 
 
 def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, label: str) -> None:

@@ -250,10 +250,10 @@ def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
 
 
 def _shade_losses(plane: _Plane, course: Course) -> None:
-    label: str | None = "energy dissipated in jumps"
+    label: str | None = "lost in jumps"
     if "jump_dissipation" in course.data.data:
         dissipated = course.data.data["jump_dissipation"].values
-        label = f"energy dissipated in jumps, {written(float(np.nansum(dissipated)), 'J')}"
+        label = f"lost in jumps, {written(float(np.nansum(dissipated)), 'J')}"
     for jump in course.jumps:
         if jump.loss > 0.0 and math.isfinite(jump.loss):
             x, y = plane.points(jump.outline)
@@ -263,7 +263,7 @@ def _shade_losses(plane: _Plane, course: Course) -> None:
 
 def _draw_jumps(plane: _Plane, course: Course, *, labelled: bool = True) -> None:
     sloped = plane.up == "normal_force" and plane.across == "indentation" and "travel" in course.data.data
-    label: str | None = "jump (slope $-k$ of the machine)" if sloped else "jump"
+    label: str | None = "jump, slope $-k$" if sloped else "jump"
     if not labelled:
         label = None
     left = plane.axes.get_xlim()[0]

@@ -290,7 +290,7 @@ def legend_above(axes: Axes, title: str | None = None) -> None:
         legend = axes.legend(
             loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0, ncols=columns, title=title
         )
-        if legend.get_window_extent().width <= axes.bbox.width:
+        if legend.get_window_extent().width <= 0.9 * axes.bbox.width:
             return
 
 
@@ -341,6 +341,16 @@ def along_history(data: FigureData) -> tuple[FloatArray, str]:
     if "row" in data.data.coords:
         return np.asarray(data.data["row"].values, dtype=float), "row of the path"
     return np.arange(float(data.data.sizes["step"])), "step"
+
+
+def label_history(axes: Axes, label: str) -> None:
+    """Label the axis of time or of numbered rows."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set_xlabel(label)
+    axes.ticklabel_format(axis="x", style="plain")
+    if not label.startswith("time"):
+        axes.xaxis.set_major_locator(MaxNLocator("auto", integer=True, steps=[1, 2, 5, 10]))
 
 
 def row_name(data: FigureData, row: int) -> str:

@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     axis_label,
     draw_zero,
+    label_history,
     legend_above,
     lengths,
     letter_panels,
@@ -333,8 +334,8 @@ def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, sliding: FloatArray) -
 
 _CREEP_LAWS = {"plain": ("MDR springs", BLUE), "calibrated": ("with Kalker's slope", ORANGE)}
 _MOST_LOADS = 5
-_ROUNDING = 1e-9
-"""Relative range of values below which they are drawn as constant."""
+_ROUNDING = 1e-4
+"""Relative range of values that is drawn as constant."""
 
 
 def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | None) -> Figure:
@@ -422,7 +423,13 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
     rows = np.unique(np.linspace(0, springs.sizes["creepage"] - 1, _MOST_LOADS).round().astype(int))
     for i, row in enumerate(rows):
         zeta, q = float(springs["creepage"][row]), springs["line_load"].values[row]
-        axes.plot(place, from_si(q, "N/m", unit), color=CYCLE[i % len(CYCLE)], lw=1.5, label=rf"$\zeta$ = {zeta:.3g}")
+        axes.plot(
+            place,
+            from_si(q, "N/m", unit),
+            color=CYCLE[i % len(CYCLE)],
+            lw=1.5,
+            label=rf"$\zeta$ = {zeta:.3g}",
+        )
     axes.set_xlabel(f"position on the line $x$ ({x_unit}), rolling to the right")
     axes.set_ylabel(f"line load $q$ ({unit})")
 
@@ -506,7 +513,7 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
             unit = good_unit(data[name].values, si)
             values = np.asarray(from_si(data[name].values, si, unit))
             axes.plot(data[along].values, values, "o-", color=BLUE, ms=3.0, lw=1.0)
-            axes.set_xlabel(str(along))
+            label_history(axes, str(along))
             label = QUANTITIES[name].label if name in QUANTITIES else labels[name]
             axes.set_ylabel(with_unit(label, unit))
             _limit_rounding(axes, values)
@@ -515,7 +522,7 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
 
 
 def _limit_rounding(axes: Axes, values: FloatArray) -> None:
-    """Start at 0 if values differ only by rounding, which is not to be enlarged."""
+    """Start at 0 if values hardly differ, so that their rounding is not enlarged."""
     known = values[np.isfinite(values)]
     if known.size and np.ptp(known) <= _ROUNDING * np.max(np.abs(known)):
         axes.set_ylim(*sorted((0.0, 1.2 * float(known[0]) or 1.0)))
