@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 
 import pymdr as mdr
 from common import STEEL
+from legibility import faults
 from pymdr.errors import ProblemError
 from pymdr.workbench.cli import app
 
@@ -241,4 +242,4 @@ def test_laws_of_a_loop_are_compared_or_refused_in_words():
     assert found.weights["ball"] > 0.99
     assert "friction.coefficient = inf" in found.refusals["stuck"]
     assert "the contact has no friction" in found.refusals["frictionless"]
-    found.plot().canvas.draw()
+    assert not faults(found.plot())

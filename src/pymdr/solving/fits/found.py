@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from pymdr.errors import QuantityError
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
-from pymdr.quantities import one_name
+from pymdr.quantities import one_name, parameter_label
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.searching import Search, profile_end
@@ -190,7 +190,10 @@ class FitResult(Answer):
         """The curves with their model, and what is left."""
         from pymdr.presentation.plot import fitted_curves
 
-        return fitted_curves(self.data, [str(value) for value in self.values.values()])
+        return fitted_curves(
+            self.data,
+            [f"{parameter_label(name)}{str(one).removeprefix(name)}" for name, one in self.values.items()],
+        )
 
     def __repr__(self) -> str:
         found = ", ".join(f"{one.name} = {written(one.value, one.unit, 4)}" for one in self.values.values())
