@@ -286,7 +286,7 @@ HOLLOW = mdr.Function(lambda r: r**2 / 1e-4 - 1e-6 * np.sin(r / 1e-6) ** 2)
         ),
         (
             lambda: mdr.solve(STICKY, mdr.load("0 N") >> mdr.load("-1 uN", steps=5) >> mdr.indent("1 um")),
-            "has no position",
+            "needs a start position",
         ),
         (lambda: mdr.pull_off(mdr.Contact(TIP, GEL)), "no adhesion"),
         (lambda: mdr.adhesion_regime(STICKY), "range='0.3 nm'"),

@@ -62,7 +62,7 @@ from pymdr.solving.viscoelastic import (
     status_of,
     surface_with_memory,
 )
-from pymdr.solving.walk import Channels, Interpretation, Task, Told, Walked, solution, walk
+from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
 from pymdr.units import FloatArray, newtons
 
 _SLACK = 1e-3
@@ -139,7 +139,7 @@ def _step(
     state: tuple[_State, _State] | None,
     asked: Stretch,
     kept: np.ndarray | None,
-    told: Told | None,
+    told: LegProgress | None,
 ) -> tuple[_Rows, tuple[_State, _State], Channels]:
     """Step 2: springs with memory and their tangential partners, and half as many of them in half as many steps."""
     refuse_untimed(asked, bodies.normal)

@@ -97,14 +97,14 @@ class ContactLaw(Study):
     pull_off: PullOff | None
     """With adhesion: where the contact is lost under displacement control, and what it jumps into at the first touch."""
 
-    what: ClassVar[str] = "the law"
+    subject: ClassVar[str] = "the law"
     columns: ClassVar[Mapping[str, Column]] = {
         "indentation": Column("indentation", "m"),
         "normal_force": Column("force", "N"),
         "normal_stiffness": Column("stiffness", "N/m"),
         "contact_radius": Column("radius", "m"),
     }
-    told: ClassVar[tuple[str, ...]] = ("normal_force",)
+    summary_claims: ClassVar[tuple[str, ...]] = ("normal_force",)
     """Force, stiffness and radius are claimed alike."""
 
     @property
@@ -160,7 +160,7 @@ class ContactLaw(Study):
 
     def _remarks(self) -> list[str]:
         first, last = self.range
-        errors = ", ".join(f"{self.columns[name].words} {self.errors[name]:.1e}" for name in LAW_QUANTITIES)
+        errors = ", ".join(f"{self.columns[name].label} {self.errors[name]:.1e}" for name in LAW_QUANTITIES)
         return [
             f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; largest errors: {errors}",
             self.table.form.remark(self.pull_off),

@@ -99,7 +99,7 @@ class FitResult(Answer):
     free: FloatArray
     """The numbers at which the search ended: logarithms of sizes, and parts of the ranges of the record."""
 
-    told: ClassVar = ("normal_force", "tangential_force")
+    summary_claims: ClassVar = ("normal_force", "tangential_force")
     claims_of_rows: ClassVar = False
 
     @property

@@ -74,8 +74,8 @@ class FittedMap(Study):
     names: tuple[str, ...]
     """What was looked for."""
 
-    what: ClassVar = "this map"
-    told: ClassVar = ("normal_force",)
+    subject: ClassVar = "this map"
+    summary_claims: ClassVar = ("normal_force",)
     claims_of_rows: ClassVar = False
 
     @property

@@ -39,7 +39,7 @@ class Impact(Study):
     events: tuple[Event, ...]
     """What happens, in order."""
 
-    what: ClassVar = "an impact"
+    subject: ClassVar = "an impact"
 
     restitution = number(
         "restitution", "Normal speed after the impact over that before it; 0 of bodies that stick."
@@ -117,7 +117,7 @@ class Restitution(Study):
     """Over ``speed`` (m/s): restitution, contact_time (s; inf of bodies that stick), and the largest indentation (m),
     normal_force (N) and contact_radius (m)."""
 
-    what: ClassVar = "a study of restitution"
+    subject: ClassVar = "a study of restitution"
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "restitution": Column("restitution", ""),
@@ -126,7 +126,7 @@ class Restitution(Study):
         "normal_force": Column("F_N", "N"),
         "contact_radius": Column("radius", "m"),
     }
-    told: ClassVar = ("restitution", "indentation")
+    summary_claims: ClassVar = ("restitution", "indentation")
 
     def _figure(self) -> Figure:
         """Restitution and contact time against the speed."""

@@ -39,7 +39,7 @@ class PressedSurface(Study):
     maps: tuple[tuple[FloatArray, FloatArray], ...]
     """Pressures in Pa and gaps in m of the loads, (nx, ny)."""
 
-    what: ClassVar = "a pressed surface"
+    subject: ClassVar = "a pressed surface"
     columns: ClassVar = {
         "normal_force": Column("F_N", "N"),
         "indentation": Column("depth", "m"),
@@ -49,7 +49,7 @@ class PressedSurface(Study):
         "peak_pressure": Column("p_max", "Pa"),
         "elastic_energy": Column("energy", "J"),
     }
-    told: ClassVar = ("normal_stiffness", "contact_area")
+    summary_claims: ClassVar = ("normal_stiffness", "contact_area")
 
     def field(self, name: str, step: int = -1) -> xr.DataArray:
         """
@@ -77,7 +77,7 @@ class PressedSurface(Study):
         import xarray as xr
 
         if one_name(name) not in _FIELDS:
-            raise QuantityError(f"no field {shown(name)}; {self.what} has {', '.join(_FIELDS)}")
+            raise QuantityError(f"no field {shown(name)}; {self.subject} has {', '.join(_FIELDS)}")
         self._refuse_step(step)
         claim = self.claims["normal_stiffness"]
         if not claim.where[step]:
@@ -142,7 +142,7 @@ class PressedSurface(Study):
         told = self.data.attrs
         nx, ny = told["points"]
         errors = [
-            f"{self.columns[name].words} {100.0 * float(np.nanmin(e)):.2g} to {100.0 * float(np.nanmax(e)):.2g} %"
+            f"{self.columns[name].label} {100.0 * float(np.nanmin(e)):.2g} to {100.0 * float(np.nanmax(e)):.2g} %"
             for name in ("normal_force", "indentation", "normal_stiffness", "contact_area")
             if (e := self.claims[name].error) is not None
         ]
@@ -183,5 +183,5 @@ class PressedSurface(Study):
         if not claim.where[row]:
             row = int(np.argmax(np.where(claim.where, loads, -np.inf)))
         column = self.columns[str(over)]
-        words = f"{column.words} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
+        words = f"{column.label} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
         return pressed_surface(self.data, self.surface.heights, self.field("pressure", row), words)
