@@ -328,9 +328,9 @@ def test_a_run_that_was_ended_goes_on(tmp_path):
     assert told == [(5, 15), (10, 15), (14, 15), (15, 15)]
     assert after.data.identical(whole.data)
     assert np.array_equal(after.field("pressure", 0), whole.field("pressure", 0))
-    with pytest.raises(FileError, match="another work"):
+    with pytest.raises(FileError, match="another computation"):
         mdr.press(mdr.Topography(ball(24, 2.0), 1.0), UNIT, indentation=loads, keep=tmp_path / "run")
-    with pytest.raises(FileError, match="another work"):
+    with pytest.raises(FileError, match="another computation"):
         mdr.press(surface, UNIT, indentation=0.08, keep=tmp_path / "run")
     damaged = tmp_path / "run" / "parts-000000000.nc"
     damaged.write_bytes(damaged.read_bytes()[:200])

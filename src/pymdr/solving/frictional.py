@@ -257,7 +257,7 @@ class _FrictionLaw:
         if history.ending is Ending.NOT_ATTAINABLE and leg.by_tangential_force:
             pressed = leg.normal[i] if leg.by_normal_force else float(self._forces(leg.normal[[i]])[0])
             raise PathError(
-                f"tangential_force = {newtons(leg.tangential[i])} in {where}: friction transmits at most mu F_N = "
+                f"tangential_force = {newtons(leg.tangential[i])} in {where}: friction carries at most mu F_N = "
                 f"{newtons(self.friction * pressed if pressed else 0.0)} there; "
                 "reduce it, or move the body with shift(...)"
             )

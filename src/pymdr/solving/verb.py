@@ -150,7 +150,7 @@ def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:
         for leg in planned(path):
             if "travel" in named_channels(leg.leg):
                 raise PathError(
-                    f"leg {leg.number} prescribes the travel of a machine: give machine_stiffness, for example '0.1 N/m' (in a "
+                    f"leg {leg.number} prescribes travel, the channel of a machine: give machine_stiffness, for example '0.1 N/m' (in a "
                     "case file under [solve]), or prescribe the indentation"
                 )
     return stiffness

@@ -114,8 +114,8 @@ def _refuse_without_position(stretch: Stretch) -> None:
     channel = stretch.controls.normal
     if not isinstance(stretch.leg.leg, Path) and math.isnan(stretch.start[0]):
         raise PathError(
-            f"a leg of {channel} needs a start position, and there is none: the contact was lost under a prescribed force, or could not "
-            f"be solved; begin the leg with Path({channel}=[...]), or continue with load(...)"
+            f"the contact was lost under a prescribed force, or could not be solved, so a leg of {channel} has no start position; "
+            f"begin the leg with Path({channel}=[...]), or continue with load(...)"
         )
 
 
