@@ -102,7 +102,11 @@ def test_a_spring_for_each_row_or_column_of_a_map_is_that_of_its_curves(along):
         ("spring_constant", (("sample",), np.ones(80)), "one number, or one over y, x, is needed"),
         ("spring_constant", ((), 0.0), "spring_constant has 0.0; it must be above 0"),
         ("spring_constant", (("y",), [1.0, -2.0]), "spring_constant has -2.0; it must be above 0"),
-        ("travel", (("y", "x"), np.ones((2, 2))), "travel has the dimensions y, x; a column over sample is needed"),
+        (
+            "travel",
+            (("y", "x"), np.ones((2, 2))),
+            "travel has the dimensions y, x; a column over sample is needed",
+        ),
         ("travel", (("depth",), np.ones(80)), "travel has the dimensions depth, which force does not have"),
         ("travel", ((), 1.0), "travel has no dimension; a column over sample is needed"),
         ("force", (("y", "x", "sample"), np.full((2, 2, 80), "a")), "real numbers are needed"),
