@@ -668,11 +668,11 @@ LOADS = DEPTHS**1.5
         ((DEPTHS[::-1], LOADS, 1.0), "rise strictly"),
         ((np.append(DEPTHS, 1e-6), np.append(LOADS, LOADS[-1]), 1.0), "each depth once"),
         ((DEPTHS, -LOADS, 1.0), "above 0 N"),
-        ((DEPTHS, LOADS[::-1], 1.0), "falls by"),
+        ((DEPTHS, LOADS[::-1], 1.0), "decreases by"),
         ((DEPTHS, LOADS, -1.0), "above 0 Pa"),
         ((DEPTHS, LOADS, "1 N"), "unit"),
         ((DEPTHS, np.append(LOADS[:-1], np.nan), 1.0), "finite"),
-        ((DEPTHS, LOADS, 1.0, "0.99 um"), "where contact begins"),
+        ((DEPTHS, LOADS, 1.0, "0.99 um"), "beyond the contact point"),
     ],
 )
 def test_curves_that_are_none_are_refused(arguments, words):

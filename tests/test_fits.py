@@ -283,7 +283,7 @@ def test_a_record_without_memory_tells_what_it_determines():
     curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
     free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
     with pytest.raises(
-        ProblemError, match=r"time below 253 µs, .* which determines only the equilibrium modulus, 1 kPa"
+        ProblemError, match=r"time is below 253 µs, .* which determines only the equilibrium modulus, 1 kPa"
     ):
         mdr.fit(mdr.Contact(plain.profile, body), curve, free)
 
@@ -296,14 +296,14 @@ def test_a_record_without_memory_tells_what_it_determines():
         (
             "10 us",
             1,
-            r"time below 250 µs, beyond the steps of 25 ms .* duration of 4 s .* the equilibrium modulus, 1\.0",
+            r"time is below 250 µs, beyond the steps of 25 ms .* duration of 4 s .* the equilibrium modulus, 1\.0",
         ),
         (
             "10 us",
             2,
-            r"time below 250 µs, beyond the steps of 25 ms .* duration of 4 s .* the equilibrium modulus, 1\.0",
+            r"time is below 250 µs, beyond the steps of 25 ms .* duration of 4 s .* the equilibrium modulus, 1\.0",
         ),
-        ("100 s", 1, r"time below 250 µs, .* its modulus times it"),
+        ("100 s", 1, r"time is below 250 µs, .* its modulus times it"),
     ],
 )
 def test_relaxations_far_from_the_times_of_a_record(time, seed, words):
@@ -384,7 +384,7 @@ def test_contacts_that_no_normal_force_tells():
     ("arguments", "kind", "words"),
     [
         ({}, ProblemError, r"exactly one of .*none given"),
-        ({"indentation": np.zeros(9), "travel": np.zeros(9)}, ProblemError, "both of them"),
+        ({"indentation": np.zeros(9), "travel": np.zeros(9)}, ProblemError, "both given"),
         ({"travel": np.zeros(9)}, ProblemError, "needs the spring_constant"),
         ({"indentation": np.zeros(8)}, ProblemError, "9 forces, but 8 entries"),
         ({"indentation": np.zeros(9), "time": np.zeros(9)}, ProblemError, "times must rise"),
@@ -434,7 +434,7 @@ def test_records_without_contact_are_refused():
         with pytest.raises(ProblemError, match=r"shows no contact.*orient"):
             mdr.fit(contact, mdr.MeasuredCurve(force=turned, indentation=depth), ["body.young"])
     for flat, place in ((np.ones(200), depth), (force, np.zeros(200))):
-        with pytest.raises(ProblemError, match="does not change"):
+        with pytest.raises(ProblemError, match="is constant"):
             mdr.fit(sticky, mdr.MeasuredCurve(force=flat, indentation=place), ["body.young"])
 
 

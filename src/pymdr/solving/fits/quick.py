@@ -84,8 +84,8 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
         if beyond.size:
             fits.ended[beyond] = REFUSED
             refusals.add(
-                f"fit_map: the indentation {written(float(depths[beyond].max()), 'm', 4)} exceeds that at which the profile ends, "
-                f"{written(float(end.min()), 'm', 4)}; extend the profile"
+                f"fit_map: the profile ends at {written(float(end.min()), 'm', 4)} of indentation, and a curve has "
+                f"{written(float(depths[beyond].max()), 'm', 4)}; extend the profile"
             )
     if rates.shape[1] == 2:
         back = np.eye(free)
