@@ -583,7 +583,7 @@ def test_only_what_the_curve_determines_is_claimed(fretted):
     for name in ("pressure", "gap", "shear_traction", "slip"):
         with pytest.raises(mdr.NotValidError, match="force curve"):
             fretted.field(name)
-    with pytest.raises(mdr.QuantityError, match="no picture of the contact"):
+    with pytest.raises(mdr.QuantityError, match="does not show the shape of the contact"):
         fretted.field("spring_force")
     assert [a.name for a in fretted.assumptions] == ["elastic similarity"]
     assert any("force curve through all" in note for note in fretted.notes)

@@ -314,7 +314,7 @@ def adhesive_claims(
 _TOLD_OF_A_FALL = ("external_work", "jumped", "jump_dissipation", "dissipated_energy")
 
 
-def without_falls(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str, Claim]:
+def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str, Claim]:
     """
     Claims without the steps at which a dead load has torn the bodies apart: nothing rests there, energies are known.
 

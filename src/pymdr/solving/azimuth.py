@@ -41,7 +41,7 @@ class AzimuthalProfile(Study):
     """
     topography: Topography
 
-    what: ClassVar = "a mean profile"
+    subject: ClassVar = "a mean profile"
 
     def _remarks(self) -> list[str]:
         x, y = (metres(one) for one in self.centre)

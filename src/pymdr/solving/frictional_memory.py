@@ -62,7 +62,7 @@ from pymdr.solving.viscoelastic import (
     status_of,
     surface_with_memory,
 )
-from pymdr.solving.walk import Channels, Interpretation, Task, Told, Walked, solution, walk
+from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
 from pymdr.units import FloatArray, newtons
 
 _LEVELS = ((2, SPRINGS, 0.0), (1, SPRINGS // 2, 1e-3), (1, SPRINGS // 4, 4e-3))
@@ -142,7 +142,7 @@ def _step(
     state: tuple[_State, ...] | None,
     asked: Stretch,
     kept: np.ndarray | None,
-    told: Told | None,
+    told: LegProgress | None,
 ) -> tuple[_Rows, tuple[_State, ...], Channels]:
     """Step 2: springs with memory and their tangential partners on three levels."""
     refuse_untimed(asked, bodies.normal)

@@ -52,7 +52,7 @@ class JouleHeating(Study):
     Over ``step``: temperature (K) of the bodies, voltage (V), largest_temperature (K) and temperature_rise (K) above that of the
     bodies; where the cold resistance is known also current (A), cold_resistance and hot_resistance (ohm).
     """
-    what: ClassVar = "a contact that carries a current"
+    subject: ClassVar = "a contact that carries a current"
     columns: ClassVar = {
         "voltage": Column("voltage", "V"),
         "current": Column("current", "A"),
@@ -62,7 +62,7 @@ class JouleHeating(Study):
         "largest_temperature": Column("hottest", "K"),
         "temperature_rise": Column("rise", "K"),
     }
-    told: ClassVar = ("largest_temperature",)
+    summary_claims: ClassVar = ("largest_temperature",)
 
     def _figure(self) -> Figure:
         """Rise of the hottest place against voltage, with that of metals at any voltage."""
@@ -239,7 +239,7 @@ class FrictionalHeat(Study):
     Over ``speed`` and ``r`` (m): temperature_rise (K) of the surface in the contact and around it. Empty for a force curve, whose
     shape nobody knows.
     """
-    what: ClassVar = "a contact that slides"
+    subject: ClassVar = "a contact that slides"
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "largest_temperature_rise": Column("largest rise", "K"),
@@ -247,7 +247,7 @@ class FrictionalHeat(Study):
         "heat": Column("heat", "W"),
         "peclet_number": Column("Pe", ""),
     }
-    told: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
+    summary_claims: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
 
     def _figure(self) -> Figure:
         """Largest and mean rise against speed, and the rise over the radius."""

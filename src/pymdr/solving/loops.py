@@ -62,7 +62,7 @@ class FrictionLoop(Study):
     ``coefficient`` too where several coefficients of friction were given. The scatter of a sampled profile adds the
     ends of their bands, such as ``damping_ratio_low`` and ``damping_ratio_high``."""
 
-    what: ClassVar = "a friction loop"
+    subject: ClassVar = "a friction loop"
     columns: ClassVar = {
         "coefficient": Column("mu", ""),
         "amplitude": Column("amplitude", "m"),
@@ -72,7 +72,7 @@ class FrictionLoop(Study):
         "secant_stiffness": Column("stiffness", "N/m"),
         "stick_ratio": Column("stick", ""),
     }
-    told: ClassVar = ("dissipated_per_cycle",)
+    summary_claims: ClassVar = ("dissipated_per_cycle",)
 
     @property
     def claim(self) -> Claim:

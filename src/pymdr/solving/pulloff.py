@@ -48,7 +48,7 @@ class PullOff(Study):
     Single numbers: normal_force (N), indentation, contact_radius and travel (m) of the last state, dissipated_energy (J);
     jump_in_indentation (m), jump_in_force (N) and jump_in_radius (m); largest_pull (N); machine_stiffness (N/m).
     """
-    what: ClassVar = "a pull-off"
+    subject: ClassVar = "a pull-off"
 
     normal_force = number("normal_force", "Force in N, below 0.")
     indentation = number("indentation", "In m.")
@@ -335,13 +335,13 @@ class AdhesionRegime(Study):
     contacts: Mapping[str, Contact]
     """The contact under every law."""
 
-    what: ClassVar = "a regime of adhesion"
+    subject: ClassVar = "a regime of adhesion"
     columns: ClassVar = {
         "law": Column("law", ""),
         "pull_off_force": Column("pull-off", "N"),
         "error": Column("error", ""),
     }
-    told: ClassVar = ("pull_off_force",)
+    summary_claims: ClassVar = ("pull_off_force",)
 
     tabor = number(
         "tabor",

@@ -68,7 +68,7 @@ class Rolling(Study):
     curves: xr.Dataset
     """Steady creep_force (N) over ``creepage`` up to beyond saturation by every ``law`` that the contact allows."""
 
-    what: ClassVar = "a rolling contact"
+    subject: ClassVar = "a rolling contact"
     columns: ClassVar = {
         "distance": Column("rolled", "m"),
         "creepage": Column("creepage", ""),
@@ -76,7 +76,7 @@ class Rolling(Study):
         "traction_coefficient": Column("F_x/F_N", ""),
         "slip_length": Column("slip", "m"),
     }
-    told: ClassVar = ("creep_force",)
+    summary_claims: ClassVar = ("creep_force",)
 
     def _remarks(self) -> list[str]:
         if "saturation_creepage" not in self.data:

@@ -216,7 +216,7 @@ class RoughContact(Study):
     line: RoughLine
     """The lines themselves, by realisation; their ``force_curve`` is a profile."""
 
-    what: ClassVar = "a rough contact"
+    subject: ClassVar = "a rough contact"
     columns: ClassVar = {
         "normal_force": Column("F_N", "N"),
         "indentation": Column("depth", "m"),
@@ -230,7 +230,7 @@ class RoughContact(Study):
         "thermal_conductance": Column("conductance", "W/K"),
         "electrical_resistance": Column("resistance", "ohm"),
     }
-    told: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
+    summary_claims: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
 
     def _remarks(self) -> list[str]:
         told = self.data.attrs

@@ -126,7 +126,7 @@ class PowerSpectrum(Study):
     found: SelfAffineFit | None
     """The fit; None if no range holds one."""
 
-    what: ClassVar = "a power spectrum"
+    subject: ClassVar = "a power spectrum"
     columns: ClassVar = {
         "wave_number": Column("q", "m^-1"),
         "wavelength": Column("wavelength", "m"),
@@ -135,7 +135,7 @@ class PowerSpectrum(Study):
         "power_spectrum_high": Column("high", "m^4"),
         "law": Column("law", "m^4"),
     }
-    told: ClassVar = ("power_spectrum", "law")
+    summary_claims: ClassVar = ("power_spectrum", "law")
 
     @property
     def fit(self) -> SelfAffineFit:

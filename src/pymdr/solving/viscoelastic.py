@@ -57,8 +57,8 @@ from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
+    LegProgress,
     Task,
-    Told,
     Walked,
     channels_at,
     solution,
@@ -126,7 +126,7 @@ def _step(
     state: _State | None,
     asked: Stretch,
     kept: np.ndarray | None,
-    told: Told | None,
+    told: LegProgress | None,
 ) -> tuple[MemoryRows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
     refuse_untimed(asked, relaxation)
