@@ -427,7 +427,7 @@ def test_a_rough_ball():
     assert "64 to 69 %" in found.claims["normal_stiffness"].reason
     assert "crossover" in found.claims["normal_stiffness"].reason
     assert "softens the ball" in found.summary()
-    with pytest.raises(mdr.NotValidError, match="a ball bears this one"):
+    with pytest.raises(mdr.NotValidError, match="not for a rough ball"):
         found["power_law_stiffness"]
     with pytest.raises(mdr.PathError, match="end of the line"):
         mdr.press_rough(surface, mdr.Elastic(1e9, 0.0), normal_force="1 kN", radius="10 mm", realisations=2)
@@ -496,9 +496,9 @@ def test_claims_say_what_was_not_compared():
         return found.claims["normal_stiffness"].reason
 
     words = {
-        "rectangle": "rectangles were not compared",
+        "rectangle": "not compared for rectangles",
         "roll": "with a roll-off inside",
-        "ball": "superposed with a ball",
+        "ball": "on a ball (H = 0.7)",
     }
     rectangle = mdr.RoughSurface(0.7, 1e-6, [1e-3, 2e-3], 2e-5)
     rolled = mdr.RoughSurface(0.7, 1e-6, 1e-3, 1e-5, longest=2e-4)

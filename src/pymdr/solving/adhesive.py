@@ -16,7 +16,7 @@ from pymdr.interpretation.adhesion import (
     certify_stretched_disk,
     energy_assumption,
     is_always_open,
-    without_falls,
+    without_torn_rows,
 )
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.theories import theory_of
@@ -357,7 +357,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
     claims = with_prescribed(claims, certificate.disk, prescribed)
     return Interpretation(
         columns=columns,
-        claims=without_falls(claims, lost),
+        claims=without_torn_rows(claims, lost),
         assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
         notes=(*line.origin.notes, *_told(line, rows, certificate.disk)),

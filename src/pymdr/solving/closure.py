@@ -73,8 +73,8 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         closure_of(curve),
         data["indentation"].values,
         again,
-        sideways=result.contact.friction is not None,
-        held=held_rows(task),
+        sheared=result.contact.friction is not None,
+        prescribed=held_rows(task),
     )
     kept = data.drop_vars([name for name in data if not _is_told(str(name), claims)])
     return replace(
