@@ -350,10 +350,10 @@ def test_what_is_claimed():
     cone = mdr.Contact(mdr.Cone(slope=0.1), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     assert "only for round tips" in mdr.rolling(cone, 1e-3, normal_force="1 N").claims["creep_force"].reason
     zinc = mdr.Contact(mdr.Paraboloid("10 mm"), ZINC, ZINC, friction=mdr.Coulomb(0.3))
-    assert "not measured" in mdr.rolling(zinc, 1e-3, normal_force="1 N").claims["creep_force"].reason
+    assert "is unknown" in mdr.rolling(zinc, 1e-3, normal_force="1 N").claims["creep_force"].reason
     foam = mdr.Elastic("1 MPa", -0.3)
     auxetic = mdr.Contact(mdr.Paraboloid("10 mm"), foam, foam, friction=mdr.Coulomb(0.3))
-    assert "not measured" in mdr.rolling(auxetic, 1e-3, normal_force="1 mN").claims["creep_force"].reason
+    assert "is unknown" in mdr.rolling(auxetic, 1e-3, normal_force="1 mN").claims["creep_force"].reason
     unlike = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, friction=mdr.Coulomb(0.3))
     found = mdr.rolling(unlike, 1e-3, normal_force="1 N")
     assert "Dundurs" in found.claims["creep_force"].reason

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from common import UNIT
 from drawing import examples
-from pymdr.mapping import abel, charges, images, sources
+from pymdr.mapping import abel, abel_sums, images, sources
 from pymdr.mapping.equivalent import PanelLine, equivalent_profile
 from pymdr.numerics.panels import Place
 from pymdr.problem.codec import decode_case, encode_case
@@ -723,7 +723,7 @@ def test_maps_of_samples_err_by_what_they_claim(compiled, seed, n, noise, spread
     tip = mdr.Sampled(r, height, interpolation=interpolation)
     with pytest.MonkeyPatch.context() as patch:
         if compiled:
-            patch.setattr(charges, "_MANY", 0)
+            patch.setattr(abel_sums, "_MANY", 0)
             patch.setattr(images, "_MANY", 0)
             patch.setattr(sources, "MANY_KNOTS", 10)
         line = PanelLine(sources.source_of(tip))
@@ -752,7 +752,7 @@ def test_many_noisy_samples_have_a_panel_each():
 @pytest.mark.parametrize("compiled", [False, True])
 def test_samples_that_begin_flat_keep_their_digits_beside_the_flat(compiled, monkeypatch):
     if compiled:
-        monkeypatch.setattr(charges, "_MANY", 0)
+        monkeypatch.setattr(abel_sums, "_MANY", 0)
         monkeypatch.setattr(sources, "MANY_KNOTS", 10)
     r = np.linspace(0.0, 1.0, 101)
     tip = mdr.Sampled(r, np.maximum(r - 0.3, 0.0) ** 2, interpolation=mdr.ShapePreserving())

@@ -204,7 +204,7 @@ def test_a_sticky_punch_errs_by_its_stiffness():
         ),
         (
             mdr.Contact(mdr.EllipticParaboloid("10 um", "20 um"), sample("1 MPa", 0.5, "2 um")),
-            "the contact is no disk",
+            "the contact is not a disk",
         ),
     ],
 )

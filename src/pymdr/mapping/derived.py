@@ -22,7 +22,7 @@ from pymdr.mapping.callables import (
     tip_law,
     underflow_law,
 )
-from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
+from pymdr.mapping.resolving import SlopeSource, anchored, radii_next_to
 from pymdr.numerics.panels import TERMS, Panels, clenshaw
 from pymdr.numerics.roots import boundary
 from pymdr.problem.profiles import Function, call
@@ -103,7 +103,7 @@ class DerivedSource(SlopeSource):
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets; NaN on the axis, unless a law stands for f there."""
-        r = radii_beside(self.knots, base, offset)
+        r = radii_next_to(self.knots, base, offset)
         outermost = float(r.max())
         if outermost > 0.0:
             self.foresee(outermost)
