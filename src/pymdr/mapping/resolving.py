@@ -176,7 +176,7 @@ class Slopes:
         )
 
 
-_MEASURED = ("error", "size", "jump", "jump_error", "blur", "beside")
+_MEASURED = ("error", "size", "jump", "jump_error", "blur", "onset_error")
 
 
 def joined_slopes(first: Slopes, second: Slopes) -> Slopes:

@@ -172,7 +172,7 @@ class SplineSource(SlopeSource):
             self.soft_knots = inner
         self.reach = float(self.breaks[-1])
         if isinstance(profile.interpolation, SmoothingSpline):
-            self.fitted = f"of the fitted curve, off which the samples lie by {metres(profile.misfit)} (root mean square)"
+            self.fitted = f"of the fitted curve, with a misfit of {metres(profile.misfit)} (root mean square)"
 
     def grain(self, panels: Panels) -> FloatArray:
         """What the rounding of heights makes of f' on panels."""

@@ -309,7 +309,7 @@ class _States:
     def joined(self, other: _States) -> _States:
         """Both, rising."""
         order = np.argsort(np.concatenate([self.steps, other.steps]))
-        for name in ("quarters", "moves", "ratio", "cancels"):
+        for name in ("steps", "moves", "ratio", "cancels"):
             both = np.concatenate([getattr(self, name), getattr(other, name)])
             setattr(self, name, both[order])
         return self

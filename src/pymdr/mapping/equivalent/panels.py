@@ -48,7 +48,7 @@ _NOTHING = 1e-60
 """Part of g that no fall is seen below."""
 _LAST = 1e-10
 """Part of a value by which a step of Newton's method moves it, if it is the last that is needed."""
-_BESIDE = 1e-13
+_NEXT_TO = 1e-13
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
 _ENDED = 8.0 * float(np.finfo(float).eps)
 """Rounding of the lower end of a panel, in parts of its distance from the base."""
@@ -343,9 +343,9 @@ class PanelLine(EquivalentProfile):
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
             errors[:, k] *= np.maximum(share, 1.0)
-        return errors + self._beside_breakpoints(image, index, offset)
+        return errors + self._next_to_breakpoints(image, index, offset)
 
-    def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
+    def _next_to_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
         """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
         exponent, place, unseen, height = image.onset_error[index].T
         if not exponent.any() and not place.any():
@@ -382,7 +382,7 @@ class PanelLine(EquivalentProfile):
     def _away(self, place: Place, which: str, k: int) -> FloatArray:
         """Distances in m within which a curve surely takes the values that it seems to take at places."""
         last = float(place.x.max())
-        wanted = getattr(self, which)(place)
+        targets = getattr(self, which)(place)
         top = last
         while True:
             image = self.map_to(top)
@@ -396,8 +396,8 @@ class PanelLine(EquivalentProfile):
             wide += _TRUSTED * self._hidden(image, offset, k)
             # distances of probes from places keep the digits of the offsets
             distance = (probes.base - place.base[:, None]) + (probes.offset - place.offset[:, None])
-            above = np.where((distance >= 0.0) & (values - wide >= wanted[:, None]), distance, math.inf)
-            below = np.where((distance <= 0.0) & (values + wide <= wanted[:, None]), -distance, math.inf)
+            above = np.where((distance >= 0.0) & (values - wide >= targets[:, None]), distance, math.inf)
+            below = np.where((distance <= 0.0) & (values + wide <= targets[:, None]), -distance, math.inf)
             outward, inward = above.min(axis=1), np.minimum(below.min(axis=1), place.x)
             if np.isfinite(outward).all() or top >= min(2.0 * last, self._end):
                 return np.asarray(np.maximum(outward, inward))
@@ -436,10 +436,10 @@ class PanelLine(EquivalentProfile):
     def _solve(self, target: FloatArray, which: str) -> Place:
         flat = np.ravel(target)
         base, offset = np.zeros(flat.shape), np.zeros(flat.shape)
-        wanted = flat > 0.0
-        if wanted.any():
-            image = self._reaching(float(flat[wanted].max()), float(flat[wanted].min()), which)
-            base[wanted], offset[wanted] = self._roots(image, flat[wanted], which, 0, image.panels.count)
+        targets = flat > 0.0
+        if targets.any():
+            image = self._reaching(float(flat[targets].max()), float(flat[targets].min()), which)
+            base[targets], offset[targets] = self._roots(image, flat[targets], which, 0, image.panels.count)
         return Place(base.reshape(target.shape), offset.reshape(target.shape))
 
     def between(self, depth: FloatArray, low: float, high: float) -> Place:
@@ -469,15 +469,17 @@ class PanelLine(EquivalentProfile):
                 self.map_to(radius, _INWARD * radius)
             image = self._image
             assert image is not None
-            begun, step = self.front, _FIRST_STEP
+            started, step = self.front, _FIRST_STEP
             while float(np.max(self._at_ends(image, which))) < target:
                 if self.front >= self._end * (1.0 - 1e-15):
                     break
                 ends = self._at_ends(image, which)
                 best = int(np.argmax(ends))
                 # a hollow end is far below its tip before it rises
-                told = ends[best] > 1e-6 * target
-                if self.front > (_FALLEN * float(image.panels.stop[best]) if told else _HOLLOW * begun):
+                described = ends[best] > 1e-6 * target
+                if self.front > (
+                    _FALLEN * float(image.panels.stop[best]) if described else _HOLLOW * started
+                ):
                     raise never_rises(self.front)
                 # rough images of parts that cancel are far too high: short steps grow
                 image = self.map_to(max(self._next_radius(target, which), (1.0 + step) * self.front))
@@ -604,14 +606,12 @@ class PanelLine(EquivalentProfile):
 
     def rests_on(self) -> tuple[str, ...]:
         """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
-        words = [self.source.fitted] if self.source.fitted else []
+        text = [self.source.fitted] if self.source.fitted else []
         if self.source.continued > 0.0:
-            words.append(
-                f"continued below r = {metres(self.source.continued)}, where its values are rounding"
-            )
+            text.append(f"continued below r = {metres(self.source.continued)}, where its values are rounding")
         if not self.source.surveyed:
-            words.append("features narrower than 1/2500 of their radius may be missed")
-        return tuple(words)
+            text.append("features narrower than 1/2500 of their radius may be missed")
+        return tuple(text)
 
     def searched_to(self, depth: float) -> float:
         """How far in m `overlap_radius` looks for a depth in m."""
@@ -778,25 +778,25 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         rate_of = panels.root(delta) if n == 2.0 else panels.root(delta) ** (n - 1.0)
         stretch = np.where(rooted[open_], n * (last[open_] - first[open_]) * rate_of, h - low[open_])
         with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
-            wanted = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
+            targets = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
             # the logarithm of a power times a series is nearly straight in that of the offset
-            factor = np.exp(np.log(wanted / c) / (p + rate * delta / (c * stretch)))
+            factor = np.exp(np.log(targets / c) / (p + rate * delta / (c * stretch)))
             root = panels.root(delta * factor)
             along = np.where(
                 rooted[open_],
                 (root - first[open_]) / (last[open_] - first[open_]),
                 (delta * factor - low[open_]) / (h - low[open_]),
             )
-        above = c > wanted
+        above = c > targets
         right[open_] = np.where(above, u[open_], right[open_])
         left[open_] = np.where(above, left[open_], u[open_])
         with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
+            new = np.where(p != 0.0, along, u[open_] + (targets - c) / rate)
         # a value that is met steps out of its bracket by rounding, also of where the panel begins, which is no reason to halve it
-        near = _BESIDE * new + _ENDED * ended[open_]
+        near = _NEXT_TO * new + _ENDED * ended[open_]
         bad = ~((new >= left[open_] - near) & (new <= right[open_] + near))
         new = np.where(bad, 0.5 * (left[open_] + right[open_]), np.clip(new, left[open_], right[open_]))
-        new = np.where(c == wanted, u[open_], new)
+        new = np.where(c == targets, u[open_], new)
         moved = np.abs(new - u[open_])
         u[open_] = new
         settled = moved <= 2e-16 * np.maximum(new, 1e-3)
