@@ -765,7 +765,7 @@ REFUSED = {
         contact(wavy(0.02, 20.0), mdr.MaugisDugdale(0.002, strength=1.0)),
         mdr.indent(0.1),
         mdr.ProblemError,
-        "MaugisDugdale: the equivalent profile falls somewhere.*JKR",
+        "MaugisDugdale: the equivalent profile decreases somewhere.*JKR",
     ),
     "end of the data": (
         contact(SHORT, mdr.JKR(0.01)),

@@ -176,7 +176,7 @@ def test_like_bodies_without_slip_share_the_shear():
     assert float(one["tangential_force"][-1]) == pytest.approx(
         2.0 * float(two["tangential_force"][-1]), rel=1e-12
     )
-    assert two.claims["tangential_force"].reason.startswith("exact where nothing slips")
+    assert two.claims["tangential_force"].reason.startswith("exact without slip")
     assert one.claims["tangential_force"].reason.startswith("in the frame")
 
 

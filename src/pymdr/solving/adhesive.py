@@ -170,7 +170,7 @@ def _followed(
     channel, values, k = stretch.controls.normal, stretch.normal, _stiffness_of(stretch, stiffness)
     by_force = k == 0.0
     if by_force and state.parameter is None and state.known:
-        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
+        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.pull_off]))[0]))
     history = _with_tear_off_losses(line, follow(track, values, state.parameter))
     attached = history.attached
     s = np.where(attached, history.parameter, line.equilibria.start)

@@ -14,7 +14,7 @@ import scipy
 from pymdr.errors import ProblemError
 from pymdr.independent.engines import Engine
 from pymdr.interpretation.rough import (
-    FITTED_SHARES,
+    FITTED_FRACTIONS,
     PUBLISHED,
     calibration_claims,
     rough_assumptions,
@@ -184,10 +184,10 @@ def calibrate_coefficient(
         area.append(pressed["contact_area"].values / side**2)
         package = pressed.data.attrs["engine"]
     mean, low, high = _summed(np.array(stiffness))
-    inside = (mean > FITTED_SHARES[0] * full) & (mean < FITTED_SHARES[1] * full)
+    inside = (mean > FITTED_FRACTIONS[0] * full) & (mean < FITTED_FRACTIONS[1] * full)
     if int(inside.sum()) < _FEWEST:
         raise ProblemError(
-            f"{_WHO}: {int(inside.sum())} of {forces.size} loads are between {FITTED_SHARES[0]:g} and {FITTED_SHARES[1]:g} of full contact; at least "
+            f"{_WHO}: {int(inside.sum())} of {forces.size} loads are between {FITTED_FRACTIONS[0]:g} and {FITTED_FRACTIONS[1]:g} of full contact; at least "
             f"{_FEWEST} are needed: take a shorter shortest wave"
         )
     dense = np.geomspace(forces[0] / _AROUND, forces[-1] * _AROUND, _DENSE)

@@ -73,8 +73,8 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         closure_of(curve),
         data["indentation"].values,
         again,
-        sideways=result.contact.friction is not None,
-        held=prescribed_rows(task),
+        sheared=result.contact.friction is not None,
+        prescribed=prescribed_rows(task),
     )
     kept = data.drop_vars([name for name in data if not _is_determined(str(name), claims)])
     return replace(

@@ -166,7 +166,7 @@ class AdhesiveLine:
         """
         depth, energy = self._depth_and_energy(parameter)
         deepest = self.track(math.inf, depth, parameter)
-        last, _ = self._depth_and_energy(deepest.lost)
+        last, _ = self._depth_and_energy(deepest.pull_off)
         return energy + force * (min(last, depth) - depth)
 
     def _depth_and_energy(self, parameter: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from pymdr.interpretation.certificate import (
     Certificate,
     certify_disk,
     certify_history,
-    noise_words,
+    noise_remark,
     with_rings,
 )
 from pymdr.interpretation.friction import (
@@ -354,7 +354,7 @@ def disks_down_to(
     if not certificate.disk.all():
         raise RefusedError(
             f"{subject} needs a contact that is a disk at every depth up to {metres(deepest)}: "
-            f"{certificate.reason}{noise_words(contact.profile, line.equivalent, deepest)}"
+            f"{certificate.reason}{noise_remark(contact.profile, line.equivalent, deepest)}"
         )
     return certificate
 

@@ -312,7 +312,7 @@ def _study(
     claims = with_errors(claims, {name: error} if error.max() > EXACT_WITHIN else {}, map_remark(line, state))
     if isinstance(contact.profile, ForceCurve):
         known = closure_of(contact.profile)
-        claims = closure_claims(claims, known, np.full(u.shape, d), sideways=True)
+        claims = closure_claims(claims, known, np.full(u.shape, d), sheared=True)
     met = frictional_assumptions(contact, mapped, np.array([a]))
     told = dict.fromkeys(columns, claims[name])
     told["amplitude" if given is not None else "force_amplitude"] = Claim(

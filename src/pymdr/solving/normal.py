@@ -13,7 +13,7 @@ from pymdr.interpretation.accuracy import normal_errors, with_errors
 from pymdr.interpretation.certificate import (
     certify_disk,
     describe_ranges,
-    noise_words,
+    noise_remark,
     valid_ranges,
     with_rings,
 )
@@ -253,7 +253,7 @@ def _range_text(contact: Contact, line: Line, states: DiskStates, disk: BoolArra
     if disk.all() or not isinstance(line, ElasticLine):
         return ""
     deepest = float(np.max(states.indentation))
-    remedy = noise_words(contact.profile, line.equivalent, deepest)
+    remedy = noise_remark(contact.profile, line.equivalent, deepest)
     if math.isfinite(line.equivalent.edge):
         deepest = max(4.0 * deepest, 4.0 * float(np.max(np.abs(g_samples(line)))))
     ranges = valid_ranges(line, deepest)

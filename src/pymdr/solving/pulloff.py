@@ -17,7 +17,7 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, jkr_opening, maugis_parameter, tabor_parameter
 from pymdr.line.adhesion.equivalent_line import States
-from pymdr.line.following import Jumps, Track, Way, pressed, pulled, turning_points, under_machine
+from pymdr.line.following import Jumps, Route, Track, pressed, pulled, turning_points, under_machine
 from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -234,7 +234,7 @@ def _adhesive(contact: Contact) -> AdhesiveLine:
     return AdhesiveLine(contact)
 
 
-def _lowest_force(line: AdhesiveLine, way: Way) -> float:
+def _lowest_force(line: AdhesiveLine, way: Route) -> float:
     """The parameter of the lowest force on the stretches of a pull: at one of their ends or at a fold of the force."""
     curve = under_machine(line.equilibria, float(np.max(way.begin)), 0.0)
     folds, _ = turning_points(curve.slope, curve.start, curve.stop, curve.knots)
@@ -252,7 +252,7 @@ def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
     return float(x[0] ** 2 / g[0]) if g[0] > 0.0 and abs(g[1] / g[0] - 4.0) < 1e-3 else None
 
 
-def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> tuple[Track, Way]:
+def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> tuple[Track, Route]:
     """The curve under a machine, and the way on it to the state from which it is pulled."""
 
     def measure(s: FloatArray) -> FloatArray:
@@ -283,7 +283,7 @@ def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | No
         ) from error
 
 
-def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way, pull: Way) -> None:
+def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Route, pull: Route) -> None:
     if is_always_open(line.line, line.law):
         return
 

@@ -16,9 +16,9 @@ from pymdr.interpretation.rolling import (
     LAWS,
     calibrated_modulus,
     creep_error,
-    has_known_error,
     rolling_claims,
     saturation_error,
+    unknown_error_reason,
 )
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
@@ -228,7 +228,7 @@ def _errors(
     contact: Contact, pressed: _Pressed, direction: str, zeta: FloatArray, rise: FloatArray
 ) -> dict[str, FloatArray]:
     """Relative errors of the law against the exact theory of rolling, as far as they are known."""
-    if has_known_error(contact, pressed.mapped.moduli):
+    if unknown_error_reason(contact, pressed.mapped.moduli):
         return {}
     size, line = np.abs(zeta), pressed.line
     modulus = calibrated_modulus(contact, pressed.mapped.moduli, direction)

@@ -19,10 +19,10 @@ from pymdr.line.sliding import (
     Slid,
     SlidingLine,
     fast_drag,
+    find_recontact,
     slide,
     sliding_line,
     slow_drag,
-    touches_again,
 )
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
@@ -351,7 +351,7 @@ def _rows(asked: _Asked, kernel: _Kernel, speed: FloatArray) -> list[_Row]:
             row = _at_depth(asked, kernel.relaxation, v, asked.depth)
         depth = row.pressed.depth
         _refuse_endless(asked, kernel.relaxation, row)
-        met = touches_again(row.pressed, asked.line, kernel.relaxation, v, row.slid)
+        met = find_recontact(row.pressed, asked.line, kernel.relaxation, v, row.slid)
         if met is not None:
             raise ProblemError(
                 f"{_WHO}: at {written(v, 'm/s')} the profile meets springs again at x = {metres(met)} that it has left at "

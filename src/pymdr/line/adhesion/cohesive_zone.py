@@ -212,8 +212,8 @@ def zone_integrals(
     for level in range(1, _LEVELS):
         fine = _integrals_at(line, marks, radius[left], width[left], level, third=third)
         with np.errstate(divide="ignore", invalid="ignore"):
-            apart = np.abs(fine - result[:, left]) / np.abs(fine)
-        error = np.max(np.where(fine == result[:, left], 0.0, apart), axis=0)
+            change = np.abs(fine - result[:, left]) / np.abs(fine)
+        error = np.max(np.where(fine == result[:, left], 0.0, change), axis=0)
         # rounding of a slope that is infinite at a corner ends the convergence: keep the better values
         stuck = (before <= _NOISE) & (error >= 0.5 * before)
         result[:, left] = np.where(stuck, result[:, left], fine)
@@ -232,10 +232,10 @@ def _narrow_integrals(line: EquivalentProfile, position: Position, width: FloatA
     """J0, J1 and J2 of zones so narrow that c rounds to a: g' is constant over them, and ψ0² = 2δ/a."""
     radius = rounded(position)
     angle = np.arctan2(zone_root(radius, width), radius)
-    shares = [angle, radius * angle**3 / 3.0, radius**3 * angle**5 / 15.0]
+    terms = [angle, radius * angle**3 / 3.0, radius**3 * angle**5 / 15.0]
     # g' may be infinite where the profile ends
     inside = position if isinstance(position, Place) else np.nextafter(radius, 0.0)
-    return np.asarray(line.slope(inside) * np.stack(shares))
+    return np.asarray(line.slope(inside) * np.stack(terms))
 
 
 def _gap(

@@ -155,12 +155,12 @@ class Inverse:
 
     def __call__(self, branch: NDArray[np.intp], control: FloatArray) -> FloatArray:
         """Return s of the states with the given D on the given branches."""
-        piece = branch
+        segment = branch
         if self.keys.size > self.low.size:
             low = self.low[branch]
             key = branch + (control - low) / (self.high[branch] - low)
-            piece = np.searchsorted(self.keys, key, side="right") - 1
-        return np.asarray(self.table(control, piece)[0])
+            segment = np.searchsorted(self.keys, key, side="right") - 1
+        return np.asarray(self.table(control, segment)[0])
 
 
 def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: FloatArray) -> Inverse:
@@ -203,15 +203,15 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
     low, high = np.array([D[0] for D in levels]), np.array([D[-1] for D in levels])
     keys = [i + (D[:-1] - D[0]) / (D[-1] - D[0]) for i, D in enumerate(levels)]
 
-    def parameter(D: FloatArray, piece: NDArray[np.intp]) -> FloatArray:
-        return roots_of(lambda x, y: control(x) - y, p[piece], q[piece], D)[None]
+    def parameter(D: FloatArray, segment: NDArray[np.intp]) -> FloatArray:
+        return roots_of(lambda x, y: control(x) - y, p[segment], q[segment], D)[None]
 
     size = max(np.max(np.abs(low)), np.max(np.abs(high)))
     effort = Effort(_NODES, _SETTLED, 16.0 * _EPS * size, _NARROW, _MOST_CELLS, graded=True)
     table = tabulated(parameter, below, above, effort)
     if not table.resolved:
-        piece, _ = table.first_unresolved()
+        segment, _ = table.first_unresolved()
         raise ConvergenceError(
-            f"the curve is not smooth between s = {float(p[piece])!r} and {float(q[piece])!r}; give its kinks as knots"
+            f"the curve is not smooth between s = {float(p[segment])!r} and {float(q[segment])!r}; give its kinks as knots"
         )
     return Inverse(low, high, np.concatenate(keys), table)

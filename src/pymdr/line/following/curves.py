@@ -162,7 +162,7 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
     k = float(machine_stiffness)
     if not k >= 0.0:
         raise PathError(f"machine stiffness must be 0 (force control) or more, not {machine_stiffness!r} N/m")
-    held = k == 0.0
+    by_force = k == 0.0
 
     def control(s: FloatArray) -> FloatArray:
         states = equilibria.states(s)
@@ -175,11 +175,11 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
         elastic, surface = equilibria.energies(s)
         states = equilibria.states(s)
         force = states.normal_force
-        return elastic + surface + (-force * states.indentation if held else 0.5 * force * (force / k))
+        return elastic + surface + (-force * states.indentation if by_force else 0.5 * force * (force / k))
 
     def conjugate(s: FloatArray) -> FloatArray:
         states = equilibria.states(s)
-        return -states.indentation if held else states.normal_force
+        return -states.indentation if by_force else states.normal_force
 
     return Curve(
         control,
@@ -188,8 +188,8 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
         equilibria.start,
         float(stop),
         equilibria.knots,
-        0.0 if held else equilibria.touch,
-        _unloaded if held else _nothing,
+        0.0 if by_force else equilibria.touch,
+        _unloaded if by_force else _nothing,
         conjugate,
     )
 

@@ -18,7 +18,7 @@ from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
-_FREE, _NOWHERE = -1, -2
+_FREE, _END = -1, -2
 _UP, _DOWN, _TOUCH = range(3)
 _ROUNDING = 1e-12
 """Of the range of D: by how much a branch may begin above the touch that it takes."""
@@ -100,7 +100,7 @@ class Track:
         return roots_of(above, bottom, top, levels, bottom, top)
 
     @property
-    def lost(self) -> float:
+    def pull_off(self) -> float:
         """Parameter of the last state before contact is lost when D falls from anywhere: the pull-off."""
         lowest = np.flatnonzero(self.low == self.low.min())
         return float(self.bottom[lowest[-1]])
@@ -154,7 +154,7 @@ def trace(curve: Curve) -> Track:
     up, down = _first(high, upward=True), _first(low, upward=False)
     # a flat end stays at its touch until it is pressed: there the first branch begins, but for rounding
     onto = np.flatnonzero((high >= touch) & (low <= touch + _ROUNDING * np.ptp(level)))[:1]
-    onto = onto if onto.size else np.array([_NOWHERE])
+    onto = onto if onto.size else np.array([_END])
 
     def jumps(to: _Index, control: FloatArray, before: FloatArray, energy: FloatArray) -> Transitions:
         after = np.full(to.size, curve.start)
@@ -165,16 +165,16 @@ def trace(curve: Curve) -> Track:
         return Transitions(to, control, before, after, energy - _energies(curve, to, control, after))
 
     at_touch = jumps(onto, np.array([touch]), np.full(1, curve.start), np.array([curve.free_energy(touch)]))
-    found = (
+    transitions = (
         jumps(up, high, top, curve.energy(top)),
         jumps(down, low, bottom, curve.energy(bottom)),
         at_touch,
     )
-    return Track(curve, turning, bottom, top, low, high, touch, found)
+    return Track(curve, turning, bottom, top, low, high, touch, transitions)
 
 
 @dataclass(frozen=True)
-class Way:
+class Route:
     """The way of a contact while D rises or falls, from branch to branch.
 
     Attributes
@@ -198,7 +198,7 @@ class Way:
         return float(self.end[-1])
 
 
-def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> Way:
+def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> Route:
     """Return the way from the first touch to the first state with measure(s) >= target, as D rises.
 
     Parameters
@@ -227,21 +227,21 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
     branch, s = int(out.to[0]), float(out.after[0])
     begin: list[float] = []
     end: list[float] = []
-    while branch != _NOWHERE:
+    while branch != _END:
         here, top = np.array([s]), track.top[branch : branch + 1]
         begin.append(s)
         if measure(here)[0] >= target:
-            return Way(np.array(begin), np.array([*end, s]), branch)
+            return Route(np.array(begin), np.array([*end, s]), branch)
         if measure(top)[0] >= target:
             s = float(roots_of(lambda x: measure(x) - target, here, top)[0])
-            return Way(np.array(begin), np.array([*end, s]), branch)
+            return Route(np.array(begin), np.array([*end, s]), branch)
         end.append(float(top[0]))
         out = track.jumps[_UP]
         branch, s = int(out.to[branch]), float(out.after[branch])
     raise PathError("the known curve ends before the state that is sought")
 
 
-def pulled(track: Track, branch: int, parameter: float) -> Way:
+def pulled(track: Track, branch: int, parameter: float) -> Route:
     """Return the way of a contact from a stable state until it is lost, as D falls.
 
     Parameters
@@ -267,13 +267,13 @@ def pulled(track: Track, branch: int, parameter: float) -> Way:
         begin.append(float(out.after[branch]))
         end.append(float(track.bottom[to]))
         branch = to
-    return Way(np.array(begin), np.array(end), branch, float(out.loss[branch]))
+    return Route(np.array(begin), np.array(end), branch, float(out.loss[branch]))
 
 
 def _first(limit: FloatArray, *, upward: bool) -> _Index:
     """Return, for each branch, the next one whose limit is beyond its own (a stack, in one pass)."""
     n = limit.size
-    to = np.full(n, _NOWHERE if upward else _FREE)
+    to = np.full(n, _END if upward else _FREE)
     order = range(n - 1, -1, -1) if upward else range(n)
     stack: list[int] = []
     for i in order:
@@ -401,7 +401,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
         while not low <= value <= high:
             kind, origin = (_TOUCH, 0) if state == _FREE else (_UP if value > high else _DOWN, state)
             state = targets[kind][origin]
-            if state == _NOWHERE:
+            if state == _END:
                 raise PathError(
                     f"step {step}: control value {value!r} is beyond the end of the known curve, "
                     f"{track.high.max()!r}; extend the profile or shorten the path"
@@ -471,8 +471,8 @@ def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
         beyond = np.flatnonzero((track.bottom > s) & (track.high >= at[0]))[:1]
     else:
         beyond = np.flatnonzero((track.top < s) & (track.low <= at[0]))[-1:]
-    to = beyond if beyond.size else np.array([_NOWHERE if value >= at[0] else _FREE])
-    if to[0] == _NOWHERE:
+    to = beyond if beyond.size else np.array([_END if value >= at[0] else _FREE])
+    if to[0] == _END:
         raise PathError(
             f"the initial state {s!r} grows beyond the end of the known curve; extend the profile"
         )

@@ -47,7 +47,7 @@ class _Trial:
 
     stiffness: float
     """In N/m."""
-    held: float
+    gap_force: float
     """In N."""
     error: float
     """Relative."""
@@ -93,10 +93,10 @@ def lower_bound(
             trial = _trial(line, b)
         except ConvergenceError:  # any other trial is as good a bound
             continue
-        force = np.nan_to_num(trial.stiffness * depth - trial.held)
+        force = np.nan_to_num(trial.stiffness * depth - trial.gap_force)
         better = force > bound
         with np.errstate(divide="ignore", invalid="ignore"):
-            parts = (np.abs(trial.stiffness * depth) + abs(trial.held)) / force
+            parts = (np.abs(trial.stiffness * depth) + abs(trial.gap_force)) / force
         bound, error = np.where(better, force, bound), np.where(better, trial.error * parts, error)
     return bound, error
 
@@ -114,7 +114,7 @@ def _trial(line: LayeredLine, b: float) -> _Trial:
     def tension(r: FloatArray) -> FloatArray:
         return -(solved.punch_edge + np.sqrt((b - r) * (b + r)) * punch.pressure_integral(r, b))
 
-    share = max(0.0, _largest(tension, b * _INSIDE))
+    added = max(0.0, _largest(tension, b * _INSIDE))
 
     def displacement(r: FloatArray) -> FloatArray:
         """2/pi int_0^b q / sqrt(r^2 - x^2) dx, less what the layers add."""
@@ -124,12 +124,12 @@ def _trial(line: LayeredLine, b: float) -> _Trial:
         sunk[far] = punch.sunk(r[far]) + 2.0 / math.pi * (
             punch.displacement_integral(r[far], b) + solved.punch_edge * angle[far]
         )
-        return sunk + share * (plain.sunk(r) + 2.0 / math.pi * angle) if share > 0.0 else sunk
+        return sunk + added * (plain.sunk(r) + 2.0 / math.pi * angle) if added > 0.0 else sunk
 
     outside = b + np.unique(np.concatenate([b * _OUTSIDE, h * _OUTSIDE]))
     deepest = max(1.0, _largest(displacement, np.concatenate([b * _INSIDE, [b], outside])))
     g, m = (float(f(place)[0]) for f in (profile.g, profile.moment))
-    size = 2.0 * line.modulus * share
+    size = 2.0 * line.modulus * added
     return _Trial(
         (stiffness + size * b) / deepest, (stiffness * depth - force + size * (b * g - m)) / deepest, error
     )

@@ -201,12 +201,12 @@ def _acting(kernel: Kernel, at: _Nodes) -> FloatArray:
     if m:
         unit = 0.5 * at.width * (gauss(at.order)[0] + 1.0)
         last = int(at.wide[-1])
-        apart = kernel(np.abs(at.width * np.arange(last + 1)[:, None, None] + (unit[:, None] - unit)))
+        by_distance = kernel(np.abs(at.width * np.arange(last + 1)[:, None, None] + (unit[:, None] - unit)))
         together = at.width * np.arange(2 * int(at.wide[0]), 2 * last + 1)[:, None, None] + (
             unit[:, None] + unit
         )
         sums = kernel(together)
-        away = np.concatenate([np.swapaxes(apart[:0:-1], 1, 2), apart]) / math.pi
+        away = np.concatenate([np.swapaxes(by_distance[:0:-1], 1, 2), by_distance]) / math.pi
         sums /= math.pi
         for k, row in zip(at.wide, matrix[first:].reshape(m, at.order, n), strict=True):
             blocks = away[last + k - at.wide] + sums[k + at.wide - 2 * at.wide[0]]
@@ -360,6 +360,6 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     )
 
 
-def solve_again(kernel: Kernel, outline: Outline, order: int) -> FloatArray:
+def solve_at_order(kernel: Kernel, outline: Outline, order: int) -> FloatArray:
     """The :func:`numbers` of a contact whose neighbour took an order."""
     return numbers(_solved(kernel, outline, order), outline)

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
-from pymdr.line.layered.equation import WIDEST, Outline, numbers, solve_again, solve_contact
+from pymdr.line.layered.equation import WIDEST, Outline, numbers, solve_at_order, solve_contact
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
 from pymdr.numerics.panels import (
@@ -249,7 +249,7 @@ class Table:
         solved, error, order = solve_contact(self.kernel, widest)
         values = np.array(
             [
-                solve_again(self.kernel, self._outline(at.take(slice(i, i + 1))), order)
+                solve_at_order(self.kernel, self._outline(at.take(slice(i, i + 1))), order)
                 for i in range(u.size - 1)
             ]
         )
