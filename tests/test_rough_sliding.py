@@ -202,7 +202,7 @@ def test_a_load_gives_the_depth_that_gives_the_load():
         ({"realisation": 0.5}, "realisation = 0.5"),
         ({"body": mdr.Elastic("1 MPa", 0.5)}, "not Viscoelastic"),
         ({"body": mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 ms"), poisson=0.5)}, "relaxes completely"),
-        ({"body": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), poisson=0.5)}, "for ever"),
+        ({"body": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), poisson=0.5)}, "without limit"),
     ],
 )
 def test_bad_questions(asked, message):

@@ -244,7 +244,7 @@ def power_spectrum(
         data=data,
         rings=_labelled({"power_spectrum": (rings.spectrum, "m^4")}, np.exp(rings.log_q)),
         topography=topography,
-        fit=fit,
+        found=fit,
         claims=_claims(topography, data, periodic, tip > pixel, resolved, fit),
         assumptions=_assumptions(rings, fit, whole),
         notes=topography.steps,
