@@ -47,7 +47,7 @@ class Status(enum.Enum):
     PULLED_OFF = "every step was solved; the contact was pulled off"
     NOT_TOUCHED = "every step was solved; the surfaces never came into contact"
     NOT_ROUND = "every step was solved; the body is not of revolution, and its contact no disk"
-    ESTIMATED = "the body is not of revolution: the force is an estimate, beside its lower bound"
+    ESTIMATED = "the body is not of revolution: the force is an estimate, given with its lower bound"
     BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
     ADHESION_PARTLY_REFUSED = (
         "at some steps the adhesive contact is not a disk, or could not be solved: values there are NaN"
@@ -525,7 +525,7 @@ class Result:
         Notes
         -----
         Fields and the path are not in the table: :meth:`save` keeps them. Values that are not valid are
-        empty. A quantity that is approximate has a column of its relative errors beside it, empty where they are not known. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
+        empty. An approximate quantity has an adjacent column of relative errors, empty where they are not known. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
         :func:`pymdr.read_force_curve` as far as they are paths and curves.
         """
         from pymdr.presentation.tables import write_csv

@@ -62,7 +62,7 @@ class Rolling(Study):
     """
     springs: xr.Dataset | None
     """
-    Of steady rolling, over ``creepage`` and ``x`` (m) on the line, rolling toward +x: line_load and cap (N/m). They are an
+    For steady rolling, over ``creepage`` and ``x`` (m) on the line, rolling toward +x: line_load and cap (N/m). They are an
     intermediate step, not the traction of the surface. None along a path.
     """
     curves: xr.Dataset

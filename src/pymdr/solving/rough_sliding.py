@@ -46,7 +46,7 @@ def rough_sliding_friction(
     Parameters
     ----------
     surface : RoughSurface
-        Of at most 4096 shortest wavelengths along its longer side.
+        With at most 4096 shortest wavelengths along its longer side.
     body : Viscoelastic
         With an equilibrium modulus.
     speed : array_like or quantity
