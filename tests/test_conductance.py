@@ -547,7 +547,7 @@ def test_the_current_through_a_result(tmp_path):
     assert "does not change with temperature" in heated.claims["voltage"].reason
     rows = mdr.joule_heating(result["electrical_resistance"], voltage="50 mV", temperature=293.15)
     assert rows.claims["largest_temperature"].level is mdr.Level.EXACT
-    assert "not measured" in rows.notes[0]
+    assert "not checked" in rows.notes[0]
     assert len(rows["current"]) == 4
     heated.to_csv(tmp_path / "heated.csv", units={"voltage": "mV"})
     assert "voltage [mV]" in (tmp_path / "heated.csv").read_text()

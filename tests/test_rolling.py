@@ -257,7 +257,7 @@ def test_a_path_through_the_public_door():
     G = mdr.effective_moduli(STEEL, STEEL).tangential
     assert force[0] == pytest.approx(2 * a * G * 1e-3 * a / 100, rel=0.02)
     assert along["creepage"].dims == ("distance",)
-    assert "errs by" in along.notes[-1]
+    assert "has an error of" in along.notes[-1]
     assert along.springs is None
     assert len(along.plot().axes) == 2
     with pytest.raises(mdr.QuantityError, match="no quantity"):
@@ -388,7 +388,7 @@ def test_how_it_reads():
         ({"creepage": []}, "one row"),
         ({"creepage": [[1e-3]]}, "one row"),
         ({"creepage": [math.nan]}, "finite"),
-        ({"creepage": 3.0}, "beyond 2"),
+        ({"creepage": 3.0}, "limit 2"),
         ({"creepage": "1 mm"}, "creepage"),
         ({"indentation": "1 um"}, "exactly one"),
         ({"normal_force": None}, "exactly one"),

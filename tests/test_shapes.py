@@ -559,7 +559,7 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
         (lambda: mdr.Function2D("x**2"), "callable of x and y"),
         (lambda: mdr.Function2D(lambda x: x).gap_at(1.0, 0.0), "two arrays"),
         (lambda: mdr.Function2D(lambda x, y: "no").gap_at(1.0, 0.0), "floats"),
-        (lambda: mdr.Function2D(lambda x, y: np.full(x.shape, np.nan)).gap_at(1.0, 0.0), "the apex"),
+        (lambda: mdr.Function2D(lambda x, y: np.full(x.shape, np.nan)).gap_at(1.0, 0.0), "its apex"),
         (lambda: at(mdr.Function2D(lambda x, y: x * x - y * y), 1e-6), "lowest point of the gap"),
         (lambda: at(mdr.Function2D(lambda x, y: -x * x - y * y), 1e-6), "lowest point of the gap"),
         (lambda: mdr.Function2D(lambda x, y: x * x + np.arange(x.size)).gap_at(np.ones(9), 0.0), "depend"),
@@ -571,7 +571,7 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
             "at least 4",
         ),
         (lambda: mdr.Contact(HERTZ, STEEL, friction=mdr.Coulomb(0.3)), r"force_curve\(\)"),
-        (lambda: mdr.Contact(HERTZ, STEEL, adhesion=mdr.JKR("1 J/m^2")), "of revolution"),
+        (lambda: mdr.Contact(HERTZ, STEEL, adhesion=mdr.JKR("1 J/m^2")), "not axisymmetric"),
         (
             lambda: mdr.Contact(HERTZ, mdr.Graded("1 GPa", depth="1 mm", exponent=0.2, poisson=0.3)),
             "exponent 0",
@@ -683,7 +683,7 @@ def test_ellipses_conduct_as_their_stiffness(log_radius, log_ratio, log_conducti
     ellipse = conductivity * np.pi * a / ellipk((1.0 - b / a) * (1.0 + b / a))
     assert float(result["thermal_conductance"][-1]) == pytest.approx(ellipse, rel=1e-10)
     assert result.claims["thermal_conductance"].level is mdr.Level.EXACT
-    with pytest.raises(mdr.QuantityError, match="no disk"):
+    with pytest.raises(mdr.QuantityError, match="not a disk"):
         result.field("heat_flux", r=[0.0])
     assert "conductance" in result.figures()
 
