@@ -722,7 +722,7 @@ def test_a_stiffness_that_falls_throughout_is_refused():
             lambda c: mdr.rolling(
                 mdr.Contact(c, STEEL, STEEL, friction=mdr.Coulomb(0.3)), 0.1, normal_force="1 N"
             ),
-            "where its surfaces touch",
+            "needs the contact area",
         ),
         (
             lambda c: mdr.sliding_friction(mdr.Contact(c, RUBBER), ["1 mm/s"], normal_force="1 uN"),

@@ -92,14 +92,14 @@ def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch):
     from pymdr import compiling
 
     monkeypatch.setattr(compiling, "_PATIENCE", 0.0)
-    monkeypatch.setattr(compiling, "_told", threading.Event())
+    monkeypatch.setattr(compiling, "_reported", threading.Event())
 
     def kernel(x):
         return 2.0 * x + 1.0
 
     kernel.__module__ = module
     assert njit(kernel)(1.0) == 3.0
-    assert compiling._told.is_set() is told
+    assert compiling._reported.is_set() is told
 
 
 ONCE = """

@@ -362,7 +362,7 @@ def test_what_is_refused_before_it_starts(monkeypatch):
         with pytest.raises(ProblemError, match=words):
             wrong()
     monkeypatch.setattr(solving, "memory_of_machine", lambda: 1e5)
-    with pytest.raises(ProblemError, match=r"16 x 16 pixels at 1 loads need about .* limit"):
+    with pytest.raises(ProblemError, match=r"16 x 16 pixels at 1 loads need about .*limit"):
         mdr.press(surface, UNIT, indentation=0.1)
     assert bytes_of((1000, 1000), 10) > 5e8
 

@@ -342,7 +342,7 @@ def test_springs_that_are_met_again():
     shear = mdr.StandardSolid(1.0, 20.0, 1.0)
     contact = mdr.Contact(profile, mdr.Viscoelastic(shear, poisson=0.5))
     speed = float(np.geomspace(1e-2, 10.0, 12)[outcomes.index(True)])
-    with pytest.raises(mdr.ProblemError, match="meets springs again"):
+    with pytest.raises(mdr.ProblemError, match="touches springs again"):
         mdr.sliding_friction(contact, speed, indentation=0.2)
 
 
@@ -375,7 +375,7 @@ def test_what_is_claimed():
     assert "fast sliding" not in viscous.claims["friction_coefficient"].reason
     liquid = mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 ms"), poisson=0.5)
     flowing = mdr.sliding_friction(mdr.Contact(BALL.profile, liquid), "1 m/s", indentation="0.1 mm")
-    with pytest.raises(mdr.NotValidError, match="relax to nothing"):
+    with pytest.raises(mdr.NotValidError, match="relax completely"):
         flowing["slow_limit"]
     flat = mdr.TruncatedParaboloid("10 mm", "0.2 mm")
     cornered = mdr.sliding_friction(mdr.Contact(flat, RUBBER), "1 mm/s", indentation="0.1 mm")
@@ -401,7 +401,7 @@ def test_how_it_reads(tmp_path):
     cubic = np.linspace(0, 1e-3, 40)
     sampled = mdr.Sampled(cubic, cubic**2 / 0.02, scatter=np.full(40, 1e-9))
     noted = mdr.sliding_friction(mdr.Contact(sampled, RUBBER), "1 mm/s", indentation="10 um")
-    assert "makes no bands" in noted.notes[-1]
+    assert "there are no bands" in noted.notes[-1]
 
 
 @pytest.mark.parametrize(
@@ -439,7 +439,7 @@ FALLING = mdr.Function(lambda r: r**2 / 2 + 0.05 * (1 - np.cos(20 * r)))
         (lambda: mdr.Contact(BALL.profile, RUBBER, friction=mdr.Coulomb(0.3)), "friction of the surfaces"),
         (lambda: mdr.Contact(BALL.profile, RUBBER, adhesion=mdr.JKR("1 mJ/m^2")), "adhesion"),
         (lambda: mdr.Contact(mdr.FlatPunch("10 mm"), RUBBER), "sharp edge"),
-        (lambda: mdr.Contact(FALLING, RUBBER), "falls"),
+        (lambda: mdr.Contact(FALLING, RUBBER), "decreases"),
     ],
 )
 def test_contacts_over_which_nothing_slides(make, message):
@@ -491,7 +491,7 @@ def test_a_power_of_time_is_not_asked_for_more_decades_than_its_series_has():
 
 def test_numbers_that_are_lost_in_rounding():
     for speed in (1e-40, 1e40):
-        with pytest.raises(mdr.ConvergenceError, match="slow_limit and fast_limit"):
+        with pytest.raises(mdr.ConvergenceError, match="slow_limit or fast_limit"):
             mdr.sliding_friction(BALL, speed, normal_force="1 N")
 
 

@@ -1,4 +1,4 @@
-"""The same history by boundary elements on rings, without the method."""
+"""The history of a contact by boundary elements on rings, instead of the MDR."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
 
 
 def solve_by_rings(task: Task) -> Result:
-    """The same history by boundary elements on rings, without the method."""
+    """The history of a contact by boundary elements on rings, instead of the MDR."""
     contact, rings = task.contact, _checked(task)
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(

@@ -45,7 +45,7 @@ class Answer:
 
     data: xr.Dataset
     claims: Mapping[str, Claim] = field(default_factory=dict)
-    """How far each quantity can be trusted."""
+    """Validity and error of each quantity."""
     assumptions: tuple[Assumption, ...] = ()
     """Conditions of the model, measured."""
     notes: tuple[str, ...] = ()
@@ -56,9 +56,9 @@ class Answer:
     """Keys of the sources that :meth:`cite` names."""
 
     columns: ClassVar[Mapping[str, Column]] = {}
-    """Of the summary, by quantity."""
+    """Columns of the summary, by quantity."""
     summary_claims: ClassVar[tuple[str, ...]] = ()
-    """The quantities whose claims the summary shows; all unless given."""
+    """The quantities whose claims the summary shows; all by default."""
     claims_of_rows: ClassVar[bool] = True
     """Whether the claims are about the rows of the data, whose tables then show their errors."""
 
@@ -188,7 +188,7 @@ class Answer:
         file : path
             For example "study.csv".
         units : mapping of str to str, optional
-            Name of a quantity -> unit; SI units unless given.
+            Name of a quantity -> unit; SI units by default.
         about : bool
             Whether to write the version, claims, assumptions and notes above the header, in lines that begin with ``#``.
         """

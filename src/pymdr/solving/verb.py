@@ -43,7 +43,7 @@ def solve(
     machine_stiffness : quantity, optional
         Stiffness in N/m of the cantilever or load frame, above 0; needed for paths that prescribe ``travel``.
     keep : int or array_like of int, optional
-        For elastic contacts with friction: keep every k-th row, or the given rows; all rows unless given.
+        For elastic contacts with friction: keep every k-th row, or the given rows; all rows by default.
     solver : Rings, optional
         ``Rings(n=400)`` solves by boundary elements on rings instead of the MDR, including annular contacts
         and bodies with memory.

@@ -73,7 +73,7 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
     start
         State of the law before the first leg.
     step : callable
-        ``rows, state, channels = step(state, asked, kept, told)`` follows one leg from a state: `stretch` holds its
+        ``rows, state, channels = step(state, stretch, kept, progress)`` follows one leg from a state: `stretch` holds its
         controls, prescribed values and times, `kept` the requested rows (None for all), `progress` reports rows done within a long
         leg (may be None). `rows` are arrays over the requested rows, alone or in dicts, named tuples and frozen
         dataclasses; `state` and `channels` are those at its end.
@@ -85,7 +85,7 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
     Raises
     ------
     PathError, ProblemError, ConvergenceError
-        What the steps raise, with the number of the leg if there are several.
+        Errors of the steps, with the number of the leg if there are several.
     """
     state, here = start, dict[str, float]()
     rows: list[Rows] = []

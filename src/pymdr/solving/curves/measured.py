@@ -22,7 +22,7 @@ class MeasuredCurve(MeasuredSamples):
     time : array_like of quantity, optional
         In s, increasing; needed for bodies with memory.
     spring_constant : quantity, optional
-        Of the machine (a cantilever, a load frame) in N/m; needed with travel.
+        Stiffness in N/m of the machine (a cantilever, a load frame); needed with travel.
     segment : str
         ``"approach"``, ``"hold"`` or ``"retreat"``; empty for a whole record.
     metadata : Facts

@@ -11,7 +11,7 @@ from pymdr.errors import ConvergenceError
 from pymdr.units import FloatArray
 
 _WITHIN = np.array([0.01, 0.1, 0.21, 0.35, 0.5, 0.65, 0.79, 0.9])
-"""Check points in an interval; the slope of a cubic errs most near 0.21 and 0.79, at the tip near the beginning."""
+"""Check points in an interval; the error of the slope of a cubic is largest near 0.21 and 0.79, at the tip near the start."""
 _MIDDLE = int(np.searchsorted(_WITHIN, 0.5))
 _FRACTION = 0.7
 """Allowed error at the check points relative to the tolerance, because it may be larger in between."""

@@ -124,7 +124,7 @@ class ContactLaw(Study):
         Returns
         -------
         ndarray
-            Of the shape of `indentation`.
+            With the shape of `indentation`.
         """
         return np.asarray(self._at(indentation)[0])
 

@@ -46,7 +46,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     Parameters
     ----------
     contact : Contact
-        Of elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT. Friction has no
+        Elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT. Friction has no
         effect.
     to : quantity
         The largest indentation in m.

@@ -34,7 +34,7 @@ _AS_WELL = 1e-11
 
 
 class End(NamedTuple):
-    """Where a search ends."""
+    """The end of a search."""
 
     misfit: float
     """In N^2."""

@@ -142,7 +142,7 @@ class Family:
     """
     Forces over the root of the depth beyond the fold, one row for each rung of a ladder of numbers.
 
-    Of a member whose fold is at d_f the columns stand at d = d_f + (deepest - d_f) r^2, r from 0 to 1.
+    The columns of a member with the fold d_f are at d = d_f + (deepest - d_f) r^2, r from 0 to 1.
     """
 
     forces: FloatArray
@@ -153,7 +153,7 @@ class Family:
     """In m."""
     first: float
     step: float
-    """Of the free numbers of the rungs."""
+    """Step of the free numbers of the rungs."""
     deepest: float
     """In m."""
     members: tuple[ElasticForces | AdhesiveForces, ...]

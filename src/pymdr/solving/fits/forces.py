@@ -219,7 +219,7 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
     deepest : float
         Largest depth in m.
     compliance : float
-        Of the machine in m/N; 0 for depths.
+        Compliance of the machine in m/N; 0 for depths.
     time : ndarray or None
         Times in s of the samples, needed for bodies with memory.
 

@@ -29,7 +29,7 @@ class Stretch(NamedTuple):
     force: FloatArray
     """In N."""
     softness: FloatArray
-    """Of the machine in m/N; 0 where the indentation itself was measured."""
+    """Compliance of the machine in m/N; 0 for measured indentations."""
     time: FloatArray | None
     """In s."""
 
@@ -51,15 +51,15 @@ class Records(Protocol):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the grid."""
+        """Shape of the grid."""
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Of the grid."""
+        """Dimensions of the grid."""
 
     @property
     def coords(self) -> dict[str, Any]:
-        """Of the grid, as xarray takes them."""
+        """Coordinates of the grid, as in xarray."""
 
     def read(self, first: int, last: int) -> Stretch:
         """The curves from `first` to before `last`, the last dimension of the grid running fastest."""

@@ -48,9 +48,9 @@ class Start(NamedTuple):
     misfit: float
     """Sum of squares in N^2."""
     values: FloatArray
-    """Of the unknowns."""
+    """Values of the unknowns."""
     origin: float
-    """Of the position, in m."""
+    """Origin of the position in m."""
     baseline: float
     tilt: float = 0.0
 

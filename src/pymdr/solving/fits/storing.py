@@ -51,7 +51,7 @@ class InMemory:
         self._columns[name][:] = values
 
     def columns(self) -> Columns:
-        """All of them."""
+        """All columns."""
         return self._columns
 
     def refusals(self) -> frozenset[str]:
@@ -142,7 +142,7 @@ class Kept:
         self._group[name][...] = values.reshape(self._shape)
 
     def columns(self) -> Columns:
-        """All of them."""
+        """All columns."""
         return {name: np.asarray(self._group[name][...]).ravel() for name in self._names}
 
     def refusals(self) -> frozenset[str]:

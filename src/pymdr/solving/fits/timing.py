@@ -36,7 +36,7 @@ def refuse_untimed(
     values : ndarray
         In their units.
     times : sequence of ndarray
-        Of the samples of each record in s.
+        Times of the samples of each record in s.
 
     Raises
     ------

@@ -39,7 +39,7 @@ def _schema() -> TypeAdapter[Any]:
     )
     return TypeAdapter(
         create_model(
-            "told",
+            "attributes",
             claims=(dict[str, claim], ...),
             assumptions=(list[assumption], ...),
             notes=(list[str], ...),

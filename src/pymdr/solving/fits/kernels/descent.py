@@ -70,7 +70,7 @@ class Ends(NamedTuple):
     covariance: FloatArray
     """Inverse of the normal equations of the free numbers."""
     force: FloatArray
-    """Of the model in N, without baseline."""
+    """Force of the model in N, without baseline."""
     touches: BoolArray
     left: FloatArray
 
@@ -90,7 +90,7 @@ def descend(
     ----------
     record : Record
     directions : ndarray
-        Of :class:`Wanted`.
+        As in :class:`Wanted`.
     family : FamilyTable
     start : ndarray, shape (5,)
         Numbers of the model.

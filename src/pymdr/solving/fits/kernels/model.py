@@ -25,7 +25,7 @@ class FamilyTable(NamedTuple):
     """
     Forces of the members of a family over the root of the depth.
 
-    Of a member whose fold is at d_f the columns stand at d = d_f + (deepest - d_f) r^2, r evenly from 0 to 1.
+    The columns of a member with the fold d_f are at d = d_f + (deepest - d_f) r^2, with even r from 0 to 1.
     """
 
     forces: FloatArray
@@ -36,7 +36,7 @@ class FamilyTable(NamedTuple):
     """In m."""
     first: float
     step: float
-    """Of the numbers in which the members differ."""
+    """Step of the number in which the members differ."""
     deepest: float
     """In m."""
 
