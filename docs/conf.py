@@ -8,14 +8,18 @@ import sys
 from pathlib import Path
 
 import latex2mathml.converter
+import matplotlib as mpl
+import sphinx_gallery.backreferences
 from docutils import nodes
 
 import pymdr
+from pymdr.presentation.plot.shared import STYLE
 from pymdr.quantities import POSITION, QUANTITIES, RADIUS
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 os.environ.setdefault("MPLBACKEND", "agg")
+mpl.rcParams.update(STYLE)
 
 project = "pymdr"
 author = "The pymdr developers"
@@ -36,32 +40,39 @@ exclude_patterns = [
     "_build",
     "_templates",
     "generated/quantities.md",
+    "generated/examples/index.rst",  # examples.md has them by subject
     "sg_execution_times.rst",
     "**/GALLERY_HEADER.rst",
     "**/sg_execution_times.rst",
 ]
-myst_enable_extensions = ["dollarmath", "deflist"]
+myst_enable_extensions = ["colon_fence", "dollarmath", "deflist"]
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = "pymdr"
 html_static_path = ["_static"]
 html_css_files = ["pymdr.css"]
+html_favicon = "_static/favicon.svg"
 html_math_renderer = "mathml"
 html_show_sphinx = False
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
+copybutton_line_continuation_character = "\\"
 copybutton_selector = "div:not(.highlight-text) > div.highlight > pre"  # no outputs
 autosummary_generate = True
 autosummary_imported_members = False
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
-napoleon_custom_sections = [("Attributes", "params_style")]  # not objects: members are documented apart
-suppress_warnings = ["config.cache", "autosectionlabel.*"]
+napoleon_custom_sections = [("Attributes", "params_style")]  # not objects: members have entries of their own
+suppress_warnings = [
+    "config.cache",
+    "autosectionlabel.*",
+    "ref.python",
+]  # words of types are names of attributes
 
 
 def scrape_figure(block, block_vars, gallery_conf):
-    """Save the matplotlib figure named ``figure`` of an example: it is not known to pyplot."""
+    """Save the matplotlib figure named ``figure`` of an example; pyplot does not know it. Its text is the title."""
     from sphinx_gallery.scrapers import figure_rst
 
     figure = block_vars["example_globals"].pop("figure", None)
@@ -69,14 +80,19 @@ def scrape_figure(block, block_vars, gallery_conf):
         return ""
     file = next(block_vars["image_path_iterator"])
     figure.savefig(file, dpi=110)
-    return figure_rst([file], gallery_conf["src_dir"])
+    title = Path(block_vars["src_file"]).read_text(encoding="utf-8").split("\n")[1]
+    return figure_rst([file], gallery_conf["src_dir"], f"Figure of the example: {title}")
 
 
+sphinx_gallery.backreferences.THUMBNAIL_TEMPLATE = sphinx_gallery.backreferences.THUMBNAIL_TEMPLATE.replace(
+    ":alt:", ":alt: {title}"
+)
 sphinx_gallery_conf = {
+    "backreferences_dir": "generated/backreferences",
     "examples_dirs": ["../examples", "demonstrations"],
     "gallery_dirs": ["generated/examples", "generated/demonstrations"],
     "filename_pattern": r".*\.py$",
-    "ignore_pattern": r"make_(worn_tip|rough_curve)\.py",
+    "ignore_pattern": r"make_\w+\.py",
     "image_scrapers": (scrape_figure,),
     "reset_modules": (),
     "abort_on_example_error": True,
@@ -89,28 +105,43 @@ sphinx_gallery_conf = {
 }
 
 
+FUNCTION = r"\\(?:arc)?(?:sin|cos|tan|cot|ln|log|exp|max|min)(?![a-z])"
+
+
 def render_math(self, node):
     """Mathematics as MathML, which browsers show without a network."""
     display = "block" if isinstance(node, nodes.math_block) else "inline"
-    self.body.append(latex2mathml.converter.convert(node.astext(), display=display))
+    # as in TeX: thin spaces around the name of a function, none around a bar or a slash, and an upright d
+    tex = re.sub(rf"(?<=[\w)\]}}])\s*(?={FUNCTION})", r"\\, ", node.astext())
+    tex = re.sub(rf"({FUNCTION})\s*(?=[A-Za-z0-9]|\\(?!left|!|,))", r"\1\\, ", tex)
+    mathml = latex2mathml.converter.convert(tex, display=display)
+    mathml = re.sub("<mo(?=[^>]*>&#x000(?:7C|2F);)", '<mo lspace="0" rspace="0"', mathml)
+    self.body.append(mathml.replace("<mi>&#x00064;</mi>", '<mi mathvariant="normal">d</mi>'))
     raise nodes.SkipNode
 
 
-def keep_bars(app, what, name, obj, options, lines):
-    """|x| in a docstring is an absolute value, not a substitution."""
+def keep_bars_and_stars(app, what, name, obj, options, lines):
+    """|x| in a docstring is an absolute value, not a substitution, and *args are arguments, not emphasis."""
     for i, line in enumerate(lines):
         if "``" not in line and not line.lstrip().startswith((">>>", "...")):
-            lines[i] = re.sub(r"(?<!\\)\|", r"\|", line)
+            lines[i] = re.sub(r"(?<!\\)(\||\*(?=args))", r"\\\1", line)
 
 
 def keep_colons(app, what, name, obj, options, lines):
-    """A colon in words about an attribute parts no type from them; napoleon looks for one in the first line."""
+    """Napoleon reads the words before a colon in the first line about an attribute as its type; they are not."""
     if what in ("attribute", "data", "property") and lines:
         lines[:0] = ["..", ""]
 
 
+def link_programs(app, docname, source):
+    """Pages link to programs in the repository; as HTML the links lead to the pages of the galleries."""
+    source[0] = re.sub(
+        r"\]\((?:\.\./)?(examples|demonstrations)/(\w+)\.py\)", r"](generated/\1/\2)", source[0]
+    )
+
+
 def write_glossary(app):
-    """The table of quantities, from the one place that defines them."""
+    """Write the table of quantities, from the one place that defines them."""
     lines = ["| name | symbol | unit | meaning | over |", "|---|---|---|---|---|"]
     for q in (*QUANTITIES.values(), RADIUS, POSITION):
         lines.append(f"| `{q.name}` | ${q.symbol}$ | {q.unit or '1'} | {q.long_name} | {', '.join(q.dims)} |")
@@ -120,7 +151,7 @@ def write_glossary(app):
 
 
 def draw_figures(app):
-    """The ``figure`` that the Python blocks of a page draw, next to the glossary."""
+    """Save the ``figure`` that the Python blocks of a page draw."""
     folder = HERE / "generated"
     folder.mkdir(exist_ok=True)
     for page in ("adhesion", "friction", "impact", "rolling", "sliding_friction", "rough", "conductance"):
@@ -136,7 +167,8 @@ def setup(app):
     app.add_html_math_renderer(
         "mathml", inline_renderers=(render_math, None), block_renderers=(render_math, None)
     )
-    app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("autodoc-process-docstring", keep_bars_and_stars)
     app.connect("autodoc-process-docstring", keep_colons, priority=400)  # before napoleon
+    app.connect("source-read", link_programs)
     app.connect("builder-inited", write_glossary)
     app.connect("builder-inited", draw_figures)

@@ -2,9 +2,8 @@
 A contact that is refused
 =========================
 
-A cylinder with a hollow end touches with its rim first: the contact is a ring, not a disk, and the method
-does not hold until the hollow has been pressed flat. pymdr says so, gives the loads from which it holds, and
-keeps a rigorous lower bound of the force.
+A cylinder with a hollow end touches with its edge first. The contact is a ring, and the method is not valid until the hollow is
+pressed flat. pymdr states this, gives the loads of the disk, and a rigorous lower bound of the force.
 """
 
 import pymdr as mdr
@@ -28,6 +27,6 @@ bound = 2 * modulus * (1.5e-6 * b + b**3 / (3 * R))
 assert abs(result["force_lower_bound"].values[-1] / bound - 1) < 1e-12
 
 # %%
-# From d = b^2 / R = 2 um on, the end is flat and everything is exact.
+# From d = b^2 / R = 2 um on, the end is in full contact and everything is exact.
 flat = mdr.solve(contact, mdr.indent("2.5 um"))
 assert flat.status is mdr.Status.COMPLETED

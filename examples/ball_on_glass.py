@@ -2,8 +2,8 @@
 Steel ball on glass
 ===================
 
-A bearing-steel ball of 10 mm radius is pressed on a flat of soda-lime glass. This is Hertz's problem, with the
-true sphere instead of its paraboloid: the exact answer for elastic half-spaces.
+A bearing-steel ball of 10 mm radius is pressed on a flat of soda-lime glass. This is Hertz' problem with the true sphere instead
+of the paraboloid: exact for elastic half-spaces.
 """
 
 import pymdr as mdr
@@ -22,6 +22,6 @@ print(f"largest pressure {largest_pressure / 1e6:.1f} MPa")
 figure = result.plot()
 
 # %%
-# Hertz's formula for the paraboloid, a^3 = 3 F R / (4 E*), differs by (a/R)^2 only.
+# Hertz' formula for the paraboloid, a^3 = 3 F R / (4 E*), differs by (a/R)^2 only.
 hertz = (3 * 50.0 * 10e-3 / (4 * mdr.effective_moduli(steel, glass).normal)) ** (1 / 3)
 assert abs(result["contact_radius"].values[-1] / hertz - 1) < 2 * (hertz / 10e-3) ** 2

@@ -2,8 +2,8 @@
 Loop of a joint
 ===============
 
-A joint is shaken sideways under constant load. Its edge slips in every cycle, long before the joint slides: that is
-where its damping comes from, and it grows with the cube of the amplitude.
+A joint vibrates tangentially under constant load. Its edge slips in every cycle, long before the joint slides as a whole. This
+partial slip is the source of damping, and it grows with the cube of the amplitude.
 """
 
 import numpy as np
@@ -18,12 +18,12 @@ print(result.summary())
 figure = result.figures(step=250)["loop"]
 
 # %%
-# The same over many amplitudes, as engineers of joints need it:
+# The same over many amplitudes:
 study = mdr.friction_loop(joint, np.geomspace(10e-9, 1.2e-6, 40), normal_force="50 N")
 print(study.data)
 
 # %%
-# The loop that was followed dissipates what the study says for its amplitude:
+# The dissipation of the loop above agrees with the study:
 followed = result["dissipated_energy"].values
 loss = mdr.friction_loop(joint, [0.6e-6], normal_force="50 N")["dissipated_per_cycle"].values[0]
 assert abs((followed[-1] - followed[-201]) / loss - 1) < 1e-9

@@ -2,8 +2,9 @@
 Bouncing on rubber
 ==================
 
-A ball falls on rubber that relaxes in a tenth of a millisecond. Slow blows meet soft rubber and give back most; the shorter the contact, the more is
-lost, until it lasts about as long as the relaxation. Rubber that relaxes in ten milliseconds is a glass for the same blows: the faster, the less is lost.
+A ball falls on rubber with a relaxation time of 0.1 ms. Slow impacts see the rubbery modulus and lose little; the loss grows
+until the contact time is about the relaxation time. Rubber with a relaxation time of 10 ms is glassy in the same impacts: faster
+impacts lose less.
 """
 
 import math
@@ -19,15 +20,15 @@ hit = mdr.impact(ball, mass="1 g", speed="0.3 m/s")
 print(hit)
 
 # %%
-# A body on springs and a dashpot, in units in which its mass, radius, modulus and speed are 1.
+# A body on springs and a dashpot, in units of its mass, radius, modulus and speed.
 
 fluid = mdr.Contact(mdr.Paraboloid(1.0), mdr.Viscoelastic(mdr.KelvinVoigt(1.0, 0.3), poisson=0.5))
 damped = mdr.impact(fluid, mass=1.0, speed=1.0)
 assert math.isclose(damped.restitution, 0.4565759764, rel_tol=1e-9)
 
 # %%
-# Restitution over five decades of the speed, and the history of the blow above. The ball leaves before the rubber is back. The fastest blow makes a
-# contact of 0.28 radii: beyond 0.3, where slopes are no longer small, summary and figure of ``rebounds`` say so.
+# Restitution over five decades of the speed, and the history of the impact above. The ball leaves before the rubber has recovered. The fastest
+# impact has a contact of 0.28 radii; above 0.3, where slopes are not small, summary and figure of ``rebounds`` report it.
 
 speeds = np.geomspace(1e-5, 1.5, 500)
 rebounds = mdr.restitution(ball, mass="1 g", speeds=speeds)

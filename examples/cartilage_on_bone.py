@@ -2,9 +2,8 @@
 Cartilage on bone, with adhesion
 ================================
 
-Cartilage is thin: where the contact is as wide as the layer is thick, the bone below carries much of the load, and the more the
-less its volume can change. A half-space of cartilage would take the same force for far stiffer tissue. Here a glass ball of
-10 mm is pressed into a layer of 1 mm and pulled off again.
+Cartilage is thin. If the contact is as wide as the layer is thick, the bone carries much of the load, more so for an
+incompressible layer. A glass ball of 10 mm is pressed into a layer of 1 mm and pulled off again.
 """
 
 import math
@@ -22,14 +21,14 @@ print(result.summary())
 figure = result.figures()["layers"]
 
 # %%
-# A half-space needs less force for the same depth. Whoever takes it for the cartilage finds a modulus that is too large by
+# A half-space needs less force for the same depth. As a model of the cartilage it gives a modulus that is too large:
 deep = mdr.solve(mdr.Contact(mdr.Sphere("10 mm"), cartilage, adhesion=mdr.JKR("0.1 J/m^2")), path)
 factor = float(result["normal_force"][39] / deep["normal_force"][39])
 print(f"the layer is {factor:.2f} times as stiff as a half-space at a depth of 0.1 mm")
 assert abs(factor / 4.59 - 1) < 2e-3
 
 # %%
-# The pull-off hardly knows the bone under a dead load, for a paraboloid on a half-space it is (3/2) pi R w:
+# The bone hardly changes the pull-off under a dead load; for a paraboloid on a half-space it is (3/2) pi R w:
 lost = mdr.pull_off(ball, machine_stiffness=0.0)
 print(f"pull-off at {lost.normal_force * 1e3:.3f} mN, a = {lost.contact_radius * 1e3:.3f} mm")
 assert abs(lost.normal_force / (-1.5 * math.pi * 10e-3 * 0.1) - 1) < 0.05

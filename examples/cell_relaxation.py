@@ -2,11 +2,11 @@
 Stress relaxation of a cell
 ===========================
 
-An AFM presses on a cell for a second, then holds its height for thirty while the force falls. The record becomes a path; the hold
-tells the moduli and the times of the cell, and these say what the force should have been on the way in.
+An AFM presses on a cell for a second, then holds its height for thirty while the force decreases. The record becomes a path. The
+hold determines moduli and times of the cell, and these predict the force of the approach.
 
-Run it on a record of your own with ``python cell_relaxation.py FILE``, in any format that afmformats reads (``pip install
-pymdr[afm]``). Without a file it makes a record of the same form, with noise.
+Run it on your own record with ``python cell_relaxation.py FILE``, in any format of afmformats (``pip install 'pymdr[afm]'``).
+Without a file it generates a similar record with noise.
 """
 
 import sys
@@ -21,7 +21,7 @@ import pymdr as mdr
 file = sys.argv[1] if __name__ == "__main__" and len(sys.argv) > 1 else None
 
 # %%
-# The file says nothing of the tip. The cell gives way by 20 µm, so that it is taken to be blunt; moduli go with
+# The file does not contain the tip. The indentation is 20 µm, so a blunt tip is assumed; moduli scale with
 # :math:`1/\sqrt{R}`, times do not depend on it.
 tip = mdr.Paraboloid("50 um")
 
@@ -51,11 +51,11 @@ def made(stiffness=1.0):
 
 
 record, stiffness = read(file) if file else made()
-print(file or "no file is given: this record is made")
+print(file or "no file is given: generated record")
 
 # %%
-# The force counts from that of the pause, and the bodies touch where the ramp begins. What the cantilever is bent by is not in the
-# indentation. Means over 32 parts of the ramp and over parts of the hold that become longer are rows enough:
+# The force is relative to that of the pause, and contact begins with the ramp. The deflection of the cantilever is subtracted from the
+# travel. Means over 32 parts of the ramp and over growing parts of the hold are sufficient:
 pause = record[record.segment == 0].mean()
 record["force"] -= pause["force"]
 record["depth"] = pause["height"] - record["height"] - record["force"] / stiffness
@@ -73,14 +73,14 @@ def solved(body):
 
 # %%
 # During the hold the force over that of an elastic body with a shear modulus of 1 Pa is nearly a relaxation test, from which
-# ``fit_prony`` has the times. Its moduli are too low, since a part relaxed during the ramp:
+# ``fit_prony`` finds the times. Its moduli are too low, because of relaxation during the ramp:
 unit = solved(mdr.Elastic(3.0, poisson=0.5))["normal_force"].values
 apparent = mdr.fit_prony({"time": (time - (turn - begin))[held], "modulus": (force / unit)[held]}, terms=3)
 print(apparent)
 
 # %%
-# Force is linear in the moduli as long as the contact does not shrink: a solution for each time, of 1 Pa, and the moduli not
-# below 0 that add up to the force of the hold.
+# Force is linear in the moduli as long as the contact does not shrink: one solution of 1 Pa for each time, and non-negative
+# moduli fitted to the force of the hold.
 times = apparent.series.times
 terms = [solved(mdr.Viscoelastic(mdr.Maxwell(1.0, tau), poisson=0.5))["normal_force"].values for tau in times]
 moduli, _ = nnls(1e9 * np.column_stack([unit, *terms])[held], 1e9 * force[held])
@@ -92,7 +92,7 @@ print(f"E = {3 * moduli.sum():.0f} Pa at once, {3 * moduli[0]:.0f} Pa after {end
 
 figure = Figure(figsize=(8.0, 3.6), layout="constrained")
 left, right = figure.subplots(1, 2, sharey=True)
-left.semilogx(time, 1e9 * force, ".", label="measured" if file else "made, with noise")
+left.semilogx(time, 1e9 * force, ".", label="measured" if file else "generated, with noise")
 left.semilogx(time, 1e9 * model, label="fitted to the hold")
 left.set_xlabel("time since the bodies touch (s)")
 left.set_ylabel("force (nN)")
@@ -102,11 +102,11 @@ right.plot(result.to("indentation", "um"), 1e9 * model)
 right.set_xlabel("indentation (µm)")
 
 # %%
-# The ramp was not fitted, and tells how good the model is. The cell in the tests of afmformats (``fmt-jpk-sr_cell1-0008.jpk-force``) is off
-# by 4 % of the largest force there: stiffer than under a ball at first, as if it had been touched before, and 20 µm are no small
-# part of a cell. The result itself says what is assumed and not met:
+# The ramp was not fitted and tests the model. For the cell in the tests of afmformats (``fmt-jpk-sr_cell1-0008.jpk-force``) the residual there
+# is 4 % of the largest force: it is stiffer than under a ball at first, as if contact had begun earlier, and 20 µm is a large
+# part of a cell. The result lists the assumptions that are not met:
 for assumption in result.assumptions:
     print(assumption)
 off = np.sqrt(np.mean((model - force) ** 2)) / force.max()
-print(f"off by {100 * off:.2g} % of the largest force")
+print(f"residual {100 * off:.2g} % of the largest force")
 assert off < (0.03 if file else 0.003)

@@ -2,8 +2,8 @@
 Choosing the law of adhesion
 ============================
 
-Small stiff tips attract over a range that is large against their deformation (DMT), large soft ones only where they
-touch (JKR). Maugis and Dugdale cover both; pymdr says what the simpler laws cost in pull-off force.
+Small stiff tips attract over a range that is large compared with their deformation (DMT), large soft ones only where they touch
+(JKR). Maugis and Dugdale cover both; pymdr gives the error of the simpler laws in the pull-off force.
 """
 
 import numpy as np
@@ -25,17 +25,17 @@ for law in ("JKR", "MaugisDugdale", "DMT"):
     pull = [-regime.pull_off_force[law] / (np.pi * 0.1 * r) for regime, r in zip(regimes, radii, strict=True)]
     axes.semilogx(radii * 1e9, pull, label=law)
 axes.set_xlabel("radius of the tip (nm)")
-axes.set_ylabel("pull-off force over $\\pi \\gamma R$")
+axes.set_ylabel(r"pull-off force / $\pi w R$")
 axes.legend()
 
 # %%
-# In between, all three at once: their curves of equilibria, and the pressure of the unloaded contact. JKR's tension is
-# infinite at the edge, that of Maugis and Dugdale is constant out to the edge of the cohesive zone:
+# All three laws in the transition: curves of equilibria, and the pressure of the unloaded contact. The tension of JKR is
+# infinite at the edge, that of Maugis and Dugdale is constant to the edge of the cohesive zone:
 middle = min(regimes, key=lambda regime: abs(np.log(regime.maugis)))
 figure = middle.plot()
 
 # %%
-# JKR gives 3/2, DMT 2, and Maugis and Dugdale lie in between:
+# JKR gives 3/2, DMT 2, and Maugis and Dugdale a value between:
 assert abs(regimes[0].pull_off_force["JKR"] / (-1.5 * np.pi * 0.1 * radii[0]) - 1) < 1e-12
 assert regimes[0].regime == "DMT"
 assert regimes[-1].regime == "JKR"

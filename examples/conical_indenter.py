@@ -2,9 +2,8 @@
 Conical indenter in fused quartz
 ================================
 
-The equivalent cone of a Berkovich tip (half angle 70.3 degrees) is pressed 100 nm into fused quartz and taken
-back. Force grows with the square of the depth, and the stiffness of the unloading is what nanoindentation
-reads the modulus from: dF/dd = 2 E* a.
+The equivalent cone of a Berkovich tip (half angle 70.3 degrees) is pressed 100 nm into fused quartz and unloaded. The force grows
+with the square of the depth. Nanoindentation takes the modulus from the stiffness of the unloading: dF/dd = 2 E* a.
 """
 
 import math

@@ -2,9 +2,9 @@
 Creep curve of a rolling ball
 =============================
 
-A driven ball rolls a little slower than its surface turns. Friction carries the difference, the creepage: at first the
-contact sticks nearly everywhere and the force grows with the creepage, then slip spreads from the trailing edge until
-the ball skids at the limit of Coulomb.
+A driven ball rolls a little slower than its surface rotates. Friction transmits a force that depends on this difference, the
+creepage. At first the contact sticks nearly everywhere and the force grows with the creepage; then slip spreads from the trailing
+edge until the ball slides at Coulomb's limit.
 """
 
 import numpy as np
@@ -19,14 +19,14 @@ print(creep)
 figure = creep.plot()
 
 # %%
-# How much creepage carries half of the largest force? The springs of the method are too soft by 45 % and ask for
-# too much; with Kalker's slope 20.6 % of the saturation suffice, since :math:`1 - (1 - \xi)^3 = 1/2`.
+# Creepage at half of the largest force: the springs of the method are too soft by 45 % and need
+# too much; with Kalker's slope it is 20.6 % of the saturation, since :math:`1 - (1 - \xi)^3 = 1/2`.
 half = (1 - 0.5 ** (1 / 3)) * float(creep["saturation_creepage"])
 at_half = mdr.rolling(ball, half, normal_force="100 N", law="calibrated")["creep_force"]
 assert abs(float(at_half[0]) / (0.3 * 100) - 0.5) < 1e-12
 
 # %%
-# A brake that is applied from one moment to the next works after the contact has rolled through its own length:
+# A suddenly applied brake is fully effective after the contact has rolled its own length:
 length = 2 * creep.data.attrs["contact_radius"]
 ways = np.linspace(0.05, 1.5, 30) * length
 braked = mdr.rolling(ball, np.full(30, -2e-3), normal_force="100 N", path=ways)

@@ -2,8 +2,8 @@
 Crossed cylinders
 =================
 
-Two steel wires of different radii cross at a right angle: the contact is an ellipse, which Hertz solved exactly. Beside it stand the
-lower bound by the mean over all directions, and the estimate that any gap has.
+Two steel wires of different radii cross at a right angle. The contact is an ellipse, which Hertz solved exactly. The example
+compares it with the lower bound by the mean over all directions, and with the estimate for any gap.
 """
 
 import pymdr as mdr
@@ -15,7 +15,7 @@ print(result.summary())
 figure = result.plot()
 
 # %%
-# The number that every rolling bearing is designed by, the largest pressure p = 3 F / (2 pi a b), and how far bound and estimate lie off.
+# The largest pressure, p = 3 F / (2 pi a b), and the errors of bound and estimate.
 area = result["contact_area"][-1]
 assert abs(float(result["peak_pressure"][-1] / (1.5 * 10.0 / area)) - 1) < 1e-12
 below = 1 - float(result["force_lower_bound"][-1]) / 10.0
@@ -24,7 +24,7 @@ assert 0.038 < below < 0.040
 assert 1.3e-4 < above < 1.5e-4
 
 # %%
-# The same gap as a formula of one's own: nothing is known but bound and estimate. The bound is sharper here, of the best of all ellipses.
+# The same gap as a callable has only bound and estimate. The bound is sharper here, that of the best ellipse.
 own = mdr.Function2D(lambda x, y: x**2 / (2 * 2e-3) + y**2 / (2 * 1e-3))
 depth = float(result["indentation"][-1])
 estimated = mdr.solve(mdr.Contact(own, steel, steel), mdr.indent(depth))

@@ -2,11 +2,11 @@
 Creep of a polymer gel
 ======================
 
-An AFM presses a gel up to a force that a feedback then keeps, while the tip sinks in. Here the path is the measured force, and the
-indentation is what the model has to give.
+An AFM presses a gel up to a force that a feedback keeps constant, while the tip penetrates further. The path is the measured
+force, and the model gives the indentation.
 
-Run it on a record of your own with ``python gel_creep.py FILE``, in any format that afmformats reads (``pip install
-pymdr[afm]``). Without a file it makes a record of the same form, with noise.
+Run it on your own record with ``python gel_creep.py FILE``, in any format of afmformats (``pip install 'pymdr[afm]'``). Without a
+file it generates a similar record with noise.
 """
 
 import sys
@@ -21,8 +21,8 @@ import pymdr as mdr
 file = sys.argv[1] if __name__ == "__main__" and len(sys.argv) > 1 else None
 
 # %%
-# The file says nothing of the tip. As the tip goes in, the force grows with about the 1.9th power of the depth: a pyramid rather than a
-# ball. It is taken for one of four sides at 35° to the axis, and that for the cone of the same cross-sections.
+# The file does not contain the tip. In the approach, the force grows with about the 1.9th power of the depth: a pyramid rather than a
+# ball. A pyramid of four sides at 35° to the axis is assumed, and approximated by the cone of the same cross-sections.
 tip = mdr.Cone(half_angle=np.arctan(2.0 / np.sqrt(np.pi) * np.tan(np.radians(35.0))))
 
 
@@ -58,12 +58,12 @@ def made(stiffness=0.06):
 
 
 record, stiffness = read(file) if file else made()
-print(file or "no file is given: this record is made")
+print(file or "no file is given: generated record")
 
 # %%
-# The force counts from its median far away. Where the tip is, is its height less what the cantilever is bent by; where the surface is,
-# nobody knows, so that depths are compared about their mean. Rows begin where the force has clearly left the noise, at 2 % of the largest:
-# a force below 0 is refused. Means over 10 ms, which grow longer in the hold, are enough.
+# The force is relative to its median far away. The position of the tip is its height minus the deflection of the cantilever; the surface is
+# unknown, so depths are compared relative to their mean. Rows begin where the force is clearly above the noise, at 2 % of the largest:
+# a negative force is refused. Means over 10 ms, longer in the hold, are sufficient.
 record["force"] -= record.force[: len(record) // 8].median()
 record["tip"] = record.force / stiffness + record.height
 near = record[record.time > record.time[record.force > 0.5 * record.force.max()].iloc[0] - 0.3]
@@ -88,7 +88,7 @@ def off(logs):
 
 
 # %%
-# Three parameters, whose logarithms keep them above 0:
+# Three parameters, by their logarithms, so that they are positive:
 fit = least_squares(off, np.log([1e3, 1e3, 1.0]), diff_step=1e-3)
 equilibrium, modulus, tau = np.exp(fit.x)
 model = depth(fit.x)
@@ -98,7 +98,7 @@ print(f"it creeps with the time {tau * (1.0 + modulus / equilibrium):.2f} s")
 figure = Figure(figsize=(8.0, 3.6), layout="constrained")
 left, right = figure.subplots(1, 2, sharey=True)
 measured = 1e6 * model - fit.fun
-left.plot(time, measured, ".", label="measured" if file else "made, with noise")
+left.plot(time, measured, ".", label="measured" if file else "generated, with noise")
 left.plot(time, 1e6 * model, label="fitted")
 left.set_xlabel("time since the bodies touch (s)")
 left.set_ylabel("indentation (µm)")
@@ -108,9 +108,9 @@ right.plot(1e9 * force, 1e6 * model)
 right.set_xlabel("force (nN)")
 
 # %%
-# A gel sticks: that in the tests of afmformats (``fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force``) pulls by as much as it was pressed when the
-# tip goes out again. Adhesion of bodies with memory is not offered, so that only the way in and the hold are fitted; and it creeps on for
-# longer than one time has it.
+# The gel in the tests of afmformats (``fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force``) is adhesive: the pull in the retraction is as large as
+# the load. Adhesion of viscoelastic bodies is not available, so only the approach and the hold are fitted. The gel creeps
+# for longer than one relaxation time allows.
 misfit = np.sqrt(np.mean(fit.fun**2)) / (1e6 * model.max())
-print(f"off by {100 * misfit:.2g} % of the largest indentation")
+print(f"residual {100 * misfit:.2g} % of the largest indentation")
 assert misfit < (0.01 if file else 0.003)

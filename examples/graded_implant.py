@@ -2,9 +2,8 @@
 A graded implant
 ================
 
-The coating of an implant is soft at its surface and stiffens with depth, E(z) = E0 (z / z0)^k, so that no interface
-concentrates stress. Under a ball the pressure of such a body is wider and lower than that of a homogeneous one which gives way
-as much.
+The coating of an implant is soft at its surface and stiffens with depth, E(z) = E0 (z / z0)^k, so that no interface concentrates
+stress. Under a ball its pressure is wider and lower than that of a homogeneous body with the same indentation.
 """
 
 import math
@@ -22,7 +21,7 @@ print(result.summary())
 figure = result.plot()
 
 # %%
-# The homogeneous body that the same load presses in as deeply, F = (4/3) E* sqrt(R d^3), carries it on a smaller disk:
+# A homogeneous body with the same load and indentation, F = (4/3) E* sqrt(R d^3), has a smaller contact:
 depth = float(result["indentation"][-1])
 modulus = 0.75 * 50.0 / math.sqrt(R * depth**3)
 homogeneous = mdr.solve(mdr.Contact(mdr.Paraboloid(R), mdr.Elastic(modulus, 0.0)), mdr.load("50 N"))
@@ -43,7 +42,7 @@ assert abs(float(result.field("pressure", 0.0)[0]) / peak - 1) < 1e-12
 assert float(homogeneous.field("pressure", 0.0)[0]) > peak
 
 # %%
-# If it is sticky, a dead load of (3 + k) / 2 pi R work tears it off, whatever its modulus:
+# With adhesion the pull-off force under a dead load is (3 + k) / 2 pi R work, for any modulus:
 sticky = mdr.Contact(mdr.Paraboloid(R), implant, adhesion=mdr.JKR("50 mJ/m^2"))
 lost = mdr.pull_off(sticky, machine_stiffness=0.0)
 assert abs(lost.normal_force / (-(3.0 + k) / 2.0 * math.pi * R * 50e-3) - 1) < 1e-12

@@ -2,8 +2,8 @@
 A ring contact
 ==============
 
-The hollow cylinder that the method refuses, solved by boundary elements on rings: a result of the same kind,
-whose claims say that the method was not used.
+The hollow cylinder that the method refuses, solved by boundary elements on rings. The result has the same form, and its claims
+state that the method was not used.
 """
 
 import pymdr as mdr
@@ -18,7 +18,7 @@ print(result.summary())
 figure = result.plot()
 
 # %%
-# The true force lies above the rigorous bound that the refused solution keeps.
+# The true force is above the rigorous bound of the refused solution.
 bound = mdr.solve(contact, path)["force_lower_bound"]
 assert (result["normal_force"] > bound).all()
 assert float(result["inner_contact_radius"][-1]) > 0.4 * b

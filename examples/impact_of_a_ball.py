@@ -2,8 +2,9 @@
 Impact of a ball
 ================
 
-A steel ball hits a steel plate at 40 degrees. Its normal motion is that of Hertz; sideways it slips, sticks and slips
-back, and leaves with a spin. Two slow impacts of a soft ball show what adhesion takes: below a speed of sticking it stays.
+A steel ball hits a steel plate at 40 degrees. Its normal motion is that of Hertz. Tangentially it slips, sticks and slips back,
+and it leaves with a spin. Two slow impacts of a soft ball show the effect of adhesion: below the sticking speed it does not
+rebound.
 """
 
 import numpy as np
@@ -18,12 +19,12 @@ print(hit)
 hit.plot()
 
 # %%
-# The contact time of a sphere falls as the fifth root of its speed.
+# The contact time of a sphere decreases with the fifth root of its speed.
 
 speeds = np.geomspace(0.01, 1.0, 200)
 times = mdr.restitution(ball, mass="33 g", speeds=speeds)["contact_time"].values
 slope = np.polyfit(np.log(speeds), np.log(times), 1)[0]
-assert abs(slope + 0.2) < 1e-3  # the true sphere is no paraboloid
+assert abs(slope + 0.2) < 1e-3  # the true sphere is not a paraboloid
 
 # %%
 # Restitution of a soft ball with adhesion: :math:`e = \sqrt{1 - (v_s / v)^2}`.

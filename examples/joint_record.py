@@ -2,8 +2,8 @@
 A measured joint
 ================
 
-A test rig records load, shift and tangential force. What a cycle dissipates, and what damping that amounts to, is in the record
-itself; the history of load and shift is also a path, along which the theory says what the force should have been.
+A test rig records load, shift and tangential force. The record contains the dissipation and the damping of each cycle. Its
+history of load and shift is also a path, for which the theory predicts the force.
 """
 
 from pathlib import Path
@@ -23,7 +23,7 @@ measured = mdr.measured_loops(record)
 print(measured)
 
 # %%
-# The same load and shift as a path. The file also has the force, of which it is not clear whether it is prescribed: name what is.
+# The same load and shift as a path. The file also has the tangential force, so the prescribed channels are named.
 steel = mdr.Elastic(young="210 GPa", poisson=0.3)
 joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
 result = mdr.solve(joint, mdr.read_path(file, channels=["normal_force", "shift"]))
@@ -37,13 +37,13 @@ axes.set_ylabel("tangential force (N)")
 axes.legend()
 
 # %%
-# Energy per cycle, measured over solved: the noise of 0.05 N leaves about a hundredth.
+# Energy per cycle, measured over solved: the noise of 0.05 N causes about 1 %.
 solved = mdr.measured_loops(result)
 ratio = float(measured["dissipated_per_cycle"].mean() / solved["dissipated_per_cycle"].mean())
 print(f"{ratio:.3f}")
 assert abs(ratio - 1.0) < 0.02
 
 # %%
-# In steady state the loops are those of the theory without any history, which needs one number, the amplitude:
+# Steady loops follow from the amplitude alone, without a history:
 expected = mdr.friction_loop(joint, ["0.6 um"], normal_force="50 N")
 assert abs(float(solved["dissipated_per_cycle"][1] / expected["dissipated_per_cycle"][0]) - 1.0) < 2e-3

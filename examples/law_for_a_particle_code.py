@@ -2,8 +2,8 @@
 A law for a particle code
 =========================
 
-A code of many particles asks for force and stiffness of a contact millions of times. The law of a worn grain is tabulated once with a
-stated error and written as a C header; a grain that falls on a plate through it comes back with the energy that it had.
+A particle code evaluates force and stiffness of a contact millions of times. The law of a worn grain is tabulated once with a
+stated error and written as a C header. A grain that falls on a plate with this law rebounds with its initial energy.
 """
 
 import math
@@ -25,7 +25,7 @@ print(law.summary())
 figure = law.plot()
 
 # %%
-# What another program gets: a header for C and C++, and a table.
+# The files for another program: a header for C and C++, and a table.
 with tempfile.TemporaryDirectory() as folder:
     law.to_c(Path(folder) / "worn_grain.h")
     law.to_csv(Path(folder) / "worn_grain.csv")
@@ -33,8 +33,8 @@ with tempfile.TemporaryDirectory() as folder:
 print(header[header.index("#define") : header.index("static")])
 
 # %%
-# The stiffness is the derivative of the force, so that an integrator keeps the energy: the grain leaves with its speed, and the
-# contact takes as long as the impact of the same contact in pymdr.
+# The stiffness is the derivative of the force, so an integrator conserves energy: the grain rebounds with its initial speed, and the
+# contact time is that of the impact of the same contact in pymdr.
 mass, speed = 4 / 3 * math.pi * 1e-3**3 * 2500, 1.0
 
 

@@ -2,8 +2,8 @@
 Modulus and adhesion of a gel over a map
 ========================================
 
-A colloidal tip presses a gel that is stiffer in one place, at every pixel of a map. Modulus, work of adhesion, contact point and baseline are
-found in each curve by itself; the picture shows where the gel is stiff, and that its adhesion is the same everywhere.
+A colloidal tip presses a gel that is stiffer in one place, at every pixel of a map. Modulus, work of adhesion, contact point and
+baseline are fitted to each curve. The picture shows the stiff region and uniform adhesion.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ young = 2e3 + 500 * np.round(8 * stiffer)
 way = np.concatenate([np.linspace(-1e-6, 1.5e-6, 150), np.linspace(1.5e-6, -3e-6, 150)])
 
 # %%
-# What would be recorded by a cantilever of 0.05 N/m: the sample is tilted, and every force is noisy.
+# The record of a cantilever of 0.05 N/m: the sample is tilted, and every force is noisy.
 moduli, which = np.unique(young, return_inverse=True)
 gels = [
     mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(E, 0.5), adhesion=mdr.JKR("0.2 mJ/m^2")) for E in moduli
@@ -38,11 +38,11 @@ curves = xr.Dataset(
 )
 
 # %%
-# One call fits all of them. A folder would keep what is finished, so that a killed fit of a large map goes on there.
+# One call fits all curves. With ``folder=`` an interrupted fit of a large map continues where it stopped.
 start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion=mdr.JKR("1 mJ/m^2"))
 found = mdr.fit_map(start, curves, ["body.young", "adhesion.work"])
 print(found)
 figure = found.plot()
 
 off = (found["body.young"] - young) / found["body.young_error"]
-assert abs(float((off**2).mean()) - 1) < 4 * np.sqrt(2 / young.size)  # the errors are what they say
+assert abs(float((off**2).mean()) - 1) < 4 * np.sqrt(2 / young.size)  # the errors are correct

@@ -2,11 +2,11 @@
 From a measured surface to a stiffness
 ======================================
 
-A file of heights is read, levelled and pressed: its power spectrum follows a self-affine law over a decade and a half, the law is a
-randomly rough surface, and the line of springs says how stiff it is under a load.
+A file of heights is read, levelled and analysed: its power spectrum follows a self-affine law over a decade and a half. The law
+defines a randomly rough surface, and the line of springs gives its stiffness under a load.
 
-Run it on a surface of your own with ``python measured_surface.py FILE``, in any format that SurfaceTopography reads (``pip install
-pymdr[topography]``). Without a file it makes one.
+Run it on your own surface with ``python measured_surface.py FILE``, in any format of SurfaceTopography (``pip install
+'pymdr[topography]'``). Without a file it generates one.
 """
 
 import sys
@@ -39,7 +39,7 @@ with TemporaryDirectory() as folder:
 print("\n".join(surface.steps))
 
 # %%
-# The spectrum of one patch, with what chance makes of it, and the widest range on which it is self-affine:
+# The spectrum of one patch with its scatter, and the widest self-affine range:
 spectrum = mdr.power_spectrum(surface, tip_radius="10 nm")
 print(spectrum)
 figure = spectrum.plot()
@@ -49,7 +49,7 @@ assert named or abs(fit.hurst - 0.8) < 3.0 * fit.hurst_error < 0.15
 
 # %%
 # The rough surface of this law has the size and the rms height of the patch. Its waves end where the spectrum does: the stiffness is
-# that of what was resolved.
+# that of the resolved roughness.
 rough = fit.rough_surface(seed=1)
 assert abs(rough.rms / float(np.std(surface.heights)) - 1.0) < 1e-12
 steel = mdr.Elastic("210 GPa", 0.3)
@@ -58,7 +58,7 @@ print(pressed)
 pressed_figure = pressed.plot()
 
 # %%
-# It is no bump, and is refused as one:
+# It is not a single bump, and is refused as one:
 try:
     mdr.azimuthal_profile(surface)
 except mdr.ProblemError as refusal:

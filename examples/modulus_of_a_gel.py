@@ -1,9 +1,9 @@
 """
-The modulus of a gel from a force curve
-=======================================
+Modulus of a gel from a force curve
+===================================
 
-A colloidal tip on a soft cantilever presses a gel and leaves it. Modulus, work of adhesion, contact point and baseline are found in the record
-together; nobody has to click on the contact point.
+A colloidal tip on a soft cantilever presses a gel and retracts. Modulus, work of adhesion, contact point and baseline are fitted
+together, without a manual choice of the contact point.
 """
 
 import numpy as np
@@ -15,12 +15,12 @@ way = np.concatenate([np.linspace(-2e-6, 2e-6, 300), np.linspace(2e-6, -3e-6, 37
 true = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness="0.05 N/m")["normal_force"].values
 
 # %%
-# What would be recorded: noise of 1 % of the largest force, and two origins that nobody knows.
+# The record: noise of 1 % of the largest force, unknown contact point and baseline.
 noise = 2e-10 * np.random.default_rng(1).normal(size=way.size)
 curve = mdr.MeasuredCurve(force=true + noise - 1e-10, travel=way + 4e-7, spring_constant="0.05 N/m")
 
 # %%
-# The fit begins from a modulus and a work of adhesion that are wrong by factors of hundreds.
+# The fit starts from a modulus and a work of adhesion that are wrong by large factors.
 start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("10 mJ/m^2"))
 found = mdr.fit(start, curve, ["body.young", "adhesion.work"])
 print(found)
@@ -30,7 +30,7 @@ assert abs(found["body.young"].value / 3e3 - 1) < 0.01
 assert abs(found["adhesion.work"].value / 0.2e-3 - 1) < 0.02
 
 # %%
-# Radius, modulus and work of one tip cannot be told apart by one curve, and are not guessed:
+# One curve does not determine radius, modulus and work of adhesion together; the fit is refused:
 try:
     mdr.fit(start, curve, ["body.young", "adhesion.work", "profile.radius"])
 except mdr.ProblemError as refused:

@@ -1,10 +1,10 @@
 """
-A shape of one's own
-====================
+A callable as a shape
+=====================
 
-Any axisymmetric shape is a callable. Its map is right to rounding from the tip to the rim, wherever it is asked, and
-every number of the result says how far it may be off. Here a tip with a blunt end and straight flanks, a hyperboloid,
-has one kink where it was worn; it is pressed over nine decades of depth.
+Any axisymmetric shape is a callable. Its map is accurate to rounding at every radius, and every number of the result states its
+error. A tip with a blunt end and straight flanks, a hyperboloid, has one kink from wear; it is pressed over nine decades of
+depth.
 """
 
 import numpy as np
@@ -41,12 +41,12 @@ left, right = figure.subplots(1, 2)
 radius = result["contact_radius"].values
 left.loglog(depths, result["normal_force"].values)
 left.set(xlabel="indentation (m)", ylabel="force (N)")
-right.loglog(radius, result.claims["normal_force"].error)
-right.set(xlabel="contact radius (m)", ylabel="error of the force, as claimed")
+right.loglog(depths, radius)
+right.set(xlabel="indentation (m)", ylabel="contact radius (m)")
 
 # %%
 # The depth of a hyperboloid is :math:`d = \theta\, a \arctan(a/c)`, and the kink adds :math:`\vartheta\, a
-# \arccos(b/a)`. The claim is met at every one of the nine decades, and it is small:
+# \arccos(b/a)`. The claim is correct in all nine decades, and small:
 exact = flank * radius * np.arctan(radius / bluntness)
 beyond = radius > worn
 exact[beyond] += steeper * radius[beyond] * np.arccos(worn / radius[beyond])

@@ -2,8 +2,8 @@
 A rough surface pressed once
 ============================
 
-Boundary elements press a surface of 80 x 80 heights, which takes seconds. Its force curve is then all that friction, creep and
-contact resistance ask for, and they take milliseconds.
+Boundary elements press a surface of 80 x 80 heights in seconds. Its force curve is sufficient for friction, creep and contact
+resistance, which then take milliseconds.
 """
 
 import time
@@ -20,12 +20,12 @@ print(pressed)
 figure = pressed.plot()
 
 # %%
-# How much of it touches is the area at this resolution:
+# The contact area at this resolution:
 nominal = (200e-6) ** 2
 print(f"{100 * float(pressed['contact_area'][-1]) / nominal:.1f} % of the patch touches")
 
 # %%
-# Fretting of the same joint, by the line that has the force curve of the surface:
+# Fretting of the same joint, by the line with the force curve of the surface:
 joint = mdr.Contact(pressed.force_curve(), steel, steel, friction=mdr.Coulomb(0.3))
 depth = float(pressed["indentation"][9])
 path = mdr.indent(depth) >> mdr.cycle(shift=depth / 10, cycles=2, steps=400)
@@ -37,7 +37,7 @@ print(fretting.summary())
 loop = fretting.plot()
 
 # %%
-# It begins as stiff as the contact is stuck, G*/E* of the normal stiffness, which boundary elements have found by one more solution:
+# Its initial stiffness is that of full stick, G*/E* of the normal stiffness, which boundary elements give by one more solution:
 moduli = mdr.effective_moduli(steel, steel)
 stuck = moduli.tangential / moduli.normal * float(pressed["normal_stiffness"][9])
 first = fretting["tangential_force"].values[1] / fretting["shift"].values[1]

@@ -2,8 +2,8 @@
 A random history of a million steps
 ===================================
 
-Nothing is discretised in space, and a step costs the same however long the history is. Of a long history only the
-rows that are asked for are kept; fields at any of them are followed again from the path.
+Nothing is discretised in space, and the cost of a step does not depend on the length of the history. Only the requested rows are
+stored; fields at any of them follow the path again.
 """
 
 import time

@@ -1,9 +1,9 @@
 """
-The moduli and the time of a gel that relaxes
-=============================================
+Moduli and relaxation time of a gel
+===================================
 
-A tip approaches a gel, is held, and is drawn back. A body that remembers forgets a part of its force during the hold: the record of the whole
-history tells its modulus at rest, the one that it has besides when it is pressed fast, and how long it remembers.
+A tip approaches a gel, is held, and retracts. The force relaxes during the hold. The record of the whole history determines the
+equilibrium modulus, the modulus of the relaxing branch and its time.
 """
 
 import numpy as np
@@ -18,12 +18,12 @@ depth = np.interp(time, [0.0, 0.5, 1.5, 4.0, 5.0], [-0.5e-6, 0.0, 1e-6, 1e-6, -0
 true = mdr.solve(gel, mdr.Path(time=time, indentation=depth))["normal_force"].values
 
 # %%
-# What would be recorded, with noise of 1 % of the largest force and a baseline that nobody knows.
+# The record, with noise of 1 % of the largest force and an unknown baseline.
 noise = 0.01 * true.max() * np.random.default_rng(4).normal(size=time.size)
 curve = mdr.MeasuredCurve(force=true + noise + 2e-10, indentation=depth, time=time)
 
 # %%
-# The names of what is looked for are those that ``mdr.parameters_of(gel)`` lists. The depth was measured, and so was where the contact begins.
+# ``mdr.parameters_of(gel)`` lists the names of the parameters. Depth and contact point were measured.
 start = mdr.Contact(
     gel.profile, mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "10 kPa", "0.1 s"), poisson=0.5)
 )
@@ -36,6 +36,6 @@ assert found["body.shear.time"].low < 0.5 < found["body.shear.time"].high
 assert abs(found["body.shear.equilibrium"].value / 1e3 - 1) < 0.02
 
 # %%
-# The law that was found tells what no record of this length does, such as the modulus of storage at 10 Hz.
+# The fitted law gives other quantities, such as the storage modulus at 10 Hz.
 storage = found.contact.body.shear.storage(2 * np.pi * 10)
 print(storage)

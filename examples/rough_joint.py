@@ -2,8 +2,8 @@
 A rough contact from its force curve
 ====================================
 
-Nobody knows the shape of this contact, only its force curve, with noise. That is enough for its friction, its impacts and
-its creep, and all of it takes milliseconds. Its area and its pressures are not in the curve: they are refused.
+The shape of this contact is unknown; its force curve was measured with noise. The curve is sufficient for friction, impacts and
+creep, in milliseconds. Area and pressures are not in the curve and are refused.
 """
 
 from pathlib import Path
@@ -18,7 +18,7 @@ except NameError:  # run by a documentation builder
     here = Path.cwd()
 
 # %%
-# The curve was taken between two like bodies with E* = 1 GPa. A line of springs is fitted to it whose stiffness rises.
+# The curve was measured between two like bodies with E* = 1 GPa. The fitted line of springs has a rising stiffness.
 curve = mdr.read_force_curve(here / "data" / "rough_curve.csv", modulus="1 GPa")
 body = mdr.Elastic("2 GPa", 0.0)
 joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.4))
@@ -27,14 +27,14 @@ print(fretting.summary())
 figure = fretting.plot()
 
 # %%
-# Boundary elements with friction on the five caps that made the curve (`make_rough_curve.py`) end at 450.883 mN:
+# Boundary elements with friction on the five caps of the curve (`make_rough_curve.py`) end at 450.883 mN:
 peak = float(fretting["tangential_force"].max())
 print(f"tangential force {1e3 * peak:.1f} mN, boundary elements 450.883 mN")
 assert abs(peak / 0.450883 - 1) < 0.01
 
 # %%
-# The same surface on rubber creeps under a load. Forces follow as E*(t) over the E* of the curve. The first depths are within the noise
-# of the curve, and are left out.
+# The same surface on rubber creeps under a load. Forces scale with E*(t) over the E* of the curve. The first depths are within the noise
+# of the curve and are left out.
 rubber = mdr.Viscoelastic(mdr.StandardSolid(equilibrium="1 MPa", modulus="3 MPa", time="50 ms"), poisson=0.5)
 creep = mdr.solve(
     mdr.Contact(curve, rubber), mdr.load("3 mN", steps=10, duration="10 ms") >> mdr.hold("0.3 s", steps=60)
@@ -45,13 +45,13 @@ assert told[9:].all()
 print(f"creep from {depths[9]:.2f} to {depths[-1]:.2f} um")
 
 # %%
-# An impact: how long it lasts, and how hard it is.
+# Contact time and largest force of an impact.
 hit = mdr.impact(mdr.Contact(curve, body, body), mass="1 g", speed="50 mm/s")
 print(hit)
 assert hit.restitution == 1.0
 
 # %%
-# What is no integral over the contact is refused:
+# Quantities that are not integrals over the contact are refused:
 try:
     fretting["contact_radius"]
 except mdr.NotValidError as refusal:

@@ -2,8 +2,8 @@
 A rough surface on a plane
 ==========================
 
-A ground steel surface is pressed on glass. The line of springs gives how stiff the joint is under a load, as a mean over
-realisations with a band; how much of it touches is not on the line, and is refused.
+A ground steel surface is pressed on glass. The line of springs gives the stiffness of the joint under a load, as a mean over
+realisations with a band. The true area is not on the line and is refused.
 """
 
 import numpy as np
@@ -17,13 +17,13 @@ print(pressed)
 figure = pressed.plot()
 
 # %%
-# Far beyond the roughness it is a flat punch on a square, whose stiffness is that of the capacity of a plate:
+# At large loads it is a flat square punch, whose stiffness corresponds to the capacity of a plate:
 full = pressed.data.attrs["full_contact_stiffness"]
 modulus = mdr.effective_moduli(steel, glass).normal
 assert abs(float(pressed["normal_stiffness"][-1]) / (1.15230 * modulus * 1e-3) - 1) < 1e-5
 
 # %%
-# Long before, doubling the load raises the stiffness by less than the power law with its published constant has it:
+# At small loads the stiffness grows more slowly with the load than the power law with its published constant:
 share = pressed["normal_stiffness"].values / full
 some = (share > 0.05) & (share < 0.4)
 force = pressed["normal_force"].values
@@ -32,7 +32,7 @@ print(f"k ~ F^{exponent:.2f}; the power law of many decades is F^{1 / 1.8:.2f}")
 assert 0.4 < exponent < 1 / 1.8
 
 # %%
-# The area of contact is another theory:
+# The contact area is refused:
 try:
     pressed["contact_area"]
 except mdr.NotValidError as refusal:

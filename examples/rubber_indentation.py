@@ -2,8 +2,8 @@
 A ball on rubber
 ================
 
-A ball is pressed into rubber, held, and drawn back. The force relaxes while the ball stands still, and on the way back the contact is lost before
-the ball is where it began: rubber is slower.
+A ball is pressed into rubber, held, and retracted. The force relaxes during the hold. In the retraction the contact is lost
+before the ball is back, because the rubber recovers more slowly.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ print(result.summary())
 figure = result.plot()
 
 # %%
-# On approach at a constant speed v a standard solid bears the force of its spring and of its Maxwell branch,
+# In the approach at a constant speed v a standard solid has the force of its spring and of its Maxwell branch,
 # F = (16/3) G sqrt(R) d^(3/2) + 8 G1 sqrt(R) v^(3/2) tau [sqrt(t) - sqrt(tau) D(sqrt(t / tau))], with Dawson's function D.
 G, G1, tau, v, R, t = 1e6, 3e6, 50e-3, 2e-3, 5e-3, 50e-3
 spring = 16 / 3 * G * np.sqrt(R) * (v * t) ** 1.5
@@ -31,7 +31,7 @@ branch = 8 * G1 * np.sqrt(R) * v**1.5 * tau * (np.sqrt(t) - np.sqrt(tau) * dawsn
 assert abs(float(result["normal_force"][59]) / (spring + branch) - 1) < 1e-9
 
 # %%
-# The contact is lost on the way back, while the ball is still below the surface:
+# The contact is lost in the retraction, while the ball is still below the surface:
 lost = np.flatnonzero((result["normal_force"].values == 0) & (result["indentation"].values > 0))
 print(f"no contact from {1e6 * float(result['indentation'][lost[0]]):.0f} um on")
 assert lost.size > 0

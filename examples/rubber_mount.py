@@ -1,9 +1,9 @@
 """
-A rubber mount that is shaken
-=============================
+A vibrating rubber mount
+========================
 
-The round foot of a machine stands on rubber and is shaken sideways. At its edge it slips, and within it the rubber is sheared, which costs
-energy too: how much, and so how wide the loop is, depends on the frequency.
+The round foot of a machine on rubber vibrates tangentially. Energy is dissipated by slip at its edge and by shear of the rubber
+inside. The width of the loop depends on the frequency.
 """
 
 import math
@@ -39,7 +39,7 @@ for frequency in (0.5, 5.0, 50.0):
 figure = shaken(0.4, 5.0).plot()
 
 # %%
-# Without slip the foot is a spring 2 a G* whose loss modulus is (8/3) G'', and a cycle costs pi 2 a G*'' u^2.
+# Without slip the foot is a spring 2 a G* whose loss modulus is (8/3) G'', and a cycle dissipates pi 2 a G*'' u^2.
 frequency = 5.0
 stuck = shaken(math.inf, frequency)
 loss = 8 / 3 * float(rubber.shear.loss(2 * np.pi * frequency))

@@ -2,8 +2,8 @@
 Friction of a slider on wet rubber
 ==================================
 
-A smooth cap slides over rubber that is wet, so that the surfaces themselves do not rub. It presses the rubber in at its
-front and gets less back behind its tip. How much depends on how long a passage takes against the times of the rubber.
+A smooth cap slides over wet rubber, without friction between the surfaces. The rubber is compressed at the front of the cap and
+does not recover completely behind its tip. The friction depends on the ratio of passage time and relaxation times.
 """
 
 import numpy as np
@@ -20,12 +20,12 @@ print(slid)
 figure = slid.plot()
 
 # %%
-# Slow sliding is known exactly: half of what the springs of the method have, and in proportion to the speed. For a small
+# Slow sliding is exact: half the friction of the springs, proportional to the speed. For a small
 # sphere it is nearly :math:`\tau v / R`, with :math:`\tau = \int (G - G_\infty)\, dt / G_\infty` = 27 ms.
 tau = (2 * 10e-3 + 5 * 1e-3 + 20 * 0.1e-3) / 1
 assert abs(float(slid["slow_limit"][0]) / (tau * 1e-4 / 5e-3) - 1) < 0.05
 
 # %%
-# At which speed does it hold back most? Where a passage takes about as long as the rubber needs to relax.
+# Friction is largest where the passage time is about the relaxation time.
 fastest = float(slid["speed"][slid["friction_coefficient"].values.argmax()])
-print(f"most at {fastest:.2g} m/s")
+print(f"largest friction at {fastest:.2g} m/s")

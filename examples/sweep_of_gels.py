@@ -1,9 +1,9 @@
 """
-The pull-off of a tip from many gels
-====================================
+Pull-off of a tip from many gels
+================================
 
-The same colloidal tip leaves gels of all stiffnesses and works of adhesion. The largest pull does not depend on the stiffness; how far
-the gel has been drawn out by then does.
+The same colloidal tip leaves gels of all stiffnesses and works of adhesion. The largest pull does not depend on the stiffness;
+the elongation of the gel at pull-off does.
 """
 
 import numpy as np
@@ -23,13 +23,13 @@ print(gels.summary())
 figure = gels.plot()
 
 # %%
-# The largest pull is that of Johnson, Kendall and Roberts for all stiffnesses, as far as the rows of the path resolve it:
+# The largest pull is that of Johnson, Kendall and Roberts for all stiffnesses, within the resolution of the path:
 pull = -gels["normal_force"].min("step") / (1.5 * np.pi * 5e-6 * gels["adhesion.work"])
 print(pull.round(4).values)
 assert np.all((pull > 0.99) & (pull <= 1.0 + 1e-12))
 
 # %%
-# How far the softest gels have been drawn out when they are left:
+# Elongation of the softest gels at pull-off:
 drawn = -gels["indentation"].where(gels["normal_force"] < 0.0).min("step")
 print((1e6 * drawn).round(3).values)
 assert np.all(np.diff(drawn, axis=0) < 0.0)

@@ -1,10 +1,10 @@
 """
-The resistance of a switch
-==========================
+Resistance of a switch
+======================
 
-A rivet of silver closes a switch. The current squeezes through the spot where the bodies touch, and what it meets there is
-the resistance of the disk, (rho1 + rho2)/(4 a): for a round rivet it falls with the cubic root of the force. A current warms
-the spot; at some 90 mV silver softens, and the contact grows.
+A silver rivet closes a switch. The current constricts in the contact, whose resistance is that of the disk, (rho1 + rho2)/(4 a):
+for a round rivet it decreases with the cubic root of the force. The current heats the contact; at about 90 mV silver softens, and
+the contact grows.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ print(result.summary())
 figure = result.figures()["conductance"]
 
 # %%
-# By hand: a^3 = 3 F R/(4 E*).
+# Check: a^3 = 3 F R/(4 E*).
 modulus = mdr.effective_moduli(silver, silver).normal
 force = result["normal_force"].values
 by_hand = 15.9e-9 / 2 / np.cbrt(3 * force * 5e-3 / (4 * modulus))
@@ -33,14 +33,14 @@ assert np.allclose(result["electrical_resistance"], by_hand, rtol=1e-12)
 print(f"{result.to('electrical_resistance', 'mohm')[-1]:.3f} mohm at 1 N")
 
 # %%
-# Whatever the shape of the contact, 90 mV make its hottest place about 410 K warm. The current for it grows with the force.
+# For any shape of the contact, 90 mV give a largest temperature of about 410 K. The current for it grows with the force.
 hot = mdr.joule_heating(result, voltage="90 mV", temperature="20 degC")
 print(hot)
 assert abs(float(hot["largest_temperature"][-1]) - np.hypot(293.15, 0.045 / np.sqrt(2.443e-8))) < 1e-9
 assert np.allclose(hot["current"] / hot["current"][-1], np.cbrt(force), rtol=1e-9)
 
 # %%
-# Its own friction warms a contact as well: here one that wipes slowly while it closes.
+# Friction also heats a contact: here one that slides slowly while it closes.
 wiping = mdr.Contact(mdr.Paraboloid("5 mm"), silver, silver, friction=mdr.Coulomb(0.5))
 rubbed = mdr.frictional_heat(wiping, ["10 mm/s", "50 mm/s"], normal_force="1 N")
 print(rubbed)

@@ -2,8 +2,8 @@
 Vibrating contact
 =================
 
-Load and shift oscillate together, out of phase. Where the load falls the stick zone is eaten from outside, where it
-grows fresh surface sticks without tension: the state depends on the whole history, which is followed exactly.
+Load and shift oscillate together, out of phase. If the load decreases, the stick zone shrinks from outside; if it increases, new
+surface sticks without tension. The state depends on the whole history, which is followed exactly.
 """
 
 import numpy as np
@@ -25,9 +25,9 @@ left.set(xlabel="tangential displacement (nm)", ylabel="tangential force (N)")
 right.plot(result.to("contact_radius", "um"), label="contact radius")
 right.plot(result.to("stick_radius", "um"), label="stick radius")
 right.set(xlabel="step", ylabel="radius (µm)")
-right.legend()
+right.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 # %%
-# Energy is kept: what is put in is stored or rubbed away. The last two cycles are steady.
+# Energy balance: work is stored or dissipated by friction. The last two cycles are steady.
 lost = result["dissipated_energy"].values
 assert abs((lost[-1] - lost[-301]) / (lost[-301] - lost[-601]) - 1) < 1e-9

@@ -2,8 +2,8 @@
 Wavy indenter
 =============
 
-Waves on a tip make it sticky: every wave that the edge of the contact passes is a jump, and each jump dissipates.
-Folds and jumps are located exactly, so that the energy lost does not depend on the number of steps.
+Waves on a tip increase its adhesion: the edge of the contact jumps over every wave, and each jump dissipates energy. Folds and
+jumps are located exactly, so the dissipation does not depend on the number of steps.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ without = float(smooth["dissipated_energy"][-1])
 print(f"without waves {without:.4g} J are lost")
 
 # %%
-# The loss is that of the jumps, whatever the steps, and all of the work of the closed loop:
+# The dissipation is that of the jumps, for any number of steps, and equals the work of the closed loop:
 lost = float(fine["dissipated_energy"][-1])
 assert lost > 1.4 * without
 assert abs(jumps.sum() / lost - 1) < 1e-12

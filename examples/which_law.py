@@ -1,10 +1,10 @@
 """
-Which law of adhesion a curve speaks for
-========================================
+Comparison of laws of adhesion for a curve
+==========================================
 
-A small tip is pressed onto a body and drawn off again by a machine that is much stiffer than the contact. The record is fitted by Hertz' contact
-without adhesion, by the short-ranged attraction of Johnson, Kendall and Roberts, by the long-ranged one of Derjaguin, Muller and Toporov, and by
-that of Maugis between them. Akaike's weights say which of the four it speaks for.
+A small tip is pressed on a body and pulled off by a machine that is much stiffer than the contact. The record is fitted by Hertz'
+contact without adhesion, by the short-ranged attraction of Johnson, Kendall and Roberts, by the long-ranged one of Derjaguin,
+Müller and Toporov, and by that of Maugis between them. Akaike's weights compare the four.
 """
 
 import numpy as np
@@ -15,14 +15,14 @@ tip, body = mdr.Paraboloid("1 um"), mdr.Elastic("10 MPa", 0.4)
 true = mdr.Contact(tip, body, adhesion=mdr.MaugisDugdale("20 mJ/m^2", strength="0.6 MPa"))
 
 # %%
-# What would be recorded, with noise of 1 % of the largest force.
+# The record, with noise of 1 % of the largest force.
 depth = np.concatenate([np.linspace(-60e-9, 60e-9, 40), np.linspace(60e-9, -80e-9, 50)])
 force = mdr.solve(true, mdr.Path(indentation=depth))["normal_force"].values
 force = force + 1e-9 * np.random.default_rng(5).normal(size=depth.size)
 curve = mdr.MeasuredCurve(force=force, indentation=depth + 30e-9)
 
 # %%
-# Every law takes what it has of the numbers that are looked for.
+# Every law uses those free parameters that it has.
 laws = {
     "Hertz": mdr.Contact(tip, body),
     "JKR": mdr.Contact(tip, body, adhesion=mdr.JKR("1 mJ/m^2")),
@@ -38,7 +38,7 @@ assert found.weights["Maugis"] > 0.99
 assert abs(found["Maugis"]["adhesion.work"].value / 20e-3 - 1) < 0.02
 
 # %%
-# JKR follows the record nearly as well to the eye, but with a work of adhesion whose interval lies far from the one that made the record: an error
-# tells what the noise does to a law, not what a wrong law does.
+# JKR looks nearly as good, but the interval of its work of adhesion is far from the true value: an error contains
+# the noise under a law, not the choice of the law.
 print(found["JKR"]["adhesion.work"])
 assert found["JKR"]["adhesion.work"].low > 22e-3

@@ -2,8 +2,8 @@
 A worn ball
 ===========
 
-A polymer ball that sliding has worn flat is pressed against a plate, and beside it the ball that it was. The flat is in
-contact at once, so that the worn ball is stiffer from the beginning; the more it is pressed the less it matters.
+A polymer ball with a flat from wear is pressed against a plate and compared with the original ball. The flat is in contact at
+once, so the worn ball is stiffer from the beginning; the difference decreases with the load.
 """
 
 import math
@@ -30,7 +30,7 @@ force = modulus * ((R**2 + a**2) * math.atanh(u / c) - u * c)
 assert abs(force / 1e3 - 1) < 1e-12
 
 # %%
-# Its contact is stiffer than that of the ball before: 2.5 times at 20 N, 1.03 times at 1 kN.
+# Its contact is stiffer than that of the original ball: 2.5 times at 20 N, 1.03 times at 1 kN.
 ratio = after["normal_stiffness"] / before["normal_stiffness"]
 print(ratio.values[[0, -1]])
 assert ratio[0] > ratio[-1] > 1.0

@@ -2,9 +2,8 @@
 A measured tip
 ==============
 
-The profile of a worn indenter comes as samples with scatter. A smoothing spline is run through it and mapped
-piece by piece; the scatter becomes a band on every quantity, and the claim says what the azimuthal mean of a
-measured body is good for.
+The profile of a worn indenter is given by samples with scatter. A smoothing spline through them is mapped segment by segment. The
+scatter becomes a band on every quantity, and the claim states the meaning of the azimuthal mean for the measured body.
 """
 
 from pathlib import Path
@@ -25,7 +24,7 @@ print(result.summary())
 figure = result.plot()
 
 # %%
-# The samples were made from a hyperboloid, so that the exact answer is known: the smoothed noise costs 1 %.
+# The samples were made from a hyperboloid, so the exact answer is known: the smoothed noise causes 1 %.
 true = mdr.Function(derivative=lambda r: 0.36 * r / np.hypot(r, 40e-9))
 exact = mdr.solve(mdr.Contact(true, contact.body), mdr.indent("30 nm"))["normal_force"].values[-1]
 assert abs(result["normal_force"].values[-1] / exact - 1) < 0.01

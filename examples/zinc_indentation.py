@@ -1,9 +1,9 @@
 """
-The indentation modulus of zinc
-===============================
+Indentation modulus of zinc
+===========================
 
-A crystal of zinc is much softer along its axis than across it. A cone that is pressed along the axis feels one modulus of
-the five that the crystal has: the indentation modulus, which no mean of Young's moduli gives.
+A zinc crystal is much softer along its axis than across it. A cone pressed along the axis measures one modulus, which depends on
+all five constants: the indentation modulus. No mean of Young's moduli gives it.
 """
 
 import numpy as np
@@ -18,13 +18,13 @@ print(result.summary())
 figure = result.plot()
 
 # %%
-# Stiffness and contact radius at the largest load give the modulus back, S = 2 E* a, whatever the tip:
+# Stiffness and contact radius at the largest load give the modulus, S = 2 E* a, for any tip:
 modulus = float(result["normal_stiffness"][49] / (2.0 * result["contact_radius"][49]))
 print(f"indentation modulus {modulus / 1e9:.2f} GPa")
 assert abs(modulus / 67.799650579961365e9 - 1) < 1e-12
 
 # %%
-# A crystal whose five constants are those of an isotropic body is one:
+# Five constants of an isotropic body give its modulus:
 young, poisson = 100e9, 0.25
 same = mdr.TransverselyIsotropic(
     young_plane=young,

@@ -583,7 +583,7 @@ def test_only_what_the_curve_determines_is_claimed(fretted):
     for name in ("pressure", "gap", "shear_traction", "slip"):
         with pytest.raises(mdr.NotValidError, match="force curve"):
             fretted.field(name)
-    with pytest.raises(mdr.QuantityError, match="no picture of the contact"):
+    with pytest.raises(mdr.QuantityError, match="does not show the shape of the contact"):
         fretted.field("spring_force")
     assert [a.name for a in fretted.assumptions] == ["elastic similarity"]
     assert any("force curve through all" in note for note in fretted.notes)
@@ -668,11 +668,11 @@ LOADS = DEPTHS**1.5
         ((DEPTHS[::-1], LOADS, 1.0), "rise strictly"),
         ((np.append(DEPTHS, 1e-6), np.append(LOADS, LOADS[-1]), 1.0), "each depth once"),
         ((DEPTHS, -LOADS, 1.0), "above 0 N"),
-        ((DEPTHS, LOADS[::-1], 1.0), "falls by"),
+        ((DEPTHS, LOADS[::-1], 1.0), "decreases by"),
         ((DEPTHS, LOADS, -1.0), "above 0 Pa"),
         ((DEPTHS, LOADS, "1 N"), "unit"),
         ((DEPTHS, np.append(LOADS[:-1], np.nan), 1.0), "finite"),
-        ((DEPTHS, LOADS, 1.0, "0.99 um"), "where contact begins"),
+        ((DEPTHS, LOADS, 1.0, "0.99 um"), "beyond the contact point"),
     ],
 )
 def test_curves_that_are_none_are_refused(arguments, words):

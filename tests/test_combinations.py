@@ -194,7 +194,7 @@ def test_one_parameter_is_swept_once(tmp_path, shell):
     )
     status, _, err = shell("sweep", case, "--over", "body.young = 1 MPa", "--over", "body.young = 2 MPa")
     assert status == 1
-    assert "body.young is given already" in err
+    assert "body.young is already given" in err
 
 
 def test_bodies_apart_have_a_band_of_no_current():
@@ -212,5 +212,5 @@ def test_measured_surfaces_are_pressed():
     from pymdr.problem.codec import decode_case
 
     body = {"kind": "elastic", "young": 1e6, "poisson": 0.5}
-    with pytest.raises(mdr.CaseError, match=r"with pymdr press$"):
+    with pytest.raises(mdr.CaseError, match=r"use pymdr press$"):
         decode_case({"surface": {"file": "ground.csv"}, "body": body})

@@ -102,6 +102,28 @@ def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch):
     assert compiling._told.is_set() is told
 
 
+ONCE = """
+import pymdr as mdr
+from pymdr.line.memory import kernels, row_kernels, tangential_kernels, together
+from pymdr.numerics import exponentials
+rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "10 MPa", "0.1 s"), poisson=0.5)
+joint = mdr.Contact(mdr.Paraboloid("10 mm"), rubber, friction=mdr.Coulomb(0.3))
+path = mdr.load("1 N", duration="1 s", steps=3) >> mdr.cycle(shift="1 um", duration="1 s", steps=8)
+mdr.solve(joint, path >> mdr.indent("10 um", duration="1 s"))
+for module in (kernels, row_kernels, tangential_kernels, together, exponentials):
+    for name, kernel in vars(module).items():
+        print(name, len(getattr(kernel, "signatures", ())))
+"""
+
+
+@pytest.mark.long
+def test_kernels_of_memory_are_compiled_once(tmp_path):
+    """A constant that one kernel hands to another compiles it once more, and all that it calls."""
+    counts = dict(line.split() for line in run(ONCE, NUMBA_CACHE_DIR=str(tmp_path)).stdout.splitlines())
+    assert counts["follow"] == counts["shear"] == "1"
+    assert {name: times for name, times in counts.items() if int(times) > 1} == {}
+
+
 BLOCKED = """
 import sys
 sys.modules["numba"] = None

@@ -1,11 +1,17 @@
 """The Python blocks of the documentation pages run, and their assertions hold."""
 
+import doctest
 import importlib
+import inspect
 import json
 import pkgutil
 import re
+import runpy
+import shlex
+import shutil
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -49,6 +55,7 @@ def blocks(page):
         "fits.md",
         "law.md",
         "contributing.md",
+        "for_teaching.md",
     ],
 )
 def test_blocks_run(page):
@@ -137,11 +144,58 @@ def test_first_steps_print_what_is_shown(capsys):
     assert shown >= 4
 
 
+FILE = re.compile(r"^:::\{code-block\} \w+\n:caption: (\S+)\n\n(.*?)^:::", re.MULTILINE | re.DOTALL)
+CONSOLE = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("for_*.md")), ids=lambda p: p.stem)
+def test_commands_print_the_numbers_that_are_shown(page, tmp_path, monkeypatch, shell):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(DOCS.parent / "examples" / "data", tmp_path / "examples" / "data")
+    for name, body in FILE.findall(page.read_text()):
+        (tmp_path / name).write_text(body)
+    consoles = CONSOLE.findall(page.read_text())
+    assert consoles
+    for console in consoles:
+        for command in console.replace("\\\n", " ").removeprefix("$ ").split("\n$ "):
+            line, _, shown = command.partition("\n")
+            status, out, error = shell(*shlex.split(line)[1:])
+            assert status == 0, error
+            assert set(re.findall(r"[-\d.e]*\d", shown)) <= set(re.findall(r"[-\d.e]*\d", out)), line
+
+
 def test_the_readme_leads_to_every_page():
     links = set(re.findall(r"\]\(docs/(\w+\.md)\)", (DOCS.parent / "README.md").read_text()))
     assert links == {page.name for page in DOCS.glob("*.md")} - {"index.md"}
     contents = (DOCS / "index.md").read_text().split()
     assert all(page.removesuffix(".md") in contents for page in links)
+
+
+def test_every_example_has_one_place_in_the_gallery():
+    shown = re.findall(r"examples/(\w+)\.py", (DOCS / "examples.md").read_text())
+    programs = [file.stem for file in (DOCS.parent / "examples").glob("*.py")]
+    assert sorted(shown) == sorted(name for name in programs if not name.startswith("make_"))
+
+
+MATHEMATICS = {
+    r"t x \arctan(x/c)": r'x</mi><mspace width="0.167em" /><mi>arctan',
+    r"1 - \cos kr": r'cos</mi><mspace width="0.167em" /><mi>k',
+    r"\max_k r": r"<msub><mi>max</mi><mi>k</mi></msub>|max",
+    r"r\,\mathrm dr": r'<mspace width="0.167em" /><mi mathvariant="normal">d</mi><mi>r',
+    r"\lvert x \rvert": r'<mo lspace="0" rspace="0">&#x0007C;</mo><mi>x',
+    r"x/R": r'<mo lspace="0" rspace="0">&#x0002F;</mo>',
+}
+
+
+@pytest.mark.parametrize("tex", MATHEMATICS)
+def test_mathematics_keeps_its_spaces(tex):
+    for package in ("latex2mathml", "sphinx_gallery"):
+        pytest.importorskip(package, reason="the packages of the group docs are not installed")
+    nodes = pytest.importorskip("docutils.nodes")
+    shown = SimpleNamespace(body=[])
+    with pytest.raises(nodes.SkipNode):
+        runpy.run_path(str(DOCS / "conf.py"))["render_math"](shown, nodes.math(text=tex))
+    assert re.search(MATHEMATICS[tex], shown.body[0]), shown.body[0]
 
 
 def test_no_source_is_cited_that_readers_do_not_have():
@@ -172,8 +226,45 @@ def test_the_reference_names_what_is_there():
         assert pkgutil.resolve_name(f"pymdr.{path}") is not None
 
 
+@pytest.mark.parametrize(
+    "page", [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda p: p.stem
+)
+def test_links_lead_to_files_of_the_repository(page):
+    """Those of figures and of galleries, which the build of the pages makes, are no links of the README."""
+    for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
+        built = link.startswith("generated/") and link.endswith(".png") and page.stem != "README"
+        assert built or (page.parent / link).exists(), link
+
+
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)
 def test_named_modules_exist(page):
     package = Path(mdr.__file__).parent
     for name in re.findall(r"`((?:\w+/)+(?:\w+\.py)?)`", page.read_text()):
         assert (package / name).exists(), name
+
+
+def public_objects():
+    """Public names and the members of public classes."""
+    for name in sorted(set(mdr.__all__) - {"__version__"}):
+        value = getattr(mdr, name)
+        yield name, value
+        if inspect.isclass(value):
+            members = (inspect.isfunction, inspect.isdatadescriptor, inspect.ismethod)
+            for member, one in vars(value).items():
+                if not member.startswith("_") and (
+                    isinstance(one, classmethod | staticmethod) or any(is_kind(one) for is_kind in members)
+                ):
+                    yield f"{name}.{member}", one
+
+
+def test_examples_of_public_names_run_where_they_are_pasted():
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    without = []
+    for name, value in public_objects():
+        text = inspect.getdoc(value) or ""
+        examples_of_name = doctest.DocTestParser().get_examples(text)
+        if examples_of_name:
+            runner.run(doctest.DocTest(examples_of_name, {}, name, None, None, text))
+        elif "." not in name:
+            without.append(name)
+    assert (runner.summarize(verbose=False).failed, without) == (0, [])

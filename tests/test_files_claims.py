@@ -209,7 +209,7 @@ def test_results_say_which_curve_was_run_through_the_samples():
 
 def test_a_scatter_that_is_an_offset_is_told_to_make_no_band():
     r = np.linspace(0.0, 1e-7, 61)
-    for scatter, words in ((np.full(61, 1e-10), "have no width"), (1e-3 * r, "a sensitivity")):
+    for scatter, words in ((np.full(61, 1e-10), "have zero width"), (1e-3 * r, "a sensitivity")):
         tip = mdr.Sampled(r, r**2 / 2e-7, scatter)
         assert words in mdr.solve(mdr.Contact(tip, UNIT), mdr.indent("1 nm")).notes[-1]
 

@@ -342,7 +342,7 @@ def test_springs_in_the_middle_bear_nothing_where_they_are_not_pressed(k):
 
 @pytest.mark.parametrize("leg", [mdr.indent, mdr.load])
 def test_a_rate_that_is_none_says_which_units_are(leg):
-    with pytest.raises(mdr.UnitError, match=r"'1 um': a speed such as '1 um/s' .* '1 N/s'"):
+    with pytest.raises(mdr.UnitError, match=r"'1 um': give a speed such as '1 um/s'.* '1 N/s'"):
         leg(1e-6, rate="1 um")
 
 

@@ -97,9 +97,7 @@ def test_kernels_are_compiled_once_for_arrays_that_can_be_written_and_for_others
             follow_loads(PARABOLOID, STANDARD, times, depths, n=20)
             goal = dividing.Goal(times, depths, 0.0, 0.0)
             dividing.parts_of(PARABOLOID, STANDARD, goal, virgin(0.0, 0.0), tolerance=0.1)
-    for kernel in (row_kernels.follow, row_kernels.divide):
-        given = [tuple(str(kind).replace("readonly ", "") for kind in types) for types in kernel.signatures]
-        assert len(set(given)) == len(given) > 0
+    assert len(row_kernels.follow.signatures) == 1
 
 
 def orders(errors):
@@ -679,9 +677,9 @@ def parts_of(body, t, d, n=20, line=PARABOLOID):
     found = []
     follow = row_kernels.follow
 
-    def counted(run, course, begin, state, rows, notes):
-        followed = follow(run, course, begin, state, rows, notes)
-        found.append(rows[:, kernels.PARTS].max() / state.w.size)
+    def counted(run, course, begin, states, rows, notes, division):
+        followed = follow(run, course, begin, states, rows, notes, division)
+        found.append(rows[:, kernels.PARTS].max() / len(states[0]))
         return followed
 
     with pytest.MonkeyPatch.context() as patch:

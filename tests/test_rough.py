@@ -154,9 +154,9 @@ def test_a_surface_is_a_value():
         ({"size": ["1 mm", "10 um"]}, "below the shorter side, 10 µm"),
         ({"longest": "10 um"}, "below the longest wavelength, 10 µm"),
         ({"longest": 0.0}, "above 0 m"),
-        ({"seed": -1}, "whole number from 0"),
-        ({"seed": 1.5}, "whole number from 0"),
-        ({"seed": True}, "whole number from 0"),
+        ({"seed": -1}, "whole number of at least 0"),
+        ({"seed": 1.5}, "whole number of at least 0"),
+        ({"seed": True}, "whole number of at least 0"),
     ],
 )
 def test_no_surface(changed, words):
@@ -497,7 +497,7 @@ def test_claims_say_what_was_not_compared():
 
     words = {
         "rectangle": "not compared for rectangles",
-        "roll": "with a roll-off inside",
+        "roll": "for a roll-off inside",
         "ball": "on a ball (H = 0.7)",
     }
     rectangle = mdr.RoughSurface(0.7, 1e-6, [1e-3, 2e-3], 2e-5)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from common import UNIT
 from drawing import examples
+from legibility import faults
 from pymdr.mapping import abel, abel_sums, images, sources
 from pymdr.mapping.equivalent import PanelLine, equivalent_profile
 from pymdr.numerics.panels import Place
@@ -485,7 +486,7 @@ def test_scatter_becomes_a_band():
         (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 2, 3, 4], [0, 0, -1, 0, 0]), "at least 0 m"),
         (lambda: mdr.Sampled([0, 1, 2, 3, 4], [0, 1, 2, 3, 4], interpolation="cubic"), "CubicSpline"),
         (lambda: mdr.CubicSpline("pointed"), "'round'"),
-        (lambda: mdr.Sampled([[0, 1], [2, 3]], [0, 1]), "one row"),
+        (lambda: mdr.Sampled([[0, 1], [2, 3]], [0, 1]), "one-dimensional array"),
     ],
 )
 def test_bad_samples(make, words):
@@ -617,12 +618,12 @@ def test_verify_holds_both_side_by_side():
     assert found.data.sizes["step"] == 2
     assert float(found.data["pressure_difference"].max()) < 1e-3
     assert "MDR" in str(found)
-    found.plot().canvas.draw()
+    assert not faults(found.plot())
     hollow = mdr.FlatPunch(1.0) + mdr.Function(lambda r: -r * r / 2)
     refused = mdr.verify(mdr.Contact(hollow, UNIT), mdr.indent(0.3), elements=60, steps=1)
     assert np.isnan(refused.data["normal_force_mdr"].values).all()
     assert np.isfinite(refused.data["normal_force_rings"].values).all()
-    refused.plot().canvas.draw()
+    assert not faults(refused.plot())
 
 
 @settings(max_examples=examples(12), deadline=None)

@@ -538,7 +538,7 @@ def test_shapes_without_an_estimate():
     for f in (crowned, quadratic(100.0, 1.0).f):
         assert np.isnan(shape_law(mdr.Function2D(f)).at(d, a).force[0])
     long = mdr.EllipticParaboloid(100.0, 1.0)
-    with pytest.raises(mdr.NotValidError, match="up to a ratio of 10"):
+    with pytest.raises(mdr.NotValidError, match="up to a ratio of radii of 10"):
         at(long, 1e-3)["force_estimate"]
     assert last(at(long, 1e-3), "force_lower_bound") < last(at(long, 1e-3), "normal_force")
 
@@ -559,7 +559,7 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
         (lambda: mdr.Function2D("x**2"), "callable of x and y"),
         (lambda: mdr.Function2D(lambda x: x).gap_at(1.0, 0.0), "two arrays"),
         (lambda: mdr.Function2D(lambda x, y: "no").gap_at(1.0, 0.0), "floats"),
-        (lambda: mdr.Function2D(lambda x, y: np.full(x.shape, np.nan)).gap_at(1.0, 0.0), "the apex"),
+        (lambda: mdr.Function2D(lambda x, y: np.full(x.shape, np.nan)).gap_at(1.0, 0.0), "its apex"),
         (lambda: at(mdr.Function2D(lambda x, y: x * x - y * y), 1e-6), "lowest point of the gap"),
         (lambda: at(mdr.Function2D(lambda x, y: -x * x - y * y), 1e-6), "lowest point of the gap"),
         (lambda: mdr.Function2D(lambda x, y: x * x + np.arange(x.size)).gap_at(np.ones(9), 0.0), "depend"),
@@ -571,7 +571,7 @@ HERTZ = mdr.EllipticParaboloid("20 mm", "10 mm")
             "at least 4",
         ),
         (lambda: mdr.Contact(HERTZ, STEEL, friction=mdr.Coulomb(0.3)), r"force_curve\(\)"),
-        (lambda: mdr.Contact(HERTZ, STEEL, adhesion=mdr.JKR("1 J/m^2")), "of revolution"),
+        (lambda: mdr.Contact(HERTZ, STEEL, adhesion=mdr.JKR("1 J/m^2")), "not axisymmetric"),
         (
             lambda: mdr.Contact(HERTZ, mdr.Graded("1 GPa", depth="1 mm", exponent=0.2, poisson=0.3)),
             "exponent 0",

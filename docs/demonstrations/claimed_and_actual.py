@@ -1,11 +1,10 @@
 """
-Errors that are claimed and errors that are made
-================================================
+Claimed and actual errors
+=========================
 
-Numerical results are often called exact because they agree with a closed form in one case. Here are random profiles,
-solved by pymdr and held against quadrature in extended precision that shares no code with it. Every point is a quantity of one
-profile: the error that its claim carries, and the one that it has. The study is made anew by
-``python -m benchmarks.accuracy docs/demonstrations/claimed_and_actual.csv``.
+Numerical results are often called exact because they agree with a closed form in one case. Here are random profiles, solved by
+pymdr and compared with quadrature in extended precision that shares no code with it. Every point is one quantity of one profile:
+its claimed and its actual error. ``python -m benchmarks.accuracy docs/demonstrations/claimed_and_actual.csv`` repeats the study.
 """
 
 from pathlib import Path
@@ -24,14 +23,14 @@ study = np.genfromtxt(file, delimiter=",", names=True, dtype=None, encoding="utf
 
 claimed, actual, rounding = study["claimed"], study["actual"], study["rounding"]
 outside = actual > 1.01 * (10 * claimed + rounding)  # the table has three digits
-print(f"{study.size} values, {outside.sum()} of them farther off than 10 times their claim and rounding")
+print(f"{study.size} values, {outside.sum()} of them above 10 times their claim plus rounding")
 assert study.size > 1000
 assert not outside.any()
 assert np.mean(actual <= claimed + 1e-14) > 0.8
 
 # %%
-# Claims below 1e-17 are drawn there. What is exact lies to the left of 1e-9. A radius may be off by more than 1e-14 where the
-# depth hardly depends on it, and so may a pressure beside the edge of the contact: rounding the depth moves the edge. These points may lie
+# Claims below 1e-17 are drawn there. Exact numbers are to the left of 1e-9. A radius may err by more than 1e-14 where the
+# depth hardly depends on it, and so may a pressure near the edge of the contact: rounding the depth moves the edge. These points may be
 # above the shaded part.
 smallest, largest = 1e-17, 1.0
 x, y = np.clip(claimed, smallest, largest), np.clip(actual, smallest, largest)
@@ -53,4 +52,4 @@ axes.set_xlabel("claimed relative error")
 axes.set_ylabel("actual relative error")
 axes.text(1.2e-9, 0.1, "approximate", fontsize=9)
 axes.text(0.8e-9, 0.1, "exact", fontsize=9, ha="right", color="#009E73")
-axes.legend(loc="lower right", fontsize=8)
+axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

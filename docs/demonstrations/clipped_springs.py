@@ -2,9 +2,9 @@
 Clipped springs are not a ring contact
 ======================================
 
-Where g does not rise, it is tempting to keep the springs that are pressed and to forget the others. The sum of clipped
-springs is neither the force nor a bound of it: for the same body it is far too large at one indentation and too small
-at another. The best single disk is a rigorous lower bound, and boundary elements on rings give the force.
+Where g does not rise, one might sum only the compressed springs. This sum of clipped springs is neither the force nor a bound:
+for the same body it is far too large at one indentation and too small at another. The best single disk is a rigorous lower bound,
+and boundary elements on rings give the force.
 """
 
 import numpy as np

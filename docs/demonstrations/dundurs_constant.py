@@ -2,9 +2,9 @@
 Dundurs' constant
 =================
 
-The constant called Dundurs' in Argatov's discussion lacks the factor 1/2 and has (1 - 2 nu) where (1 - nu)
-belongs in the denominator. Both vanish together, so the test for elastic similarity is unaffected; the size is not:
-for steel on aluminium -0.117 instead of -0.446.
+The constant named after Dundurs in Argatov's discussion lacks the factor 1/2 and has (1 - 2 nu) in place of (1 - nu) in the
+denominator. Both vanish together, so the test for elastic similarity is unaffected; the value is not: for steel on aluminium
+-0.117 instead of -0.446.
 """
 
 import numpy as np

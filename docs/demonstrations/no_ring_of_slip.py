@@ -2,10 +2,10 @@
 Not always a ring of slip
 =========================
 
-Argatov's discussion of the method presses first and pulls afterwards, and then a ring of slip begins at the edge, however small the
-pull (Cattaneo 1938, Mindlin 1949). This belongs to the order, not to the loads. If both forces grow together in a ratio below
-the coefficient of friction, nothing slips at all (Mindlin and Deresiewicz 1953): every ring of the contact is pulled no more, for
-its pressure, than the whole. Both histories below end at the same forces.
+Argatov's discussion of the method presses first and pulls afterwards. Then a ring of slip begins at the edge, however small the
+pull (Cattaneo 1938, Mindlin 1949). The cause is the order, not the loads. If both forces grow together in a ratio below the
+coefficient of friction, nothing slips (Mindlin and Deresiewicz 1953): the ratio of traction and pressure is the same everywhere.
+Both histories below end at the same forces.
 """
 
 import numpy as np

@@ -2,9 +2,9 @@
 A rising profile is not enough
 ==============================
 
-It is often said that the contact is a disk if f(r) rises. What is needed is that g rises, or, for one load, that the
-pressure and the gap of the disk are not negative. A wavy paraboloid r^2/2R + h (1 - cos kr) has f' >= 0 for
-h k^2 R < 4.603, but its g rises only for h k^2 R < 3.186.
+It is often said that the contact is a disk if f(r) rises. The condition is that g rises, or, for one load, that the pressure and
+the gap of the disk are not negative. A wavy paraboloid r^2/2R + h (1 - cos kr) has f' >= 0 for h k^2 R < 4.603, but its g rises
+only for h k^2 R < 3.186.
 """
 
 import numpy as np

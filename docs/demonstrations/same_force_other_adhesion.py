@@ -2,10 +2,9 @@
 Same force, other adhesion
 ==========================
 
-Popov's closure of Argatov's discussion gives every contact without adhesion an equivalent profile with the same
-force F(d), and says that tangential contact follows from it. Adhesion does not, which is why the closure speaks of contacts
-without it: two spheres far apart have exactly the F(d) of one sphere of four times the radius, and exactly its friction, but
-half of its pull-off force.
+Popov's closure of Argatov's discussion gives every contact without adhesion an equivalent profile with the same force F(d);
+tangential contact follows from it. Adhesion does not. Two distant spheres have exactly the F(d) of one sphere of four times the
+radius, and exactly its friction, but half of its pull-off force.
 """
 
 import math
@@ -38,7 +37,7 @@ pair, single = (2 * rubbed[0]["tangential_force"].values, rubbed[1]["tangential_
 assert np.allclose(pair, single, rtol=0, atol=1e-12 * np.max(np.abs(single)))
 
 # %%
-# The pull-off force is not: adhesion asks how much area and rim a contact has, and F(d) does not say.
+# The pull-off force is not: adhesion depends on area and edge of a contact, which are not in F(d).
 law = mdr.JKR("50 mJ/m^2")
 sticky, fused = (replace(c, adhesion=law) for c in (one, closure))
 for stiffness in (0, math.inf):

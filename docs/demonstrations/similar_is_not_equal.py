@@ -2,10 +2,10 @@
 Similar is not equal
 ====================
 
-Argatov's discussion states elastic similarity correctly (its eq. 15), and it is often read as "equal materials". Equal
-bodies are similar; so is an incompressible body on a rigid one, or on any other incompressible one, however
-different their stiffness; so are two bodies of different Poisson's ratio whose moduli fit. Two bodies of nearly equal
-stiffness, on the other hand, may be far from it. pymdr measures Dundurs' beta and lowers its claims where it is not 0.
+Argatov's discussion states elastic similarity correctly (its eq. 15), but it is often read as "equal materials". Equal bodies are
+similar. So is an incompressible body on a rigid one, or on any other incompressible one, and so are two bodies of different
+Poisson's ratio with suitable moduli. Two bodies of nearly equal stiffness may be far from similar. pymdr measures Dundurs' beta
+and lowers its claims where it is not 0.
 """
 
 from matplotlib.figure import Figure

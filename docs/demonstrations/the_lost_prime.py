@@ -1,10 +1,9 @@
 """
-The lost prime of equation (6)
-==============================
+The missing prime of equation (6)
+=================================
 
-The mapping rule of Argatov's discussion (its eq. 6) is printed with f(r) instead of f'(r). Then even the
-dimension is wrong: the right-hand side would be an area. Its own example, g = x^2 / R for a paraboloid, needs
-the prime.
+The mapping rule of Argatov's discussion (its eq. 6) is printed with f(r) instead of f'(r). Then the dimension is wrong: the
+right-hand side is an area. Its own example, g = x^2 / R for a paraboloid, needs the prime.
 """
 
 import numpy as np

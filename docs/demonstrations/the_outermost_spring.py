@@ -2,11 +2,10 @@
 The outermost spring
 ====================
 
-Argatov's discussion of the method writes adhesion as a strength of the springs (its eqs. 12 and 13) and adds that the critical
-elongation depends on the radius of the contact, which is not known beforehand. That remark carries the rule. Springs that
-keep the strength they had under the largest load hold a force that depends on how hard they were pressed; springs that take
-the strength of the radius before the step lag behind, so that contact is held where there is no equilibrium. Only a rule
-that asks again after every spring that parts gives JKR, at any step.
+Argatov's discussion of the method describes adhesion as a strength of the springs (its eqs. 12 and 13) and adds that the critical
+elongation depends on the unknown radius of the contact. That remark is essential. If springs keep the strength of the largest
+load, the pull depends on that load. If they take the strength of the radius before the step, the contact survives beyond
+equilibrium. Only a strength that is updated after every separated spring gives JKR, at any step.
 """
 
 import math
@@ -46,7 +45,7 @@ rules = {
 }
 
 # %%
-# A sharp pull-off, at the depth and with the largest pull that JKR has, whatever the number of steps.
+# Updated strength: a sharp pull-off at the depth and the largest pull of JKR, for any number of steps.
 for steps in (100, 1000):
     depths, forces = pulled(steps, rules["radius of the present"])
     held = depths[forces != 0]
@@ -54,17 +53,17 @@ for steps in (100, 1000):
     assert abs(forces.min() / (-1.5 * math.pi) - 1) < 2e-3
 
 # %%
-# The radius before the step: below the last equilibrium contact survives, the longer the coarser the steps.
+# Strength of the radius before the step: contact survives beyond the last equilibrium, longer with coarser steps.
 survives = []
 for steps in (100, 1000):
     depths, forces = pulled(steps, rules["radius before the step"])
     survives.append(indented.indentation - depths[forces != 0][-1])
-print(f"held too long by {survives[0]:.3f} in 100 steps and {survives[1]:.3f} in 1000")
+print(f"excess depth at pull-off: {survives[0]:.3f} in 100 steps and {survives[1]:.3f} in 1000")
 assert survives[0] > 0.15
 assert 0.0 < survives[1] < 0.06
 
 # %%
-# The radius of the largest load: 40 % more pull than JKR allows, and no pull-off in sight.
+# Strength of the largest load: 40 % more pull than JKR, and no pull-off.
 depths, forces = pulled(1000, rules["radius of the largest load"])
 print(f"largest pull {-forces.min() / math.pi:.3f} pi R work, JKR 1.5")
 assert forces.min() / math.pi < -2.1
@@ -76,6 +75,6 @@ for (name, rule), style in zip(rules.items(), ("k", "C1--", "C3:"), strict=True)
     depths, forces = pulled(100, rule)
     axes.plot(depths, forces / math.pi, style, label=name)
 axes.plot(indented.indentation, indented.normal_force / math.pi, "ko", label="last equilibrium of JKR")
-axes.set_xlabel("indentation, in units of (work² R / E*²)^(1/3)")
-axes.set_ylabel("force / (pi R work)")
+axes.set_xlabel("indentation / $(w^2 R / E^{*2})^{1/3}$")
+axes.set_ylabel(r"force / $\pi w R$")
 axes.legend(fontsize=9)

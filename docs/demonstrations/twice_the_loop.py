@@ -2,9 +2,9 @@
 A factor of two in the loop
 ===========================
 
-The loss of a sphere that is shaken at constant load (Mindlin and Deresiewicz 1953) is written with the compliance
-(2 - nu) / G. Two bodies have two of them, and their sum is 4 / G*. With that of one body, as for a sphere on a rigid plane, the
-loss of two equal spheres, over the shift of one centre against the other, comes out at one half of what it is.
+The dissipation of a sphere that vibrates at constant load (Mindlin and Deresiewicz 1953) is written with the compliance (2 - nu)
+/ G. Two bodies have two compliances, and their sum is 4 / G*. With that of one body, as for a sphere on a rigid plane, the
+dissipation of two equal spheres, over the relative shift of their centres, is one half of the true value.
 """
 
 import numpy as np

@@ -2,10 +2,10 @@
 Two pull-off forces
 ===================
 
-The equation of Argatov's discussion for the radius of an adhesive contact, d = g(a) - dl(a) (its eq. 14), has two
-roots below the first touch, and says neither which is taken nor when contact is lost. It is often said that JKR is
-lost at -3/2 pi work R. That is so under a dead load. If the indentation is prescribed the same contact holds on to
--5/6 pi work R, and a cantilever loses it anywhere between: the law of adhesion does not know the pull-off force, law and machine do.
+The equation of Argatov's discussion for the radius of an adhesive contact, d = g(a) - dl(a) (its eq. 14), has two roots at
+negative depths, without a criterion for the root and for the loss of contact. It is often said that JKR is lost at -3/2 pi work
+R. This is correct under a dead load. At a prescribed indentation the same contact is lost at -5/6 pi work R, and with a
+cantilever between the two: law and machine together determine the pull-off force.
 """
 
 import math
@@ -27,7 +27,7 @@ assert abs(dead.normal_force / unit + 3 / 2) < 1e-12
 assert abs(rigid.normal_force / unit + 5 / 6) < 1e-12
 
 # %%
-# At d = -0.5 um, below the first touch, the equation has two roots; a path takes the one that is stable.
+# At d = -0.5 um the equation has two roots; a path takes the stable one.
 E = mdr.effective_moduli(gel).normal
 depth = -0.5e-6
 a = np.linspace(1e-9, 15e-6, 200_001)
@@ -38,7 +38,7 @@ taken = float(mdr.solve(contact, mdr.indent("1 um") >> mdr.indent(depth))["conta
 assert abs(taken - roots[1]) < 1e-10
 
 # %%
-# Any force between the two is the pull-off force of some machine.
+# Every force between the two is the pull-off force of some machine.
 stiffness = np.geomspace(1e-3, 1e3, 41)
 forces = np.array([mdr.pull_off(contact, machine_stiffness=float(k)).normal_force for k in stiffness]) / unit
 assert np.all(np.diff(forces) > 0)
@@ -53,4 +53,4 @@ axes.axhline(-5 / 6, color="k", ls=":", lw=1)
 axes.text(1.2e-3, -5 / 6 - 0.045, "-5/6, prescribed indentation")
 axes.text(12.0, -3 / 2 + 0.02, "-3/2, dead load")
 axes.set_xlabel("stiffness of the machine (N/m)")
-axes.set_ylabel("pull-off force / (pi work R)")
+axes.set_ylabel(r"pull-off force / $\pi w R$")

@@ -28,7 +28,7 @@ _checked: set[tuple[str, Stamp]] = set()
 
 
 Stamp = tuple[float, int]
-INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER = {"no_cpython_wrapper": True}
 """Options of kernels that only kernels call: compiled in four fifths of the time."""
 
 
@@ -49,7 +49,7 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     if INTERPRETED:
         _tell_interpreted()
         return function
-    settings = {"nogil": True, "error_model": "numpy", **options}
+    settings = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, **options}
     try:
         kernel = njit(cache=True, **settings)(function)
     except RuntimeError:  # numba finds neither __pycache__ nor a cache of the user that takes files

@@ -35,7 +35,14 @@ if TYPE_CHECKING:
 
 
 class Status(enum.Enum):
-    """How a solution ended."""
+    """How a solution ended.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> mdr.solve(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3)), mdr.load("1 N")).status
+    <Status.COMPLETED: 'every step was solved and its contact is a disk'>
+    """
 
     COMPLETED = "every step was solved and its contact is a disk"
     OF_A_CURVE = (
@@ -129,6 +136,16 @@ class Result:
     ``result["normal_force"]`` is a labelled array over ``step`` in SI units; ``result.to(name, unit)``
     converts; ``result.field(name, r, step)`` computes a field; ``result.claims[name]`` says how far a
     quantity can be trusted.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    >>> result = mdr.solve(ball, mdr.load("50 N", steps=5))
+    >>> round(float(result.to("contact_radius", "um")[-1]), 2)
+    117.56
+    >>> result.claims["pressure"].level
+    <Level.EXACT: 'exact'>
     """
 
     contact: Contact
@@ -634,9 +651,9 @@ class Result:
 
         Examples
         --------
-        >>> from pymdr import Contact, Elastic, Paraboloid, indent, solve
-        >>> ball = Contact(Paraboloid("10 mm"), Elastic("1 GPa", 0.3))
-        >>> solve(ball, indent("1 um", steps=50)).force_curve().force.size
+        >>> import pymdr as mdr
+        >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("1 GPa", 0.3))
+        >>> mdr.solve(ball, mdr.indent("1 um", steps=50)).force_curve().force.size
         50
         """
         depth, force = (self[name].values for name in ("indentation", "normal_force"))

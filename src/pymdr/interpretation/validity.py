@@ -46,7 +46,14 @@ def total_error(*errors: FloatArray | float | None) -> FloatArray | None:
 
 
 class Level(enum.Enum):
-    """How a quantity relates to the stated model."""
+    """How a quantity relates to the stated model.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> [level.value for level in mdr.Level]
+    ['exact', 'approximate', 'not valid']
+    """
 
     EXACT = "exact"
     APPROXIMATE = "approximate"

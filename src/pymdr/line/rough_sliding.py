@@ -8,7 +8,7 @@ import numpy as np
 
 from pymdr.compiling import compiled
 from pymdr.errors import ConvergenceError
-from pymdr.line.memory.kernels import CROSS, DECAY, MEAN, MOVED, OWN, fill
+from pymdr.line.memory.kernels import CROSS, DECAY, MEAN, MOVED, OWN, branch_table, fill
 from pymdr.problem.spectra import Relaxation
 from pymdr.units import FloatArray
 
@@ -106,7 +106,7 @@ def stationary(
     dt = step / speed
     terms = relaxation.times.size
     branch = np.zeros((terms, 6))
-    fill(dt, relaxation.times, branch)
+    fill(dt, branch_table(relaxation), branch)
     fades = -np.expm1(-dt / relaxation.times)
     passed = -np.expm1(-length / (speed * relaxation.times))
     dashpot = relaxation.viscosity / dt

@@ -241,7 +241,8 @@ def effective_moduli(body: Material, counterbody: Material | None = None) -> Eff
 
     Examples
     --------
-    >>> round(effective_moduli(Elastic("210 GPa", 0.3), Elastic("70 GPa", 0.33)).dundurs_beta, 9)
+    >>> import pymdr as mdr
+    >>> round(mdr.effective_moduli(mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.33)).dundurs_beta, 9)
     -0.11673597
     """
     counterbody = Rigid() if counterbody is None else counterbody

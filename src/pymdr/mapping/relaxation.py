@@ -63,12 +63,12 @@ def relaxation_of(
 
     Examples
     --------
-    >>> from pymdr.problem.rheology import StandardSolid
-    >>> rubber = Viscoelastic(StandardSolid("1 MPa", "3 MPa", "10 ms"), poisson=0.5)
-    >>> kernel = relaxation_of(rubber)
+    >>> import pymdr as mdr
+    >>> rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "10 ms"), poisson=0.5)
+    >>> kernel = mdr.relaxation_of(rubber)
     >>> kernel.rubbery, kernel.glassy
     (4000000.0, 16000000.0)
-    >>> round(relaxation_of(rubber, tangential=True).rubbery, 6)
+    >>> round(mdr.relaxation_of(rubber, tangential=True).rubbery, 6)
     2666666.666667
     """
     counterbody = Rigid() if counterbody is None else counterbody

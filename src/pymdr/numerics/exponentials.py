@@ -10,13 +10,12 @@ its derivative from both sides: an interval is halved until f surely stays above
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from pymdr.compiling import inner
 from pymdr.units import FloatArray
 
+DECAYING, GROWING, RATES = range(3)
+"""First columns of the terms of a sum, one term per row: a, b and x, which is not below 0."""
 ROUNDING = 2e-15
 """Of the size of the terms: what counts as 0."""
 SHORTEST = 2.0**-40
@@ -24,28 +23,9 @@ SHORTEST = 2.0**-40
 NEVER = 2.0
 """Where a sum crosses 0 that does not."""
 _NEWTON = 60
-_VALUE, _RATE, _FALLING, _RISE, _BEND, _DROP, _CURL, _SIZE = range(8)
+_VALUE, _SLOPE, _FALLING, _RISE, _BEND, _DROP, _CURL, _SIZE = range(8)
 """Of a sum at one place: f and f'; its falling terms; f' and f'' of its rising and of its falling terms; the size of all terms."""
-
-
-class Sum(NamedTuple):
-    """The arrays of a sum, to be filled."""
-
-    line: FloatArray
-    """(2,) c and s."""
-    decaying: FloatArray
-    """(n,) a."""
-    growing: FloatArray
-    """(n,) b."""
-    rates: FloatArray
-    """(n,) x, not below 0."""
-    ends: FloatArray
-    """(2, 8) for `first_crossing`."""
-
-
-def empty_sum(n: int) -> Sum:
-    """A sum of n terms that are 0."""
-    return Sum(np.zeros(2), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((2, 8)))
+Bounds = tuple[float, float, float, float, float, float, float, float]
 
 
 @inner
@@ -76,13 +56,12 @@ def moments(x: float) -> tuple[float, float, float, float, float, float]:
 
 
 @inner
-def _at(f: Sum, p: float, out: FloatArray) -> None:
-    """All that bounds a sum beside p."""
+def _at(line: tuple[float, float], terms: FloatArray, count: int, p: float) -> Bounds:
+    """All that bounds a sum near p."""
     falling, rise, bend, drop, curl = 0.0, 0.0, 0.0, 0.0, 0.0
-    line, decaying, growing, rates, _ = f  # looked up once: in a loop that counts references
     value, size = line[0] + line[1] * p, abs(line[0])
-    for i in range(rates.size):
-        x, a, b = rates[i], decaying[i], growing[i]
+    for i in range(count):
+        x, a, b = terms[i, RATES], terms[i, DECAYING], terms[i, GROWING]
         gone = -math.expm1(-x * p)
         left = 1.0 - gone
         term = left * a + b * (gone / x if x > 0.0 else p)
@@ -96,8 +75,7 @@ def _at(f: Sum, p: float, out: FloatArray) -> None:
             rise, bend = rise + slope, bend - x * slope
         else:
             falling, drop, curl = falling + term, drop + slope, curl - x * slope
-    out[_VALUE], out[_RATE], out[_SIZE], out[_FALLING] = value, line[1] + rise + drop, size, falling
-    out[_RISE], out[_BEND], out[_DROP], out[_CURL] = rise, bend, drop, curl
+    return value, line[1] + rise + drop, falling, rise, bend, drop, curl, size
 
 
 @inner
@@ -116,16 +94,18 @@ def _least(before: float, after: float, fall: float, fallen: float, steep: float
 
 
 @inner
-def _root(f: Sum, low: float, high: float, guess: float, out: FloatArray) -> float:
+def _root(
+    line: tuple[float, float], terms: FloatArray, count: int, low: float, high: float, guess: float
+) -> float:
     """Where a sum that falls throughout is 0, by Newton's method within a bracket."""
     p = min(max(guess, low), high)
     for _ in range(_NEWTON):
-        _at(f, p, out)
-        if out[_VALUE] > 0.0:
+        here = _at(line, terms, count, p)
+        if here[_VALUE] > 0.0:
             low = p
         else:
             high = p
-        following = p - out[_VALUE] / out[_RATE] if out[_RATE] < 0.0 else low
+        following = p - here[_VALUE] / here[_SLOPE] if here[_SLOPE] < 0.0 else low
         if not low < following < high:
             following = 0.5 * (low + high)
         if abs(following - p) <= ROUNDING:
@@ -135,14 +115,16 @@ def _root(f: Sum, low: float, high: float, guess: float, out: FloatArray) -> flo
 
 
 @inner
-def first_crossing(f: Sum, begin: float) -> tuple[float, int]:
+def first_crossing(
+    line: tuple[float, float], terms: FloatArray, count: int, begin: float
+) -> tuple[float, int]:
     """
     The first p from `begin` to 1 at which a sum falls below 0, or NEVER; and how many intervals were tried.
 
-    A sum that is below 0 at `begin` by more than rounding crosses there.
+    `line` is c and s; the first `count` rows of `terms` are the terms. A sum that is below 0 at `begin` by more than rounding
+    crosses there.
     """
-    now, ahead = f.ends[0], f.ends[1]
-    _at(f, begin, now)
+    now = _at(line, terms, count, begin)
     if now[_VALUE] < -ROUNDING * now[_SIZE]:
         return begin, 1
     p, width, tried = begin, 1.0 - begin, 0
@@ -150,7 +132,7 @@ def first_crossing(f: Sum, begin: float) -> tuple[float, int]:
         tried += 1
         end = min(p + width, 1.0)
         width = end - p
-        _at(f, end, ahead)
+        ahead = _at(line, terms, count, end)
         slack = -ROUNDING * max(now[_SIZE], ahead[_SIZE])
         above = ahead[_VALUE] >= slack
         stays = above and (
@@ -166,11 +148,11 @@ def first_crossing(f: Sum, begin: float) -> tuple[float, int]:
         )
         if not stays:
             rises = _least(
-                now[_RATE], ahead[_RATE], now[_RISE], ahead[_RISE], width * now[_BEND], width * ahead[_BEND]
+                now[_SLOPE], ahead[_SLOPE], now[_RISE], ahead[_RISE], width * now[_BEND], width * ahead[_BEND]
             )
             falls = _least(
-                -now[_RATE],
-                -ahead[_RATE],
+                -now[_SLOPE],
+                -ahead[_SLOPE],
                 -now[_DROP],
                 -ahead[_DROP],
                 -width * now[_CURL],
@@ -178,13 +160,13 @@ def first_crossing(f: Sum, begin: float) -> tuple[float, int]:
             )
             short = width <= SHORTEST
             if falls >= 0.0 and not above:
-                return _root(f, p, end, p + width * now[_VALUE] / (now[_VALUE] - ahead[_VALUE]), ahead), tried
+                guess = p + width * now[_VALUE] / (now[_VALUE] - ahead[_VALUE])
+                return _root(line, terms, count, p, end, guess), tried
             if short and not above:
                 return end, tried
             stays = (above and (rises >= 0.0 or falls >= 0.0 or short)) or rises >= 0.0
         if stays:
-            p, width = end, 2.0 * width
-            now, ahead = ahead, now
+            p, width, now = end, 2.0 * width, ahead
         else:
             width *= 0.5
     return NEVER, tried

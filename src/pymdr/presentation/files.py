@@ -8,6 +8,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Literal
@@ -125,14 +126,11 @@ def pack(
         }
         for name, claim in claims.items()
     }
-    plain_assumptions = [
-        {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit} for a in assumptions
-    ]
     return data.assign(arrays | error_arrays).assign_attrs(
         pymdr_format=FORMAT,
         pymdr_case=json.dumps(encode_case("", contact, short)),
         pymdr_claims=json.dumps(plain_claims),
-        pymdr_assumptions=json.dumps(plain_assumptions),
+        pymdr_assumptions=json.dumps([asdict(a) for a in assumptions]),
         pymdr_status=status,
         **{f"pymdr_{name}": json.dumps(value) for name, value in others.items()},
     )
@@ -152,10 +150,7 @@ def study_json(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], n
                 }
                 for name, claim in claims.items()
             },
-            "assumptions": [
-                {"name": a.name, "words": a.words, "measure": a.measure, "limit": a.limit}
-                for a in assumptions
-            ],
+            "assumptions": [asdict(a) for a in assumptions],
             "notes": list(notes),
         }
     )

@@ -98,10 +98,15 @@ def result_html(
     return (
         f"<div><b>{escape(status)}</b>: {escape(meaning)}"
         f"{table(('quantity', f'last of {steps} steps', 'claim'), rows)}"
+        f"{_validity(claims, assumptions, notes)}</div>"
+    )
+
+
+def _validity(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], notes: Sequence[str]) -> str:
+    return (
         f"<details><summary>Claims</summary>{claims_html(claims)}</details>"
         f"<details><summary>Assumptions</summary>{assumptions_html(assumptions)}</details>"
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
-        + "</div>"
     )
 
 

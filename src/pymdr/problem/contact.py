@@ -41,9 +41,8 @@ class Contact(Value):
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Sphere
-    >>> Contact(Sphere("10 mm"), Elastic("210 GPa", 0.3)).counterbody
+    >>> import pymdr as mdr
+    >>> mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3)).counterbody
     Rigid()
     """
 

@@ -39,7 +39,8 @@ class JKR(AdhesionLaw):
 
     Examples
     --------
-    >>> JKR("50 mJ/m^2").work
+    >>> import pymdr as mdr
+    >>> mdr.JKR("50 mJ/m^2").work
     0.05
     """
 
@@ -72,7 +73,8 @@ class MaugisDugdale(AdhesionLaw):
 
     Examples
     --------
-    >>> MaugisDugdale("50 mJ/m^2", range="0.5 nm").cohesive_stress
+    >>> import pymdr as mdr
+    >>> mdr.MaugisDugdale("50 mJ/m^2", range="0.5 nm").cohesive_stress
     100000000.0
     """
 
@@ -117,7 +119,8 @@ class DMT(AdhesionLaw):
 
     Examples
     --------
-    >>> DMT("50 mJ/m^2").range is None
+    >>> import pymdr as mdr
+    >>> mdr.DMT("50 mJ/m^2").range is None
     True
     """
 
@@ -163,7 +166,8 @@ class Coulomb(Value):
 
     Examples
     --------
-    >>> Coulomb(0.3).coefficient
+    >>> import pymdr as mdr
+    >>> mdr.Coulomb(0.3).coefficient
     0.3
     """
 

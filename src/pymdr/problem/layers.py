@@ -38,7 +38,8 @@ class Layer(Value):
 
     Examples
     --------
-    >>> Layer(Elastic("1 MPa", 0.5), "2 mm").thickness
+    >>> import pymdr as mdr
+    >>> mdr.Layer(mdr.Elastic("1 MPa", 0.5), "2 mm").thickness
     0.002
     """
 
@@ -79,7 +80,8 @@ class Layered(Material):
 
     Examples
     --------
-    >>> cartilage = Layered([Layer(Elastic("0.7 MPa", 0.49), "2 mm")], base=Elastic("1 GPa", 0.3))
+    >>> import pymdr as mdr
+    >>> cartilage = mdr.Layered([mdr.Layer(mdr.Elastic("0.7 MPa", 0.49), "2 mm")], base=mdr.Elastic("1 GPa", 0.3))
     >>> cartilage.top.young
     700000.0
     """

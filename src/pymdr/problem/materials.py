@@ -109,7 +109,8 @@ class Elastic(Material):
 
     Examples
     --------
-    >>> Elastic("210 GPa", 0.3).young
+    >>> import pymdr as mdr
+    >>> mdr.Elastic("210 GPa", 0.3).young
     210000000000.0
     """
 
@@ -136,7 +137,8 @@ class Rigid(Material):
 
     Examples
     --------
-    >>> Rigid() == Rigid()
+    >>> import pymdr as mdr
+    >>> mdr.Rigid() == mdr.Rigid()
     True
     """
 
@@ -188,7 +190,8 @@ class TransverselyIsotropic(Material):
 
     Examples
     --------
-    >>> zinc = TransverselyIsotropic(c11="161 GPa", c33="61 GPa", c13="50.1 GPa", c44="38.3 GPa", c66="63.4 GPa")
+    >>> import pymdr as mdr
+    >>> zinc = mdr.TransverselyIsotropic(c11="161 GPa", c33="61 GPa", c13="50.1 GPa", c44="38.3 GPa", c66="63.4 GPa")
     >>> round(zinc.axial_modulus / 1e9, 3)
     35.283
     """
@@ -319,7 +322,8 @@ class Graded(Material):
 
     Examples
     --------
-    >>> Graded("10 MPa", depth="1 mm", exponent=0.5, poisson=0.3).depth
+    >>> import pymdr as mdr
+    >>> mdr.Graded("10 MPa", depth="1 mm", exponent=0.5, poisson=0.3).depth
     0.001
     """
 
@@ -368,10 +372,10 @@ class Viscoelastic(Material):
 
     Examples
     --------
-    >>> from pymdr.problem.rheology import StandardSolid
-    >>> Viscoelastic(StandardSolid("1 MPa", "3 MPa", "10 ms"), poisson=0.5).poisson
+    >>> import pymdr as mdr
+    >>> mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "10 ms"), poisson=0.5).poisson
     0.5
-    >>> Viscoelastic(young=StandardSolid("3 MPa", "9 MPa", "10 ms"), poisson=0.5).shear.equilibrium
+    >>> mdr.Viscoelastic(young=mdr.StandardSolid("3 MPa", "9 MPa", "10 ms"), poisson=0.5).shear.equilibrium
     1000000.0
     """
 

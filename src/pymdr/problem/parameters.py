@@ -50,9 +50,8 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Sphere
-    >>> [p.name for p in parameters_of(Contact(Sphere("1 mm"), Elastic("1 GPa", 0.3)))]
+    >>> import pymdr as mdr
+    >>> [p.name for p in mdr.parameters_of(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3)))]
     ['profile.radius', 'body.young', 'body.poisson']
     """
     return tuple(_numbers(_as_contact(contact), ""))
@@ -113,10 +112,9 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Sphere
-    >>> ball = Contact(Sphere("1 mm"), Elastic("1 GPa", 0.3))
-    >>> with_parameters(ball, {"profile.radius": "2 mm", "body.young": 2e9})
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3))
+    >>> mdr.with_parameters(ball, {"profile.radius": "2 mm", "body.young": 2e9})
     Contact(profile=Sphere(radius=0.002), body=Elastic(young=2000000000.0, poisson=0.3), counterbody=Rigid(), adhesion=None, friction=None)
     """
     _as_contact(contact)

@@ -292,7 +292,8 @@ class Path(Leg):
 
     Examples
     --------
-    >>> Path(indentation=["1 um", "2 um"]).indentation.tolist()
+    >>> import pymdr as mdr
+    >>> mdr.Path(indentation=["1 um", "2 um"]).indentation.tolist()
     [1e-06, 2e-06]
     """
 
@@ -395,7 +396,8 @@ def indent(
 
     Examples
     --------
-    >>> indent("2 um", steps=4).indentation
+    >>> import pymdr as mdr
+    >>> mdr.indent("2 um", steps=4).indentation
     2e-06
     """
     return Ramp(indentation=indentation, steps=steps, duration=duration, rate=rate)
@@ -428,7 +430,8 @@ def load(
 
     Examples
     --------
-    >>> load("50 N", steps=50).normal_force
+    >>> import pymdr as mdr
+    >>> mdr.load("50 N", steps=50).normal_force
     50.0
     """
     return Ramp(normal_force=normal_force, steps=steps, duration=duration, rate=rate)
@@ -461,7 +464,8 @@ def travel(
 
     Examples
     --------
-    >>> travel("2 um", steps=4).travel
+    >>> import pymdr as mdr
+    >>> mdr.travel("2 um", steps=4).travel
     2e-06
     """
     return Ramp(travel=travel, steps=steps, duration=duration, rate=rate)
@@ -494,7 +498,8 @@ def shift(
 
     Examples
     --------
-    >>> shift("2 um", steps=4).shift
+    >>> import pymdr as mdr
+    >>> mdr.shift("2 um", steps=4).shift
     2e-06
     """
     return Ramp(shift=shift, steps=steps, duration=duration, rate=rate)
@@ -527,7 +532,8 @@ def drag(
 
     Examples
     --------
-    >>> drag("5 N", steps=4).tangential_force
+    >>> import pymdr as mdr
+    >>> mdr.drag("5 N", steps=4).tangential_force
     5.0
     """
     return Ramp(tangential_force=tangential_force, steps=steps, duration=duration, rate=rate)
@@ -564,7 +570,8 @@ def cycle(
 
     Examples
     --------
-    >>> cycle(shift="2 um", steps=8).wave.tolist()
+    >>> import pymdr as mdr
+    >>> mdr.cycle(shift="2 um", steps=8).wave.tolist()
     [0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]
     """
     return Cycle(
@@ -596,7 +603,8 @@ def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
 
     Examples
     --------
-    >>> hold("1 s", steps=10).steps
+    >>> import pymdr as mdr
+    >>> mdr.hold("1 s", steps=10).steps
     10
     """
     return Hold(duration=duration, steps=steps)
@@ -630,7 +638,8 @@ def ramp(
 
     Examples
     --------
-    >>> ramp(indentation="1 um", steps=100).steps
+    >>> import pymdr as mdr
+    >>> mdr.ramp(indentation="1 um", steps=100).steps
     100
     """
     return Ramp(

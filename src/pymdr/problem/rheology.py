@@ -143,7 +143,8 @@ class Prony(SpringsAndDashpots):
 
     Examples
     --------
-    >>> rubber = Prony("1 MPa", ["2 MPa", "3 MPa"], ["1 ms", "1 s"])
+    >>> import pymdr as mdr
+    >>> rubber = mdr.Prony("1 MPa", ["2 MPa", "3 MPa"], ["1 ms", "1 s"])
     >>> float(rubber.relaxation(0.0)), float(rubber.relaxation("1 h"))
     (6000000.0, 1000000.0)
     """
@@ -216,8 +217,10 @@ class Prony(SpringsAndDashpots):
 
         Examples
         --------
+        >>> import numpy as np
+        >>> import pymdr as mdr
         >>> t = np.geomspace(1e-3, 1e2, 50)
-        >>> series = Prony.from_relaxation(t, 1e5 + 3e5 * np.exp(-t / 0.2))
+        >>> series = mdr.Prony.from_relaxation(t, 1e5 + 3e5 * np.exp(-t / 0.2))
         >>> round(series.times[0], 9), round(series.moduli[0], 3)
         (np.float64(0.2), np.float64(300000.0))
         """
@@ -266,9 +269,11 @@ class Prony(SpringsAndDashpots):
 
         Examples
         --------
+        >>> import numpy as np
+        >>> import pymdr as mdr
         >>> w = np.geomspace(0.1, 1e3, 41)
-        >>> rubber = StandardSolid("1 MPa", "3 MPa", "20 ms")
-        >>> series = Prony.from_dma(w, rubber.storage(w), rubber.loss(w))
+        >>> rubber = mdr.StandardSolid("1 MPa", "3 MPa", "20 ms")
+        >>> series = mdr.Prony.from_dma(w, rubber.storage(w), rubber.loss(w))
         >>> round(series.times[0], 9), round(series.equilibrium)
         (np.float64(0.02), 1000000)
         """
@@ -315,7 +320,8 @@ class Maxwell(SpringsAndDashpots):
 
     Examples
     --------
-    >>> Maxwell("2 kPa", viscosity="1 kPa*s").relaxation_time
+    >>> import pymdr as mdr
+    >>> mdr.Maxwell("2 kPa", viscosity="1 kPa*s").relaxation_time
     0.5
     """
 
@@ -368,7 +374,8 @@ class StandardSolid(SpringsAndDashpots):
 
     Examples
     --------
-    >>> float(StandardSolid("1 MPa", "3 MPa", "10 ms").creep(0.0))
+    >>> import pymdr as mdr
+    >>> float(mdr.StandardSolid("1 MPa", "3 MPa", "10 ms").creep(0.0))
     2.5e-07
     """
 
@@ -406,7 +413,8 @@ class KelvinVoigt(SpringsAndDashpots):
 
     Examples
     --------
-    >>> round(float(KelvinVoigt("1 Pa", "1 Pa*s").creep("1 s")), 12)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.KelvinVoigt("1 Pa", "1 Pa*s").creep("1 s")), 12)
     0.632120558829
     """
 
@@ -446,7 +454,8 @@ class PowerLawRheology(Rheology):
 
     Examples
     --------
-    >>> cell = PowerLawRheology("1 kPa", "1 s", 0.2)
+    >>> import pymdr as mdr
+    >>> cell = mdr.PowerLawRheology("1 kPa", "1 s", 0.2)
     >>> round(float(cell.loss(1.0) / cell.storage(1.0)), 9)
     0.324919696
     """
@@ -548,7 +557,8 @@ class PowerLawRheology(Rheology):
 
         Examples
         --------
-        >>> series = PowerLawRheology("1 kPa", "1 s", 0.2).prony("1 ms", "1 ks")
+        >>> import pymdr as mdr
+        >>> series = mdr.PowerLawRheology("1 kPa", "1 s", 0.2).prony("1 ms", "1 ks")
         >>> round(float(series.relaxation("1 s")), 5)
         1000.0
         """

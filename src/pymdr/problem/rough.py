@@ -53,7 +53,8 @@ class RoughSurface(Value):
 
     Examples
     --------
-    >>> surface = RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="10 um")
+    >>> import pymdr as mdr
+    >>> surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="10 um")
     >>> surface.size.tolist()
     [0.001, 0.001]
     >>> round(surface.rms_slope, 4)
@@ -199,7 +200,8 @@ class RoughSurface(Value):
 
         Examples
         --------
-        >>> patch = RoughSurface(0.8, "1 um", "1 mm", "100 um").topography(points=64)
+        >>> import pymdr as mdr
+        >>> patch = mdr.RoughSurface(0.8, "1 um", "1 mm", "100 um").topography(points=64)
         >>> patch.heights.shape, round(float(patch.heights.std()) * 1e6, 9)
         ((64, 64), 1.0)
         """

@@ -41,7 +41,7 @@ class AzimuthalProfile(Study):
     """
     topography: Topography
 
-    what: ClassVar = "a mean profile"
+    subject: ClassVar = "a mean profile"
 
     def _remarks(self) -> list[str]:
         x, y = (metres(one) for one in self.centre)
@@ -109,9 +109,11 @@ def azimuthal_profile(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> x = (np.arange(64) + 0.5) * 10e-9
-    >>> ball = Topography(-np.add.outer((x - 300e-9) ** 2, (x - 340e-9) ** 2) / 2e-6, 640e-9)
-    >>> bump = azimuthal_profile(ball)
+    >>> ball = mdr.Topography(-np.add.outer((x - 300e-9) ** 2, (x - 340e-9) ** 2) / 2e-6, 640e-9)
+    >>> bump = mdr.azimuthal_profile(ball)
     >>> [round(one * 1e9, 6) for one in (*bump.centre, *bump.radii)]
     [300.0, 340.0, 1000.0, 1000.0]
     """

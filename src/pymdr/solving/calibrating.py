@@ -57,7 +57,7 @@ class LineCalibration(Study):
     that of the square, ``line_share`` the share of the springs that are in contact, which is no area.
     """
 
-    what: ClassVar[str] = "a calibration"
+    subject: ClassVar[str] = "a calibration"
     columns: ClassVar[Mapping[str, Column]] = {
         "load": Column("F/E*Lh", ""),
         "stiffness": Column("k/E*L", ""),
@@ -69,7 +69,7 @@ class LineCalibration(Study):
         "area": Column("area", ""),
         "line_share": Column("line share", ""),
     }
-    told: ClassVar[tuple[str, ...]] = (
+    summary_claims: ClassVar[tuple[str, ...]] = (
         "stiffness",
         "line_stiffness",
         "fitted_stiffness",
@@ -151,8 +151,9 @@ def calibrate_coefficient(
 
     Examples
     --------
-    >>> surface = RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um")
-    >>> found = calibrate_coefficient(surface, realisations=1)
+    >>> import pymdr as mdr
+    >>> surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um")
+    >>> found = mdr.calibrate_coefficient(surface, realisations=1)
     >>> 2.0 < found.coefficient < 6.0
     True
     """

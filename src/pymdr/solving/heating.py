@@ -52,7 +52,7 @@ class JouleHeating(Study):
     Over ``step``: temperature (K) of the bodies, voltage (V), largest_temperature (K) and temperature_rise (K) above that of the
     bodies; where the cold resistance is known also current (A), cold_resistance and hot_resistance (ohm).
     """
-    what: ClassVar = "a contact that carries a current"
+    subject: ClassVar = "a contact that carries a current"
     columns: ClassVar = {
         "voltage": Column("voltage", "V"),
         "current": Column("current", "A"),
@@ -62,7 +62,7 @@ class JouleHeating(Study):
         "largest_temperature": Column("hottest", "K"),
         "temperature_rise": Column("rise", "K"),
     }
-    told: ClassVar = ("largest_temperature",)
+    summary_claims: ClassVar = ("largest_temperature",)
 
     def _figure(self) -> Figure:
         """Rise of the hottest place against voltage, with that of metals at any voltage."""
@@ -116,9 +116,10 @@ def joule_heating(
 
     Examples
     --------
-    >>> joule_heating(voltage="0.12 V", temperature="20 degC")["largest_temperature"].values.round(1).tolist()
+    >>> import pymdr as mdr
+    >>> mdr.joule_heating(voltage="0.12 V", temperature="20 degC")["largest_temperature"].values.round(1).tolist()
     [483.0]
-    >>> joule_heating("1 mohm", current="100 A", temperature="293.15 K")["largest_temperature"].values.round(1).tolist()
+    >>> mdr.joule_heating("1 mohm", current="100 A", temperature="293.15 K")["largest_temperature"].values.round(1).tolist()
     [635.4]
     """
     if (voltage is None) == (current is None):
@@ -238,7 +239,7 @@ class FrictionalHeat(Study):
     Over ``speed`` and ``r`` (m): temperature_rise (K) of the surface in the contact and around it. Empty for a force curve, whose
     shape nobody knows.
     """
-    what: ClassVar = "a contact that slides"
+    subject: ClassVar = "a contact that slides"
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "largest_temperature_rise": Column("largest rise", "K"),
@@ -246,7 +247,7 @@ class FrictionalHeat(Study):
         "heat": Column("heat", "W"),
         "peclet_number": Column("Pe", ""),
     }
-    told: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
+    summary_claims: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
 
     def _figure(self) -> Figure:
         """Largest and mean rise against speed, and the rise over the radius."""
@@ -295,13 +296,11 @@ def frictional_heat(
 
     Examples
     --------
-    >>> from pymdr.problem.laws import Coulomb
-    >>> from pymdr.problem.materials import Elastic, Rigid
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> pin = Rigid(thermal_conductivity="20 W/(m K)")
-    >>> disk = Elastic("1 GPa", 0.3, thermal_conductivity="20 W/(m K)", thermal_diffusivity="5 mm^2/s")
-    >>> rubbed = frictional_heat(
-    ...     Contact(Paraboloid("10 mm"), pin, disk, friction=Coulomb(0.3)), ["1 mm/s", "5 mm/s"], normal_force="1 N"
+    >>> import pymdr as mdr
+    >>> pin = mdr.Rigid(thermal_conductivity="20 W/(m K)")
+    >>> disk = mdr.Elastic("1 GPa", 0.3, thermal_conductivity="20 W/(m K)", thermal_diffusivity="5 mm^2/s")
+    >>> rubbed = mdr.frictional_heat(
+    ...     mdr.Contact(mdr.Paraboloid("10 mm"), pin, disk, friction=mdr.Coulomb(0.3)), ["1 mm/s", "5 mm/s"], normal_force="1 N"
     ... )
     >>> rubbed["largest_temperature_rise"].values.round(4).tolist()
     [0.0148, 0.0741]

@@ -62,7 +62,7 @@ class FrictionLoop(Study):
     ``coefficient`` too where several coefficients of friction were given. The scatter of a sampled profile adds the
     ends of their bands, such as ``damping_ratio_low`` and ``damping_ratio_high``."""
 
-    what: ClassVar = "a friction loop"
+    subject: ClassVar = "a friction loop"
     columns: ClassVar = {
         "coefficient": Column("mu", ""),
         "amplitude": Column("amplitude", "m"),
@@ -72,7 +72,7 @@ class FrictionLoop(Study):
         "secant_stiffness": Column("stiffness", "N/m"),
         "stick_ratio": Column("stick", ""),
     }
-    told: ClassVar = ("dissipated_per_cycle",)
+    summary_claims: ClassVar = ("dissipated_per_cycle",)
 
     @property
     def claim(self) -> Claim:
@@ -140,11 +140,9 @@ def friction_loop(
 
     Examples
     --------
-    >>> from pymdr.problem.laws import Coulomb
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> joint = Contact(Paraboloid("10 mm"), Elastic("210 GPa", 0.3), friction=Coulomb(0.3))
-    >>> loop = friction_loop(joint, ["0.1 um", "0.2 um"], normal_force="100 N")
+    >>> import pymdr as mdr
+    >>> joint = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3), friction=mdr.Coulomb(0.3))
+    >>> loop = mdr.friction_loop(joint, ["0.1 um", "0.2 um"], normal_force="100 N")
     >>> bool(6 < loop["dissipated_per_cycle"][1] / loop["dissipated_per_cycle"][0] < 9)
     True
     """

@@ -48,7 +48,7 @@ class PullOff(Study):
     Single numbers: normal_force (N), indentation, contact_radius and travel (m) of the last state, dissipated_energy (J);
     jump_in_indentation (m), jump_in_force (N) and jump_in_radius (m); largest_pull (N); machine_stiffness (N/m).
     """
-    what: ClassVar = "a pull-off"
+    subject: ClassVar = "a pull-off"
 
     normal_force = number("normal_force", "Force in N, below 0.")
     indentation = number("indentation", "In m.")
@@ -127,10 +127,10 @@ def pull_off(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> gel = Contact(Paraboloid("1 mm"), Elastic("30 kPa", 0.5), adhesion=JKR("50 mJ/m^2"))
-    >>> round(pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
+    >>> import math
+    >>> import pymdr as mdr
+    >>> gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+    >>> round(mdr.pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
     -1.5
     """
     line = _adhesive(contact)
@@ -335,13 +335,13 @@ class AdhesionRegime(Study):
     contacts: Mapping[str, Contact]
     """The contact under every law."""
 
-    what: ClassVar = "a regime of adhesion"
+    subject: ClassVar = "a regime of adhesion"
     columns: ClassVar = {
         "law": Column("law", ""),
         "pull_off_force": Column("pull-off", "N"),
         "error": Column("error", ""),
     }
-    told: ClassVar = ("pull_off_force",)
+    summary_claims: ClassVar = ("pull_off_force",)
 
     tabor = number(
         "tabor",
@@ -427,10 +427,9 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> tip = Contact(Paraboloid("20 nm"), Elastic("70 GPa", 0.2), adhesion=JKR("50 mJ/m^2"))
-    >>> found = adhesion_regime(tip, range="0.5 nm")
+    >>> import pymdr as mdr
+    >>> tip = mdr.Contact(mdr.Paraboloid("20 nm"), mdr.Elastic("70 GPa", 0.2), adhesion=mdr.JKR("50 mJ/m^2"))
+    >>> found = mdr.adhesion_regime(tip, range="0.5 nm")
     >>> found.regime, round(found.maugis, 3)
     ('DMT', 0.048)
     """

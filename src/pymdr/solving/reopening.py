@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pymdr.errors import FileError, ProblemError
@@ -36,7 +35,7 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     Parameters
     ----------
     file : path
-        Or the folder that ``pymdr run`` wrote, whose ``result.nc`` is read.
+        Or the folder that ``pymdr run`` wrote; its ``result.nc`` is read.
 
     Returns
     -------
@@ -48,8 +47,19 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     ------
     FileError
         If the file is missing, damaged or not a pymdr result.
-    """
-    from pymdr.presentation.files import read_dataset
 
-    folder = Path(file)
-    return result_from_dataset(read_dataset(folder / "result.nc" if folder.is_dir() else file))
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from tempfile import TemporaryDirectory
+    >>> result = mdr.solve(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3)), mdr.load("1 N"))
+    >>> with TemporaryDirectory() as folder:
+    ...     result.save(f"{folder}/ball.nc")
+    ...     again = mdr.open_result(f"{folder}/ball.nc")
+    >>> float(again["normal_force"][-1])
+    1.0
+    """
+    from pymdr.presentation.files import named_file, read_dataset
+
+    source = named_file(file, "read")
+    return result_from_dataset(read_dataset(source / "result.nc" if source.is_dir() else source))

@@ -68,7 +68,7 @@ class Rolling(Study):
     curves: xr.Dataset
     """Steady creep_force (N) over ``creepage`` up to beyond saturation by every ``law`` that the contact allows."""
 
-    what: ClassVar = "a rolling contact"
+    subject: ClassVar = "a rolling contact"
     columns: ClassVar = {
         "distance": Column("rolled", "m"),
         "creepage": Column("creepage", ""),
@@ -76,7 +76,7 @@ class Rolling(Study):
         "traction_coefficient": Column("F_x/F_N", ""),
         "slip_length": Column("slip", "m"),
     }
-    told: ClassVar = ("creep_force",)
+    summary_claims: ClassVar = ("creep_force",)
 
     def _remarks(self) -> list[str]:
         if "saturation_creepage" not in self.data:
@@ -161,12 +161,10 @@ def rolling(
 
     Examples
     --------
-    >>> from pymdr.problem.laws import Coulomb
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> steel = Elastic("210 GPa", 0.3)
-    >>> ball = Contact(Paraboloid("10 mm"), steel, steel, friction=Coulomb(0.3))
-    >>> creep = rolling(ball, [1e-3, 5e-3], normal_force="100 N", law="calibrated")
+    >>> import pymdr as mdr
+    >>> steel = mdr.Elastic("210 GPa", 0.3)
+    >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+    >>> creep = mdr.rolling(ball, [1e-3, 5e-3], normal_force="100 N", law="calibrated")
     >>> creep["traction_coefficient"].values.round(4).tolist()
     [0.1056, 0.2895]
     """

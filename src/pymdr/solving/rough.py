@@ -216,7 +216,7 @@ class RoughContact(Study):
     line: RoughLine
     """The lines themselves, by realisation; their ``force_curve`` is a profile."""
 
-    what: ClassVar = "a rough contact"
+    subject: ClassVar = "a rough contact"
     columns: ClassVar = {
         "normal_force": Column("F_N", "N"),
         "indentation": Column("depth", "m"),
@@ -230,7 +230,7 @@ class RoughContact(Study):
         "thermal_conductance": Column("conductance", "W/K"),
         "electrical_resistance": Column("resistance", "ohm"),
     }
-    told: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
+    summary_claims: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
 
     def _remarks(self) -> list[str]:
         told = self.data.attrs
@@ -313,9 +313,9 @@ def press_rough(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> surface = RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
-    >>> pressed = press_rough(surface, Elastic("210 GPa", 0.3), normal_force=["1 N", "10 N", "1 kN"], realisations=50)
+    >>> import pymdr as mdr
+    >>> surface = mdr.RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
+    >>> pressed = mdr.press_rough(surface, mdr.Elastic("210 GPa", 0.3), normal_force=["1 N", "10 N", "1 kN"], realisations=50)
     >>> (pressed["normal_stiffness"] / pressed.data.attrs["full_contact_stiffness"]).values.round(2).tolist()
     [0.04, 0.13, 1.0]
     """
@@ -411,9 +411,9 @@ def rough_line(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> surface = RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
-    >>> line = rough_line(surface, Elastic("210 GPa", 0.3))
+    >>> import pymdr as mdr
+    >>> surface = mdr.RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
+    >>> line = mdr.rough_line(surface, mdr.Elastic("210 GPa", 0.3))
     >>> round(line.length * 1e3, 5), line.points
     (1.1523, 1024)
     >>> springs = line.springs(realisation=3)

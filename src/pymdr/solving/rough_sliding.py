@@ -76,10 +76,10 @@ def rough_sliding_friction(
 
     Examples
     --------
-    >>> from pymdr.problem.rheology import StandardSolid
-    >>> rubber = Viscoelastic(StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
-    >>> road = RoughSurface(hurst=0.8, rms="5 um", size="1 mm", shortest="20 um")
-    >>> slid = rough_sliding_friction(road, rubber, ["1 mm/s", "0.1 m/s"], normal_force="10 mN")
+    >>> import pymdr as mdr
+    >>> rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
+    >>> road = mdr.RoughSurface(hurst=0.8, rms="5 um", size="1 mm", shortest="20 um")
+    >>> slid = mdr.rough_sliding_friction(road, rubber, ["1 mm/s", "0.1 m/s"], normal_force="10 mN")
     >>> slid["friction_coefficient"].values.round(3).tolist()
     [0.013, 0.014]
     """

@@ -126,7 +126,7 @@ class PowerSpectrum(Study):
     found: SelfAffineFit | None
     """The fit; None if no range holds one."""
 
-    what: ClassVar = "a power spectrum"
+    subject: ClassVar = "a power spectrum"
     columns: ClassVar = {
         "wave_number": Column("q", "m^-1"),
         "wavelength": Column("wavelength", "m"),
@@ -135,7 +135,7 @@ class PowerSpectrum(Study):
         "power_spectrum_high": Column("high", "m^4"),
         "law": Column("law", "m^4"),
     }
-    told: ClassVar = ("power_spectrum", "law")
+    summary_claims: ClassVar = ("power_spectrum", "law")
 
     @property
     def fit(self) -> SelfAffineFit:
@@ -206,11 +206,13 @@ def power_spectrum(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> rng = np.random.default_rng(1)
     >>> q = np.hypot(*np.meshgrid(np.fft.fftfreq(256), np.fft.fftfreq(256)))
     >>> q[0, 0] = np.inf
     >>> z = np.fft.ifft2(np.fft.fft2(rng.standard_normal(q.shape)) * q**-1.8).real
-    >>> fit = power_spectrum(Topography(1e-9 * z, "1 um"), periodic=True).fit
+    >>> fit = mdr.power_spectrum(mdr.Topography(1e-9 * z, "1 um"), periodic=True).fit
     >>> abs(fit.hurst - 0.8) < 2.0 * fit.hurst_error < 0.08
     True
     """

@@ -66,7 +66,7 @@ class SlidingFriction(Study):
     elsewhere. ``slow_limit_over_speed`` (s/m) and ``fast_limit_times_speed`` (m/s) in its attributes are the limits themselves,
     ``numerical_error`` the relative errors of the numbers of the springs at every speed, beside those of the model.
     """
-    what: ClassVar = "a sliding contact"
+    subject: ClassVar = "a sliding contact"
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "friction_coefficient": Column("F_x/F_N", ""),
@@ -78,7 +78,7 @@ class SlidingFriction(Study):
         "slow_limit": Column("slow limit", ""),
         "fast_limit": Column("fast limit", ""),
     }
-    told: ClassVar = ("friction_coefficient", "slow_limit", "fast_limit")
+    summary_claims: ClassVar = ("friction_coefficient", "slow_limit", "fast_limit")
 
     def _figure(self) -> Figure:
         """Coefficient of friction against speed between its limits, and where contact ends."""
@@ -131,11 +131,9 @@ def sliding_friction(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Viscoelastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> from pymdr.problem.rheology import StandardSolid
-    >>> rubber = Viscoelastic(StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
-    >>> slid = sliding_friction(Contact(Paraboloid("10 mm"), rubber), ["1 mm/s", "1 m/s"], normal_force="1 N")
+    >>> import pymdr as mdr
+    >>> rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
+    >>> slid = mdr.sliding_friction(mdr.Contact(mdr.Paraboloid("10 mm"), rubber), ["1 mm/s", "1 m/s"], normal_force="1 N")
     >>> slid["friction_coefficient"].values.round(5).tolist()
     [0.00179, 0.0223]
     >>> slid["slow_limit"].values.round(5).tolist()

@@ -42,9 +42,8 @@ def foundation(
 
     Examples
     --------
-    >>> from pymdr.problem.materials import Elastic
-    >>> from pymdr.problem.profiles import Paraboloid
-    >>> springs = foundation(Contact(Paraboloid(1.0), Elastic(0.75, 0.5)), n=4000, half_length=1.0)
+    >>> import pymdr as mdr
+    >>> springs = mdr.foundation(mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5)), n=4000, half_length=1.0)
     >>> round(springs.normal_force(0.25), 5), round(springs.contact_radius(0.25), 3)
     (0.16667, 0.5)
     """

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 class ThicknessCorrection(Study):
     """How much stiffer a layer is than a half-space, by :func:`thickness_correction`, over ``indentation``."""
 
-    what: ClassVar[str] = "a thickness correction"
+    subject: ClassVar[str] = "a thickness correction"
     columns: ClassVar[Mapping[str, Column]] = {
         "indentation": Column("indentation", "m"),
         "contact_radius": Column("radius", "m"),
@@ -38,7 +38,7 @@ class ThicknessCorrection(Study):
         "punch_factor": Column("punch factor", ""),
         "force_factor": Column("force factor", ""),
     }
-    told: ClassVar[tuple[str, ...]] = ("force_factor",)
+    summary_claims: ClassVar[tuple[str, ...]] = ("force_factor",)
 
     def _figure(self) -> Figure:
         """Both factors over the indentation."""
@@ -93,8 +93,8 @@ def thickness_correction(
 
     Examples
     --------
-    >>> from pymdr.problem.profiles import Sphere
-    >>> cell = thickness_correction(Sphere("10 um"), 0.5, thickness="5 um", indentation=["0.1 um", "1 um"])
+    >>> import pymdr as mdr
+    >>> cell = mdr.thickness_correction(mdr.Sphere("10 um"), 0.5, thickness="5 um", indentation=["0.1 um", "1 um"])
     >>> cell["force_factor"].values.round(6).tolist()
     [1.297254, 2.677441]
     """

@@ -40,7 +40,7 @@ def read_curves(
     spring_constant: QuantityLike | None = None,
     leave_out_missing: bool = False,
 ) -> tuple[MeasuredCurve, ...]:
-    """
+    r"""
     Read the force curves of a file, a curve for each segment: approach, hold, retreat.
 
     Parameters
@@ -74,6 +74,19 @@ def read_curves(
     --------
     read_curve : a whole record from a table.
     MeasuredCurve.join : one record of its segments.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "curve.csv"
+    ...     rows = [f"{i * i}, {10 * i}" for i in range(9)]
+    ...     _ = file.write_text("\n".join(["load [nN], indentation [nm]", *rows]))
+    ...     [curve] = mdr.read_curves(file)
+    >>> curve.force.size, round(float(curve.force[-1]) * 1e9, 9)
+    (9, 64.0)
     """
     source = named_file(file, "read")
     suffix = source.suffix.lower()
@@ -103,7 +116,7 @@ def read_curves(
 def read_prepared_curves(
     file: str | os.PathLike[str], *, segment: str = "record", spring_constant: QuantityLike | None = None
 ) -> tuple[MeasuredCurve, ...]:
-    """
+    r"""
     Read the force curves of a file ready for a fit: with the signs of pymdr, bad samples marked, and a straight baseline taken off.
 
     Parameters
@@ -126,6 +139,20 @@ def read_prepared_curves(
         If `segment` is none of these, or no record has one with a baseline; with what the last one says.
     FileError, CaseError, MissingExtraError
         As :func:`read_curves`.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "curve.csv"
+    ...     depths = [max(i - 50, 0) for i in range(150)]
+    ...     rows = [f"{0.01 * depth**1.5}, {i}" for i, depth in enumerate(depths)]
+    ...     _ = file.write_text("\n".join(["load [nN], indentation [nm]", *rows]))
+    ...     [curve] = mdr.read_prepared_curves(file)
+    >>> curve.force.size
+    150
     """
     if segment not in _PARTS:
         raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
@@ -195,6 +222,15 @@ def stack_curves(
     ProblemError
         If there is no curve, some have travel and others indentation, two lie in the same pixel, or there are other numbers of
         numbers than of curves.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
+    >>> depth = np.linspace(0.0, 1e-6, 50)
+    >>> curves = [mdr.MeasuredCurve(force=k * depth**1.5, indentation=depth) for k in (1.0, 2.0)]
+    >>> mdr.stack_curves(curves).sizes["sample"]
+    50
     """
     import xarray as xr
 

@@ -33,7 +33,7 @@ class MeasuredLoops(Study):
     force: str
     """The name of the force that works on it."""
 
-    what: ClassVar = "measured loops"
+    subject: ClassVar = "measured loops"
     columns: ClassVar = {
         "cycle": Column("cycle", ""),
         "amplitude": Column("amplitude", "m"),
@@ -48,7 +48,7 @@ class MeasuredLoops(Study):
         if self.data.sizes["cycle"] > 1:
             columns = [(column, self.data[name].values) for name, column in self.columns.items()][1:]
             known = [(column, values[~np.isnan(values)]) for column, values in columns]
-            means = [f"{c.words} {written(float(v.mean()), c.unit)}" for c, v in known if v.size]
+            means = [f"{c.label} {written(float(v.mean()), c.unit)}" for c, v in known if v.size]
             lines.append(f"means of the cycles: {', '.join(means)}")
         return lines
 
@@ -91,11 +91,13 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> import xarray as xr
     >>> t = np.linspace(0.0, 7.2 * np.pi, 7201)
     >>> u, force = 1e-6 * np.sin(t), 2.0 * np.sin(t + 0.1)
     >>> record = xr.Dataset({"shift": ("step", u), "tangential_force": ("step", force)})
-    >>> loops = measured_loops(record)
+    >>> loops = mdr.measured_loops(record)
     >>> loops.data.sizes["cycle"], round(float(loops["damping_ratio"][0]), 4)
     (3, 0.0502)
     """

@@ -35,7 +35,7 @@ class PronyFit(Study):
     """In shear: ``modulus`` (Pa) over ``time`` (s), or ``storage`` and ``loss`` (Pa) over ``omega`` (rad/s)."""
     series: Prony
 
-    what: ClassVar = "a fit of moduli"
+    subject: ClassVar = "a fit of moduli"
 
     def _moduli(self, along: FloatArray) -> dict[str, FloatArray]:
         """The series at times or angular frequencies, under the names of quantities."""
@@ -126,8 +126,10 @@ def fit_prony(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> t = np.geomspace(1e-3, 1e2, 50)
-    >>> print(fit_prony({"time": t, "modulus": 1e5 + 3e5 * np.exp(-t / 0.2)}, noise=1e-3))
+    >>> print(mdr.fit_prony({"time": t, "modulus": 1e5 + 3e5 * np.exp(-t / 0.2)}, noise=1e-3))
             time      modulus
      equilibrium      100 kPa
           200 ms      300 kPa

@@ -223,7 +223,7 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
 
 
 def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
-    """
+    r"""
     Read a measured record of loads and displacements from a CSV file with units in its header.
 
     Parameters
@@ -247,6 +247,18 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
         If the file cannot be read.
     CaseError
         If the header has no units or no such column, or a row is not numbers.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "record.csv"
+    ...     _ = file.write_text("load [mN], displacement [um]\n1, 0.5\n2, 1\n")
+    ...     record = mdr.read_record(file)
+    >>> record["normal_force"].values.tolist()
+    [0.001, 0.002]
     """
     from pymdr.result import labelled
 
@@ -254,7 +266,7 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = None) -> MeasuredPath:
-    """
+    r"""
     Read a measured history as a path from a CSV file with units in its header.
 
     Parameters
@@ -276,6 +288,18 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
         As :func:`read_record`.
     PathError
         If the prescribed channels are ambiguous, or times do not rise.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "shifts.csv"
+    ...     _ = file.write_text("time [s], shift [um]\n1, 0.5\n2, 1\n")
+    ...     path = mdr.read_path(file)
+    >>> path.shift.tolist()
+    [5e-07, 1e-06]
     """
     columns = _read(file, _RECORD, (), "time [s], load [mN], shift [um]")
     named = (
@@ -561,7 +585,7 @@ def _numbers(
 
 
 def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation | None = None) -> Sampled:
-    """
+    r"""
     Read a sampled profile from a CSV file with units in its header.
 
     Parameters
@@ -580,6 +604,18 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
     ------
     FileError, CaseError, ProblemError
         If the file cannot be read, is not such a table, or the samples are not a profile.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "tip.csv"
+    ...     _ = file.write_text("r [um], height [nm]\n0, 0\n1, 5\n2, 20\n3, 45\n4, 80\n")
+    ...     tip = mdr.read_profile(file)
+    >>> tip.height.tolist()
+    [0.0, 5e-09, 2e-08, 4.5e-08, 8e-08]
     """
     columns = read_columns(file)
     with _named_file(file):
@@ -589,7 +625,7 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
 def read_force_curve(
     file: str | os.PathLike[str], *, modulus: QuantityLike, contact_point: QuantityLike | None = None
 ) -> ForceCurve:
-    """
+    r"""
     Read a force curve from a CSV file with units in its header.
 
     Parameters
@@ -609,6 +645,18 @@ def read_force_curve(
     ------
     FileError, CaseError, ProblemError
         If the file cannot be read, is not such a table, or the points are not a force curve.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "curve.csv"
+    ...     _ = file.write_text("d [nm], F [uN]\n10, 1\n20, 3\n30, 6\n40, 10\n50, 15\n")
+    ...     curve = mdr.read_force_curve(file, modulus="1 GPa")
+    >>> curve.force.tolist()
+    [1e-06, 3e-06, 6e-06, 1e-05, 1.5e-05]
     """
     columns = read_curve_columns(file)
     with _named_file(file):

@@ -116,11 +116,13 @@ def read_topography(
 
     Examples
     --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "step.csv"
     ...     _ = file.write_text("# Width: 3 um\n# Height: 2 um\n# Value units: nm\n1,1,4\n1,1,4\n")
-    ...     step = read_topography(file, detrend="mean")
+    ...     step = mdr.read_topography(file, detrend="mean")
     >>> step.heights.shape, step.steps
     ((3, 2), ('read from step.csv', 'the mean subtracted, 2 nm'))
     """

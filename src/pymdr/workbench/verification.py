@@ -54,7 +54,7 @@ class Verification(Comparison):
     to_largest: bool = False
     """Whether differences are relative to the largest value."""
 
-    what: ClassVar = "a verification"
+    subject: ClassVar = "a verification"
     compared: ClassVar = COMPARED
     others: ClassVar = {"rings": "rings", "difference": "difference"}
 
@@ -125,9 +125,9 @@ def verify(
 
     Examples
     --------
-    >>> from pymdr import Elastic, Paraboloid, indent
-    >>> ball = Contact(Paraboloid("10 mm"), Elastic("1 MPa", 0.5))
-    >>> verify(ball, indent("0.1 mm"), elements=100).largest_difference < 1e-5
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("1 MPa", 0.5))
+    >>> mdr.verify(ball, mdr.indent("0.1 mm"), elements=100).largest_difference < 1e-5
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")

@@ -38,7 +38,8 @@ class Rings:
 
     Examples
     --------
-    >>> Rings(n=200)
+    >>> import pymdr as mdr
+    >>> mdr.Rings(n=200)
     Rings(n=200)
     """
 

@@ -100,7 +100,7 @@ def parts_of(
     Parts
         Whole rows where nothing is asked for or touches, or the history itself cannot be followed.
     """
-    from pymdr.line.memory import row_kernels
+    from pymdr.line.memory import kernels, row_kernels
 
     t, values, start, machine_stiffness = goal
     if (np.diff(t, prepend=state.time) < 0.0).any():  # as the history itself says
@@ -126,20 +126,19 @@ def parts_of(
     strength = _means(relaxation, np.diff(t, prepend=state.time)) * _elastic(curve, size)
     modes, room = modes_of(relaxation), _ROOM + 2 * t.size
     while True:
-        owner, shares = np.zeros(room, dtype=np.int64), np.zeros(room)
-        run, begun = prepared_run(springs, relaxation, modes, state, goal.machine_stiffness)
-        count = row_kernels.divide(
+        rows = np.zeros((room, kernels.COLUMNS))
+        run, begin, begun = prepared_run(springs, relaxation, modes, state, goal.machine_stiffness, began)
+        count = row_kernels.follow(
             run,
-            row_kernels.Course(np.array(t), np.array(pulled), run.machine, run.limit),
-            np.array([state.time, state.indentation, began]),
-            (tolerance * size, tolerance, strength),
-            begun,
+            (np.array(t), np.array(pulled)),
+            begin,
+            (begun, begun.copy(), begun.copy(), begun.copy()),
+            rows,
             np.zeros((row_kernels.NOTES, 3 if loads else 0, springs.position.size)),
-            owner,
-            shares,
+            row_kernels.Division(tolerance * size, tolerance, strength),
         )
         if count >= 0:
-            return Parts(owner[:count], shares[:count])
+            return Parts(rows[:count, kernels.OWNER].astype(np.int64), rows[:count, kernels.PART].copy())
         if count == row_kernels.ENDED:
             springs = extended(curve, springs, farther(curve, springs))
         else:

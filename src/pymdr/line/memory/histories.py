@@ -13,14 +13,13 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import states_at_depth, states_at_force
-from pymdr.line.memory.modes import Modes, modes_of, packed, unpacked
+from pymdr.line.memory.modes import Modes, active_springs, modes_of, packed, unpacked
 from pymdr.line.memory.springs import Springs, extended, farther, springs_to
 from pymdr.line.memory.ting import compliant
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres, newtons
 
 if TYPE_CHECKING:
-    from pymdr.line.memory.kernels import State
     from pymdr.line.memory.row_kernels import Run
 
 
@@ -274,14 +273,14 @@ def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: 
 
 
 def prepared_run(
-    springs: Springs, relaxation: Relaxation, modes: Modes, state: MemoryState, machine: float
-) -> tuple[Run, State]:
-    """What compiled histories are followed with, and the springs of a state."""
+    springs: Springs, relaxation: Relaxation, modes: Modes, state: MemoryState, machine: float, target: float
+) -> tuple[Run, FloatArray, FloatArray]:
+    """What compiled histories are followed with, where they begin, before a target, and the springs of a state."""
     from pymdr.line.memory import kernels, row_kernels, together
 
     body = kernels.body_of(relaxation, modes)
     size = springs.position.size
-    begun = kernels.State(*unpacked(state.deflection, state.branches, state.free, size, relaxation, modes))
+    begun = unpacked(state.deflection, state.branches, state.free, size, relaxation, modes)
     run = row_kernels.Run(
         kernels.table_of(springs),
         body,
@@ -290,9 +289,8 @@ def prepared_run(
         kernels.room_for(body),
         together.no_group(body),
         np.zeros(kernels.COLUMNS),
-        (begun.alike(), begun.alike(), begun.alike()),
     )
-    return run, begun
+    return run, np.array([state.time, state.indentation, target, active_springs(begun)]), begun
 
 
 def _follow(
@@ -318,7 +316,7 @@ def _follow(
     elif math.isinf(machine):
         springs = extended(curve, springs, deepest)
     modes = modes_of(relaxation)
-    rows = np.zeros((t.size, kernels.COLUMNS + 1))
+    rows = np.zeros((t.size, kernels.COLUMNS))
     now, radii = replace(state, springs=springs), np.zeros(t.size)
     done = 0
     while True:
@@ -331,7 +329,7 @@ def _follow(
     rows[:, kernels.LOST] += state.dissipated
     work, lost = float(rows[-1, kernels.WORK]), float(rows[-1, kernels.LOST])
     return MemoryHistory(
-        rows[:, kernels.COLUMNS].copy(),
+        rows[:, kernels.THERE].copy(),
         rows[:, kernels.FORCE].copy(),
         radii,
         rows[:, kernels.STORED].copy(),
@@ -356,15 +354,16 @@ def _passed(
 
     (t, target, machine), (rows, radii, done), springs = course, found, state.springs
     assert springs is not None
-    run, begun = prepared_run(springs, relaxation, modes, state, machine)
-    begin = np.array([state.time, state.indentation])
+    run, begin, begun = prepared_run(springs, relaxation, modes, state, machine, 0.0)
+    whole = row_kernels.Division(0.0, 0.0, np.zeros(0))
     watched = 0 if watch is None else min(_WATCHED, t.size - done) + 1
     room = np.zeros((row_kernels.NOTES, watched, springs.position.size))
     while done < t.size:
         stop = t.size if watch is None else min(done + _WATCHED, t.size)
         before = begin.copy()
-        part = row_kernels.Course(t[done:stop].copy(), target[done:stop].copy(), run.machine, run.limit)
-        count = row_kernels.follow(run, part, begin, begun, rows[done:stop], room)
+        part = t[done:stop].copy(), target[done:stop].copy()
+        states = begun, begun.copy(), begun.copy(), begun.copy()
+        count = row_kernels.follow(run, part, begin, states, rows[done:stop], room, whole)
         here = slice(done, done + count)
         radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
         for column in (kernels.WORK, kernels.LOST):
@@ -374,7 +373,7 @@ def _passed(
                 Passage(
                     springs,
                     np.append(before[0], t[here]),
-                    np.append(before[1], rows[here, kernels.COLUMNS]),
+                    np.append(before[1], rows[here, kernels.THERE]),
                     rows[here, kernels.FORCE],
                     radii[here],
                     room[row_kernels.LOAD, : count + 1],
@@ -385,7 +384,7 @@ def _passed(
         done += count
         if done < stop:
             break
-    end = MemoryState(float(begin[0]), float(begin[1]), springs, *packed(*begun, relaxation, modes))
+    end = MemoryState(float(begin[0]), float(begin[1]), springs, *packed(begun, relaxation, modes))
     return end, done
 
 

@@ -14,10 +14,19 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.compiling import compiled, inner
-from pymdr.line.memory.modes import Modes
+from pymdr.line.memory.modes import BORNE, FREE, REST, TURN, Modes, W
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
-from pymdr.numerics.exponentials import ROUNDING, SHORTEST, Sum, empty_sum, first_crossing, mean, moments
+from pymdr.numerics.exponentials import (
+    DECAYING,
+    GROWING,
+    RATES,
+    ROUNDING,
+    SHORTEST,
+    first_crossing,
+    mean,
+    moments,
+)
 from pymdr.units import FloatArray
 
 _SHORTLY = 1e-3
@@ -25,15 +34,23 @@ _SHORTLY = 1e-3
 DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
 """Of a branch over a step x = s/tau, h -> DECAY h + E MEAN dw; work dw (MEAN h + E RAMP dw); its dissipation in units of
 1/E: OWN h^2 + 2 CROSS h E dw + MOVED (E dw)^2."""
-FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT, PARTS = range(9)
-"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are, PARTS what was tried of all."""
-COLUMNS = 9
+COEFFICIENTS = 6
+FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT, PARTS, THERE, OWNER, PART = range(12)
+"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are, PARTS what was tried of all. A history
+adds the indentation, and the row to which a part of one belongs with its end as a share of that."""
+COLUMNS = 12
 HEIGHT, SHARE, CENTRE, OUTER, POSITION = range(5)
 """Rows of the springs: d0, dk, k per unit modulus at the spring and at the outer end of its part, and x."""
-FREE, REST, TURN = range(3)
-"""Rows of the sides of springs: 1 where one is free, then w less its modes, and at which part of a step it last changed sides."""
-_SPRING, _LOST, _WORK, _TRIED = 3, 0, 1, 2
-"""Of what is told of a spring."""
+MODULUS, SOFT, RELAXING, BACK = range(4)
+"""Columns of the branches of a body: E, 1/E, tau, and from BACK on what each mode of a free spring adds to the force."""
+FADING, REACH, INTO = range(3)
+"""Columns of the modes of a body: the rate, what w follows of it, and from INTO on what each branch, and w, adds to it."""
+H, M, LEFT, TAKEN, ELASTIC, LOADED, SQUARES = range(RATES + 1, RATES + 8)
+"""Columns of the work, after those of the terms of a sum: the branches and the modes of a spring that changes sides; what is left of
+the modes after a step, and what their dashpots take; E dw, and of the springs that stay in contact the sums of h and of its square."""
+DURATION, FIRM, _LOST, _WORK, _TRIED = range(5)
+"""What is known of a step: how long it is and the stiffness of a spring; and of the last spring that changed sides what its dashpots
+take, the work, and what was tried."""
 
 
 class Body(NamedTuple):
@@ -41,26 +58,8 @@ class Body(NamedTuple):
 
     equilibrium: float
     viscosity: float
-    moduli: FloatArray
-    soft: FloatArray
-    """Their inverses."""
-    times: FloatArray
-    rates: FloatArray
-    reach: FloatArray
-    to_modes: FloatArray
-    to_branches: FloatArray
-
-
-class State(NamedTuple):
-    """Of all springs: w; the forces of branches, or the amplitudes of modes of free ones; and the rows FREE, REST, TURN."""
-
-    w: FloatArray
-    z: FloatArray
-    free: FloatArray
-
-    def alike(self) -> State:
-        """A state of as many springs."""
-        return State(np.zeros_like(self.w), np.zeros_like(self.z), np.zeros_like(self.free))
+    branches: FloatArray
+    modes: FloatArray
 
 
 class Move(NamedTuple):
@@ -73,26 +72,27 @@ class Move(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Coefficients of a whole step and of a part of one, and where springs that change sides are worked on."""
+    """Few arrays of many columns: every array that one kernel hands on to another takes time to compile."""
 
     known: FloatArray
-    """(2,) the duration of the whole step, and the stiffness of a spring in it."""
     branch: FloatArray
-    mode: FloatArray
+    """(n, 6) coefficients of a whole step, and of a part of one."""
     part: FloatArray
-    h: FloatArray
-    m: FloatArray
-    force: Sum
-    gap: Sum
-    spring: FloatArray
-    sums: FloatArray
+    work: FloatArray
+
+
+def branch_table(relaxation: Relaxation) -> FloatArray:
+    """The first columns of the branches of a body."""
+    return np.column_stack([relaxation.moduli, 1.0 / relaxation.moduli, relaxation.times])
 
 
 def body_of(relaxation: Relaxation, modes: Modes) -> Body:
-    """What kernels ask of a body; copies, since numba compiles once more for arrays that cannot be written."""
-    moduli, times = relaxation.moduli.copy(), relaxation.times.copy()
+    """What kernels ask of a body."""
     return Body(
-        float(relaxation.equilibrium), float(relaxation.viscosity), moduli, 1.0 / moduli, times, *modes
+        float(relaxation.equilibrium),
+        float(relaxation.viscosity),
+        np.ascontiguousarray(np.column_stack([branch_table(relaxation), modes.to_branches])),
+        np.ascontiguousarray(np.column_stack([modes.rates, modes.reach, modes.to_modes])),
     )
 
 
@@ -103,25 +103,19 @@ def table_of(springs: Springs) -> FloatArray:
 
 def room_for(body: Body) -> Room:
     """A place to work in."""
-    n, k = body.moduli.size, body.rates.size
+    n, k = body.branches.shape[0], body.modes.shape[0]
     return Room(
-        np.full(2, math.nan),
-        np.zeros((n, 6)),
-        np.zeros((k, 2)),
-        np.zeros((n, 6)),
-        np.zeros(n),
-        np.zeros(k),
-        empty_sum(n),
-        empty_sum(k),
-        np.zeros(_SPRING),
-        np.zeros((3, n)),
+        np.full(_TRIED + 1, math.nan),
+        np.zeros((n, COEFFICIENTS)),
+        np.zeros((n, COEFFICIENTS)),
+        np.zeros((max(n, k), SQUARES + 1)),
     )
 
 
 @compiled
-def fill(duration: float, times: FloatArray, branch: FloatArray) -> None:
+def fill(duration: float, branches: FloatArray, branch: FloatArray) -> None:
     """Coefficients of the branches for a duration."""
-    for j in range(times.size):
+    for j in range(branches.shape[0]):
         (
             branch[j, DECAY],
             branch[j, MEAN],
@@ -129,34 +123,27 @@ def fill(duration: float, times: FloatArray, branch: FloatArray) -> None:
             branch[j, OWN],
             branch[j, CROSS],
             branch[j, MOVED],
-        ) = moments(duration / times[j])
-
-
-@inner
-def fade(duration: float, rates: FloatArray, mode: FloatArray) -> None:
-    """What is left of the modes after a duration, and what their dashpots take."""
-    for k in range(rates.size):
-        mode[k, 0] = math.exp(-rates[k] * duration)
-        mode[k, 1] = -0.5 * math.expm1(-2.0 * rates[k] * duration)
+        ) = moments(duration / branches[j, RELAXING])
 
 
 @inner
 def prepare(body: Body, duration: float, room: Room) -> None:
     """Have the coefficients of a whole step."""
-    if room.known[0] != duration:
-        fill(duration, body.times, room.branch)
-        fade(duration, body.rates, room.mode)
-        room.known[0] = duration
+    modes, work = body.modes, room.work
+    if room.known[DURATION] != duration:
+        fill(duration, body.branches, room.branch)
+        for k in range(modes.shape[0]):
+            work[k, LEFT] = math.exp(-modes[k, FADING] * duration)
+            work[k, TAKEN] = -0.5 * math.expm1(-2.0 * modes[k, FADING] * duration)
+        room.known[DURATION] = duration
 
 
 @inner
-def straight(body: Body, start: float, end: float, duration: float) -> Move:
+def straight(viscosity: float, start: float, end: float, duration: float) -> Move:
     """A way; in no time a dashpot moves nowhere, and the way stands for its load as if its viscosity were that of one second."""
     way = end - start
-    sudden = body.viscosity > 0.0 and duration == 0.0
-    drag = (
-        body.viscosity * way / (1.0 if sudden else duration) if body.viscosity > 0.0 and way != 0.0 else 0.0
-    )
+    sudden = viscosity > 0.0 and duration == 0.0
+    drag = viscosity * way / (1.0 if sudden else duration) if viscosity > 0.0 and way != 0.0 else 0.0
     return Move(start, 0.0 if sudden else way, duration, drag)
 
 
@@ -166,121 +153,144 @@ def stiffness(body: Body, duration: float, branch: FloatArray) -> float:
     if body.viscosity > 0.0 and duration == 0.0:
         return body.viscosity
     stiff = body.equilibrium + (body.viscosity / duration if body.viscosity > 0.0 else 0.0)
-    for j in range(body.moduli.size):
-        stiff += body.moduli[j] * branch[j, MEAN]
+    for j in range(branch.shape[0]):
+        stiff += body.branches[j, MODULUS] * branch[j, MEAN]
     return float(stiff)
 
 
 @inner
 def move_branches(
-    body: Body, move: float, w: float, branch: FloatArray, h: FloatArray
+    body: Body, move: float, w: float, part: FloatArray, work: FloatArray
 ) -> tuple[float, float]:
-    """Move a spring in contact; returns its mean force and what its dashpots take, without the one beside it."""
-    force, lost, moduli, soft = body.equilibrium * (w + 0.5 * move), 0.0, body.moduli, body.soft
-    for j in range(h.size):
-        elastic = moduli[j] * move
-        force += branch[j, MEAN] * h[j] + branch[j, RAMP] * elastic
+    """Move the spring at work, in contact; returns its mean force and what its dashpots take, without one in parallel."""
+    force, lost, branches = body.equilibrium * (w + 0.5 * move), 0.0, body.branches
+    for j in range(branches.shape[0]):
+        elastic, h = branches[j, MODULUS] * move, work[j, H]
+        force += part[j, MEAN] * h + part[j, RAMP] * elastic
         lost += (
-            branch[j, OWN] * h[j] * h[j]
-            + elastic * (2.0 * branch[j, CROSS] * h[j] + branch[j, MOVED] * elastic)
-        ) * soft[j]
-        h[j] = branch[j, DECAY] * h[j] + branch[j, MEAN] * elastic
+            part[j, OWN] * h * h + elastic * (2.0 * part[j, CROSS] * h + part[j, MOVED] * elastic)
+        ) * branches[j, SOFT]
+        work[j, H] = part[j, DECAY] * h + part[j, MEAN] * elastic
     return force, lost
 
 
 @inner
-def let_go(body: Body, w: float, h: FloatArray, m: FloatArray) -> float:
-    """Find the modes of a spring that bears nothing; returns where it rests."""
-    rest, n, to_modes, reach = w, h.size, body.to_modes, body.reach
-    for k in range(m.size):
-        m[k] = to_modes[k, n] * w
+def let_go(body: Body, w: float, work: FloatArray) -> float:
+    """Find the modes of the spring at work, which bears nothing; returns where it rests."""
+    rest, n, modes = w, body.branches.shape[0], body.modes
+    for k in range(modes.shape[0]):
+        m = modes[k, INTO + n] * w
         for j in range(n):
-            m[k] += to_modes[k, j] * h[j]
-        rest -= reach[k] * m[k]
+            m += modes[k, INTO + j] * work[j, H]
+        work[k, M] = m
+        rest -= modes[k, REACH] * m
     return rest if body.equilibrium == 0.0 else 0.0
 
 
 @inner
-def branches_of(body: Body, m: FloatArray, h: FloatArray) -> None:
-    """Find what the branches of a free spring bear."""
-    to_branches = body.to_branches
-    for j in range(h.size):
-        h[j] = 0.0
-        for k in range(m.size):
-            h[j] += to_branches[j, k] * m[k]
+def take_up(body: Body, work: FloatArray) -> None:
+    """Find what the branches of the spring at work bear, which is free."""
+    branches = body.branches
+    for j in range(branches.shape[0]):
+        h = 0.0
+        for k in range(body.modes.shape[0]):
+            h += branches[j, BACK + k] * work[k, M]
+        work[j, H] = h
 
 
 @inner
-def creep_back(body: Body, duration: float, rest: float, m: FloatArray) -> tuple[float, float]:
-    """Let a free spring creep; returns where it is and what its dashpots take."""
-    w, lost, rates, reach = rest, 0.0, body.rates, body.reach
-    for k in range(m.size):
-        x = rates[k] * duration
-        lost -= 0.5 * math.expm1(-2.0 * x) * m[k] * m[k]
-        m[k] *= math.exp(-x)
-        w += reach[k] * m[k]
+def creep_back(body: Body, duration: float, rest: float, work: FloatArray) -> tuple[float, float]:
+    """Let the spring at work creep, which is free; returns where it is and what its dashpots take."""
+    w, lost, modes = rest, 0.0, body.modes
+    for k in range(modes.shape[0]):
+        x, m = modes[k, FADING] * duration, work[k, M]
+        lost -= 0.5 * math.expm1(-2.0 * x) * m * m
+        m *= math.exp(-x)
+        work[k, M] = m
+        w += modes[k, REACH] * m
     return w, lost
 
 
 @inner
-def _parts(body: Body, move: Move, done: float, w: float, room: Room, begin: float) -> tuple[float, int]:
-    """At which part of what is left of a step a spring in contact parts."""
-    left, f = 1.0 - done, room.force
-    (line, decaying, growing, rates, _), h, moduli, times = f, room.h, body.moduli, body.times
-    line[0], line[1] = body.equilibrium * w + move.drag, body.equilibrium * move.way * left
-    for j in range(h.size):
-        decaying[j], growing[j] = h[j], moduli[j] * move.way * left
-        rates[j] = move.duration * left / times[j]
-    return first_crossing(f, begin)
+def relieve(body: Body, w: float, work: FloatArray) -> tuple[float, float]:
+    """Let the spring at work move at once to where it bears nothing; returns how far, and the energy that is lost."""
+    borne, glassy, branches = body.equilibrium * w, body.equilibrium, body.branches
+    for j in range(branches.shape[0]):
+        borne += work[j, H]
+        glassy += branches[j, MODULUS]
+    for j in range(branches.shape[0]):
+        work[j, H] -= branches[j, MODULUS] * borne / glassy
+    return borne / glassy, 0.5 * borne * borne / glassy
 
 
 @inner
-def _touches(
-    body: Body, move: Move, done: float, above: float, room: Room, begin: float
+def fetch(state: FloatArray, i: int, work: FloatArray) -> bool:
+    """Take a spring to work on; returns whether it is free."""
+    free = state[i, FREE] != 0.0
+    for j in range(work.shape[0]):
+        work[j, M if free else H] = state[i, BORNE + j]
+    return bool(free)
+
+
+@inner
+def store(state: FloatArray, i: int, free: bool, w: float, rest: float, work: FloatArray) -> None:
+    """Put the spring at work back."""
+    state[i, W], state[i, FREE], state[i, REST] = w, 1.0 if free else 0.0, rest
+    for j in range(work.shape[0]):
+        state[i, BORNE + j] = work[j, M if free else H]
+
+
+@inner
+def _changes(
+    body: Body, move: Move, done: float, free: bool, level: float, work: FloatArray, begin: float
 ) -> tuple[float, int]:
-    """At which part of what is left of a step a free spring is touched that is so far above the indentation without its modes."""
-    left, f = 1.0 - done, room.gap
-    (line, decaying, _, rates, _), m, reach, slow = f, room.m, body.reach, body.rates
-    line[0], line[1] = above, -move.way * left
-    for k in range(m.size):
-        decaying[k], rates[k] = reach[k] * m[k], move.duration * left * slow[k]
-    return first_crossing(f, begin)
+    """
+    At which part of what is left of a step the spring at work changes sides.
+
+    `level` is w of a spring in contact, and how far a free one is above the indentation without its modes.
+    """
+    left, n = 1.0 - done, body.branches.shape[0]
+    way, lasts = move.way * left, move.duration * left
+    if free:
+        n = body.modes.shape[0]
+        for k in range(n):
+            work[k, DECAYING], work[k, GROWING] = body.modes[k, REACH] * work[k, M], 0.0
+            work[k, RATES] = lasts * body.modes[k, FADING]
+    else:
+        for j in range(n):
+            work[j, DECAYING], work[j, GROWING] = work[j, H], body.branches[j, MODULUS] * way
+            work[j, RATES] = lasts / body.branches[j, RELAXING]
+    value = level if free else body.equilibrium * level + move.drag
+    return first_crossing((value, -way if free else body.equilibrium * way), work, n, begin)
 
 
 @inner
-def _turn(body: Body, move: Move, y: float, i: int, old: State, new: State, room: Room) -> bool:
+def _turn(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatArray, room: Room) -> bool:
     """
-    Move a spring that may change sides; returns whether it is free then, with its branches, or modes, in `room`.
+    Move a spring that may change sides; returns whether it is free then, with its branches, or modes, at work.
 
-    `room.spring` takes what its dashpots take, the work and what was tried. What comes within a rounding of a change is no other
-    one: for that, the time after each is longer.
+    `known` takes what its dashpots take, the work and what was tried. What comes within a rounding of a change is no other one:
+    for that, the time after each is longer.
     """
-    done, lost, work, turns, tried = 0.0, 0.0, 0.0, 0, 0
-    free, w, rest, turn = old.free[FREE, i] != 0.0, old.w[i], old.free[REST, i], 0.0
-    h, m = room.h, room.m
-    for j in range(h.size if not free else m.size):
-        if free:
-            m[j] = old.z[i, j]
-        else:
-            h[j] = old.z[i, j]
+    done, lost, worked, turns, tried = 0.0, 0.0, 0.0, 0, 0
+    work, branches = room.work, body.branches
+    free, w, rest, turn = fetch(old, i, work), old[i, W], old[i, REST], 0.0
     while True:
         begin = 0.0 if turns == 0 else SHORTEST * 2.0 ** min(turns - 1, 39)
-        if free:
-            part, count = _touches(body, move, done, rest + y - move.start - done * move.way, room, begin)
-        else:
-            part, count = _parts(body, move, done, w, room, begin)
+        level = rest + y - move.start - done * move.way if free else w
+        part, count = _changes(body, move, done, free, level, work, begin)
         tried += count
         left = 1.0 - done
         share = left * min(part, 1.0)
         if free:
-            w, spent = creep_back(body, move.duration * share, rest, m)
+            w, spent = creep_back(body, move.duration * share, rest, work)
             lost += spent
         else:
             dw = move.way * share
-            fill(move.duration * share, body.times, room.part)
-            force, spent = move_branches(body, dw, w, room.part, h)
+            fill(move.duration * share, branches, room.part)
+            force, spent = move_branches(body, dw, w, room.part, work)
             lost += spent + dw * move.drag
-            work += dw * (force + move.drag)
+            worked += dw * (force + move.drag)
             w += dw
         if part > 1.0:
             break
@@ -289,44 +299,36 @@ def _turn(body: Body, move: Move, y: float, i: int, old: State, new: State, room
         turn = done
         if free:
             there = move.start + done * move.way - y
-            branches_of(body, m, h)
+            take_up(body, work)
             # what the search misses by is moved in no less time than it tells apart: in none, branches that relax faster
             # would take an energy that nobody gives
             missed, within = there - w, max(begin, ROUNDING) * left * move.duration
-            for j in range(h.size):
-                h[j] += body.moduli[j] * missed * mean(within / body.times[j])
+            for j in range(branches.shape[0]):
+                work[j, H] += branches[j, MODULUS] * missed * mean(within / branches[j, RELAXING])
             w = there
         else:  # what rounding leaves it to bear is let go
             if body.viscosity == 0.0:
-                borne, glassy = body.equilibrium * w, body.equilibrium
-                for j in range(h.size):
-                    borne += h[j]
-                    glassy += body.moduli[j]
-                w -= borne / glassy
-                for j in range(h.size):
-                    h[j] -= body.moduli[j] * borne / glassy
-            rest = let_go(body, w, h, m)
+                w -= relieve(body, w, work)[0]
+            rest = let_go(body, w, work)
         free = not free
     if not free:
         w = move.start + move.way - y
-    new.w[i], new.free[FREE, i], new.free[REST, i], new.free[TURN, i] = w, 1.0 if free else 0.0, rest, turn
-    for j in range(m.size if free else h.size):
-        new.z[i, j] = m[j] if free else h[j]
-    room.spring[_LOST], room.spring[_WORK], room.spring[_TRIED] = lost, work, tried
-    return bool(free)
+    store(new, i, free, w, rest, work)
+    new[i, TURN] = turn
+    room.known[_LOST], room.known[_WORK], room.known[_TRIED] = lost, worked, tried
+    return free
 
 
 @inner
-def _stayed(
-    body: Body, move: Move, branch: FloatArray, sums: FloatArray, stays: float
-) -> tuple[float, float]:
+def _stayed(body: Body, move: Move, room: Room, stays: float) -> tuple[float, float]:
     """The work on springs that stay in contact, but for that on their own springs, and what dashpots take of it."""
     work = lost = move.way * move.drag * stays
-    for j in range(body.times.size):
-        elastic, borne = sums[0, j], sums[1, j]
+    branch, sums = room.branch, room.work
+    for j in range(branch.shape[0]):
+        elastic, borne = sums[j, ELASTIC], sums[j, LOADED]
         work += move.way * (branch[j, MEAN] * borne + branch[j, RAMP] * elastic * stays)
-        lost += body.soft[j] * (
-            branch[j, OWN] * sums[2, j]
+        lost += body.branches[j, SOFT] * (
+            branch[j, OWN] * sums[j, SQUARES]
             + elastic * (2.0 * branch[j, CROSS] * borne + branch[j, MOVED] * elastic * stays)
         )
     return work, lost
@@ -338,8 +340,8 @@ def step(
     body: Body,
     move: Move,
     limits: tuple[int, int, bool],
-    old: State,
-    new: State,
+    old: FloatArray,
+    new: FloatArray,
     room: Room,
     row: FloatArray,
 ) -> None:
@@ -349,93 +351,84 @@ def step(
     The third of them says whether the force is that up to the very edge, which jumps where a spring changes sides.
     """
     first, active, cut = limits
-    soft, branch, equilibrium = body.soft, room.branch, body.equilibrium
-    way, drag, end, n = move.way, move.drag, move.start + move.way, body.times.size
+    way, drag, end, equilibrium = move.way, move.drag, move.start + move.way, body.equilibrium
     # looked up once: in a loop that counts references
-    (w_old, z_old, free_old), (w_new, z_new, free_new), mode, reach = old, new, room.mode, body.reach
+    branch, at_work, branches, modes = room.branch, room.work, body.branches, body.modes
+    n = branches.shape[0]
     prepare(body, move.duration, room)
-    sums = (
-        room.sums
-    )  # moduli times the way, and of springs that stay in contact what they bear before, and its square
     for j in range(n):
-        sums[0, j], sums[1, j], sums[2, j] = body.moduli[j] * way, 0.0, 0.0
+        at_work[j, ELASTIC], at_work[j, LOADED], at_work[j, SQUARES] = branches[j, MODULUS] * way, 0.0, 0.0
     stiff = stiffness(body, move.duration, branch)
     stored, lost, work, force, rate, stays = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    last, count, parts, q_last, q_before = -1, 0, 0, 0.0, 0.0
+    last, count, parts, q_last, q_before = first - 1, 0, 0, 0.0, 0.0
     for i in range(first, active):
-        y, share, w = springs[HEIGHT, i], springs[SHARE, i], w_old[i]
-        there, free = end - y, free_old[FREE, i] != 0.0
+        y, share, w = springs[HEIGHT, i], springs[SHARE, i], old[i, W]
+        there, free = end - y, old[i, FREE] != 0.0
         q, least, energy = equilibrium * there + drag, min(equilibrium * w, equilibrium * there) + drag, 0.0
         if free:
-            gap, there_free, faded = free_old[REST, i] + y - max(move.start, end), free_old[REST, i], 0.0
+            rest, faded = old[i, REST], 0.0
+            gap, there_free = rest + y - max(move.start, end), rest
             parts += 1
-            for k in range(reach.size):
-                before = z_old[i, k]
-                after = mode[k, 0] * before
-                z_new[i, k] = after
-                there_free += reach[k] * after
-                gap += min(reach[k] * before, reach[k] * after)
+            for k in range(modes.shape[0]):
+                before, reach = old[i, BORNE + k], modes[k, REACH]
+                after = at_work[k, LEFT] * before
+                new[i, BORNE + k] = after
+                there_free += reach * after
+                gap += min(reach * before, reach * after)
                 energy += after * after
-                faded += mode[k, 1] * before * before
+                faded += at_work[k, TAKEN] * before * before
             if gap > 0.0:
-                w_new[i], free_new[FREE, i] = there_free, 1.0
-                free_new[REST, i], free_new[TURN, i] = free_old[REST, i], 0.0
+                new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there_free, 1.0, rest, 0.0
                 lost += share * faded
                 stored += 0.5 * share * energy
                 continue
             energy = 0.0
         else:
             for j in range(n):
-                after = branch[j, DECAY] * z_old[i, j] + branch[j, MEAN] * sums[0, j]
-                z_new[i, j] = after
+                before = old[i, BORNE + j]
+                after = branch[j, DECAY] * before + branch[j, MEAN] * at_work[j, ELASTIC]
+                new[i, BORNE + j] = after
                 q += after
-                least += min(z_old[i, j], after)
+                least += min(before, after)
         if free or least < 0.0:
             free = _turn(body, move, y, i, old, new, room)
-            lost += share * room.spring[_LOST]
-            work += share * room.spring[_WORK]
-            parts += int(room.spring[_TRIED])
+            lost += share * room.known[_LOST]
+            work += share * room.known[_WORK]
+            parts += int(room.known[_TRIED])
             if free:
-                for k in range(reach.size):
-                    stored += 0.5 * share * z_new[i, k] * z_new[i, k]
+                for k in range(modes.shape[0]):
+                    stored += 0.5 * share * new[i, BORNE + k] * new[i, BORNE + k]
                 continue
             q = equilibrium * there + drag
             for j in range(n):
-                q += z_new[i, j]
+                q += new[i, BORNE + j]
         else:
-            for j in range(n):  # a sum keeps the compiler from short vectors, which take longer
-                loaded = share * z_old[i, j]
-                sums[1, j] += loaded
-                sums[2, j] += loaded * z_old[i, j]
+            for j in range(n):
+                loaded = share * old[i, BORNE + j]
+                at_work[j, LOADED] += loaded
+                at_work[j, SQUARES] += loaded * old[i, BORNE + j]
             stays += share
             work += share * way * 0.5 * equilibrium * (w + there)
-            w_new[i], free_new[FREE, i], free_new[REST, i], free_new[TURN, i] = (
-                there,
-                0.0,
-                free_old[REST, i],
-                0.0,
-            )
+            new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there, 0.0, old[i, REST], 0.0
             parts += 1
         for j in range(n):
-            energy += z_new[i, j] * z_new[i, j] * soft[j]
+            energy += new[i, BORNE + j] * new[i, BORNE + j] * branches[j, SOFT]
         stored += 0.5 * share * (energy + equilibrium * there * there)
         force += share * q
         last, count, q_before, q_last = i, count + 1, q_last, q
         rate += share * stiff
-    stayed, taken = _stayed(body, move, branch, sums, stays)
-    row[STORED], row[LOST], row[WORK], row[RATE], row[EDGE_DEPTH] = (
-        stored,
-        lost + taken,
-        work + stayed,
-        rate,
-        end,
-    )
-    row[LAST], row[COUNT], row[PARTS], row[FORCE] = last, count, parts, force
+    last = last if count > 0 else -1
+    stayed, taken = _stayed(body, move, room, stays)
+    row[STORED], row[LOST], row[WORK], row[RATE] = stored, lost + taken, work + stayed, rate
+    row[EDGE_DEPTH], row[LAST], row[COUNT], row[PARTS], row[FORCE] = end, last, count, parts, force
     if 0 <= last < springs.shape[1] - 1:
         short = equilibrium  # what a spring feels that is let go shortly before the end
         for j in range(n):
-            short += body.moduli[j] * mean(_SHORTLY * move.duration / body.times[j])
-        beyond = w_new[last + 1] if last + 1 < active else 0.0, w_new[last + 2] if last + 2 < active else 0.0
+            short += branches[j, MODULUS] * mean(_SHORTLY * move.duration / branches[j, RELAXING])
+        beyond = (
+            new[last + 1, W] if last + 1 < active else 0.0,
+            new[last + 2, W] if last + 2 < active else 0.0,
+        )
         row[EDGE_DEPTH] = _edge(springs, beyond, last, end, q_before, q_last, short, drag)
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
             row[FORCE] += _cut(springs, last, row[EDGE_DEPTH], q_before, q_last, drag)

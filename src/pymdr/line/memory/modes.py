@@ -11,6 +11,10 @@ from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.spectra import Fractions, zeros_between
 from pymdr.units import FloatArray
 
+W, FREE, REST, TURN, BORNE = range(5)
+"""Columns of a state, one spring per row: w; 1 where it is free; then w less its modes; at which part of a step it last changed
+sides; and from BORNE on the forces of its branches, or the amplitudes of the modes of a free one."""
+
 
 class Modes(NamedTuple):
     """
@@ -104,34 +108,39 @@ def unpacked(
     size: int,
     relaxation: Relaxation,
     modes: Modes,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> FloatArray:
     """
-    Arrays of the kernels: w; branches of springs in contact, modes of free ones; whether free, w less its modes, and room.
+    The state of the kernels, one spring per row: w, whether it is free, w less its modes, room, and its branches or modes.
 
     From w, forces of the branches and 1 where a spring is loose, of the first of `size` springs; nothing has touched the rest.
     """
-    n, known = relaxation.moduli.size, deflection.size
-    w, z, free = np.zeros(size), np.zeros((size, max(n, modes.rates.size))), np.zeros((3, size))
-    free[0] = 1.0
-    w[:known] = deflection
-    free[0, :known] = loose
-    h = np.zeros((size, n))
-    if known:
-        h[:known] = branches
-    apart = free[0] != 0.0
-    z[~apart, :n] = h[~apart]
-    amplitudes = np.column_stack([h[apart], w[apart]]) @ modes.to_modes.T
-    z[apart, : modes.rates.size] = amplitudes
+    n, k, known = relaxation.moduli.size, modes.rates.size, deflection.size
+    state = np.zeros((size, BORNE + max(n, k)))
+    state[:, FREE] = 1.0
+    if known == 0:
+        return state
+    state[:known, W], state[:known, FREE] = deflection, loose
+    state[:known, BORNE : BORNE + n] = branches
+    free = np.flatnonzero(loose != 0.0)
+    amplitudes = np.column_stack([branches[free], deflection[free]]) @ modes.to_modes.T
+    state[free, BORNE:] = 0.0
+    state[free, BORNE : BORNE + k] = amplitudes
     if relaxation.equilibrium == 0.0:
-        free[1, apart] = w[apart] - amplitudes @ modes.reach
-    return w, z, free
+        state[free, REST] = deflection[free] - amplitudes @ modes.reach
+    return state
 
 
 def packed(
-    w: FloatArray, z: FloatArray, free: FloatArray, relaxation: Relaxation, modes: Modes
+    state: FloatArray, relaxation: Relaxation, modes: Modes
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Back: w, forces of the branches, and 1 where a spring is loose."""
-    n, loose = relaxation.moduli.size, free[0] != 0.0
-    h = z[:, :n].copy()
-    h[loose] = z[loose, : modes.rates.size] @ modes.to_branches.T
-    return w, h, free[0].copy()
+    loose = state[:, FREE] != 0.0
+    h = state[:, BORNE : BORNE + relaxation.moduli.size].copy()
+    h[loose] = state[loose, BORNE : BORNE + modes.rates.size] @ modes.to_branches.T
+    return state[:, W].copy(), h, state[:, FREE].copy()
+
+
+def active_springs(state: FloatArray) -> int:
+    """Springs up to the last one that bears something or has not crept back."""
+    active = (state[:, FREE] == 0.0) | (state[:, W] != 0.0) | (state[:, BORNE:] != 0.0).any(axis=1)
+    return int(np.flatnonzero(active)[-1]) + 1 if active.any() else 0

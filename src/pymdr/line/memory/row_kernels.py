@@ -5,36 +5,35 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from pymdr import compiling
 from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
-    COLUMNS,
     COUNT,
     FORCE,
-    FREE,
     HEIGHT,
     LOST,
+    MODULUS,
     OUTER,
+    OWNER,
+    PART,
     PARTS,
     RATE,
     SHARE,
     STORED,
-    TURN,
+    THERE,
     WORK,
     Body,
     Room,
-    State,
     step,
     straight,
 )
+from pymdr.line.memory.modes import BORNE, FREE, TURN, W
 from pymdr.line.memory.together import (
+    ALL,
     GAINED,
     HELD,
     LEFT,
     SINCE,
-    Group,
     bear,
     beside,
     carry,
@@ -71,26 +70,24 @@ _TIMED = 1e-13
 """Of the time: parts of rows below which rounding tells how long they are."""
 
 
-class Course(NamedTuple):
-    """Rows to follow: targets F + machine d; an infinite machine prescribes d, one of 0 the force. Springs end at `limit`."""
-
-    time: FloatArray
-    target: FloatArray
-    machine: float
-    limit: float
-
-
 class Run(NamedTuple):
-    """What a history is followed with."""
+    """What a history is followed with; an infinite machine prescribes d, one of 0 the force. Springs end at `limit`."""
 
     springs: FloatArray
     body: Body
     machine: float
     limit: float
     room: Room
-    group: Group
+    group: FloatArray
     row: FloatArray
-    copies: tuple[State, State, State]
+
+
+class Division(NamedTuple):
+    """How straight parts of rows are to be: a tolerance in m, one of loads, and the strength of every row in N, none for whole rows."""
+
+    tolerance: float
+    straightness: float
+    strength: FloatArray
 
 
 class Now(NamedTuple):
@@ -103,52 +100,38 @@ class Now(NamedTuple):
 
 
 @inner
-def copy_state(state: State, other: State, first: int) -> None:
-    """Take the springs from `first` on over, number by number: slices of arrays take seconds to compile."""
-    for i in range(first, state.w.size):
-        state.w[i] = other.w[i]
-        for j in range(state.z.shape[1]):
-            state.z[i, j] = other.z[i, j]
-        for j in range(state.free.shape[0]):
-            state.free[j, i] = other.free[j, i]
+def copy_spring(state: FloatArray, other: FloatArray, i: int) -> None:
+    """Take a spring over, number by number: slices of arrays take seconds to compile."""
+    for j in range(state.shape[1]):
+        state[i, j] = other[i, j]
 
 
 @inner
-def _note(
-    springs: FloatArray, body: Body, depth: float, state: State, group: Group, notes: FloatArray, r: int
-) -> None:
+def _note(run: Run, depth: float, state: FloatArray, notes: FloatArray, r: int) -> None:
     """Note what springs bear, or how far they are away."""
-    held, same = int(group.whole[HELD]), body.equilibrium * group.whole[SINCE]
-    for j in range(body.moduli.size):
-        same += group.branches[GAINED, j]
+    body, group, n = run.body, run.group, run.group.shape[0] - 1
+    held, same = int(group[ALL, HELD]), body.equilibrium * group[ALL, SINCE]
+    for j in range(1, n + 1):
+        same += group[j, GAINED]
     for i in range(notes.shape[2]):
-        if i >= held and state.free[FREE, i] != 0.0:
-            notes[LOAD, r, i], notes[GAP, r, i] = 0.0, max(state.w[i] + springs[HEIGHT, i] - depth, 0.0)
-            notes[TURNED, r, i] = state.free[TURN, i]
-            continue
-        q = body.equilibrium * state.w[i]
-        if i < held:
-            q += same
-            for j in range(body.moduli.size):
-                q += group.branches[LEFT, j] * state.z[i, j]
-        else:
-            for j in range(body.moduli.size):
-                q += state.z[i, j]
-        notes[LOAD, r, i], notes[GAP, r, i], notes[TURNED, r, i] = (
-            q,
-            -1.0,
-            0.0 if i < held else state.free[TURN, i],
-        )
+        grouped = i < held
+        free = not grouped and state[i, FREE] != 0.0
+        q = body.equilibrium * state[i, W] + (same if grouped else 0.0)
+        for j in range(n):
+            q += (group[j + 1, LEFT] if grouped else 1.0) * state[i, BORNE + j]
+        notes[LOAD, r, i] = 0.0 if free else q
+        notes[GAP, r, i] = max(state[i, W] + run.springs[HEIGHT, i] - depth, 0.0) if free else -1.0
+        notes[TURNED, r, i] = 0.0 if grouped else state[i, TURN]
 
 
 @inner
-def _rest(springs: FloatArray, w: FloatArray, active: int) -> float:
+def _rest(springs: FloatArray, state: FloatArray, active: int) -> float:
     """The largest indentation at which no spring is touched, of those that are all free."""
     if active == 0:  # of bodies that have not touched
         return 0.0
     depth = springs[HEIGHT, active] if active < springs.shape[1] else math.inf
     for i in range(active):
-        depth = min(depth, springs[HEIGHT, i] + w[i])
+        depth = min(depth, springs[HEIGHT, i] + state[i, W])
     return float(depth)
 
 
@@ -162,81 +145,43 @@ def _touched(springs: FloatArray, active: int, depth: float) -> int:
 
 
 @inner
-def active_springs(state: State) -> int:
-    """Springs up to the last one that bears something or has not crept back."""
-    active = state.w.size
-    while active > 0 and state.free[FREE, active - 1] != 0.0 and state.w[active - 1] == 0.0:
-        for j in range(state.z.shape[1]):
-            if state.z[active - 1, j] != 0.0:
-                return active
-        active -= 1
-    return active
-
-
-@inner
-def _touching(count: int, active: int, free: FloatArray) -> int:
+def _touching(count: int, active: int, state: FloatArray) -> int:
     """How many springs touch from the innermost on, where some surely do."""
-    while count < active and free[FREE, count] == 0.0:
+    while count < active and state[count, FREE] == 0.0:
         count += 1
     return count
 
 
 @inner
-def _borne(run: Run, now: Now, guess: float, near: int, old: State, new: State) -> float:
-    """Move the springs to a guess, those of the group as one; returns how many are in contact beside it."""
-    body, row, whole = run.body, run.row, run.group.whole
-    move = straight(body, now.here, guess, now.duration)
-    step(run.springs, body, move, (int(whole[HELD]), near, math.isinf(run.machine)), old, new, run.room, row)
-    alone = row[COUNT]  # without two beside those that move as one, no edge is known
-    if whole[HELD] > 0.0:
-        force, rate, stored, work, lost = bear(body, move, run.group, run.room.branch)
-        row[FORCE] += force
-        row[RATE] += rate
-        row[STORED] += stored
-        row[WORK] += work
-        row[LOST] += lost
-        row[COUNT] += whole[HELD]
-        row[PARTS] += whole[HELD]
-    return float(alone)
-
-
-@inner
 def _press(
-    run: Run, now: Now, target: float, old: State, new: State, lasting: bool
-) -> tuple[float, float, int]:
+    run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool
+) -> tuple[float, float, int, int]:
     """
     Move springs straight to where the target of a row is met.
 
     Springs well within the contact move as one while all of them surely stay in it, and are given what they have only where they
     may not; or at the end, unless that is `lasting`.
 
-    Returns the indentation there, where it starts, and the springs touched. The indentation is inf where the springs end. Without
-    a force it is where the bodies part.
+    Returns the indentation there, where it starts, the springs touched, and those that were moved on the way. The indentation is
+    inf where the springs end. Without a force it is where the bodies part.
     """
-    springs, body, group, row, machine, limit = (
-        run.springs,
-        run.body,
-        run.group,
-        run.row,
-        run.machine,
-        run.limit,
-    )
+    springs, body, group, row = run.springs, run.body, run.group, run.row
+    machine, limit, most = run.machine, run.limit, now.active
     here, active = now.here, now.active
-    lift, by_depth = machine == 0.0 and target <= 0.0, math.isinf(machine)
+    lift, by_depth, held = machine == 0.0 and target <= 0.0, math.isinf(machine), int(group[ALL, HELD])
     sudden = body.viscosity > 0.0 and now.duration == 0.0  # a dashpot takes the load where it is
     if lift or sudden:
         release(old, group)
-    elif group.whole[HELD] == 0.0 and (lasting or not by_depth):
-        join(springs, _touching(0, active, old.free), old, new, group)
-    if machine == 0.0 and not lift and group.whole[HELD] == 0.0:
+    elif held == 0 and (lasting or not by_depth):
+        join(springs, _touching(held, active, old), old, new, group)
+    if machine == 0.0 and not lift and group[ALL, HELD] == 0.0:
         # bodies that are apart rest on each other before a force presses
-        here = max(here, _rest(springs, old.w, active))
+        here = max(here, _rest(springs, old, active))
     elif sudden and 0.0 < machine < math.inf:
-        here = max(here, min(_rest(springs, old.w, active), target / machine))
-    now = Now(here, now.before, now.duration, active)
+        here = max(here, min(_rest(springs, old, active), target / machine))
     springy = body.equilibrium
-    for j in range(body.moduli.size):
-        springy += body.moduli[j]
+    for j in range(body.branches.shape[0]):
+        springy += body.branches[j, MODULUS]
     hardest, outer = springy, springs[OUTER, springs.shape[1] - 1]
     if body.viscosity > 0.0:
         hardest += body.viscosity / (1.0 if sudden else now.duration)
@@ -247,20 +192,32 @@ def _press(
         if sudden:  # by a load that no spring of the body withstands
             guess += (guess - here) * springy / body.viscosity
     low, high, out, whole, edge = -math.inf, math.inf, 0.0, by_depth, 0
-    if group.whole[HELD] > 0.0 and not whole:
-        edge = _touching(int(group.whole[HELD]), active, old.free)
+    if group[ALL, HELD] > 0.0 and not whole:
+        edge = _touching(int(group[ALL, HELD]), active, old)
     while True:
         touched = _touched(springs, active, here if sudden else max(here, guess))
-        held = int(group.whole[HELD])
+        most = max(most, touched)
+        held = int(group[ALL, HELD])
         near = touched if held == 0 or whole else min(touched, edge + beside(edge))
-        alone = _borne(run, now, guess, near, old, new)
+        move = straight(body.viscosity, here, guess, now.duration)
+        step(springs, body, move, (held, near, by_depth), old, new, run.room, row)
+        alone = row[COUNT]  # without two next to those that move as one, no edge is known
+        if held > 0:
+            force, rate, stored, work, lost = bear(body, move, group, run.room.branch)
+            row[FORCE] += force
+            row[RATE] += rate
+            row[STORED] += stored
+            row[WORK] += work
+            row[LOST] += lost
+            row[COUNT] += held
+            row[PARTS] += held
         if held == 0 and by_depth:
-            return guess, here, touched
+            return guess, here, touched, most
         if lift:
-            return _rest(springs, new.w, touched), here, touched
+            return _rest(springs, new, touched), here, touched, most
         if parting:
             row[FORCE] = 0.0
-            return target / machine, here, touched
+            return target / machine, here, touched, most
         over = 0.0 if by_depth else row[FORCE] + machine * (here if sudden else guess) - target
         close = by_depth or abs(over) <= _CLOSE * (abs(target) + machine * abs(here if sudden else guess))
         close |= sudden and row[COUNT] == 0.0  # nothing bears the load yet
@@ -270,7 +227,6 @@ def _press(
         close |= enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here))
         ends = low >= limit and not sudden
         if held > 0 and (close or ends):
-            move = straight(body, here, guess, now.duration)
             stays = lasting and (
                 near < touched or (alone >= 2.0 and lowest(body, move, group, run.room.branch) >= 0.0)
             )
@@ -294,167 +250,122 @@ def _press(
         else:
             guess = 0.5 * (low + high)
     if not close:
-        return math.inf, here, touched
+        return math.inf, here, touched, most
     if sudden or (machine > 0.0 and abs(over) > _CLOSE * (abs(target) + machine * abs(guess))):
         # where springs touch all at once, the force is between those beside
         row[FORCE] = max(target - machine * (here if sudden else guess), 0.0)
-    return here if sudden else guess, here, touched
-
-
-@compiled
-def follow(
-    run: Run, course: Course, begin: FloatArray, state: State, rows: FloatArray, notes: FloatArray
-) -> int:
-    """
-    Follow rows from begin = (time, indentation); returns how many were followed: fewer where the springs end.
-
-    The indentation of every row is noted in its last column. `notes`, of one row more, take what springs bear before every row and
-    after the last, unless they are empty.
-    """
-    now, here, before = begin[0], begin[1], begin[1]
-    group, (old, new, _) = run.group, run.copies
-    watched = notes.shape[1] > 0
-    if watched:
-        _note(run.springs, run.body, here, state, group, notes, 0)
-    active = active_springs(state)
-    copy_state(old, state, 0)
-    copy_state(new, state, 0)
-    work, lost, followed = 0.0, 0.0, 0
-    for r in range(course.time.size):
-        step_now = Now(here, before, course.time[r] - now, active)
-        there, here, touched = _press(run, step_now, course.target[r], old, new, r >= 0)
-        if math.isinf(there):
-            here = step_now.here
-            break
-        active = touched
-        old, new = new, old
-        copy_state(old, new, active)
-        held, row = int(group.whole[HELD]), run.row
-        if held > 0 and strays(held, int(row[COUNT])):
-            release(old, group)
-        work += row[WORK]
-        lost += row[LOST]
-        for c in range(COLUMNS):
-            rows[r, c] = row[c]
-        rows[r, WORK], rows[r, LOST], rows[r, COLUMNS] = work, lost, there
-        before, here, now, followed = here, there, course.time[r], r + 1
-        if watched:
-            _note(run.springs, run.body, here, old, group, notes, r + 1)
-    release(old, group)
-    copy_state(state, old, 0)
-    begin[0], begin[1] = now, here
-    return followed
+    return here if sudden else guess, here, touched, most
 
 
 @inner
-def _half_way(
-    run: Run, half: float, ways: tuple[float, float, float], touched: int, states: tuple[State, State, State]
-) -> tuple[float, float]:
-    """The force and its slope of springs that go half of the time from the first of `ways` to an indentation."""
-    old, _, middle = states
-    move = straight(run.body, ways[0], half, 0.5 * ways[2])
-    # a constant would compile the kernel once more
-    first = min(touched, 0)
-    step(
-        run.springs, run.body, move, (first, touched, math.isinf(run.machine)), old, middle, run.room, run.row
-    )
-    return run.row[FORCE], run.row[RATE]
-
-
-@inner
-def _bent(
+def _is_bent(
     run: Run,
-    half: float,
-    ways: tuple[float, float, float],
-    touched: int,
-    states: tuple[State, State, State],
+    now: Now,
+    goals: tuple[float, float, bool],
+    found: tuple[float, float, int],
+    states: tuple[FloatArray, FloatArray, FloatArray],
     notes: FloatArray,
-) -> float:
-    """By how much the loads of springs are off a straight line then, in N."""
-    old, end, middle = states
-    _note(run.springs, run.body, ways[0], old, run.group, notes, 0)
-    _note(run.springs, run.body, half, middle, run.group, notes, 1)
-    _note(run.springs, run.body, ways[1], end, run.group, notes, 2)
-    bent = 0.0
-    for i in range(touched):
-        bent += run.springs[SHARE, i] * abs(notes[LOAD, 1, i] - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 2, i]))
-    return bent
-
-
-@inner
-def _halves(
-    run: Run, now: Now, goals: tuple[float, float, bool], found: tuple[float, float, int], states: tuple[State, State, State],
-    notes: FloatArray, limits: tuple[float, float, float],
-) -> bool:  # fmt: skip
+    limits: tuple[float, float, float],
+) -> bool:
     """
     Whether a part is to be halved.
 
-    `goals` are the targets half-way and in the end, and whether loads count; `found` what `_press` returned; `limits` the tolerance in
-    m, the straightness of loads and the strength of the row in N, as `divide` takes them.
+    `goals` are the targets half-way and in the end, and whether loads count; `found` the indentation, where it starts and the springs
+    touched; `states` those before, after and half-way; `limits` the tolerance in m, the straightness of loads and the strength of the
+    row in N.
     """
     middle, goal, loads = goals
     there, start, touched = found
     tolerance, straightness, strength = limits
-    slope = run.row[RATE]
-    lift = run.machine == 0.0 and goal <= 0.0
+    slope, lift = run.row[RATE], run.machine == 0.0 and goal <= 0.0
     half = start if lift else 0.5 * (start + there)
-    ways = start, there, now.duration
-    force, rate = _half_way(run, half, ways, touched, states)
+    move = straight(run.body.viscosity, start, half, 0.5 * now.duration)
+    every = int(run.group[ALL, HELD]), touched, math.isinf(run.machine)
+    step(run.springs, run.body, move, every, states[0], states[2], run.room, run.row)
     over = 0.0
     if lift:  # what is parted in one part bears nothing half-way
-        over, slope = middle, rate
+        over, slope = middle, run.row[RATE]
     elif not math.isinf(run.machine):
-        over, slope = abs(force + run.machine * half - middle), max(rate, slope) + run.machine
+        over = abs(run.row[FORCE] + run.machine * half - middle)
+        slope = max(run.row[RATE], slope) + run.machine
     if over > tolerance * slope or over * abs(there - start) > _WORTH * tolerance * strength:
         return True
-    return loads and _bent(run, half, ways, touched, states, notes) > straightness * strength
+    if not loads:
+        return False
+    depths, bent = (start, there, half), 0.0
+    for k in range(3):
+        _note(run, depths[k], states[k], notes, k)
+    for i in range(touched):
+        bent += run.springs[SHARE, i] * abs(notes[LOAD, 2, i] - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 1, i]))
+    return bent > straightness * strength
 
 
 @compiled
-def divide(
+def follow(
     run: Run,
-    course: Course,
+    course: tuple[FloatArray, FloatArray],
     begin: FloatArray,
-    limits: tuple[float, float, FloatArray],
-    state: State,
+    states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    rows: FloatArray,
     notes: FloatArray,
-    owner: np.ndarray,
-    shares: FloatArray,
+    division: Division,
 ) -> int:
     """
-    Divide rows from begin = (time, indentation, target) into parts on which the indentation is all but straight.
+    Follow rows, or parts of rows on which the indentation is all but straight.
 
-    `limits` are a tolerance in m, one of loads, and the strength of every row in N. A part is halved where the indentation that meets
-    its target half-way is not half-way to within the tolerance, or what the force is off there is worth more than a part of the
-    tolerance times the strength; and, unless `notes` is empty, where the loads of the springs half-way are off a straight line by
-    more than their tolerance of the strength. Returns how many parts there are, with the row and the end of each, as a share of
-    it, in `owner` and `shares`, or why not.
+    Parameters
+    ----------
+    run : Run
+    course : tuple of ndarray
+        Times, and targets F + machine d.
+    begin : ndarray
+        Time, indentation, target and active springs before the first row; takes those after the last.
+    states : tuple of ndarray
+        Of the springs, four times the same; the first takes that after the last row.
+    rows : ndarray
+        Takes what a row or part ends with: its columns, the indentation, the row that it belongs to and its end as a share of that.
+    notes : ndarray
+        Unless it is empty, takes what springs bear before every row and after the last; of rows that are divided, room to compare
+        loads.
+    division : Division
+        A part is halved where the indentation that meets its target half-way is not half-way to within the tolerance, or what the
+        force is off there is worth more than a part of the tolerance times the strength; and, unless `notes` is empty, where the
+        loads of the springs half-way are off a straight line by more than their tolerance of the strength.
+
+    Returns
+    -------
+    int
+        How many rows or parts were followed: fewer rows where the springs end. Or why rows were not divided.
     """
-    now, here, before, from_target = begin[0], begin[1], begin[1], begin[2]
-    active = active_springs(state)
-    old, new, half = run.copies
-    copy_state(old, state, 0)
-    copy_state(new, state, 0)
-    copy_state(half, state, 0)
-    tolerance, straightness, strength = limits
-    parts = 0
-    for r in range(course.time.size):
-        whole, rise, done, size = course.time[r] - now, course.target[r] - from_target, 0.0, 1.0
+    now, here, before, from_target, active = begin[0], begin[1], begin[1], begin[2], int(begin[3])
+    (state, old, new, half), (time, target), group, row = states, course, run.group, run.row
+    divides, noted = division.strength.size > 0, notes.shape[1] > 0
+    work, lost, parts, moved, ended = 0.0, 0.0, int(group[ALL, HELD]), active, False
+    for r in range(time.size):
+        whole, rise, done, size = time[r] - now, target[r] - from_target, 0.0, 1.0
         # levels of the first part, too long and short enough: what begins suddenly is short by many
         long, short = 0, _DEEPEST
+        if noted and not divides:
+            _note(run, here, old, notes, parts)
         while done < 1.0:
-            if parts == owner.size:
+            if parts == rows.shape[0]:
                 return FULL
-            goal = course.target[r] if done + size == 1.0 else from_target + rise * (done + size)
+            goal = target[r] if done + size == 1.0 else from_target + rise * (done + size)
             step_now = Now(here, before, whole * size, active)
-            found = _press(run, step_now, goal, old, new, size > 1.0)
-            if math.isinf(found[0]):
-                return ENDED
+            there, start, touched, most = _press(run, step_now, goal, old, new, not divides)
+            moved = max(moved, most)
+            if math.isinf(there):
+                ended = True
+                break
+            for c in range(THERE):  # the middle of a part is worked out in the same place
+                rows[parts, c] = row[c]
             halve = False
-            if size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(course.time[r]):
-                goals = from_target + rise * (done + 0.5 * size), goal, notes.shape[1] > 0 and size > _SUDDEN
-                bounds = tolerance, straightness, strength[r]
-                halve = _halves(run, step_now, goals, found, (old, new, half), notes, bounds)
+            if divides and size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(time[r]):
+                goals = from_target + rise * (done + 0.5 * size), goal, noted and size > _SUDDEN
+                limits = division.tolerance, division.straightness, division.strength[r]
+                halve = _is_bent(
+                    run, step_now, goals, (there, start, touched), (old, new, half), notes, limits
+                )
             if done == 0.0 and short - long > 1 and (halve or size < 1.0):
                 level = round(-math.log2(size))
                 long, short = (level, short) if halve else (long, level)
@@ -467,13 +378,31 @@ def divide(
             elif halve:
                 size *= 0.5
                 continue
-            before, here, active = found[1], found[0], found[2]
+            before, here, active = start, there, touched
             old, new = new, old
-            copy_state(old, new, active)
+            for i in range(active, moved):
+                copy_spring(old, new, i)
+            moved = active
+            held = int(group[ALL, HELD])
+            if held > 0 and strays(held, int(row[COUNT])):
+                release(old, group)
             done += size
-            owner[parts], shares[parts] = r, done
+            work += rows[parts, WORK]
+            lost += rows[parts, LOST]
+            rows[parts, WORK], rows[parts, LOST], rows[parts, THERE] = work, lost, there
+            rows[parts, OWNER], rows[parts, PART] = r, done
             parts += 1
             while size < 1.0 and (done / size) % 2.0 == 0.0:
                 size *= 2.0
-        now, from_target = course.time[r], course.target[r]
+        if ended:
+            break
+        now, from_target = time[r], target[r]
+    if ended and divides:
+        return ENDED
+    if noted and not divides:
+        _note(run, here, old, notes, parts)
+    release(old, group)
+    for i in range(active):
+        copy_spring(state, old, i)
+    begin[0], begin[1], begin[2], begin[3] = now, here, from_target, active
     return parts

@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.line.curves import Curve
 from pymdr.line.memory.histories import Passage
-from pymdr.line.memory.modes import modes_of, packed, unpacked
+from pymdr.line.memory.modes import active_springs, modes_of, packed, unpacked
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
@@ -111,7 +111,7 @@ def shear_springs(
     (normal, tangential), springs = relaxations, passage.springs
     modes, size = modes_of(tangential), springs.position.size
     body = steps.body_of(tangential, modes)
-    begun = steps.State(*unpacked(state.deflection, state.branches, state.free, size, tangential, modes))
+    begun = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
     run = kernels.Shear(
         steps.table_of(springs),
         float(friction),
@@ -120,16 +120,15 @@ def shear_springs(
         together.no_group(body),
         np.zeros(size),
         np.zeros((kernels.OWN_COLUMNS, size)),
-        (begun.alike(), begun.alike()),
     )
     rows = np.zeros((target.size, kernels.COLUMNS + 1))
     pressed = kernels.Pressed(_given(curve, passage, normal), passage.load, passage.gap, passage.turn)
-    followed = kernels.shear(
-        run, pressed, np.array(target), (bool(forced), float(slack)), float(state.shift), begun, rows
-    )
+    control, begin = (bool(forced), float(slack)), (float(state.shift), active_springs(begun))
+    states = begun, begun.copy(), begun.copy()
+    followed = kernels.shear(run, pressed, np.array(target), control, begin, states, rows)
     rows = rows[:followed]
     shifts = rows[:, kernels.COLUMNS].copy()
-    end = TangentialState(float(shifts[-1]) if followed else state.shift, *packed(*begun, tangential, modes))
+    end = TangentialState(float(shifts[-1]) if followed else state.shift, *packed(begun, tangential, modes))
     return TangentialHistory(
         shifts,
         rows[:, kernels.FORCE],

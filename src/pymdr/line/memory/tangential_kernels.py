@@ -15,33 +15,42 @@ from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
-    FREE,
+    FADING,
+    FIRM,
     HEIGHT,
     MEAN,
+    MODULUS,
     MOVED,
     OUTER,
     OWN,
     POSITION,
     RAMP,
-    REST,
+    REACH,
+    RELAXING,
     SHARE,
+    SOFT,
     Body,
+    H,
+    M,
     Move,
     Room,
-    State,
-    branches_of,
     creep_back,
+    fetch,
     fill,
     let_go,
     move_branches,
     prepare,
+    relieve,
     stiffness,
+    store,
+    take_up,
 )
-from pymdr.line.memory.row_kernels import active_springs, copy_state
+from pymdr.line.memory.modes import BORNE, FREE, REST, W
+from pymdr.line.memory.row_kernels import copy_spring
 from pymdr.line.memory.together import (
+    ALL,
     HELD,
     STIFFNESS,
-    Group,
     bear,
     carry,
     highest,
@@ -49,7 +58,7 @@ from pymdr.line.memory.together import (
     release,
     strays,
 )
-from pymdr.numerics.exponentials import first_crossing, moments
+from pymdr.numerics.exponentials import DECAYING, GROWING, RATES, first_crossing, moments
 from pymdr.units import FloatArray
 
 # groups of springs are compiled into the histories
@@ -94,43 +103,42 @@ class Shear(NamedTuple):
     friction: float
     body: Body
     room: Room
-    group: Group
+    group: FloatArray
     margin: FloatArray
     own: FloatArray
-    copies: tuple[State, State]
 
 
 @inner
 def _drive(
-    body: Body, start: float, end: float, duration: float, v: float, room: Room
+    body: Body, start: float, end: float, duration: float, v: float, work: FloatArray
 ) -> tuple[float, float, float]:
     """
-    Let a force go straight on a spring with a dashpot beside; returns where it is, the work and what dashpots dissipate.
+    Let a force go straight on the spring at work, with a dashpot in parallel; returns where it is, the work and what is dissipated.
 
     The amplitudes of the modes less those at rest under the force relax as a branch does that is moved by the force.
     """
-    rise, below, h = end - start, (start * start + start * end + end * end) / 3.0, room.h
-    flowing = body.viscosity
-    for j in range(h.size):
-        flowing += body.moduli[j] * body.times[j]
+    branches, modes = body.branches, body.modes
+    rise, below, flowing = end - start, (start * start + start * end + end * end) / 3.0, body.viscosity
+    for j in range(branches.shape[0]):
+        flowing += branches[j, MODULUS] * branches[j, RELAXING]
     flow = 0.0 if body.equilibrium > 0.0 else duration * below / flowing
-    work, lost, there = flow, flow, 0.0
-    let_go(body, v, h, room.m)
-    for k in range(body.rates.size):
-        reach, m = body.reach[k], room.m[k]
+    given, lost, there = flow, flow, 0.0
+    let_go(body, v, work)
+    for k in range(modes.shape[0]):
+        reach, m = modes[k, REACH], work[k, M]
         there -= reach * m
-        decay, mean, ramp, own, cross, moved = moments(duration * body.rates[k])
+        decay, mean, ramp, own, cross, moved = moments(duration * modes[k, FADING])
         pushed, rest = -reach * rise, m - reach * start
         after = decay * rest + mean * pushed
         lost += own * rest * rest + pushed * (2.0 * cross * rest + moved * pushed)
-        work += reach * (end * after - start * rest - rise * (mean * rest + ramp * pushed))
-        work += 0.5 * reach * reach * (end * end - start * start)
-        room.m[k] = after + reach * end
-        there += reach * room.m[k]
-    branches_of(body, room.m, h)
+        given += reach * (end * after - start * rest - rise * (mean * rest + ramp * pushed))
+        given += 0.5 * reach * reach * (end * end - start * start)
+        work[k, M] = after + reach * end
+        there += reach * work[k, M]
+    take_up(body, work)
     if body.equilibrium == 0.0:
         there += 0.5 * duration * (start + end) / flowing
-    return v + there, work, lost
+    return v + there, given, lost
 
 
 @inner
@@ -159,14 +167,16 @@ def _sticks(
     run: Shear, way: float, lasts: float, loads: tuple[float, float], v: float, trial: float
 ) -> float:
     """For which part of its way a spring sticks that bears too much in the end."""
-    body, f, sign = run.body, run.room.force, 1.0 if trial > 0.0 else -1.0
+    body, work, sign = run.body, run.room.work, 1.0 if trial > 0.0 else -1.0
     drag = body.viscosity * way / lasts if body.viscosity > 0.0 and way != 0.0 else 0.0
-    f.line[0] = run.friction * loads[0] - sign * (body.equilibrium * v + drag)
-    f.line[1] = run.friction * (loads[1] - loads[0]) - sign * body.equilibrium * way
-    for j in range(body.times.size):
-        f.decaying[j], f.growing[j] = -sign * run.room.h[j], -sign * body.moduli[j] * way
-        f.rates[j] = lasts / body.times[j]
-    return min(first_crossing(f, 0.0)[0], 1.0)
+    for j in range(body.branches.shape[0]):
+        work[j, DECAYING], work[j, GROWING] = -sign * work[j, H], -sign * body.branches[j, MODULUS] * way
+        work[j, RATES] = lasts / body.branches[j, RELAXING]
+    line = (
+        run.friction * loads[0] - sign * (body.equilibrium * v + drag),
+        run.friction * (loads[1] - loads[0]) - sign * body.equilibrium * way,
+    )
+    return min(first_crossing(line, work, body.branches.shape[0], 0.0)[0], 1.0)
 
 
 @inner
@@ -184,13 +194,13 @@ def _slide(
 
     `trials` are what it bears in the end, and by how much that is over the limit, and which spring it is.
     """
-    body, room, own = run.body, run.room, run.own
+    body, part, at_work, own = run.body, run.room.part, run.room.work, run.own
     trial, over, i = trials
     sign = 1.0 if trial > 0.0 else -1.0
     if stuck > 0.0:
-        fill(lasts * stuck, body.times, room.part)
+        fill(lasts * stuck, body.branches, part)
         drag = body.viscosity * way / lasts if body.viscosity > 0.0 and way != 0.0 else 0.0
-        force, lost = move_branches(body, way * stuck, v, room.part, room.h)
+        force, lost = move_branches(body, way * stuck, v, part, at_work)
         v += way * stuck
         own[_OWN_WORK, i] += way * stuck * (force + drag)
         own[_OWN_LOST, i] += lost + way * stuck * drag
@@ -198,18 +208,18 @@ def _slide(
     if body.viscosity > 0.0 and lasted > 0.0:
         begun = sign * run.friction * (loads[0] + (loads[1] - loads[0]) * stuck)
         limit = sign * run.friction * loads[1]
-        there, work, lost = _drive(body, begun, limit, lasted, v, room)
+        there, work, lost = _drive(body, begun, limit, lasted, v, at_work)
         own[_OWN_LEFT, i] = way * left - (there - v)
         own[_OWN_WORK, i] += way * left * 0.5 * (begun + limit)
         own[_OWN_SLIP, i] += way * left * 0.5 * (begun + limit) - work
         own[_OWN_LOST, i] += lost
         return float(there)
-    fill(lasted, body.times, room.part)
+    fill(lasted, body.branches, part)
     slip = 0.0  # in no time a dashpot moves nowhere
     if body.viscosity == 0.0:
-        slip = sign * over / stiffness(body, lasted, room.part)
+        slip = sign * over / stiffness(body, lasted, part)
     dv = way * left - slip
-    force, lost = move_branches(body, dv, v, room.part, room.h)
+    force, lost = move_branches(body, dv, v, part, at_work)
     own[_OWN_LEFT, i] = slip
     own[_OWN_WORK, i] += (dv + slip) * force
     own[_OWN_SLIP, i] += slip * force
@@ -218,39 +228,37 @@ def _slide(
 
 
 @inner
-def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State, new: State) -> float:
+def _change(
+    run: Shear, pressed: Pressed, r: int, du: float, i: int, old: FloatArray, new: FloatArray
+) -> float:
     """Move a spring that slips, or changes sides, in a row; returns what it bears, or nan where it is free."""
-    body, room, own, friction = run.body, run.room, run.own, run.friction
-    h, m, free, v, rest = room.h, room.m, old.free[FREE, i] != 0.0, old.w[i], old.free[REST, i]
+    body, branches, part, work = run.body, run.body.branches, run.room.part, run.room.work
+    own, friction, n = run.own, run.friction, run.body.branches.shape[0]
+    free, v, rest = fetch(old, i, work), old[i, W], old[i, REST]
     for c in range(OWN_COLUMNS):
         own[c, i] = 0.0
-    for j in range(m.size if free else h.size):
-        if free:
-            m[j] = old.z[i, j]
-        else:
-            h[j] = old.z[i, j]
     duration = pressed.given[r, TIME]
     begin, end, before, after = _touching_part(run, pressed, r, i)
     drag, trial, over = 0.0, 0.0, -math.inf
     if free and begin > 0.0:
-        v, own[_OWN_LOST, i] = creep_back(body, duration * begin, rest, m)
+        v, own[_OWN_LOST, i] = creep_back(body, duration * begin, rest, work)
     if begin < 1.0:
         if free:
-            branches_of(body, m, h)
+            take_up(body, work)
             free = False
         span = end - begin
         way, lasts = du * span, duration * span
-        fill(lasts, body.times, room.part)
-        tangent = stiffness(body, lasts, room.part)
+        fill(lasts, branches, part)
+        tangent = stiffness(body, lasts, part)
         drag = body.viscosity * way / lasts if body.viscosity > 0.0 and way != 0.0 else 0.0
         now, trial = body.equilibrium * v + drag, body.equilibrium * (v + way) + drag
-        for j in range(h.size):
-            now += h[j]
-            trial += room.part[j, DECAY] * h[j] + room.part[j, MEAN] * body.moduli[j] * way
+        for j in range(n):
+            now += work[j, H]
+            trial += part[j, DECAY] * work[j, H] + part[j, MEAN] * branches[j, MODULUS] * way
         if friction < math.inf:
             over = abs(trial) - friction * after
         if over <= 0.0:
-            force, lost = move_branches(body, way, v, room.part, h)
+            force, lost = move_branches(body, way, v, part, work)
             v += way
             own[_OWN_RATE, i] = tangent * span
             own[_OWN_WORK, i] += way * (force + drag)
@@ -263,50 +271,44 @@ def _change(run: Shear, pressed: Pressed, r: int, du: float, i: int, old: State,
             )
         if pressed.gap[r + 1, i] >= 0.0:
             if body.viscosity == 0.0:  # what it still bears is let go at once
-                q, glassy = body.equilibrium * v, body.equilibrium
-                for j in range(h.size):
-                    q += h[j]
-                    glassy += body.moduli[j]
-                own[_OWN_SLIP, i] += 0.5 * q * q / glassy
-                v -= q / glassy
-                for j in range(h.size):
-                    h[j] -= body.moduli[j] * q / glassy
-            rest, free = let_go(body, v, h, m), True
-            v, lost = creep_back(body, duration * (1.0 - end), rest, m)
+                moved, lost = relieve(body, v, work)
+                v -= moved
+                own[_OWN_SLIP, i] += lost
+            rest, free = let_go(body, v, work), True
+            v, lost = creep_back(body, duration * (1.0 - end), rest, work)
             own[_OWN_LOST, i] += lost
-    new.w[i], new.free[FREE, i], new.free[REST, i] = v, 1.0 if free else 0.0, rest
-    for j in range(m.size if free else h.size):
-        new.z[i, j] = m[j] if free else h[j]
+    store(new, i, free, v, rest, work)
     energy, q = body.equilibrium * v * v, body.equilibrium * v + drag
     if free:
         energy = 0.0
-        for k in range(m.size):
-            energy += m[k] * m[k]
+        for k in range(body.modes.shape[0]):
+            energy += work[k, M] * work[k, M]
         own[_OWN_STORED, i] = 0.5 * energy
         return math.nan
-    for j in range(h.size):
-        q += h[j]
-        energy += h[j] * h[j] * body.soft[j]
+    for j in range(n):
+        q += work[j, H]
+        energy += work[j, H] * work[j, H] * branches[j, SOFT]
     own[_OWN_STORED, i] = 0.5 * energy
     return math.copysign(friction * after, trial) if over > 0.0 else q
 
 
 @inner
-def _plain(run: Shear, pressed: Pressed, r: int, du: float, top: int, old: State, new: State) -> None:
+def _plain(
+    run: Shear, pressed: Pressed, r: int, du: float, top: int, old: FloatArray, new: FloatArray
+) -> None:
     """Move springs without a dashpot beside that stay in contact, and stick or slip all the way; `own` has nan for the force of others."""
-    body, branch, own, friction, firm = run.body, run.room.branch, run.own, run.friction, run.room.known[1]
-    soft, moduli, equilibrium, n = body.soft, body.moduli, body.equilibrium, body.times.size
-    # looked up once: in a loop that counts references
-    (v_old, z_old, free_old), (v_new, z_new, free_new), (_, load, gap, _) = old, new, pressed
-    for i in range(int(run.group.whole[HELD]), top):
+    body, branch, own, friction, firm = run.body, run.room.branch, run.own, run.friction, run.room.known[FIRM]
+    branches, equilibrium, n = body.branches, body.equilibrium, body.branches.shape[0]
+    load, gap = pressed.load, pressed.gap  # looked up once: in a loop that counts references
+    for i in range(int(run.group[ALL, HELD]), top):
         own[_OWN_FORCE, i] = math.nan
-        if body.viscosity > 0.0 or free_old[FREE, i] != 0.0 or gap[r, i] >= 0.0 or gap[r + 1, i] >= 0.0:
+        if body.viscosity > 0.0 or old[i, FREE] != 0.0 or gap[r, i] >= 0.0 or gap[r + 1, i] >= 0.0:
             continue
-        v, limit = v_old[i], friction * max(load[r + 1, i], 0.0)
+        v, limit = old[i, W], friction * max(load[r + 1, i], 0.0)
         now, q, dv, slip = equilibrium * v, equilibrium * (v + du), du, 0.0
         for j in range(n):
-            now += z_old[i, j]
-            q += branch[j, DECAY] * z_old[i, j] + branch[j, MEAN] * (moduli[j] * du)
+            now += old[i, BORNE + j]
+            q += branch[j, DECAY] * old[i, BORNE + j] + branch[j, MEAN] * (branches[j, MODULUS] * du)
         sticks = abs(q) <= limit or friction == math.inf
         if not sticks:
             sign, over = math.copysign(1.0, q), abs(q) - limit
@@ -317,16 +319,16 @@ def _plain(run: Shear, pressed: Pressed, r: int, du: float, top: int, old: State
             dv = du - slip
         mean, lets, energy = equilibrium * (v + 0.5 * dv), 0.0, equilibrium * (v + dv) * (v + dv)
         for j in range(n):
-            bears, elastic = z_old[i, j], moduli[j] * dv
+            bears, elastic = old[i, BORNE + j], branches[j, MODULUS] * dv
             mean += branch[j, MEAN] * bears + branch[j, RAMP] * elastic
-            lets += soft[j] * (
+            lets += branches[j, SOFT] * (
                 branch[j, OWN] * bears * bears
                 + elastic * (2.0 * branch[j, CROSS] * bears + branch[j, MOVED] * elastic)
             )
             bears = branch[j, DECAY] * bears + branch[j, MEAN] * elastic
-            z_new[i, j] = bears
-            energy += bears * bears * soft[j]
-        v_new[i], free_new[FREE, i], free_new[REST, i] = v + dv, 0.0, free_old[REST, i]
+            new[i, BORNE + j] = bears
+            energy += bears * bears * branches[j, SOFT]
+        new[i, W], new[i, FREE], new[i, REST] = v + dv, 0.0, old[i, REST]
         own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i], own[_OWN_WORK, i] = (
             q,
             lets,
@@ -342,7 +344,14 @@ def _plain(run: Shear, pressed: Pressed, r: int, du: float, top: int, old: State
 
 @inner
 def _step(
-    run: Shear, pressed: Pressed, r: int, du: float, top: int, old: State, new: State, row: FloatArray
+    run: Shear,
+    pressed: Pressed,
+    r: int,
+    du: float,
+    top: int,
+    old: FloatArray,
+    new: FloatArray,
+    row: FloatArray,
 ) -> None:
     """Shift the body by du while the loads of the springs go from one row to the next; those of a group stick."""
     springs, body, group, own, friction, margin = (
@@ -353,12 +362,12 @@ def _step(
         run.friction,
         run.margin,
     )
-    (given, load, gap, _), held = pressed, int(group.whole[HELD])
+    (given, load, gap, _), held = pressed, int(group[ALL, HELD])
     force, rate, stored, worked, lost, size, normal = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if held > 0:
         move = Move(0.0, du, given[r, TIME], 0.0)
         force, rate, stored, worked, lost = bear(body, move, group, run.room.branch)
-        size = group.whole[STIFFNESS] * highest(body, du, group, run.room.branch)
+        size = group[ALL, STIFFNESS] * highest(body, du, group, run.room.branch)
         for i in range(held):
             normal += springs[SHARE, i] * load[r + 1, i]
     last, slipped, innermost = top - 1, 0.0, 0.0
@@ -398,14 +407,14 @@ def _step(
 
 @inner
 def _sticking(
-    count: int, top: int, gap0: FloatArray, gap1: FloatArray, free: FloatArray, margin: FloatArray
+    count: int, top: int, gap0: FloatArray, gap1: FloatArray, state: FloatArray, margin: FloatArray
 ) -> int:
     """How many springs, where some surely do, stick from the innermost on and stay in contact over a row."""
     while (
         count < top
         and gap0[count] < 0.0
         and gap1[count] < 0.0
-        and free[FREE, count] == 0.0
+        and state[count, FREE] == 0.0
         and margin[count] > 0.0
     ):
         count += 1
@@ -436,18 +445,18 @@ def _stick(springs: FloatArray, margin: FloatArray, gap: FloatArray, last: int, 
 
 
 @inner
-def _gather(run: Shear, pressed: Pressed, r: int, top: int, old: State, new: State) -> float:
+def _gather(run: Shear, pressed: Pressed, r: int, top: int, old: FloatArray, new: FloatArray) -> float:
     """Have the group of springs that may stick over a row; returns the least load of one."""
-    if run.group.whole[HELD] == 0.0 and run.body.viscosity == 0.0:
-        count = _sticking(0, top, pressed.gap[r], pressed.gap[r + 1], old.free, run.margin)
-        join(run.springs, count, old, new, run.group)
-        for i in range(int(run.group.whole[HELD])):
-            run.margin[i] = math.inf
+    group, margin, held = run.group, run.margin, int(run.group[ALL, HELD])
+    if held == 0 and run.body.viscosity == 0.0:
+        count = _sticking(held, top, pressed.gap[r], pressed.gap[r + 1], old, margin)
+        join(run.springs, count, old, new, group)
     least = math.inf
-    for i in range(int(run.group.whole[HELD])):
+    for i in range(int(group[ALL, HELD])):
+        margin[i] = math.inf
         least = min(least, pressed.load[r + 1, i] if pressed.gap[r + 1, i] < 0.0 else 0.0)
     if not least > 0.0:
-        release(old, run.group)
+        release(old, group)
     return least
 
 
@@ -458,8 +467,8 @@ def _shift(
     r: int,
     goal: tuple[float, float, bool],
     top: int,
-    old: State,
-    new: State,
+    old: FloatArray,
+    new: FloatArray,
     row: FloatArray,
 ) -> tuple[float, int]:
     """
@@ -480,10 +489,10 @@ def _shift(
             low, high = (low, min(high, du)) if over > 0.0 else (max(low, du), high)
         enclosed = low > -math.inf and high < math.inf
         close |= enclosed and high - low <= 4e-16 * max(abs(high), abs(low))
-        held = int(group.whole[HELD])
+        held = int(group[ALL, HELD])
         if held > 0 and (close or tries > _TRIES):
             most = highest(run.body, du, group, branch)
-            sticking = _sticking(held, top, pressed.gap[r + 1], pressed.gap[r + 1], new.free, run.margin)
+            sticking = _sticking(held, top, pressed.gap[r + 1], pressed.gap[r + 1], new, run.margin)
             if (
                 tries > _TRIES or most > run.friction * least or sticking < held + 2
             ):  # all springs, one by one
@@ -511,47 +520,46 @@ def shear(
     pressed: Pressed,
     target: FloatArray,
     control: tuple[bool, float],
-    begin: float,
-    state: State,
+    begin: tuple[float, int],
+    states: tuple[FloatArray, FloatArray, FloatArray],
     rows: FloatArray,
 ) -> int:
     """
     Follow rows of shifts or of tangential forces; returns how many were followed: fewer where friction does not carry one.
 
-    `control` says whether forces are asked for, and by what part of mu F_N they may be more. The last column takes the shift.
+    `control` says whether forces are prescribed, and by what part of mu F_N they may be more; `begin` is the shift and the active
+    springs; `states` are three times the same, the first of which takes that after the last row. The last column takes the shift.
     """
-    n, (old, new), (forced, slack) = run.springs.shape[1], run.copies, control
-    top = active_springs(state)
-    copy_state(old, state, 0)
-    copy_state(new, state, 0)
-    here, before, followed = begin, 0.0, 0
+    (forced, slack), (here, top), (state, old, new) = control, begin, states
+    before, followed = 0.0, 0
     for r in range(target.size):
-        given, asked = pressed.given[r], target[r]
+        given, goal = pressed.given[r], target[r]
         prepare(run.body, given[TIME], run.room)
-        run.room.known[1] = stiffness(run.body, given[TIME], run.room.branch)
-        for i in range(n - 1, top - 1, -1):
+        run.room.known[FIRM] = stiffness(run.body, given[TIME], run.room.branch)
+        for i in range(run.springs.shape[1] - 1, top - 1, -1):
             if pressed.gap[r + 1, i] < 0.0:
                 top = i + 1
                 break
-        du = asked - here
+        du = goal - here
         if forced:
             bound = run.friction * given[NORMAL] if given[NORMAL] > 0.0 else 0.0
-            if abs(asked) > bound * (1.0 + 1e-12 + slack):
+            if abs(goal) > bound * (1.0 + 1e-12 + slack):
                 break
-            asked = min(max(asked, -bound), bound)
+            goal = min(max(goal, -bound), bound)
             du = before if given[NORMAL] > 0.0 else 0.0
-        goal = asked, du, forced and given[NORMAL] > 0.0
-        du, sticking = _shift(run, pressed, r, goal, top, old, new, rows[r])
+        by_force = forced and given[NORMAL] > 0.0
+        du, sticking = _shift(run, pressed, r, (goal, du, by_force), top, old, new, rows[r])
         if math.isnan(du):
             break
         old, new = new, old
-        held = int(run.group.whole[HELD])
+        held = int(run.group[ALL, HELD])
         if held > 0:
             carry(run.body, du, run.group, run.room.branch)
             if strays(held, sticking):
                 release(old, run.group)
-        here, before, followed = here + du if forced else asked, du, r + 1
+        here, before, followed = here + du if forced else goal, du, r + 1
         rows[r, COLUMNS] = here
     release(old, run.group)
-    copy_state(state, old, 0)
+    for i in range(top):
+        copy_spring(state, old, i)
     return followed

@@ -94,37 +94,27 @@ class Edge(NamedTuple):
     time: float
 
 
-class Work(NamedTuple):
-    """What is filled anew on every step."""
+BASE, RIGHT, ACCELERATION, GROWTH, LOAD, STIFFNESS, BEFORE = range(7)
+"""Columns of the nodes of a step: what is borne from before it, the equations, the accelerations, k(d) d', the growth of F0 over the
+step, k(d), and the accelerations of the step before."""
+MATRIX, SLOPE, BY_NODE, WEIGHTED = (BEFORE + 1 + NODES * k for k in range(4))
+"""From these on: the equations and the rates by the accelerations, what each rate adds, and sums of E times the moments."""
+_OF_NODES = WEIGHTED + NODES + 1
 
+
+class Work(NamedTuple):
+    """What is filled anew on every step; few arrays, since each takes time to compile where one kernel hands it on."""
+
+    nodes: FloatArray
     part: FloatArray
     """(NODES + 1,) moments of a branch."""
-    weighted: FloatArray
-    """(NODES, NODES + 1) sums of E times the moments up to each node."""
-    base: FloatArray
-    """(NODES,) what is borne from before the step at each node."""
-    by_node: FloatArray
-    """(NODES, NODES) what each rate adds at each node."""
-    matrix: FloatArray
-    slope: FloatArray
-    """(NODES, NODES) of the equations and of the rates, by the accelerations."""
-    right: FloatArray
-    acceleration: FloatArray
-    rate: FloatArray
-    load: FloatArray
-    stiffness: FloatArray
-    """(NODES,) accelerations, k(d) d', growth of F0 over the step, and k(d) at the nodes."""
-    before: FloatArray
-    """(NODES,) the accelerations of the step before."""
     near: FloatArray
     """(2,) the step and the time in it of the last t1."""
 
 
 def workspace() -> Work:
     """Arrays for the steps of one motion: allocating them in a kernel is slow to compile."""
-    n = NODES
-    shapes = (n + 1, (n, n + 1), n, (n, n), (n, n), (n, n), n, n, n, n, n, n, 2)
-    return Work(*(np.zeros(shape) for shape in shapes))
+    return Work(np.zeros((NODES, _OF_NODES)), np.zeros(NODES + 1), np.zeros(2))
 
 
 def _radau() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -228,66 +218,66 @@ def edge_at(body: Body, track: Track, turn: int, now: float, wanted: float, work
 
 
 @inner
-def solved(matrix: FloatArray, right: FloatArray) -> bool:
+def solved(nodes: FloatArray) -> bool:
     """Solve a small system in place, with row pivots; whether it could be."""
-    n = right.size
+    n = nodes.shape[0]
     for i in range(n):
         best = i
         for j in range(i + 1, n):
-            if abs(matrix[j, i]) > abs(matrix[best, i]):
+            if abs(nodes[j, MATRIX + i]) > abs(nodes[best, MATRIX + i]):
                 best = j
-        if not abs(matrix[best, i]) > 0.0:
+        if not abs(nodes[best, MATRIX + i]) > 0.0:
             return False
         if best != i:
             for p in range(n):
-                matrix[i, p], matrix[best, p] = matrix[best, p], matrix[i, p]
-            right[i], right[best] = right[best], right[i]
+                nodes[i, MATRIX + p], nodes[best, MATRIX + p] = nodes[best, MATRIX + p], nodes[i, MATRIX + p]
+            nodes[i, RIGHT], nodes[best, RIGHT] = nodes[best, RIGHT], nodes[i, RIGHT]
         for j in range(i + 1, n):
-            factor = matrix[j, i] / matrix[i, i]
+            factor = nodes[j, MATRIX + i] / nodes[i, MATRIX + i]
             if factor != 0.0:
                 for p in range(i, n):
-                    matrix[j, p] -= factor * matrix[i, p]
-                right[j] -= factor * right[i]
+                    nodes[j, MATRIX + p] -= factor * nodes[i, MATRIX + p]
+                nodes[j, RIGHT] -= factor * nodes[i, RIGHT]
     for i in range(n - 1, -1, -1):
-        total = right[i]
+        total = nodes[i, RIGHT]
         for p in range(i + 1, n):
-            total -= matrix[i, p] * right[p]
-        right[i] = total / matrix[i, i]
+            total -= nodes[i, MATRIX + p] * nodes[p, RIGHT]
+        nodes[i, RIGHT] = total / nodes[i, MATRIX + i]
     return True
 
 
 @inner
 def prepare(body: Body, track: Track, k: int, length: float, grows: bool, work: Work) -> None:
     """What the branches bear at the nodes of a step, by its accelerations or rates and by what was before."""
-    weighted, base, by_node, part = work.weighted, work.base, work.by_node, work.part
+    nodes, part = work.nodes, work.part
     for j in range(NODES):
-        base[j] = 0.0
+        nodes[j, BASE] = 0.0
         for p in range(NODES + 1):
-            weighted[j, p] = 0.0
+            nodes[j, WEIGHTED + p] = 0.0
         for i in range(body.moduli.size):
             z = AT[j] * length / body.times[i]
             moments(z, part)
             for p in range(NODES + 1):
-                weighted[j, p] += body.moduli[i] * part[p]
+                nodes[j, WEIGHTED + p] += body.moduli[i] * part[p]
             borne = track.forces[k, i] if grows else body.moduli[i] * track.pulls[k, i]
-            base[j] += math.exp(-z) * borne
+            nodes[j, BASE] += math.exp(-z) * borne
         for q in range(NODES):
             total = 0.0
             for p in range(NODES):
                 if grows:
-                    total += TERMS[q, p] * weighted[j, p] * AT[j] ** (p + 1)
+                    total += TERMS[q, p] * nodes[j, WEIGHTED + p] * AT[j] ** (p + 1)
                 else:
-                    total += TERMS[q, p] / (p + 1.0) * weighted[j, p + 1] * AT[j] ** (p + 2)
-            by_node[j, q] = length * total if grows else length * length * total
+                    total += TERMS[q, p] / (p + 1.0) * nodes[j, WEIGHTED + p + 1] * AT[j] ** (p + 2)
+            nodes[j, BY_NODE + q] = length * total if grows else length * length * total
 
 
 @inner
-def moved(step: FloatArray, length: float, j: int, acceleration: FloatArray) -> tuple[float, float]:
+def moved(step: FloatArray, length: float, j: int, nodes: FloatArray) -> tuple[float, float]:
     """Depth and speed at a node of a step."""
     v, d = 0.0, 0.0
     for q in range(NODES):
-        v += ONCE[j, q] * acceleration[q]
-        d += TWICE[j, q] * acceleration[q]
+        v += ONCE[j, q] * nodes[q, ACCELERATION]
+        d += TWICE[j, q] * nodes[q, ACCELERATION]
     v0 = step[SPEED]
     return step[DEPTH] + length * (AT[j] * v0 + length * d), v0 + length * v
 
@@ -299,64 +289,65 @@ def approach(body: Body, step: FloatArray, length: float, work: Work) -> float:
 
     Returns what the polynomial lacks of the way of F0 to the last node; NaN beyond the curves.
     """
-    slope, by_node = work.slope, work.by_node
+    nodes = work.nodes
     f0 = curve(body.line, step[DEPTH])[1]
     for j in range(NODES):
-        d, v = moved(step, length, j, work.acceleration)
+        d, v = moved(step, length, j, nodes)
         a, f, _work = curve(body.line, d)
         if math.isnan(a):
             return math.nan
         near_by = 1e-6 * d
         bent = 2.0 * (a - curve(body.line, d - near_by)[0]) / near_by if near_by > 0.0 else 0.0
-        work.stiffness[j] = 2.0 * a
-        work.rate[j] = 2.0 * a * v
-        work.load[j] = f - f0
+        nodes[j, STIFFNESS] = 2.0 * a
+        nodes[j, GROWTH] = 2.0 * a * v
+        nodes[j, LOAD] = f - f0
         for q in range(NODES):
-            slope[j, q] = length * (2.0 * a * ONCE[j, q] + bent * v * length * TWICE[j, q])
+            nodes[j, SLOPE + q] = length * (2.0 * a * ONCE[j, q] + bent * v * length * TWICE[j, q])
     lacking = 0.0
     for j in range(NODES):
-        load = work.load[j]
-        total = body.equilibrium * (f0 + load) + body.viscosity * work.rate[j] + work.base[j]
+        load = nodes[j, LOAD]
+        total = body.equilibrium * (f0 + load) + body.viscosity * nodes[j, GROWTH] + nodes[j, BASE]
         # what the polynomial lacks of dF0, which is known, is spread over the way to the node
         lacking = load
         for q in range(NODES):
-            total += by_node[j, q] * work.rate[q]
-            lacking -= length * ONCE[j, q] * work.rate[q]
+            total += nodes[j, BY_NODE + q] * nodes[q, GROWTH]
+            lacking -= length * ONCE[j, q] * nodes[q, GROWTH]
         if abs(lacking) <= _ROUNDING * (load + f0):
             lacking = 0.0
-        work.right[j] = body.mass * work.acceleration[j] + total + lacking * work.weighted[j, 0]
+        nodes[j, RIGHT] = body.mass * nodes[j, ACCELERATION] + total + lacking * nodes[j, WEIGHTED]
         for q in range(NODES):
-            total = body.equilibrium * work.stiffness[j] * length * length * TWICE[j, q]
-            total += body.viscosity * slope[j, q] + (body.mass if q == j else 0.0)
+            total = body.equilibrium * nodes[j, STIFFNESS] * length * length * TWICE[j, q]
+            total += body.viscosity * nodes[j, SLOPE + q] + (body.mass if q == j else 0.0)
             for p in range(NODES):
-                total += by_node[j, p] * slope[p, q]
-            work.matrix[j, q] = total
+                total += nodes[j, BY_NODE + p] * nodes[p, SLOPE + q]
+            nodes[j, MATRIX + q] = total
     return lacking
 
 
 @inner
 def history_at(body: Body, step: FloatArray, length: float, j: int, work: Work) -> float:
     """Q at a node of a step on the retreat: int E dd, with the dashpot."""
-    d, v = moved(step, length, j, work.acceleration)
-    wanted = body.equilibrium * d + body.viscosity * v + work.base[j]
-    wanted += step[SPEED] * work.weighted[j, 0] * AT[j] * length
+    nodes = work.nodes
+    d, v = moved(step, length, j, nodes)
+    wanted = body.equilibrium * d + body.viscosity * v + nodes[j, BASE]
+    wanted += step[SPEED] * nodes[j, WEIGHTED] * AT[j] * length
     for q in range(NODES):
-        wanted += work.by_node[j, q] * work.acceleration[q]
+        wanted += nodes[j, BY_NODE + q] * nodes[q, ACCELERATION]
     return float(wanted)
 
 
 @inner
 def retreat(body: Body, track: Track, turn: int, k: int, length: float, work: Work) -> None:
     """The equations at the nodes while the bodies part."""
-    step = track.steps[k]
+    step, nodes = track.steps[k], work.nodes
     for j in range(NODES):
         wanted = history_at(body, step, length, j, work)
         edge = edge_at(body, track, turn, step[BEGIN] + AT[j] * length, wanted, work)
-        work.right[j] = body.mass * work.acceleration[j] + edge.force
+        nodes[j, RIGHT] = body.mass * nodes[j, ACCELERATION] + edge.force
         for q in range(NODES):
             slope = body.equilibrium * length * length * TWICE[j, q]
-            slope += body.viscosity * length * ONCE[j, q] + work.by_node[j, q]
-            work.matrix[j, q] = 2.0 * edge.radius * slope + (body.mass if q == j else 0.0)
+            slope += body.viscosity * length * ONCE[j, q] + nodes[j, BY_NODE + q]
+            nodes[j, MATRIX + q] = 2.0 * edge.radius * slope + (body.mass if q == j else 0.0)
 
 
 @inner
@@ -368,7 +359,7 @@ def attempt(
 
     Returns whether it was, the speed at its end, and Q there of bodies that part.
     """
-    step, acceleration = track.steps[k], work.acceleration
+    step, nodes = track.steps[k], work.nodes
     grows = turn == 0
     prepare(body, track, k, length, grows, work)
     lacking, smallest = 0.0, math.inf
@@ -380,13 +371,13 @@ def attempt(
                 return TOO_DEEP, 0.0, 0.0
         else:
             retreat(body, track, turn, k, length, work)
-        if not solved(work.matrix, work.right):
+        if not solved(nodes):
             return STUCK, 0.0, 0.0
         change, size = 0.0, 0.0
         for j in range(NODES):
-            acceleration[j] -= work.right[j]
-            change = max(change, abs(work.right[j]))
-            size = max(size, abs(acceleration[j]))
+            nodes[j, ACCELERATION] -= nodes[j, RIGHT]
+            change = max(change, abs(nodes[j, RIGHT]))
+            size = max(size, abs(nodes[j, ACCELERATION]))
         scale = abs(step[SPEED]) + length * size
         converged = length * change <= _ENOUGH * scale or change <= 4e-16 * size
         converged = converged or (change >= 0.5 * smallest and length * change <= 1e-11 * scale)
@@ -395,14 +386,14 @@ def attempt(
         smallest = min(smallest, change)
     if not converged:
         return STUCK, 0.0, 0.0
-    last = acceleration.size - 1
-    d_end, v_end = moved(step, length, last, acceleration)
+    last = nodes.shape[0] - 1
+    d_end, v_end = moved(step, length, last, nodes)
     step[LENGTH] = length
     for p in range(NODES):
         total, other = 0.0, 0.0
         for q in range(NODES):
-            total += TERMS[q, p] * acceleration[q]
-            other += TERMS[q, p] * work.rate[q]
+            total += TERMS[q, p] * nodes[q, ACCELERATION]
+            other += TERMS[q, p] * nodes[q, GROWTH]
         step[SPEED + p + 1] = length * total / (p + 1.0)
         step[RATE + p] = other if grows else 0.0
     if not grows:
@@ -416,18 +407,19 @@ def attempt(
 @inner
 def guess(track: Track, k: int, length: float, fresh: bool, work: Work) -> None:
     """Accelerations of a step from those of the step before, unless the motion changes its course between them."""
+    nodes = work.nodes
     stretch = math.inf if fresh else length / track.steps[k - 1, LENGTH]
     for j in range(NODES):
-        work.acceleration[j] = work.before[NODES - 1]
+        nodes[j, ACCELERATION] = nodes[NODES - 1, BEFORE]
         if stretch <= 2.0:
             total, power = 0.0, 1.0
             for p in range(NODES):
                 term = 0.0
                 for q in range(NODES):
-                    term += TERMS[q, p] * work.before[q]
+                    term += TERMS[q, p] * nodes[q, BEFORE]
                 total += term * power
                 power *= 1.0 + AT[j] * stretch
-            work.acceleration[j] = total
+            nodes[j, ACCELERATION] = total
 
 
 class Solved(NamedTuple):
@@ -445,7 +437,7 @@ def solve_step(
     body: Body, track: Track, turn: int, k: int, length: float, tolerance: float, fresh: bool, work: Work
 ) -> Solved:
     """Solve a step of the given length, or of one so short that it errs by less than the tolerance."""
-    step = track.steps[k]
+    step, nodes = track.steps[k], work.nodes
     while True:
         guess(track, k, length, fresh, work)
         code, v_end, history = attempt(body, track, turn, k, length, work)
@@ -454,8 +446,8 @@ def solve_step(
         if code == COMPLETE and scale > 0.0:
             start = 0.0
             for q in range(NODES):
-                start += TERMS[q, 0] * work.acceleration[q]
-            error = length * abs(start - work.before[NODES - 1]) / scale
+                start += TERMS[q, 0] * nodes[q, ACCELERATION]
+            error = length * abs(start - nodes[NODES - 1, BEFORE]) / scale
         if not error < math.inf:
             length *= 0.25
         elif error <= tolerance:
@@ -542,13 +534,13 @@ def run(
     `given` holds lengths of steps, after the number of those before the turn; without, they follow the tolerance.
     Returns how it ended, the number of steps to the turn, and of all.
     """
-    steps, before = track.steps, work.before
+    steps, nodes = track.steps, work.nodes
     speed = steps[0, SPEED]
     own = given.size > 0
     if body.viscosity > 0.0:  # a flat end meets a dashpot at once
         at_once = -body.viscosity * 2.0 * curve(body.line, 1e-12 * first * speed)[0] * speed / body.mass
         for j in range(NODES):
-            before[j] = at_once
+            nodes[j, BEFORE] = at_once
     turn = k = taken = int(0.0)  # numbers: kernels are compiled once more for constants
     fresh = k == 0
     length = first
@@ -568,7 +560,7 @@ def run(
         turns = past and turn == 0
         forward(body, track, k, 0.0 if turns else found.speed, work.part)
         for j in range(NODES):
-            before[j] = work.acceleration[j]
+            nodes[j, BEFORE] = nodes[j, ACCELERATION]
         k += 1
         taken += 1
         fresh = turns

@@ -79,10 +79,11 @@ def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentPro
 
     Examples
     --------
-    >>> line = equivalent_profile(Paraboloid(2.0))
+    >>> import pymdr as mdr
+    >>> line = mdr.equivalent_profile(mdr.Paraboloid(2.0))
     >>> float(line.g(1.0))
     0.5
-    >>> round(float(equivalent_profile(Paraboloid(2.0), 0.5).g(1.0)), 15) == round(1 / 3, 15)
+    >>> round(float(mdr.equivalent_profile(mdr.Paraboloid(2.0), 0.5).g(1.0)), 15) == round(1 / 3, 15)
     True
     """
     raise ProblemError(

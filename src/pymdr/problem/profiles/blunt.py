@@ -55,7 +55,8 @@ class TruncatedCone(Flanked):
 
     Examples
     --------
-    >>> round(float(TruncatedCone(slope=0.1, flat_radius="1 um").gap(3e-6)), 15)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.TruncatedCone(slope=0.1, flat_radius="1 um").gap(3e-6)), 15)
     2e-07
     """
 
@@ -103,7 +104,8 @@ class TruncatedParaboloid(Profile):
 
     Examples
     --------
-    >>> round(float(TruncatedParaboloid("1 mm", flat_radius="10 um").gap(20e-6)), 15)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.TruncatedParaboloid("1 mm", flat_radius="10 um").gap(20e-6)), 15)
     1.5e-07
     """
 
@@ -151,7 +153,8 @@ class TruncatedSphere(Profile):
 
     Examples
     --------
-    >>> round(float(TruncatedSphere("10 mm", flat_radius="6 mm").gap(8e-3)), 15)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.TruncatedSphere("10 mm", flat_radius="6 mm").gap(8e-3)), 15)
     0.002
     """
 
@@ -217,7 +220,8 @@ class RoundedCone(Flanked):
 
     Examples
     --------
-    >>> tip = RoundedCone(slope=0.5, tip_radius="100 nm")
+    >>> import pymdr as mdr
+    >>> tip = mdr.RoundedCone(slope=0.5, tip_radius="100 nm")
     >>> tip.breakpoints
     (5e-08,)
     """
@@ -276,7 +280,8 @@ class Hyperboloid(Flanked):
 
     Examples
     --------
-    >>> round(float(Hyperboloid(slope=0.5, tip_radius="6 um").gap(4e-6)), 15)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.Hyperboloid(slope=0.5, tip_radius="6 um").gap(4e-6)), 15)
     1e-06
     """
 

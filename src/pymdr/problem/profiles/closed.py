@@ -26,7 +26,8 @@ class Sphere(Profile):
 
     Examples
     --------
-    >>> round(float(Sphere("10 mm").gap(1e-3)), 15)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.Sphere("10 mm").gap(1e-3)), 15)
     5.0125628934e-05
     """
 
@@ -72,7 +73,8 @@ class Paraboloid(Profile):
 
     Examples
     --------
-    >>> float(Paraboloid("10 mm").gap(1e-3))
+    >>> import pymdr as mdr
+    >>> float(mdr.Paraboloid("10 mm").gap(1e-3))
     5e-05
     """
 
@@ -123,7 +125,8 @@ class Ellipsoid(Profile):
 
     Examples
     --------
-    >>> round(float(Ellipsoid("5 mm", "2 mm").gap(3e-3)), 15)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.Ellipsoid("5 mm", "2 mm").gap(3e-3)), 15)
     0.0004
     """
 
@@ -206,7 +209,8 @@ class Cone(Flanked):
 
     Examples
     --------
-    >>> round(Cone(half_angle="70 deg").gradient, 12)
+    >>> import pymdr as mdr
+    >>> round(mdr.Cone(half_angle="70 deg").gradient, 12)
     0.363970234266
     """
 
@@ -238,7 +242,8 @@ class PowerLaw(Profile):
 
     Examples
     --------
-    >>> float(PowerLaw(4, "1 um", "1 mm").gap(2e-3))
+    >>> import pymdr as mdr
+    >>> float(mdr.PowerLaw(4, "1 um", "1 mm").gap(2e-3))
     1.6e-05
     """
 
@@ -282,7 +287,8 @@ class FlatPunch(Profile):
 
     Examples
     --------
-    >>> rounded = FlatPunch("1 mm") + Paraboloid("20 mm")
+    >>> import pymdr as mdr
+    >>> rounded = mdr.FlatPunch("1 mm") + mdr.Paraboloid("20 mm")
     >>> rounded.edge
     0.001
     """

@@ -81,8 +81,10 @@ class ForceCurve(Profile):
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> d = np.linspace(0, 1e-6, 41)
-    >>> curve = ForceCurve(d, 1e4 * d**1.5, modulus="1 GPa")
+    >>> curve = mdr.ForceCurve(d, 1e4 * d**1.5, modulus="1 GPa")
     >>> curve.contact_point is None
     True
     """

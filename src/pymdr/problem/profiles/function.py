@@ -43,7 +43,8 @@ class Function(Profile):
 
     Examples
     --------
-    >>> bowl = Function(lambda r: r**4, derivative=lambda r: 4 * r**3)
+    >>> import pymdr as mdr
+    >>> bowl = mdr.Function(lambda r: r**4, derivative=lambda r: 4 * r**3)
     >>> float(bowl.gap_slope(0.5))
     0.5
     """

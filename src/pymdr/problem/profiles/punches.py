@@ -38,7 +38,8 @@ class RoundedFlat(Profile):
 
     Examples
     --------
-    >>> round(float(RoundedFlat("1 mm", "0.5 mm").gap(1.1e-3)), 15)
+    >>> import pymdr as mdr
+    >>> round(float(mdr.RoundedFlat("1 mm", "0.5 mm").gap(1.1e-3)), 15)
     1e-05
     """
 
@@ -85,7 +86,8 @@ class DomedPunch(Profile):
 
     Examples
     --------
-    >>> DomedPunch("1 mm", "50 mm").edge
+    >>> import pymdr as mdr
+    >>> mdr.DomedPunch("1 mm", "50 mm").edge
     0.001
     """
 
@@ -139,7 +141,8 @@ class ConcavePunch(Profile):
 
     Examples
     --------
-    >>> float(ConcavePunch("1 mm", "0.5 m").gap(1e-3))
+    >>> import pymdr as mdr
+    >>> float(mdr.ConcavePunch("1 mm", "0.5 m").gap(1e-3))
     -1e-06
     """
 
@@ -187,7 +190,8 @@ class Waviness(Profile):
 
     Examples
     --------
-    >>> wavy = Waviness("10 nm", "1 um")
+    >>> import pymdr as mdr
+    >>> wavy = mdr.Waviness("10 nm", "1 um")
     >>> float(wavy.gap(0.5e-6))
     2e-08
     """

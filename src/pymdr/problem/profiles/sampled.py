@@ -43,7 +43,8 @@ class CubicSpline(Value):
 
     Examples
     --------
-    >>> CubicSpline(tip="sharp").tip
+    >>> import pymdr as mdr
+    >>> mdr.CubicSpline(tip="sharp").tip
     'sharp'
     """
 
@@ -63,7 +64,8 @@ class ShapePreserving(Value):
 
     Examples
     --------
-    >>> ShapePreserving() == ShapePreserving()
+    >>> import pymdr as mdr
+    >>> mdr.ShapePreserving() == mdr.ShapePreserving()
     True
     """
 
@@ -94,7 +96,8 @@ class SmoothingSpline(Value):
 
     Examples
     --------
-    >>> SmoothingSpline() == SmoothingSpline()
+    >>> import pymdr as mdr
+    >>> mdr.SmoothingSpline() == mdr.SmoothingSpline()
     True
     """
 
@@ -145,13 +148,15 @@ class Sampled(Profile):
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> r = np.linspace(0, 1e-6, 21)
-    >>> tip = Sampled(r, r**2 / 2e-6)
+    >>> tip = mdr.Sampled(r, r**2 / 2e-6)
     >>> round(float(tip.gap(0.5e-6)), 18)
     1.25e-07
     >>> tip.curve_in_words
     'a cubic spline with a round tip through every sample'
-    >>> Sampled(r, r**2 / 2e-6, scatter=1e-3 * r).interpolation
+    >>> mdr.Sampled(r, r**2 / 2e-6, scatter=1e-3 * r).interpolation
     SmoothingSpline()
     """
 

@@ -74,7 +74,8 @@ class EllipticParaboloid(Shape):
 
     Examples
     --------
-    >>> float(EllipticParaboloid("20 mm", "10 mm").gap_at(0.0, 1e-3))
+    >>> import pymdr as mdr
+    >>> float(mdr.EllipticParaboloid("20 mm", "10 mm").gap_at(0.0, 1e-3))
     5e-05
     """
 
@@ -116,9 +117,10 @@ class Pyramid(Shape, Flanked):
 
     Examples
     --------
-    >>> round(Pyramid.vickers().gradient, 4)
+    >>> import pymdr as mdr
+    >>> round(mdr.Pyramid.vickers().gradient, 4)
     0.404
-    >>> round(float(Pyramid(4, slope=0.5).gap_at(1.0, 1.0)), 12)
+    >>> round(float(mdr.Pyramid(4, slope=0.5).gap_at(1.0, 1.0)), 12)
     0.5
     """
 
@@ -173,7 +175,8 @@ class Function2D(Shape):
 
     Examples
     --------
-    >>> saddle = Function2D(lambda x, y: x**2 + 2 * y**2 + x**3)
+    >>> import pymdr as mdr
+    >>> saddle = mdr.Function2D(lambda x, y: x**2 + 2 * y**2 + x**3)
     >>> float(saddle.gap_at(0.5, 0.0))
     0.375
     """
@@ -263,8 +266,10 @@ class Sampled2D(Shape):
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> x = np.linspace(-1e-6, 1e-6, 21)
-    >>> tip = Sampled2D(-(x[:, None] ** 2 + x**2) / 2e-6, 2.1e-6)
+    >>> tip = mdr.Sampled2D(-(x[:, None] ** 2 + x**2) / 2e-6, 2.1e-6)
     >>> round(float(tip.gap_at(5e-7, 0.0)), 12)
     1.25e-07
     """

@@ -32,7 +32,8 @@ class Topography(Heights):
 
     Examples
     --------
-    >>> surface = Topography([[0.0, 1e-9], [2e-9, 3e-9]], "2 um")
+    >>> import pymdr as mdr
+    >>> surface = mdr.Topography([[0.0, 1e-9], [2e-9, 3e-9]], "2 um")
     >>> surface.spacing.tolist()
     [1e-06, 1e-06]
     """

@@ -40,9 +40,10 @@ def detrend(topography: Surface, trend: str) -> Surface:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> x, y = np.meshgrid(np.arange(8.0), np.arange(8.0), indexing="ij")
-    >>> from pymdr import Topography
-    >>> flat = Topography(1e-9 * (3.0 * x - y), "8 um").detrend("plane")
+    >>> flat = mdr.Topography(1e-9 * (3.0 * x - y), "8 um").detrend("plane")
     >>> bool(np.max(np.abs(flat.heights)) < 1e-22)
     True
     >>> flat.steps
@@ -129,15 +130,16 @@ def fill_missing(topography: Surface, remedy: str) -> Surface:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
     >>> heights = np.add.outer(np.arange(5.0), np.arange(4.0))
     >>> heights[2, 1] = np.nan
-    >>> from pymdr import Topography
-    >>> filled = Topography(heights, 1.0).fill_missing("interpolate")
+    >>> filled = mdr.Topography(heights, 1.0).fill_missing("interpolate")
     >>> round(float(filled.heights[2, 1]), 12)
     3.0
     >>> filled.steps
     ('1 of 20 heights were missing (5 %), filled by interpolation',)
-    >>> Topography(heights, 1.0).fill_missing("crop").heights.shape
+    >>> mdr.Topography(heights, 1.0).fill_missing("crop").heights.shape
     (5, 2)
     """
     if not isinstance(remedy, str) or remedy not in REMEDIES:

@@ -42,10 +42,10 @@ def tip_cutoff(topography: Heights, tip_radius: QuantityLike) -> float:
 
     Examples
     --------
+    >>> import pymdr as mdr
     >>> import numpy as np
-    >>> from pymdr import Topography
     >>> x = np.arange(256.0)
-    >>> wave = Topography(np.cos(0.1 * np.pi * x)[:, None] + np.zeros(256), 256.0)
+    >>> wave = mdr.Topography(np.cos(0.1 * np.pi * x)[:, None] + np.zeros(256), 256.0)
     >>> wave.tip_cutoff(1.0), wave.tip_cutoff(10.0)
     (2.0, 18.0)
     """

@@ -7,6 +7,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from pymdr.workbench.cli.folders import write_study
 if TYPE_CHECKING:
     import xarray as xr
 
-    from pymdr.interpretation.validity import Assumption, Claim
+    from pymdr.interpretation.validity import Claim
     from pymdr.result import Result
     from pymdr.solving.study import Answer, Study
 
@@ -178,7 +179,7 @@ def validity_of(study: Result | Answer) -> dict[str, Any]:
     """Claims, assumptions and notes for JSON."""
     return {
         "claims": claims_of(study.claims),
-        "assumptions": _assumptions_of(study.assumptions),
+        "assumptions": [{**asdict(a), "met": a.met} for a in study.assumptions],
         "notes": list(study.notes),
     }
 
@@ -197,19 +198,6 @@ def claims_of(claims: Mapping[str, Claim]) -> dict[str, Any]:
         }
         for name, claim in claims.items()
     }
-
-
-def _assumptions_of(assumptions: Sequence[Assumption]) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": a.name,
-            "words": a.words,
-            "measure": a.measure,
-            "limit": a.limit,
-            "met": a.met,
-        }
-        for a in assumptions
-    ]
 
 
 def columns_of(study: Study) -> dict[str, Any]:
