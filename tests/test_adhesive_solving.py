@@ -651,7 +651,7 @@ def test_claims_tell_an_energy_balance_that_is_not_met(monkeypatch):
     assert not balance(result).met
     for name in ("normal_force", "dissipated_energy", "contact_radius"):
         assert result.claims[name].level is mdr.Level.APPROXIMATE
-        assert "agree to 0.001 only" in result.claims[name].reason
+        assert "relative residual of 0.001" in result.claims[name].reason
         assert np.all(result.claims[name].error >= 1e-3)
 
 
