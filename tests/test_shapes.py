@@ -683,7 +683,7 @@ def test_ellipses_conduct_as_their_stiffness(log_radius, log_ratio, log_conducti
     ellipse = conductivity * np.pi * a / ellipk((1.0 - b / a) * (1.0 + b / a))
     assert float(result["thermal_conductance"][-1]) == pytest.approx(ellipse, rel=1e-10)
     assert result.claims["thermal_conductance"].level is mdr.Level.EXACT
-    with pytest.raises(mdr.QuantityError, match="no disk"):
+    with pytest.raises(mdr.QuantityError, match="not a disk"):
         result.field("heat_flux", r=[0.0])
     assert "conductance" in result.figures()
 
