@@ -254,7 +254,7 @@ def test_sliding_is_approximate_with_a_lateral_effect():
     one = surface_compliances(ZINC)
     assert f"1 - S_L/S_T = {1 - one.longitudinal / one.transverse:.6g}" in tangential.reason
     body = straight(0.3)
-    assert "not for such transversely isotropic bodies: the surface slides as one of 0.7" in (
+    assert "not for such transversely isotropic bodies: here 1 - S_L/S_T = 0.7" in (
         sliding_claims(body, body)[0].reason
     )
 

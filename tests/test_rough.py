@@ -497,7 +497,7 @@ def test_claims_say_what_was_not_compared():
 
     words = {
         "rectangle": "not compared for rectangles",
-        "roll": "with a roll-off inside",
+        "roll": "for a roll-off inside",
         "ball": "on a ball (H = 0.7)",
     }
     rectangle = mdr.RoughSurface(0.7, 1e-6, [1e-3, 2e-3], 2e-5)

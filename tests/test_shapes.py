@@ -538,7 +538,7 @@ def test_shapes_without_an_estimate():
     for f in (crowned, quadratic(100.0, 1.0).f):
         assert np.isnan(shape_law(mdr.Function2D(f)).at(d, a).force[0])
     long = mdr.EllipticParaboloid(100.0, 1.0)
-    with pytest.raises(mdr.NotValidError, match="up to a ratio of 10"):
+    with pytest.raises(mdr.NotValidError, match="up to a ratio of radii of 10"):
         at(long, 1e-3)["force_estimate"]
     assert last(at(long, 1e-3), "force_lower_bound") < last(at(long, 1e-3), "normal_force")
 

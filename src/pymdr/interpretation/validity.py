@@ -402,7 +402,7 @@ def trial_claim(disk: BoolArray) -> Claim:
     return Claim(
         Level.EXACT,
         "a rigorous lower bound of the normal force for any profile; equal to the force on a disk and where the force is prescribed, "
-        "elsewhere from the best non-negative trial pressure on disks of several radii",
+        "elsewhere the best of non-negative trial pressures on disks of several radii",
         SOURCES["trial-pressure"],
         np.ones(disk.shape, dtype=bool),
     )

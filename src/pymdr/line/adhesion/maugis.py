@@ -32,14 +32,14 @@ from pymdr.units import FloatArray
 
 _BRANCHES = 5
 _FEW = 3000
-"""So many states are computed one by one: a table costs as much."""
+"""Number of states computed without a table, which costs as much."""
 _BEYOND = 1.1
 _APPROACH, _AT_EDGE, _GROWING, _CLIPPED, _STUCK = range(_BRANCHES)
 
 
 @dataclass(frozen=True)
 class _Zones:
-    """Flat arrays over the parameter: the piece, contact radius a, width δ = c - a and indentation d."""
+    """Flat arrays over the parameter: the branch, contact radius a, width δ = c - a and indentation d."""
 
     branch: FloatArray
     place: Position
@@ -55,7 +55,7 @@ class _Zones:
 class MaugisDugdale:
     """The curve of Maugis-Dugdale states, from the first cohesion at a distance to full contact.
 
-    Made by `maugis_dugdale`. Its parameter s [m] runs through at most five pieces, in this order:
+    Made by `maugis_dugdale`. Its parameter s [m] runs through at most five branches, in this order:
 
     1. cohesion without contact, s = c: d = f(c) - 4 σ0 c / (π E*) - h0;
     2. (sharp edge, c = edge already) the indentation rises until the centre touches;
@@ -70,7 +70,7 @@ class MaugisDugdale:
     modulus, work, strength : float
         E* [Pa], γ [J/m²] and the cohesive stress σ0 [Pa].
     ends : tuple of float
-        Ends of the five pieces on s [m]; a piece that does not occur has no length.
+        Ends of the five branches on s [m]; a branch that does not occur has zero length.
     start, limit : float
         Range of s [m].
     touch : float
@@ -79,8 +79,8 @@ class MaugisDugdale:
     Notes
     -----
     Maugis (1992) for the sphere; for any monotone g by superposition on the line, Popov & Heß (2015).
-    On piece 3 d = g(a) - (2σ0/E*) sqrt(c² - a²) and the gap at c is h0:
-    (2/π)[int_a^c (g - d)/sqrt(c² - x²) dx - (2σ0/E*)(c - a)] = h0. On piece 4 the gap at the edge is below
+    On branch 3 d = g(a) - (2σ0/E*) sqrt(c² - a²) and the gap at c is h0:
+    (2/π)[int_a^c (g - d)/sqrt(c² - x²) dx - (2σ0/E*)(c - a)] = h0. On branch 4 the gap at the edge is below
     h0 and the zone cannot grow. That the gap is positive inside the zone is assumed.
     """
 
@@ -93,7 +93,7 @@ class MaugisDugdale:
     """Whether the attraction reaches beyond the contact."""
     _tables: dict[int, Table] = field(default_factory=dict, compare=False, repr=False)
     _computed: dict[int, int] = field(default_factory=dict, compare=False, repr=False)
-    """How many states of a piece were computed since its table was made."""
+    """Number of states of a branch computed since its table was made."""
 
     @property
     def knots(self) -> tuple[float, ...]:
@@ -151,7 +151,7 @@ class MaugisDugdale:
 
         at = np.flatnonzero(branch == _APPROACH)
         width[at] = offset[at]
-        # even the very first state gets a zone, too small to be seen
+        # even the first state needs a zone, however small
         first = np.maximum(offset[at], 1e-18 * self.ends[_APPROACH])
         height = (2.0 / np.pi) * self._without_contact(first)[1]
         d[at] = np.where(offset[at] > 0.0, height - (4.0 / np.pi) * self._k * width[at], 0.0) + self.touch
@@ -199,7 +199,7 @@ class MaugisDugdale:
         return direct(c) if known is None else known
 
     def _around_contact(self, s: FloatArray) -> FloatArray | None:
-        """Width, J0 and J2 of zones around a contact, once many were asked for."""
+        """Width, J0 and J2 of zones around a contact by a table; None for few states."""
 
         def direct(s: FloatArray) -> FloatArray:
             place = self._position(*self._radii.place(s))
@@ -212,7 +212,7 @@ class MaugisDugdale:
     def _read(
         self, branch: int, s: FloatArray, direct: Callable[[FloatArray], FloatArray]
     ) -> FloatArray | None:
-        """Functions of the parameter on a piece by its table; None as long as one would cost more than the states."""
+        """Functions of the parameter on a branch by its table; None while a table would cost more than the states."""
         high = float(np.max(s, initial=0.0))
         table = self._tables.get(branch)
         if table is None or high > table.high[-1]:
@@ -238,7 +238,7 @@ class MaugisDugdale:
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m].
 
-        The force is F = 2E* int_0^a x g' dx + 2E* a (d - g(a)) on piece 5 and otherwise
+        The force is F = 2E* int_0^a x g' dx + 2E* a (d - g(a)) on branch 5 and otherwise
         F = 2E* int_0^a x g' dx - 2σ0 [a sqrt(c² - a²) + c² arccos(a/c)].
         """
         s = as_floats(s)
@@ -256,14 +256,14 @@ class MaugisDugdale:
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds (dimensionless) and dF/ds [N/m]; the derivative to the right at a knot.
 
-        On piece 3, with W = g'(a) + 2k a / sqrt(c² - a²), H_c = J0 + 2k [ψ/sin ψ - (c - a)/c] and k = σ0/E*:
+        On branch 3, with W = g'(a) + 2k a / sqrt(c² - a²), H_c = J0 + 2k [ψ/sin ψ - (c - a)/c] and k = σ0/E*:
         dc/da = ψ W / H_c and dd/da = W [J0 - 2k (c - a)/c] / H_c.
         """
         s = as_floats(s)
         flat = s.ravel()
         at = np.flatnonzero((flat >= self.ends[_AT_EDGE]) & (flat < self.ends[_GROWING]))
         if at.size:
-            # s cannot tell smaller radii from none, where the slope of a sharp tip may be infinite
+            # s does not resolve smaller radii, and the slope of a sharp tip may be infinite at 0
             tip = self.ends[_AT_EDGE] + np.finfo(float).eps * max(self.ends[_AT_EDGE], self.ends[_APPROACH])
             flat = flat.copy()
             flat[at] = self._radii.off_corners(np.maximum(flat[at], tip))
@@ -336,7 +336,7 @@ class MaugisDugdale:
 
 
 def _last_branch(ends: tuple[float, ...]) -> int:
-    """Return the last piece that has a length."""
+    """Return the last branch of nonzero length."""
     return max(i for i in range(_BRANCHES) if ends[i] > (0.0, *ends)[i])
 
 
@@ -377,7 +377,7 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
     Returns
     -------
     MaugisDugdale
-        The curve, with the ends of its pieces solved.
+        The curve, with the ends of its branches.
 
     Raises
     ------
@@ -397,7 +397,7 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
     for name, value in (("modulus", modulus), ("work", work), ("strength", strength)):
         if not (value > 0.0 and np.isfinite(value)):
             raise ProblemError(
-                f"Maugis-Dugdale needs a positive {name}, not {value!r}; use JKR without a range"
+                f"Maugis-Dugdale needs a positive {name}, not {value!r}; use JKR for zero range"
             )
     k, h0 = strength / modulus, work / strength
     edge, end = own_edge(line), min(line.edge, line.reach)
@@ -406,7 +406,7 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
     if first >= end:
         if not np.isfinite(edge):
             raise ProblemError(
-                f"the profile is known to {end!r} m, but cohesion of range {h0!r} m reaches beyond it before "
+                f"the profile is known only to {end!r} m, but cohesion of range {h0!r} m extends beyond it before "
                 "contact; extend the profile or raise the strength"
             )
         height = (2.0 / np.pi) * float(zone_integrals(line, np.zeros(1), np.full(1, edge))[1][0])

@@ -1,11 +1,11 @@
-"""Contact radii along a curve: the parameter is the radius, but stretched behind corners of the profile.
+"""Contact radii along a curve: the parameter is the radius, stretched after corners of the profile.
 
-Behind a corner b of f, g grows like (a - b)^((1 + k)/2), k the exponent of a graded body or 0, so that a state follows
-from a - b and hardly from a. There
+After a corner b of f, g grows like (a - b)^((1 + k)/2), k the exponent of a graded body or 0, so that a state depends on
+a - b, which a does not resolve. There
 
     a - b = L φ((s - s_b)/L),  φ(x) = x^n (n - (n - 1) x),  n = 2/(1 + k),  0 < x < 1,
 
-which joins a = s smoothly at both ends, makes all quantities smooth in s and keeps a - b to its last digit.
+which joins a = s smoothly at both ends, makes all quantities smooth in s and preserves all digits of a - b.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from pymdr.numerics.roots import boundary
 from pymdr.units import FloatArray
 
 _LENGTH = 0.125
-"""Length L of a stretch in parts of the radius of its corner or of the distance to the next breakpoint."""
+"""Length L of a stretched interval over the radius of its corner or over the distance to the next breakpoint."""
 _RATE_AT = 2.0**-26
-"""The x at which the rates of a corner are read: there they are those of the corner to 1e-8."""
+"""The x at which the rates of a corner are evaluated, with an error of 1e-8."""
 _LEAST = 1e-200
-"""The least x^n at which they are read: below, distances and rates leave the floats."""
+"""The least x^n at which they are evaluated; below it distances and rates underflow or overflow."""
 
 
 @dataclass(frozen=True)

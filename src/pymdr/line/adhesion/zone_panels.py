@@ -52,7 +52,7 @@ _ROWS = 4096
 
 @dataclass(frozen=True)
 class _Table:
-    """What zones of every width ask of an image."""
+    """Data of an image for zones of every width."""
 
     image: Image
     lowest: float
@@ -256,13 +256,13 @@ def _table_of(line: PanelLine, top: float, least: float, inner: float) -> _Table
 def _made(line: PanelLine, image: Image, least: float) -> _Table:
     panels, slope = image.panels, image.slope
     tip = float(panels.start[0])
-    # values of the line at the tip would have it mapped farther inward, and this table made anew, time and again
+    # values of the line at the tip would map it further inward and rebuild this table repeatedly
     power, height, radius = line.tip_power()
     height *= (tip / radius) ** power
     n = power if height > 0.0 else 0.0
     lowest = 0.0
     if n > 0.0 and tip > least / _FAR:
-        # g is a power to the very tip: as many octaves of it as the smallest zone asks for
+        # g is a power to the tip: add the octaves that the smallest zone needs
         octaves = math.ceil(math.log2(_FAR * tip / least)) + 10
         panels, slope = _with_tail(panels, slope, n * height / tip, n, octaves)
         height *= 2.0 ** (-n * octaves)

@@ -1,4 +1,4 @@
-"""Follow a path on a folding curve: jumps, attachment, and the energy they take."""
+"""Follow a path on a folding curve: jumps, attachment, and their energies."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _Index = NDArray[np.intp]
 _FREE, _END = -1, -2
 _UP, _DOWN, _TOUCH = range(3)
 _ROUNDING = 1e-12
-"""Of the range of D: by how much a branch may begin above the touch that it takes."""
+"""Largest distance of the start of a branch above its touch, over the range of D."""
 _SHORT = 2000
-"""Up to so many states are found one by one: tables cost as much as a few thousand."""
+"""Largest number of states computed without tables, which cost as much as a few thousand states."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Transitions:
     control : ndarray
         D of the jump.
     before, after : ndarray
-        The parameter before and after; the curve's start stands for a free body.
+        The parameter before and after; for a free body the start of the curve.
     loss : ndarray
         Energy dissipated [J].
     """
@@ -51,7 +51,7 @@ class Transitions:
 
 @dataclass(frozen=True)
 class Track:
-    """A curve with all its branches and jumps known; made by `trace`.
+    """A curve with all its branches and jumps, by `trace`.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Track:
         return inverse_of(self.curve.control, self.bottom, self.top, np.array(sorted(self.curve.knots)))
 
     def parameters(self, branch: _Index, control: FloatArray) -> FloatArray:
-        """Return s of the states with the given D on the given branches: for few of them without tables."""
+        """Return s of the states with the given D on the given branches; few states are computed without tables."""
         if control.size > _SHORT or "inverse" in self.__dict__:
             return self.inverse(branch, control)
         bottom, top = self.bottom[branch], self.top[branch]
@@ -101,7 +101,7 @@ class Track:
 
     @property
     def pull_off(self) -> float:
-        """Parameter of the last state before contact is lost when D falls from anywhere: the pull-off."""
+        """Parameter of the last stable state as D decreases: the pull-off."""
         lowest = np.flatnonzero(self.low == self.low.min())
         return float(self.bottom[lowest[-1]])
 
@@ -117,7 +117,7 @@ def trace(curve: Curve) -> Track:
     Returns
     -------
     Track
-        What `follow` needs; one track serves any number of paths.
+        Input of `follow` for any number of paths.
 
     Raises
     ------
@@ -146,13 +146,13 @@ def trace(curve: Curve) -> Track:
     low, high = level[stable], level[stable + 1]
     if stable.size == 0:
         raise PathError(
-            "no part of the curve is stable under this control; extend it or hold another quantity"
+            "no part of the curve is stable under this control; extend the curve or control another quantity"
         )
     touch = float(level[0]) if curve.touch is None else max(float(curve.touch), float(level[0]))
 
-    # beyond the last branch the curve falls or is no longer known: there is nowhere to go
+    # beyond the last branch there is no stable state
     up, down = _first(high, upward=True), _first(low, upward=False)
-    # a flat end stays at its touch until it is pressed: there the first branch begins, but for rounding
+    # the first branch of a flat end begins at its touch, up to rounding
     onto = np.flatnonzero((high >= touch) & (low <= touch + _ROUNDING * np.ptp(level)))[:1]
     onto = onto if onto.size else np.array([_END])
 
@@ -175,16 +175,16 @@ def trace(curve: Curve) -> Track:
 
 @dataclass(frozen=True)
 class Route:
-    """The way of a contact while D rises or falls, from branch to branch.
+    """The route of a contact from branch to branch while D increases or decreases.
 
     Attributes
     ----------
     begin, end : ndarray
-        Parameters between which the contact moves smoothly, one pair for every branch on the way.
+        Parameters between which the contact moves smoothly, one pair for every branch of the route.
     branch : int
         The last branch.
     loss : float
-        Energy dissipated in the jump that ends the way, out of contact [J]; 0 where none does.
+        Energy dissipated in the final jump out of contact [J]; 0 without one.
     """
 
     begin: FloatArray
@@ -199,7 +199,7 @@ class Route:
 
 
 def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> Route:
-    """Return the way from the first touch to the first state with measure(s) >= target, as D rises.
+    """Return the route from the first touch to the first state with measure(s) >= target, as D increases.
 
     Parameters
     ----------
@@ -208,19 +208,19 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
     measure : callable
         A quantity of the states that rises along the stable branches.
     target : float
-        Its value that is sought.
+        Target value of that quantity.
 
     Raises
     ------
     PathError
-        When the known curve ends before.
+        When the known curve ends before the target.
 
     Examples
     --------
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
-    >>> way = pressed(trace(wave), lambda s: s, 3.0)
-    >>> way.branch, bool(abs(way.last + 2 * np.sin(way.last) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
+    >>> route = pressed(trace(wave), lambda s: s, 3.0)
+    >>> route.branch, bool(abs(route.last + 2 * np.sin(route.last) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
     (1, True)
     """
     out = track.jumps[_TOUCH]
@@ -238,11 +238,11 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
         end.append(float(top[0]))
         out = track.jumps[_UP]
         branch, s = int(out.to[branch]), float(out.after[branch])
-    raise PathError("the known curve ends before the state that is sought")
+    raise PathError("the known curve ends before the target state; extend the profile")
 
 
 def pulled(track: Track, branch: int, parameter: float) -> Route:
-    """Return the way of a contact from a stable state until it is lost, as D falls.
+    """Return the route of a contact from a stable state to its loss, as D decreases.
 
     Parameters
     ----------
@@ -257,8 +257,8 @@ def pulled(track: Track, branch: int, parameter: float) -> Route:
     --------
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
-    >>> way = pulled(trace(wave), 1, 7.0)
-    >>> np.allclose(way.end, [4 * np.pi / 3, 0.0]), way.branch
+    >>> route = pulled(trace(wave), 1, 7.0)
+    >>> np.allclose(route.end, [4 * np.pi / 3, 0.0]), route.branch
     (True, 0)
     """
     out = track.jumps[_DOWN]
@@ -300,7 +300,7 @@ class Jumps:
     Attributes
     ----------
     step : ndarray of int
-        Row of the path in which each happens.
+        Row of the path of each jump.
     control : ndarray
         D of the jump.
     before, after : ndarray
@@ -318,7 +318,7 @@ class Jumps:
 
 @dataclass(frozen=True)
 class History:
-    """What a path visits, one entry per row of the path.
+    """The states of a path, one entry per row.
 
     Attributes
     ----------
@@ -430,7 +430,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
 
 
 class _Exits:
-    """Finds where a path leaves an interval, by its runs: a run that rises or falls leaves at its end if at all."""
+    """The rows at which a path leaves an interval, from its monotone runs, each of which may leave only at its end."""
 
     def __init__(self, values: FloatArray) -> None:
         self.values = values
@@ -488,7 +488,7 @@ def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
 def _events(
     track: Track, steps: list[int], kinds: list[int], origins: list[int], event: Jumps | None
 ) -> Jumps:
-    """Return the jumps of a history; smooth attachment and detachment are none."""
+    """Return the jumps of a history, without smooth attachment and detachment."""
     kind, origin = np.array(kinds, dtype=np.intp), np.array(origins, dtype=np.intp)
     step = np.array(steps, dtype=np.intp)
     control, before, after, loss = (np.zeros(step.size) for _ in range(4))
@@ -535,13 +535,13 @@ def energy_balance(track: Track, history: History) -> Balance:
     track : Track
         The curve, traced.
     history : History
-        What `follow` returned for it.
+        The history by `follow`.
 
     Returns
     -------
     Balance
-        Exact at any number of steps (NaN once a contact was lost under a dead load): on a smooth stretch between two jumps the control does the work
-        T(end) - T(begin), so that work = T - T(initial) + dissipation without any rule of quadrature.
+        Exact for any number of steps (NaN after pull-off under a dead load): between two jumps the work of the control is
+        T(end) - T(begin), so that work = T - T(initial) + dissipation without quadrature.
 
     Examples
     --------

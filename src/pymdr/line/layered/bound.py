@@ -1,12 +1,12 @@
 """A lower bound of the force on layers, from trial pressures.
 
-The true pressure p and a trial pressure t, both nowhere negative, do the same work on one another's displacements. Where t
-displaces no place by more than 1, the force is no less than the work of t on the true displacements, which reach d - f or more:
+The true pressure p and a trial pressure t, both non-negative, do the same work on each other's displacements. If the
+displacement by t is at most 1, the force is at least the work of t on the true displacements, which are at least d - f:
 
     F = int p dA >= int p u[t] dA = int t u[p] dA >= int t (d - f) dA
 
-(Shield 1967; Barber 1974). On half-spaces t is the pressure of a flat punch. On a stiff layer that may be negative; then as much of the
-pressure under a punch on half-spaces is added as makes it nowhere negative, and the sum is divided by its largest displacement.
+(Shield 1967; Barber 1974). On half-spaces t is the pressure of a flat punch. On a stiff layer that may be negative; then enough
+of the pressure under a punch on half-spaces is added to make it non-negative, and the sum is divided by its largest displacement.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _ROUNDS, _FINER = 3, 17
 
 @dataclass(frozen=True)
 class _Trial:
-    """A trial pressure: int t (d - f) dA = stiffness d - held."""
+    """A trial pressure: int t (d - f) dA = stiffness d - gap_force."""
 
     stiffness: float
     """In N/m."""
@@ -57,7 +57,7 @@ def lower_bound(
     line: LayeredLine, depth: FloatArray, contact_radius: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """
-    Lower bounds of the normal force at indentations, whatever the contact is.
+    Lower bounds of the normal force at indentations, for any contact.
 
     Parameters
     ----------

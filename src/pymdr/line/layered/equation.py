@@ -332,8 +332,8 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     """
     if not outline.radius <= WIDEST * (1.0 + 1e-12):
         raise ConvergenceError(
-            f"a contact is wider than {WIDEST:g} thicknesses of the top layer ({metres(WIDEST * outline.thickness)}), up to which "
-            "contacts are solved; for wider ones take the layer as a foundation, or leave it out"
+            f"the contact radius is above the limit of {WIDEST:g} thicknesses of the top layer ({metres(WIDEST * outline.thickness)}); "
+            "treat the layer as an elastic foundation, or omit it"
         )
     worst, least, before = math.inf, math.inf, np.full(5, math.nan)
     for order in ORDERS[1 if kernel.softening(outline.radius) < _SOFT else 0 :]:
@@ -355,8 +355,8 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     if worst < _DOUBT:
         return found, error, order
     raise ConvergenceError(
-        f"a contact of {outline.radius:.4g} thicknesses of the top layer is not resolved: solutions of {ORDERS[-2]} and "
-        f"{ORDERS[-1]} nodes a panel differ by {worst:.1g}; reduce the load, or use layers that differ less"
+        f"a contact radius of {outline.radius:.4g} thicknesses of the top layer is not resolved: solutions with {ORDERS[-2]} and "
+        f"{ORDERS[-1]} nodes per panel differ by {worst:.1g}; reduce the load, or use layers that differ less"
     )
 
 

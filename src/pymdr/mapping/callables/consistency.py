@@ -73,7 +73,7 @@ def check_consistency(
         values = f(np.geomspace(low, high, _NOISE_RADII))
         if not np.isfinite(values).any():
             raise ProblemError(
-                f"Function.f gives {values[-1]} from r = {metres(low)} to {metres(high)}, where derivative is defined; define both "
+                f"Function.f returns {values[-1]} from r = {metres(low)} to {metres(high)}, where derivative is defined; define both "
                 "on the same radii, or give only one"
             )
         stairs = _stairs(values)
