@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import re
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.category import StrCategoryFormatter
 from matplotlib.figure import Figure
@@ -12,6 +13,8 @@ from matplotlib.transforms import Bbox
 
 SLACK = 1.5
 """Pixels by which texts may leave the canvas or overlap: the rounding of glyphs."""
+ROUNDING = 1e-12
+"""Largest relative error that may be of rounding only."""
 NUMBERS = {
     "row of the path",
     "step",
@@ -56,7 +59,7 @@ def collected_figures():
 
 def faults(figure):
     """
-    Texts off the canvas, texts on each other, legends on data, axes without unit.
+    Texts off the canvas, texts on each other, legends on data, axes without unit, panels of rounding.
 
     Parameters
     ----------
@@ -68,7 +71,12 @@ def faults(figure):
         A sentence for each fault.
     """
     boxes = _drawn_texts(figure)
-    return [*_misplaced(figure, boxes), *_covered(figure), *_unlabelled(figure, boxes)]
+    return [
+        *_misplaced(figure, boxes),
+        *_covered(figure),
+        *_unlabelled(figure, boxes),
+        *_rounding(figure),
+    ]
 
 
 def _drawn_texts(figure):
@@ -129,6 +137,14 @@ def _covered(figure):
             joined = line.get_linestyle() != "None"
             if points.intersects_bbox(box, filled=False) if joined else box.count_contains(points.vertices):
                 yield f"the legend {_entries(legend)} covers the line {line.get_label()!r}"
+
+
+def _rounding(figure):
+    """Panels that show nothing but errors of rounding."""
+    for axes in figure.axes:
+        drawn = [np.ma.masked_invalid(line.get_ydata()) for line in axes.lines]
+        if "error" in axes.get_ylabel() and drawn and max(np.ma.max(y) for y in drawn) < ROUNDING:
+            yield f"the panel {axes.get_ylabel()!r} shows rounding"
 
 
 def _unlabelled(figure, boxes):

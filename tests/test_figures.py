@@ -16,6 +16,7 @@ from common import GEL, STEEL
 from drawing import examples
 from legibility import faults
 from pymdr.presentation.plot.shared import CYCLE, GREY, legend_above, letter_panels, new_figure, styled
+from pymdr.presentation.plot.studies import columns_study
 from pymdr.quantities import parameter_label
 
 BALL, TIP = mdr.Paraboloid("10 mm"), mdr.Paraboloid("50 um")
@@ -242,6 +243,9 @@ def test_faults_are_seen():
     axes.legend(loc="center")
     axes.set_xlabel("body.young (Pa)")
     axes.text(0.5, 0.1, "one"), axes.text(0.5, 0.1, "another"), axes.text(0.9, 0.1, "too far to the right")
+    noise = figure.add_axes((0.2, 0.2, 0.1, 0.1))
+    noise.plot([0.0, 1.0], [1e-15, 2e-15])
+    noise.set_ylabel("relative error")
     seen = "\n".join(faults(figure))
     for words in (
         "'too far to the right' leaves the canvas",
@@ -249,9 +253,21 @@ def test_faults_are_seen():
         "covers the line 'diagonal'",
         "has the factor '1e7'",
         "the axis '' has no unit",
+        "the panel 'relative error' shows rounding",
         "'body.young (Pa)' has a name of the program",
     ):
         assert words in seen
+
+
+@settings(deadline=None, max_examples=examples(9))
+@given(st.floats(1e-9, 1e9), st.floats(0.0, 1e-5), st.booleans())
+def test_columns_that_hardly_differ_are_not_enlarged(size, spread, negative):
+    values = (-size if negative else size) * (1.0 + spread * np.sin(np.arange(5)))
+    data = xr.Dataset({"force": ("step", values, {"units": "N"})}, coords={"step": np.arange(5)})
+    figure = columns_study(data, {"force": "force"})
+    low, high = sorted(figure.axes[0].get_ylim())
+    assert low <= 0.0 <= high
+    assert not faults(figure)
 
 
 @settings(deadline=None, max_examples=examples(9))

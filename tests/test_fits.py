@@ -195,7 +195,8 @@ def test_what_fits_find_is_shown_and_written_as_a_study(tmp_path, kind):
     below = figure.get_supxlabel().replace("\n", " ")
     assert all(words in below for words in unmet)
     if kind == "fit":
-        assert str(found["body.young"]) in figure.get_suptitle()
+        text = str(found["body.young"]).replace("body.young", "Young's modulus")
+        assert text in figure.get_suptitle()
     again = pickle.loads(pickle.dumps(found))
     assert again.summary() == found.summary()
     assert all(words in found.summary() for words in unmet)

@@ -433,7 +433,7 @@ def test_engines_are_found_by_entry_point(monkeypatch):
     assert "springs 1, 16 x 16 pixels" in text
     assert "stiffness" in text
     figure = found.plot()
-    assert len(figure.axes) == 5
+    assert len(figure.axes) == 6
 
 
 def test_a_missing_package_names_its_extra(monkeypatch):

@@ -287,7 +287,7 @@ def test_curves_of_a_sweep_are_named(moduli, more):
     contact = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 GPa", 0.3))
     over = {"body.young": 1e9 * np.array(moduli)} | ({"body.poisson": [0.2, 0.3]} if more else {})
     along = mdr.sweep(contact, mdr.indent("1 um", steps=3), over).plot().axes[0]
-    assert along.get_legend().get_title().get_text() == "body.young"
+    assert along.get_legend().get_title().get_text() == "Young's modulus"
     named = {line.get_label(): line.get_color() for line in along.lines if line.get_label()[0] != "_"}
     assert len(named) <= 8
     assert {text.get_text() for text in along.get_legend().get_texts()} == set(named)

@@ -122,11 +122,19 @@ def _names(data: xr.Dataset, parameters: Sequence[str], bare: bool = False) -> l
     """Labels of all combinations; `bare` leaves out the names of the parameters."""
     names = [""]
     for parameter in parameters:
-        values = data[parameter]
-        unit = values.attrs.get("units")
-        texts = [
-            str(v).partition("(")[0] if unit is None else typeset(float(v), unit, 3) for v in values.values
-        ]
+        texts = _distinct(data[parameter])
         labels = texts if bare else [f"{parameter_label(parameter)} = {text}" for text in texts]
         names = [f"{name}, {label}".removeprefix(", ") for name in names for label in labels]
     return names
+
+
+def _distinct(values: xr.DataArray) -> list[str]:
+    """Texts of values, with as many digits as distinguish them."""
+    unit = values.attrs.get("units")
+    if unit is None:
+        return [str(value).partition("(")[0] for value in values.values]
+    for digits in range(3, 18):
+        texts = [typeset(float(value), unit, digits) for value in values.values]
+        if len(set(texts)) == np.unique(values.values).size:
+            break
+    return texts
