@@ -42,9 +42,15 @@ def case_schema() -> dict[str, Any]:
             "description": "CSV file with units in its header; relative to the case file",
         },
         "channels": {
-            "type": "array",
-            "items": {"enum": list(CHANNELS)},
-            "description": "columns of the file to prescribe",
+            "anyOf": [
+                {"type": "array", "items": {"enum": list(CHANNELS)}},
+                {
+                    "type": "object",
+                    "propertyNames": {"enum": ["time", *CHANNELS]},
+                    "additionalProperties": {"type": "string"},
+                },
+            ],
+            "description": "columns of the file to prescribe, or a table of channels and the titles of their columns",
         },
     }
     for kind, keys in FILE_KEYS.items():
@@ -257,6 +263,9 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
     if f.name == "seed":
         return int, Field(f.default, description="seed of the random phases", ge=0, strict=True)
+    if f.name == "relative_time":
+        text = "times count on from the preceding legs; so do those of a file unless this is false"
+        return bool, Field(f.default, description=text, strict=True)
     if f.name in ("steps", "cycles"):
         text = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None
