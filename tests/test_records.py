@@ -252,7 +252,10 @@ def test_tables_hold_what_is_asked_for(tmp_path_factory, names, in_mega):
         ({"quantities": []}, "a list of names"),
         ({"quantities": ["slp"]}, "no quantity 'slp'"),
         ({"quantities": ["pressure"]}, "is a field"),
-        ({"units": {"peak_pressure": "MPa"}}, "'peak_pressure', which is not written; name it in quantities"),
+        (
+            {"quantities": ["indentation"], "units": {"peak_pressure": "MPa"}},
+            "'peak_pressure', which is not written; name it in quantities",
+        ),
     ):
         with pytest.raises(mdr.QuantityError, match=words):
             result.to_csv(file, **wrong)
@@ -498,3 +501,21 @@ def test_records_after_other_legs_are_refused_where_time_counts(tmp_path):
     ):
         with pytest.raises(mdr.PymdrError, match=words):
             mdr.read_path(file, channels=channels)
+
+
+@settings(max_examples=examples(6), deadline=None)
+@given(st.integers(1, 12), st.floats(0.01, 10.0))
+def test_tables_hold_the_peak_pressure(tmp_path_factory, steps, load):
+    """Of few rows by themselves, 1.5 times the mean for Hertz; not where the method refuses it, nor of long results."""
+    file = tmp_path_factory.mktemp("t") / "t.csv"
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL), mdr.load(load, steps=steps))
+    result.to_csv(file, units={"peak_pressure": "MPa"})
+    found = np.genfromtxt(file, delimiter=",", names=True, deletechars="").reshape(-1)
+    assert 1e6 * found["peak_pressure_[MPa]"] == pytest.approx(1.5 * result["mean_pressure"].values, rel=1e-9)
+    curve = mdr.ForceCurve(np.linspace(0.0, 1e-6, 9), np.linspace(0.0, 1.0, 9) ** 1.5, modulus="1 GPa")
+    for other in (
+        mdr.solve(mdr.Contact(curve, mdr.Elastic("1 GPa", 0.3)), mdr.indent("0.5 um", steps=3)),
+        mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL), mdr.load(load, steps=501)),
+    ):
+        other.to_csv(file)
+        assert "peak_pressure" not in file.read_text().splitlines()[0]
