@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -63,7 +63,7 @@ def impact(
     from pymdr.workbench.casefile import read_contact
 
     oblique = {"angle": angle, "inertia": inertia, "radius": radius, "spin": spin}
-    given = {name: value for name, value in oblique.items() if value is not None}
+    given: dict[str, Any] = {name: value for name, value in oblique.items() if value is not None}
 
     def rebounds(contact: Contact) -> Study:
         if given:
