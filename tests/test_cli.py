@@ -945,3 +945,18 @@ def test_impacts_at_several_speeds(tmp_path, shell, speeds):
         status, _, error = shell("impact", case, "--mass", "1 mg", *speeds, *extra)
         assert status == 1
         assert words in error
+
+
+@pytest.mark.parametrize("command", ["rough", "press"])
+@pytest.mark.parametrize("table", ["body", "counterbody"])
+def test_rough_surfaces_refuse_bodies_with_memory_by_their_table(tmp_path, shell, command, table):
+    """Not for a key or a file of the table, of which nothing has to be right."""
+    bodies = {"body": 'kind = "elastic"\nyoung = "1 GPa"\npoisson = 0.3\n'}
+    bodies[table] = 'kind = "viscoelastic"\nshear = { kind = "prony", file = "missing.csv" }\n'
+    case = tmp_path / "case.toml"
+    tables = "".join(f"[{name}]\n{text}" for name, text in bodies.items())
+    case.write_text(f'[surface]\nhurst = 0.8\nrms = "1 um"\nsize = "1 mm"\nshortest = "0.1 mm"\n{tables}')
+    status, _, error = shell(command, case, "--normal-force", "1 N")
+    assert status == 1
+    assert f"[{table}] kind = 'viscoelastic': rough surfaces are pressed on homogeneous elastic" in error
+    assert len(error.splitlines()) == 1

@@ -360,7 +360,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
         claims=without_falls(claims, lost),
         assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
-        notes=(*line.origin.notes, *_told(line, rows, certificate.disk)),
+        notes=(*line.origin.notes, *line.unsmoothed, *_told(line, rows, certificate.disk)),
         references=("sneddon", "popov-hess", *theory.references),
     )
 
@@ -368,6 +368,8 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
 def _certificate(line: AdhesiveLine, rows: _Rows) -> Certificate:
     """Which rows are disks that could be solved, and why others are not."""
     found = certify_stretched_disk(line.line, _visited(line, rows), rows.solved.size, line.law)
+    if found.reason:
+        found = replace(found, reason="; ".join((found.reason, *line.unsmoothed)))
     if rows.solved.all():
         return found
     assert line.limit is not None

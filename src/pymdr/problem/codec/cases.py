@@ -145,6 +145,7 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
         raise CaseError(
             "table [surface] is missing; a rough case needs it with hurst, rms, size and shortest, and has no profile and path"
         )
+    _refuse_other_bodies(plain)
     refuse_invalid(plain, rough_adapter())
     return RoughCase(
         str(plain.get("title", "")),
@@ -199,6 +200,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
             raise CaseError(
                 "[ball]: not available with pymdr press; add the heights of the ball to those of a file"
             )
+    _refuse_other_bodies(plain)
     refuse_invalid(plain, press_adapter())
     return PressCase(
         str(plain.get("title", "")),
@@ -206,6 +208,23 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
         *_bodies(plain),
         bool(plain.get("punch", False)),
     )
+
+
+def _refuse_other_bodies(plain: Mapping[str, Any]) -> None:
+    """Refuse bodies that rough contacts do not cover, before their keys and files are read."""
+    for name in ("body", "counterbody"):
+        table = plain.get(name)
+        kind = table.get("kind") if isinstance(table, Mapping) else None
+        if kind in ("viscoelastic", "graded", "layered"):
+            memory = (
+                "; its force_curve() in Python is a profile for viscoelastic bodies"
+                if kind == "viscoelastic"
+                else ""
+            )
+            raise CaseError(
+                f"[{name}] kind = '{kind}': rough surfaces are pressed on homogeneous elastic half-spaces; give an elastic "
+                f"or transversely_isotropic body{memory}"
+            )
 
 
 def _decoded(plain: Mapping[str, Any], legs: Mapping[str, Mapping[str, Any]]) -> tuple[Contact, list[Leg]]:
