@@ -19,7 +19,7 @@ import pymdr as mdr
 from common import BALL_CASE
 from pymdr.problem.codec import decode_press
 from pymdr.problem.codec.cases import MEASURED
-from pymdr.workbench.casefile import read_case
+from pymdr.workbench.casefile import read_case, read_contact
 from pymdr.workbench.cli import app
 from pymdr.workbench.templates import template
 
@@ -909,9 +909,54 @@ def test_an_option_of_one_value_is_given_once(command, option):
 
 def test_a_repeated_option_from_the_shell(shell, tmp_path):
     for args in (
-        ("impact", "case.toml", "--mass", "1 g", "--speed", "1 m/s", "--speed=2 m/s"),
+        ("impact", "case.toml", "--speed", "1 m/s", "--mass", "1 g", "--mass=2 g"),
         ("run", "case.toml", "-o", tmp_path / "a", "--output", tmp_path / "b"),
     ):
         status, out, error = shell(*args)
         assert (status, out) == (2, "")
         assert "given 2 times" in error
+
+
+@pytest.mark.parametrize(
+    "speeds",
+    [
+        ("--speed", "0.05 m/s, 0.1 m/s,50 cm/s"),
+        ("--speed", "0.05 m/s", "--speed", "0.1 m/s", "--speed=0.5 m/s"),
+    ],
+)
+def test_impacts_at_several_speeds(tmp_path, shell, speeds):
+    case = tmp_path / "gel.toml"
+    case.write_text(
+        'profile = { kind = "paraboloid", radius = "1 mm" }\nadhesion = { kind = "jkr", work = "50 mJ/m^2" }\n'
+        'body = { kind = "elastic", young = "30 kPa", poisson = 0.5 }\n'
+    )
+    status, out, _ = shell("impact", case, "--mass", "1 mg", *speeds, "-o", tmp_path / "out", "--json")
+    assert status == 0
+    found = json.loads(out)
+    restitution = mdr.restitution(read_contact(case)[1], mass="1 mg", speeds=[0.05, 0.1, 0.5])
+    assert found["rows"] == 3
+    assert found["study"]["restitution"]["values"] == restitution["restitution"].values.tolist()
+    assert [Path(file).name for file in found["written"]] == ["impact.csv", "impact.png"]
+    for extra, words in (
+        (("--angle", "40 deg"), "--angle is of oblique impacts"),
+        (("--points", "4"), "give two values above 0"),
+        (("--speed", "2"), "write --speed '2 m/s'"),
+    ):
+        status, _, error = shell("impact", case, "--mass", "1 mg", *speeds, *extra)
+        assert status == 1
+        assert words in error
+
+
+@pytest.mark.parametrize("command", ["rough", "press"])
+@pytest.mark.parametrize("table", ["body", "counterbody"])
+def test_rough_surfaces_refuse_bodies_with_memory_by_their_table(tmp_path, shell, command, table):
+    """Not for a key or a file of the table, of which nothing has to be right."""
+    bodies = {"body": 'kind = "elastic"\nyoung = "1 GPa"\npoisson = 0.3\n'}
+    bodies[table] = 'kind = "viscoelastic"\nshear = { kind = "prony", file = "missing.csv" }\n'
+    case = tmp_path / "case.toml"
+    tables = "".join(f"[{name}]\n{text}" for name, text in bodies.items())
+    case.write_text(f'[surface]\nhurst = 0.8\nrms = "1 um"\nsize = "1 mm"\nshortest = "0.1 mm"\n{tables}')
+    status, _, error = shell(command, case, "--normal-force", "1 N")
+    assert status == 1
+    assert f"[{table}] kind = 'viscoelastic': rough surfaces are pressed on homogeneous elastic" in error
+    assert len(error.splitlines()) == 1

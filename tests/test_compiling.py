@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -86,20 +85,26 @@ def test_memory_and_fits_without_compiling():
 
 
 @pytest.mark.parametrize(("module", "told"), [("pymdr.of.any", True), ("elsewhere", False)])
-def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch):
+def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch, caplog):
     from numba import njit
 
     from pymdr import compiling
 
     monkeypatch.setattr(compiling, "_PATIENCE", 0.0)
-    monkeypatch.setattr(compiling, "_reported", threading.Event())
+
+    @njit
+    def inner(x):
+        return x + 1.0
 
     def kernel(x):
-        return 2.0 * x + 1.0
+        return 2.0 * x + inner(0.0)
 
-    kernel.__module__ = module
+    inner.py_func.__module__ = kernel.__module__ = module
     assert njit(kernel)(1.0) == 3.0
-    assert compiling._reported.is_set() is told
+    expected = ["Compiling of.any.kernel (about 10 s, once", "Compiled of.any.kernel in "]
+    messages = [record.getMessage() for record in caplog.records if record.name == "pymdr"]
+    assert len(messages) == (2 if told else 0)
+    assert all(text.startswith(words) for text, words in zip(messages, expected, strict=False))
 
 
 ONCE = """

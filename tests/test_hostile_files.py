@@ -16,6 +16,7 @@ from drawing import examples
 from pymdr.errors import PymdrError
 from pymdr.solving.reopening import result_from_dataset
 from pymdr.workbench.casefile import read_case, read_rough_case
+from pymdr.workbench.cli.starting import kinds_starting
 from pymdr.workbench.inputs import printable
 from pymdr.workbench.templates import KINDS, template
 
@@ -334,9 +335,20 @@ def test_results_made_by_hand_are_whole_or_refused(saved, data, name):
     result.cite()
 
 
+@pytest.mark.parametrize("kind", sorted({*KINDS} - {"tip", "rough", "press"}))
+def test_every_other_template_runs_as_written(tmp_path, shell, kind):
+    file = tmp_path / "case.toml"
+    assert shell("new", kind, "-o", file)[0] == 0
+    status, out, _ = shell("run", file, "-o", tmp_path / "out", "--no-figures")
+    assert status == 0
+    assert f"My {kind}" in out
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["result.nc"]
+
+
 def test_every_template_runs_as_written(tmp_path, shell):
     for kind in KINDS:
         assert tomllib.loads(template(kind))["title"] == f"My {kind}"
+        assert kinds_starting(kind[:3]) == [kind]
     file = tmp_path / "tip.toml"
     assert shell("new", "tip", "-o", file)[0] == 0
     status, out, err = shell("run", file)

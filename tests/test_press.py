@@ -596,3 +596,42 @@ def test_memory_is_checked_before_heights_are_made(monkeypatch):
         ProblemError, match=r"8000000 x 8000000 pixels at 1 loads .* longer shortest wavelength"
     ):
         mdr.press(huge, UNIT, indentation="1 um")
+
+
+@needs_engine
+@settings(max_examples=examples(5), deadline=None)
+@given(
+    st.floats(1e-10, 1e-6), st.floats(1.0, 500.0), st.floats(1e-9, 1e-3), st.booleans(), st.floats(1e-12, 1e-9)
+)  # fmt: skip
+def test_conduction_through_a_pressed_surface(tmp_path_factory, resistivity, conductivity, other, same, size):
+    """That of Hertz's disk within the error of the stiffness; kept in files; none of a body that does not conduct."""
+    ratio = 1.0 if same else other
+    bodies = [
+        mdr.Elastic("100 GPa", 0.3, thermal_conductivity=conductivity * k, resistivity=resistivity / k)
+        for k in (1.0, ratio)
+    ]
+    surface = mdr.Topography(ball(64, 1e3 * size, size), size)
+    pressed = mdr.press(surface, *bodies, indentation=[4e-5 * size, 8e-5 * size])
+    length = pressed["normal_stiffness"].values / (2.0 * pressed.data.attrs["modulus"])
+    # in series on both sides: 2 a over the sum of the resistivities' halves
+    through = 4.0 * length * conductivity * ratio / (1.0 + ratio)
+    assert pressed["thermal_conductance"].values == pytest.approx(through, rel=1e-12)
+    assert pressed["electrical_resistance"].values == pytest.approx(
+        (1.0 + 1.0 / ratio) * resistivity / (4.0 * length), rel=1e-12
+    )
+    radius = np.sqrt(1e3 * size * pressed["indentation"].values)
+    error = pressed.claims["thermal_conductance"].error
+    assert np.abs(length / radius - 1.0).max() < 0.02
+    assert error == pytest.approx(pressed.claims["normal_stiffness"].error)
+    file = tmp_path_factory.mktemp("p") / "p.nc"
+    pressed.save(file)
+    again = mdr.open_pressed_surface(file)
+    assert again["electrical_resistance"].values.tolist() == pressed["electrical_resistance"].values.tolist()
+    pressed.to_csv(file.with_suffix(".csv"))
+    assert "thermal_conductance_error" in file.with_suffix(".csv").read_text().splitlines()[0]
+    bare = mdr.press(surface, bodies[0], indentation=8e-5 * size)
+    assert bare.claims["electrical_resistance"].level.name == "NOT_VALID"
+    assert (
+        "electrical_resistance"
+        not in mdr.press(surface, mdr.Elastic("1 GPa", 0.3), indentation=8e-5 * size).data
+    )

@@ -1,15 +1,20 @@
 """Problem values and paths: what is asked, frozen and without behaviour."""
 
 import copy
+import inspect
 import math
 import pickle
+import tomllib
 
 import numpy as np
 import pint
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pymdr as mdr
 from common import STEEL, UNIT
+from drawing import examples
 from pymdr.problem.codec import decode_case, encode, encode_case
 from pymdr.problem.paths import History, Hold, Ramp, legs
 from pymdr.problem.profiles import Interpolated, Sum
@@ -495,3 +500,78 @@ def test_what_was_found_of_callables_is_pickled_with_polynomials(ask):
     assert again.summary() == found.summary()
     r = np.linspace(0.0, 1e-4, 9)
     assert again.contact.profile.gap(r) == pytest.approx(r**2 / 2e-2, rel=1e-9)
+
+
+SYMBOLS = [
+    (mdr.Elastic, "E", "young"),
+    (mdr.Elastic, "nu", "poisson"),
+    (mdr.Sphere, "R", "radius"),
+    (mdr.Coulomb, "mu", "coefficient"),
+    (mdr.JKR, "gamma", "work"),
+    (mdr.Viscoelastic, "G", "shear"),
+    (mdr.Viscoelastic, "yuong", "young"),
+    (mdr.Path, "Shift", "shift"),
+]
+
+
+@pytest.mark.parametrize(("owner", "symbol", "name"), SYMBOLS)
+def test_symbols_are_refused_with_the_name_to_write(owner, symbol, name):
+    with pytest.raises(TypeError, match=f"{owner.__name__} has no argument '{symbol}'; write {name}="):
+        owner(**{symbol: 1.0})
+    assert name in inspect.signature(owner).parameters
+
+
+def test_unknown_arguments_without_a_near_name_list_the_known():
+    with pytest.raises(TypeError, match="Sphere has no argument 'qqq'; it has radius"):
+        mdr.Sphere(qqq=1.0)
+    assert list(inspect.signature(mdr.Elastic).parameters)[:2] == ["young", "poisson"]
+
+
+WRONG = {
+    ("profile", "radius"): ('"-1 mm"', "[profile] Sphere.radius = '-1 mm'"),
+    ("body", "young"): ('"0 Pa"', "[body] Elastic.young = '0 Pa'"),
+    ("body", "poisson"): ("0.7", "[body] Elastic.poisson = 0.7"),
+    ("body", "nu"): ("0.3", "[body] nu = 0.3: unknown key; did you mean 'poisson'?"),
+    ("counterbody", "young"): ('"1 N"', "[counterbody] Elastic.young: 'N' does not fit"),
+    ("counterbody", "E"): ("1.0", "[counterbody] E = 1.0: unknown key; did you mean 'young'?"),
+    ("friction", "coefficient"): ("-0.1", "[friction] Coulomb.coefficient = -0.1"),
+    ("friction", "mu"): ("0.1", "[friction] mu = 0.1: unknown key; did you mean 'coefficient'?"),
+    ("path", "normal_force"): ('"1 m"', "[path 1] Ramp.normal_force: 'm' does not fit"),
+    ("path", "steps"): ("0", "[path 1] steps = 0: it must be at least 1"),
+}
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(st.sets(st.sampled_from(sorted(WRONG)), min_size=1))
+def test_all_wrong_values_of_a_case_are_listed(chosen):
+    elastic = {"kind": '"elastic"', "young": '"1 GPa"', "poisson": "0.3"}
+    tables = {
+        "profile": {"kind": '"sphere"', "radius": '"1 mm"'},
+        "body": dict(elastic),
+        "counterbody": dict(elastic),
+        "friction": {"kind": '"coulomb"', "coefficient": "0.3"},
+        "path": {"kind": '"load"', "normal_force": '"1 N"'},
+    }
+    for table, key in chosen:
+        tables[table][key] = WRONG[table, key][0]
+    lines = [
+        f"{'[[path]]' if table == 'path' else f'[{table}]'}\n"
+        + "\n".join(f"{key} = {value}" for key, value in keys.items())
+        for table, keys in tables.items()
+    ]
+    with pytest.raises(mdr.CaseError) as refusal:
+        decode_case(tomllib.loads("\n".join(lines)))
+    for place in chosen:
+        assert WRONG[place][1] in str(refusal.value)
+
+
+def test_mistakes_between_keys_of_several_tables_are_listed():
+    case = {
+        "profile": {"kind": "cone", "slope": 0.1, "half_angle": 1.0},
+        "body": {"kind": "viscoelastic", "poisson": 0.3, "bulk": 1e9, "shear": {"kind": "prony", "equilibrium": 0.0, "moduli": [1.0], "times": [1.0, 2.0]}},
+        "path": [{"kind": "ramp"}, {"kind": "load", "normal_force": 1.0, "duration": 1.0, "rate": 1.0}],
+    }  # fmt: skip
+    with pytest.raises(mdr.CaseError) as refusal:
+        decode_case(case)
+    for words in ("[profile] ", "[body.shear] ", "[path 1] ", "[path 2] "):
+        assert words in str(refusal.value)

@@ -252,7 +252,10 @@ def test_tables_hold_what_is_asked_for(tmp_path_factory, names, in_mega):
         ({"quantities": []}, "a list of names"),
         ({"quantities": ["slp"]}, "no quantity 'slp'"),
         ({"quantities": ["pressure"]}, "is a field"),
-        ({"units": {"peak_pressure": "MPa"}}, "'peak_pressure', which is not written; name it in quantities"),
+        (
+            {"quantities": ["indentation"], "units": {"peak_pressure": "MPa"}},
+            "'peak_pressure', which is not written; name it in quantities",
+        ),
     ):
         with pytest.raises(mdr.QuantityError, match=words):
             result.to_csv(file, **wrong)
@@ -408,3 +411,111 @@ def test_loops_of_a_saved_result(tmp_path_factory, share, cycles):
     shown = CliRunner().invoke(app, ["loops", str(file)])
     assert shown.exit_code == 0
     assert shown.output.strip() == mdr.measured_loops(result).summary().strip()
+
+
+# --- records after other legs ----------------------------------------------------------------------------
+
+STEEL_TABLE = 'kind = "elastic"\nyoung = "210 GPa"\npoisson = 0.3\n'
+FRETTING = (
+    f'[profile]\nkind = "sphere"\nradius = "10 mm"\n[body]\n{STEEL_TABLE}[counterbody]\n{STEEL_TABLE}'
+    '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n[[path]]\nkind = "load"\nnormal_force = "50 N"\n{preload}'
+    '[[path]]\nkind = "path"\nfile = "record.csv"\nchannels = { shift = "Displacement" }\n'
+)
+
+
+@settings(max_examples=examples(10), deadline=None)
+@given(
+    st.floats(0.05, 0.5), st.integers(2, 4), st.integers(40, 80), st.floats(-3.0, 1e4), st.sampled_from([None, 0.5])
+)  # fmt: skip
+def test_a_record_follows_a_preload(tmp_path_factory, amplitude, cycles, rows, start, duration):
+    """The loops of the theory, whatever the clock of the record; all rows survive a file."""
+    from pymdr.workbench.casefile import read_case
+
+    folder = tmp_path_factory.mktemp("fretting")
+    t = np.arange(4 * rows * cycles + 1) / (4 * rows)
+    swing = amplitude * np.sin(2.0 * np.pi * t)
+    columns = {"time [s]": start + t, "displacement [um]": swing, "friction force [N]": 10.0 * swing}
+    written(folder / "record.csv", columns)
+    preload = "" if duration is None else f"duration = {duration}\n"
+    (folder / "case.toml").write_text(FRETTING.replace("{preload}", preload))
+    case = read_case(folder / "case.toml")
+    result = mdr.solve(case.contact, case.path)
+    begin = duration or 0.0
+    assert result["time"].values == pytest.approx(
+        np.append(begin, begin + t + t[1]), abs=1e-11 * (1.0 + abs(start))
+    )
+    loops = mdr.measured_loops(result)
+    expected = mdr.friction_loop(JOINT, [1e-6 * amplitude], normal_force="50 N")
+    assert loops.data.sizes["cycle"] == cycles - 1
+    assert loops["dissipated_per_cycle"].values == pytest.approx(
+        float(expected["dissipated_per_cycle"][0]), rel=3e-3
+    )
+    contact_radius = float(result["contact_radius"][-1])
+    stick = float(expected["stick_ratio"][0]) * contact_radius
+    assert loops["stick_radius"].values == pytest.approx(stick, rel=1e-9)
+    assert loops["contact_radius"].values == pytest.approx(contact_radius, rel=1e-12)
+    # mu times the pressure of Hertz at the edge of stick
+    peak = 0.3 * 1.5 * 50.0 / (np.pi * contact_radius**2) * np.sqrt(1.0 - (stick / contact_radius) ** 2)
+    assert loops["peak_shear_traction"].values == pytest.approx(peak, rel=2e-4)
+    result.save(folder / "result.nc")
+    again = mdr.open_result(folder / "result.nc")
+    assert again.path == result.path
+    assert mdr.measured_loops(again).summary() == loops.summary()
+
+
+def test_loops_of_a_case_from_the_shell(tmp_path, shell):
+    t = np.linspace(0.0, 2.0, 161)
+    written(tmp_path / "record.csv", {"time [s]": t, "displacement [um]": 0.3 * np.sin(2.0 * np.pi * t)})
+    (tmp_path / "case.toml").write_text(FRETTING.replace("{preload}", ""))
+    status, output, _ = shell("loops", tmp_path / "case.toml", "-o", tmp_path / "out")
+    assert status == 0
+    for words in (
+        "stick radius",
+        "contact radius",
+        "peak shear",
+        "APPROXIMATE: stick_radius, peak_shear_traction",
+    ):
+        assert words in output
+    head = (tmp_path / "out" / "loops.csv").read_text().splitlines()[0]
+    assert "stick_radius [m]" in head
+    assert (tmp_path / "out" / "loops.png").exists()
+
+
+def test_records_after_other_legs_are_refused_where_time_counts(tmp_path):
+    gel = mdr.Viscoelastic(mdr.Prony("1 kPa", ["1 kPa"], ["1 s"]), poisson=0.5)
+    later = mdr.Path(time=[3.0, 4.0], normal_force=[1e-3, 2e-3], relative_time=True)
+    path = mdr.load("1 mN") >> later
+    with pytest.raises(mdr.PathError, match="leg 1 has no time, but leg 2 has"):
+        mdr.solve(mdr.Contact(mdr.Sphere("1 mm"), gel), path)
+    with pytest.raises(mdr.PathError, match="legs 1 and 3 have no time, but leg 2 has"):
+        mdr.solve(JOINT, path >> mdr.load("3 mN"))
+    with pytest.raises(mdr.PathError, match="no sampling interval"):
+        mdr.Path(time=[3.0], shift=[0.0], relative_time=True)
+    file = written(tmp_path / "r.csv", {"time [s]": [0.0, 1.0], "displacement [um]": [0.0, 1.0]})
+    assert mdr.read_path(file, channels={"shift": "Displacement [um]"}).shift[-1] == pytest.approx(1e-6)
+    for channels, words in (
+        ({"shft": "displacement"}, "channels: 'shft' = 'displacement'"),
+        ({"shift": 3}, "channels: 'shift' = 3"),
+        ({"shift": "position"}, "no column of shift"),
+        ({"time": "time"}, "a list of names"),
+    ):
+        with pytest.raises(mdr.PymdrError, match=words):
+            mdr.read_path(file, channels=channels)
+
+
+@settings(max_examples=examples(6), deadline=None)
+@given(st.integers(1, 12), st.floats(0.01, 10.0))
+def test_tables_hold_the_peak_pressure(tmp_path_factory, steps, load):
+    """Of few rows by themselves, 1.5 times the mean for Hertz; not where the method refuses it, nor of long results."""
+    file = tmp_path_factory.mktemp("t") / "t.csv"
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL), mdr.load(load, steps=steps))
+    result.to_csv(file, units={"peak_pressure": "MPa"})
+    found = np.genfromtxt(file, delimiter=",", names=True, deletechars="").reshape(-1)
+    assert 1e6 * found["peak_pressure_[MPa]"] == pytest.approx(1.5 * result["mean_pressure"].values, rel=1e-9)
+    curve = mdr.ForceCurve(np.linspace(0.0, 1e-6, 9), np.linspace(0.0, 1.0, 9) ** 1.5, modulus="1 GPa")
+    for other in (
+        mdr.solve(mdr.Contact(curve, mdr.Elastic("1 GPa", 0.3)), mdr.indent("0.5 um", steps=3)),
+        mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL), mdr.load(load, steps=501)),
+    ):
+        other.to_csv(file)
+        assert "peak_pressure" not in file.read_text().splitlines()[0]

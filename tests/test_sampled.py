@@ -779,3 +779,32 @@ def test_samples_that_begin_flat_keep_their_digits_beside_the_flat(compiled, mon
             )
         ]
     assert np.max(np.abs(line.g(place) / exact - 1.0)) < 1e-12
+
+
+@settings(max_examples=examples(6), deadline=None)
+@given(st.integers(30, 200), st.floats(1e-3, 1e-2), st.integers(0, 2**31), st.floats(1e-9, 1e-3))
+def test_adhesion_on_noisy_samples_names_the_remedy(samples, noise, seed, size):
+    """Refused, not valid or noted, with the line that smooths."""
+    r = np.linspace(0.0, size, samples)
+    f = r**2 / (2.0 * size) + noise * 0.5 * size * np.random.default_rng(seed).standard_normal(samples)
+    law = mdr.JKR(1e-4 * size * 1e9)
+    remedy = r"noise of about .*: smooth them with interpolation=SmoothingSpline\(\)"
+
+    def contact(**keys):
+        return mdr.Contact(mdr.Sampled(r, f, **keys), mdr.Elastic("1 GPa", 0.3), adhesion=law)
+
+    try:
+        result = mdr.solve(contact(), mdr.indent(0.02 * size))
+        words = [*result.notes, *(claim.reason for claim in result.claims.values())]
+    except mdr.ProblemError as refusal:
+        words = [str(refusal)]
+    assert any(re.search(remedy, text) for text in words)
+    smoothed = mdr.Sampled(r, f, interpolation=mdr.SmoothingSpline())
+    assert smoothed.unsmoothed == ""
+
+
+@pytest.mark.parametrize("samples", [8, 12, 20, 50])
+def test_smooth_samples_have_no_noise_to_remedy(samples):
+    r = np.linspace(0.0, 1.0, samples)
+    for f in (r**2, 2.0 - np.sqrt(4.0 - r**2), 0.5 * r, 1.0 - np.cos(3.0 * r), r**4):
+        assert mdr.Sampled(r, f).unsmoothed == ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -85,34 +86,40 @@ def _warn_interpreted() -> None:
 
 
 class _CompileListener:
-    """A listener of numba that warns once if compiling a pymdr kernel takes long."""
+    """A listener of numba that names a kernel of pymdr that takes long to compile, and how long it took."""
 
     def __init__(self) -> None:
-        self.timers: list[threading.Timer] = []
+        self.depth = 0
+        self.begin = 0.0
+        self.timer = threading.Timer(0.0, self.announce)
+        self.announced = False
 
     def notify(self, event: Any) -> None:
-        """Start or cancel the timer of the warning."""
-        if not event.data["dispatcher"].py_func.__module__.startswith("pymdr."):
+        """Start or cancel the timer of the message; callees are compiled with their caller."""
+        function = event.data["dispatcher"].py_func
+        if not function.__module__.startswith("pymdr."):
             return
-        if event.is_start:
-            timer = threading.Timer(_PATIENCE, _warn_compiling)
-            timer.daemon = True
-            timer.start()
-            self.timers.append(timer)
-        elif self.timers:
-            self.timers.pop().cancel()
+        name = f"{function.__module__.removeprefix('pymdr.')}.{function.__name__}"
+        self.depth += 1 if event.is_start else -1
+        if event.is_start and self.depth == 1:
+            self.begin, self.announced = time.perf_counter(), False
+            self.timer = threading.Timer(_PATIENCE, self.announce, (name,))
+            self.timer.daemon = True
+            self.timer.start()
+        elif self.depth == 0:
+            self.timer.cancel()
+            if self.announced:
+                _log.warning("Compiled %s in %.0f s", name, time.perf_counter() - self.begin)
 
-
-def _warn_compiling() -> None:
-    if _reported.is_set():
-        return
-    _reported.set()
-    kept = (
-        "in every new process, because no cache folder is writable: set NUMBA_CACHE_DIR"
-        if _unkept.is_set()
-        else "once after an installation"
-    )
-    _log.warning("Compiling numerical kernels (about 10 s, %s)", kept)
+    def announce(self, name: str) -> None:
+        """Say what is being compiled."""
+        self.announced = True
+        kept = (
+            "in every new process, because no cache folder is writable: set NUMBA_CACHE_DIR"
+            if _unkept.is_set()
+            else "once after an installation"
+        )
+        _log.warning("Compiling %s (about 10 s, %s)", name, kept)
 
 
 def _listen() -> None:

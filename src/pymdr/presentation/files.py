@@ -8,7 +8,7 @@ import json
 import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Literal
@@ -157,7 +157,7 @@ def study_json(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], n
 
 
 def _split_path(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
-    """The path with each long leg replaced by one row, and the arrays of these legs."""
+    """The path with each long leg replaced by two rows, and the arrays of these legs."""
     short: list[Leg] = []
     arrays: dict[str, Any] = {}
     for i, leg in enumerate(legs(path)):
@@ -166,7 +166,7 @@ def _split_path(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
             arrays |= {
                 f"{_PREFIX}{i}_{name}": (f"{_PREFIX}{i}", np.asarray(getattr(leg, name))) for name in named
             }
-            leg = Path(**{name: [0.0] for name in named})
+            leg = Path(**{name: [0.0, 1.0] for name in named}, relative_time=leg.relative_time)
         short.append(leg)
     return (short[0] if len(short) == 1 else History(tuple(short))), arrays
 
@@ -177,7 +177,7 @@ def _restored_path(path: LoadingPath, dataset: xr.Dataset) -> LoadingPath:
     for i, leg in enumerate(legs(path)):
         start = f"{_PREFIX}{i}_"
         channels = {str(n)[len(start) :]: dataset[n].values for n in dataset if str(n).startswith(start)}
-        restored.append(Path(**channels) if channels else leg)
+        restored.append(replace(leg, **channels) if channels else leg)
     return restored[0] if len(restored) == 1 else History(tuple(restored))
 
 

@@ -272,7 +272,7 @@ class Path(Leg):
     Parameters
     ----------
     time : array_like, optional
-        Times in s, strictly rising.
+        Times in s, strictly rising, from the start of the whole path.
     indentation : array_like, optional
         Approach d in m.
     normal_force : array_like, optional
@@ -283,12 +283,15 @@ class Path(Leg):
         Tangential displacement in m.
     tangential_force : array_like, optional
         Tangential force in N.
+    relative_time : bool
+        Whether the times are those of a record with its own clock: they then count on from the preceding legs, and the
+        first sample is one sampling interval after their end.
 
     Raises
     ------
     PathError
         If the arrays are empty or of different lengths, time does not rise, no channel is given or two of
-        one direction are.
+        one direction are, or a relative time has fewer than two samples.
 
     Examples
     --------
@@ -303,6 +306,7 @@ class Path(Leg):
     travel: OptionalArrayField = OptionalArrayField("m", description="travels of the machine")
     shift: OptionalArrayField = OptionalArrayField("m", description="tangential displacements")
     tangential_force: OptionalArrayField = OptionalArrayField("N", description="tangential forces")
+    relative_time: bool = False
 
     def __post_init__(self) -> None:
         _check_channels(self, "Path(indentation=[1e-6, 2e-6])")
@@ -331,6 +335,10 @@ class Path(Leg):
             raise PathError(
                 f"Path.time must rise strictly, but entries {i + 1} and {i + 2} are {time[i]:.12g} s and "
                 f"{time[i + 1]:.12g} s; sort the rows and average those of equal time"
+            )
+        if self.relative_time and size < 2:
+            raise PathError(
+                "Path.relative_time: one sample has no sampling interval; give its time in the path"
             )
 
     @property

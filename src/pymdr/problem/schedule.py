@@ -49,6 +49,8 @@ class Planned:
     """Rows of the path before the leg."""
     controls: Controls
     """Channels that the leg does not name keep the control of the preceding legs."""
+    timed: bool
+    """Whether the path has times; a leg without one then takes none."""
 
     @property
     def size(self) -> int:
@@ -60,7 +62,9 @@ class Planned:
         leg = self.leg
         if isinstance(leg, Path):
             if leg.time is None:
-                return None
+                return self._standstill(begin)
+            if leg.relative_time and self.number > 1:
+                return np.asarray(leg.time - (2.0 * leg.time[0] - leg.time[1]) + begin)
             if leg.time[0] <= begin and self.number > 1:
                 raise PathError(
                     f"leg {self.number}: Path.time begins at {leg.time[0]:g} s, but the preceding legs end at {begin:g} s; "
@@ -78,8 +82,12 @@ class Planned:
                     "a duration"
                 )
         if duration is None:
-            return None
+            return self._standstill(begin)
         return np.asarray(begin + duration * np.arange(1.0, self.size + 1.0) / self.size)
+
+    def _standstill(self, begin: float) -> FloatArray | None:
+        """Times of the rows of a leg that takes none."""
+        return np.full(self.size, begin) if self.timed else None
 
     def row(self, index: int) -> str:
         """Label of a row of the leg."""
@@ -213,6 +221,7 @@ def planned(path: LoadingPath) -> tuple[Planned, ...]:
     """
     legs = known_legs(path)
     controls, first = Controls(), 0
+    timed = any(map(_has_time, legs))
     plan: list[Planned] = []
     for number, leg in enumerate(legs, 1):
         named = named_channels(leg)
@@ -220,7 +229,7 @@ def planned(path: LoadingPath) -> tuple[Planned, ...]:
             next((name for name in named if name in NORMAL_CHANNELS), controls.normal),
             next((name for name in named if name in TANGENTIAL_CHANNELS), controls.tangential),
         )
-        plan.append(Planned(leg, number, len(legs), first, controls))
+        plan.append(Planned(leg, number, len(legs), first, controls, timed))
         first += rows_of(leg)
     return tuple(plan)
 
@@ -274,15 +283,19 @@ def _rows(leg: KnownLeg, channel: str, start: float) -> FloatArray:
     return rows
 
 
-def check_times(path: LoadingPath) -> None:
-    """Refuse a path with durations for some legs only."""
-    timed = [
-        leg.time is not None
-        if isinstance(leg, Path)
-        else leg.duration is not None or getattr(leg, "rate", None) is not None
-        for leg in known_legs(path)
-    ]
-    if any(timed) and not all(timed):
+def _has_time(leg: KnownLeg) -> bool:
+    if isinstance(leg, Path):
+        return leg.time is not None
+    return leg.duration is not None or getattr(leg, "rate", None) is not None
+
+
+def check_times(path: LoadingPath, *, needed: bool) -> None:
+    """Refuse a path with durations for some legs only; what precedes a record of relative times needs none unless `needed`."""
+    all_legs = known_legs(path)
+    timed = [_has_time(leg) for leg in all_legs]
+    first = timed.index(True) if any(timed) else 0
+    preloaded = not needed and getattr(all_legs[first], "relative_time", False)
+    if any(timed) and not all(timed[first if preloaded else 0 :]):
         known, unknown = (
             [i for i, has_time in enumerate(timed, 1) if has_time is kind] for kind in (True, False)
         )
@@ -317,5 +330,6 @@ def ends_only(leg: KnownLeg) -> LoadingPath:
             kept |= {int(samples.argmin()), int(samples.argmax())}
         chosen = np.array(sorted(kept))
         columns = {name: np.asarray(getattr(leg, name))[chosen] for name in named_channels(leg)}
-        return Path(time=None if leg.time is None else leg.time[chosen], **columns)
+        time = None if leg.time is None else leg.time[chosen]
+        return Path(time=time, relative_time=leg.relative_time and chosen.size > 1, **columns)
     return replace(leg, steps=4 * leg.cycles if isinstance(leg, Cycle) else 1)

@@ -8,11 +8,12 @@ import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import Field, fields
 from html import escape
-from typing import Any, ClassVar, overload
+from typing import Any, ClassVar, Self, overload
 
 import numpy as np
 
 from pymdr.errors import ProblemError, UnitError
+from pymdr.problem.naming import nearest
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array, written
 
 
@@ -60,6 +61,14 @@ def without_named(state: Mapping[str, Any]) -> dict[str, Any]:
     return {key: part.function if isinstance(part, Named) else part for key, part in state.items()}
 
 
+class _Signature:
+    """The signature of ``__init__``, which that of ``__new__`` would hide."""
+
+    def __get__(self, instance: object, owner: type) -> inspect.Signature:
+        signature = inspect.signature(owner.__init__)  # type: ignore[misc]
+        return signature.replace(parameters=list(signature.parameters.values())[1:])
+
+
 class Value:
     """Base of the frozen problem dataclasses: compared and hashed by content.
 
@@ -67,6 +76,18 @@ class Value:
     """
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    __signature__ = _Signature()
+
+    def __new__(cls, *args: Any, **keywords: Any) -> Self:
+        """Refuse unknown arguments with the name that is meant."""
+        for name in keywords:
+            if name not in cls.__dataclass_fields__ and name not in (
+                known := list(cls.__signature__.parameters)
+            ):
+                near = nearest(name, known)
+                words = f"write {near[0]}=" if near else f"it has {', '.join(known)}"
+                raise TypeError(f"{cls.__name__} has no argument {name!r}; {words}")
+        return super().__new__(cls)
 
     def _key(self) -> tuple[Any, ...]:
         return tuple((f.name, _content(getattr(self, f.name))) for f in fields(self))

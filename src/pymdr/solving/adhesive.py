@@ -360,7 +360,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
         claims=without_torn_rows(claims, torn),
         assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
-        notes=(*line.origin.notes, *_jump_notes(line, rows, certificate.disk)),
+        notes=(*line.origin.notes, *line.unsmoothed, *_jump_notes(line, rows, certificate.disk)),
         references=("sneddon", "popov-hess", *theory.references),
     )
 
@@ -368,6 +368,8 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
 def _certificate(line: AdhesiveLine, rows: _Rows) -> Certificate:
     """The rows that are disks and could be solved, and the reason for the others."""
     certificate = certify_stretched_disk(line.line, _visited(line, rows), rows.solved.size, line.law)
+    if certificate.reason:
+        certificate = replace(certificate, reason="; ".join((certificate.reason, *line.unsmoothed)))
     if rows.solved.all():
         return certificate
     assert line.limit is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -19,7 +20,7 @@ from pymdr.line.layered import LayeredLine, Limit
 from pymdr.mapping.equivalent import EquivalentProfile, PowerLine, SumLine, gap_function
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import AdhesionLaw
-from pymdr.problem.profiles import Profile, Sphere
+from pymdr.problem.profiles import Profile, Sampled, Sphere, Sum
 from pymdr.solving.reach import Mapped, map_to_line
 from pymdr.units import FloatArray, metres, written
 
@@ -52,8 +53,16 @@ class AdhesiveLine:
         equivalent = self.origin.line.equivalent
         _refuse_endless(equivalent)
         self.line = self.origin.line.under(finite(equivalent))
-        _refuse_hollow(self.contact.profile, self.line, self._first_radius)
+        _refuse_hollow(self.contact.profile, self.line, self._first_radius, self.unsmoothed)
         self.equilibria = equilibria_of(self.law, self.contact.profile, self.line, 2.0 * self._first_radius)
+
+    @property
+    def unsmoothed(self) -> tuple[str, ...]:
+        """How to smooth the samples of the profile, if they have noise: an adhesive contact follows the slopes of their curve."""
+        parts = (
+            self.contact.profile.parts if isinstance(self.contact.profile, Sum) else (self.contact.profile,)
+        )
+        return tuple(part.unsmoothed for part in parts if isinstance(part, Sampled) and part.unsmoothed)
 
     @property
     def law(self) -> AdhesionLaw:
@@ -263,7 +272,7 @@ def _refuse_endless(equivalent: EquivalentProfile) -> None:
         )
 
 
-def _refuse_hollow(profile: Profile, line: Line, radius: float) -> None:
+def _refuse_hollow(profile: Profile, line: Line, radius: float, remedies: Sequence[str]) -> None:
     """Refuse profiles that are lowest off the axis, whose contact would start as a ring."""
     equivalent = line.equivalent
     top = min(equivalent.reach, equivalent.edge, 2.0 * radius)
@@ -275,6 +284,10 @@ def _refuse_hollow(profile: Profile, line: Line, radius: float) -> None:
     if f[lowest] < -1e-9 * float(np.nanmax(np.abs(f))):
         raise ProblemError(
             f"the profile is lowest at r = {metres(r[lowest])} (f = {metres(f[lowest])}), not at its axis: its adhesive "
-            "contact would be a ring, which the theory does not cover; leave the adhesion out, or use a profile that "
-            "is lowest at r = 0"
+            "contact would be a ring, which the theory does not cover; "
+            + (
+                remedies[0]
+                if remedies
+                else "leave the adhesion out, or use a profile that is lowest at r = 0"
+            )
         )

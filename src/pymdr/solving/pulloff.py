@@ -159,7 +159,7 @@ def pull_off(
         data=_single(values),
         claims=_claims(line, values, _errors(line, track, (pull.last, float(into[0]), lowest), values)),
         assumptions=assumptions(contact, line.origin, largest, -opening),
-        notes=line.origin.notes,
+        notes=(*line.origin.notes, *line.unsmoothed),
         contact=contact,
     )
 
@@ -309,7 +309,7 @@ def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Rou
     )
     certificate = certify_stretched_disk(line.line, visited, 1, line.law)
     if not certificate.disk.all():
-        raise RefusedError(f"pull_off: {certificate.reason}")
+        raise RefusedError(f"pull_off: {'; '.join((certificate.reason, *line.unsmoothed))}")
 
 
 def _first_touch(line: AdhesiveLine, track: Track, stiffness: float) -> float:

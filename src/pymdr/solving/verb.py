@@ -137,7 +137,7 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
     if not isinstance(path, LoadingPath):
         raise PathError(f"solve: {path!r} is not a path; write for example load('50 N', steps=50)")
     known_legs(path)
-    check_times(path)
+    check_times(path, needed=contact.remembers)
 
 
 def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:

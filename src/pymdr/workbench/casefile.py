@@ -60,7 +60,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     plain = _tables(source)
     try:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
-        check_times(path)
+        check_times(path, needed=contact.remembers)
         options = _options(plain.get("solve", {}))
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
@@ -259,7 +259,8 @@ def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any
         raise CaseError(f"{where} {error}") from error
     named = ((name, getattr(read, name)) for name in ("time", *CHANNELS))
     columns = {name: values for name, values in named if values is not None}
-    return {**{key: value for key, value in leg.items() if key not in ("file", "channels")}, **columns}
+    rest = {key: value for key, value in leg.items() if key not in ("file", "channels")}
+    return {"relative_time": index > 0, **rest, **columns}
 
 
 def _refuse_both(table: Mapping[str, Any], keys: Sequence[str], where: str, content: str) -> None:

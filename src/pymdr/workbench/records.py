@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.validity import Claim
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.study import Column, Study
@@ -27,7 +28,9 @@ class MeasuredLoops(Study):
 
     data: xr.Dataset
     """Over ``cycle``, counted from 1: amplitude (m), force_amplitude (N), dissipated_per_cycle (J), damping_ratio,
-    secant_stiffness (N/m), and the rows first_row and last_row, counted from 1."""
+    secant_stiffness (N/m), and the rows first_row and last_row, counted from 1. Of a result with friction also
+    stick_radius (m), the smallest of the cycle, contact_radius (m), the largest, and peak_shear_traction (Pa), the
+    largest at the turning points of the cycle: points between both radii slip in every cycle."""
     displacement: str
     """The name of the displacement."""
     force: str
@@ -41,12 +44,17 @@ class MeasuredLoops(Study):
         "dissipated_per_cycle": Column("dissipated", "J"),
         "damping_ratio": Column("damping", ""),
         "secant_stiffness": Column("stiffness", "N/m"),
+        "stick_radius": Column("stick radius", "m"),
+        "contact_radius": Column("contact radius", "m"),
+        "peak_shear_traction": Column("peak shear", "Pa"),
     }
 
     def _remarks(self) -> list[str]:
         lines = [f"{self.force} over {self.displacement}"]
         if self.data.sizes["cycle"] > 1:
-            columns = [(column, self.data[name].values) for name, column in self.columns.items()][1:]
+            columns = [
+                (column, self.data[name].values) for name, column in self.columns.items() if name in self.data
+            ][1:]
             known = [(column, values[~np.isnan(values)]) for column, values in columns]
             means = [f"{c.label} {written(float(v.mean()), c.unit)}" for c, v in known if v.size]
             lines.append(f"means of the cycles: {', '.join(means)}")
@@ -64,7 +72,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     Parameters
     ----------
     record : xarray.Dataset or Result
-        From :func:`pymdr.read_record` or :func:`pymdr.solve`, with ``shift`` and ``tangential_force``, else
+        From :func:`pymdr.read_record`, or :func:`pymdr.solve` for the slip of the contact too, with ``shift`` and ``tangential_force``, else
         ``indentation`` (or ``travel``) and ``normal_force``, in the units that their attributes ``units`` name, or in
         SI units.
     least : quantity, optional
@@ -160,7 +168,45 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     if "time" in data:
         time = _in_si(data, "time", "s")
         cycles["duration"] = ("cycle", time[last] - time[first], {"units": "s"})
-    return MeasuredLoops(data=cycles, displacement=displacement, force=force)
+    claims: dict[str, Claim] = {}
+    if isinstance(record, Result) and "stick_radius" in record.data:
+        claims = _add_slip(cycles, record, first, middle, last)
+    return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims)
+
+
+def _add_slip(
+    cycles: xr.Dataset, result: Result, first: FloatArray, middle: FloatArray, last: FloatArray
+) -> dict[str, Claim]:
+    """Add where a contact sticks and slips in its cycles, as far as that is valid; return the claims."""
+    claims: dict[str, Claim] = {}
+    spans = [slice(begin, end + 1) for begin, end in zip(first.tolist(), last.tolist(), strict=True)]
+    for name, extreme in (("stick_radius", np.nanmin), ("contact_radius", np.nanmax)):
+        if result.claims[name].readable:
+            values = result[name].values
+            claims[name] = _of_cycles(result.claims[name], len(spans))
+            cycles[name] = ("cycle", [float(extreme(values[span])) for span in spans], {"units": "m"})
+    if result.claims["shear_traction"].readable:
+        peaks = {row: _peak_shear(result, row) for row in np.unique([first, middle, last]).tolist()}
+        largest = [
+            max(peaks[row] for row in turns) for turns in np.stack([first, middle, last], axis=1).tolist()
+        ]
+        claims["peak_shear_traction"] = _of_cycles(result.claims["shear_traction"], len(spans))
+        cycles["peak_shear_traction"] = ("cycle", largest, {"units": "Pa"})
+    return claims
+
+
+def _of_cycles(claim: Claim, cycles: int) -> Claim:
+    """The claim of the rows of a result as one of its cycles, with the largest error."""
+    error = None if claim.error is None else np.full(cycles, np.nanmax(claim.error))
+    return replace(claim, where=np.ones(cycles, dtype=bool), error=error)
+
+
+def _peak_shear(result: Result, row: int) -> float:
+    """The largest shear traction in Pa of a row, whose peak may be at the edge of stick."""
+    grid = result.field("shear_traction", step=row)
+    edge = result["stick_radius"].values[row] if result.claims["stick_radius"].readable else 0.0
+    at_edge = result.field("shear_traction", r=[edge], step=row)
+    return float(max(np.nanmax(np.abs(values)) for values in (grid.values, at_edge.values)))
 
 
 def _pair(data: xr.Dataset) -> tuple[str, str]:

@@ -265,7 +265,12 @@ def read_record(file: str | os.PathLike[str]) -> xr.Dataset:
     return labelled(_read(file, _RECORD, (), "time [s], load [mN], shift [um]"))
 
 
-def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = None) -> MeasuredPath:
+def read_path(
+    file: str | os.PathLike[str],
+    *,
+    channels: Sequence[str] | Mapping[str, str] | None = None,
+    relative_time: bool = False,
+) -> MeasuredPath:
     r"""
     Read a measured history as a path from a CSV file with units in its header.
 
@@ -273,9 +278,12 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     ----------
     file : path
         As for :func:`read_record`.
-    channels : sequence of str, optional
+    channels : sequence of str, or mapping of str to str, optional
         Columns to prescribe: at most one of ``indentation``, ``normal_force`` and ``travel``, and at most one of ``shift``
-        and ``tangential_force``; needed if the file has several of one direction.
+        and ``tangential_force``; needed if the file has several of one direction. A mapping gives each the title of its
+        column without the unit, ``{"shift": "displacement"}``, and ``time`` likewise where its column has another title.
+    relative_time : bool
+        Whether the times count on from the legs before the record, see :class:`pymdr.Path`.
 
     Returns
     -------
@@ -301,7 +309,11 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     >>> path.shift.tolist()
     [5e-07, 1e-06]
     """
-    columns = _read(file, _RECORD, (), "time [s], load [mN], shift [um]")
+    names, needed = _RECORD, list[str]()
+    if isinstance(channels, Mapping):
+        names, needed = _titled(channels), list(channels)
+        channels = [name for name in channels if name != "time"]
+    columns = _read(file, names, needed, "time [s], load [mN], shift [um]")
     named = (
         [name for name in CHANNELS if name in columns]
         if channels is None
@@ -318,7 +330,9 @@ def read_path(file: str | os.PathLike[str], *, channels: Sequence[str] | None = 
     if not named:
         raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
     with _named_file(file):
-        return MeasuredPath(time=columns.get("time"), **{name: columns[name] for name in named})
+        time = columns.get("time")
+        prescribed = {name: columns[name] for name in named}
+        return MeasuredPath(time=time, **prescribed, relative_time=relative_time and time is not None)
 
 
 @contextmanager
@@ -384,6 +398,23 @@ def curve_of_columns(
         )
     except ProblemError as error:
         raise ProblemError(f"{file}: {error}") from error
+
+
+def _titled(channels: Mapping[str, str]) -> Names:
+    """Titles of the columns of a record with those of some channels replaced."""
+    for name, title in channels.items():
+        if name not in ("time", *CHANNELS) or not isinstance(title, str):
+            raise PathError(
+                f"channels: {name!r} = {title!r}; give channels the titles of their columns, for example "
+                "channels = {shift = 'displacement'}"
+            )
+    titles = {name: _title(title)[0] for name, title in channels.items()}
+    others = {
+        name: tuple(word for word in words if word not in titles.values())
+        for name, words in _RECORD.items()
+        if name not in titles
+    }
+    return {**others, **{name: (title,) for name, title in titles.items()}}
 
 
 def _chosen(file: object, channels: Sequence[str], columns: Mapping[str, FloatArray]) -> list[str]:

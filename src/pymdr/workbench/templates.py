@@ -55,6 +55,11 @@ radius = "10 mm"
 kind = "paraboloid"
 radius = "50 um"
 """,
+    "layers": """
+[profile]                   # the gap f(r) between the undeformed surfaces
+kind = "paraboloid"
+radius = "100 um"
+""",
     "cone": """
 [profile]                   # the gap f(r) between the undeformed surfaces
 kind = "cone"
@@ -113,6 +118,57 @@ kind = "coulomb"
 coefficient = 0.3           # inf is contact without slip
 """
 
+_RUBBER = """
+[body]                      # the soft one; the counterbody is rigid
+kind = "viscoelastic"
+poisson = 0.5
+shear = { kind = "standard_solid", equilibrium = "1 MPa", modulus = "3 MPa", time = "50 ms" }
+# measured: shear = { kind = "prony", file = "dma.csv" }, with the columns time [s], G [MPa]
+#           or frequency [Hz], G' [MPa], G'' [MPa]
+# friction on it against speed: pymdr sliding CASE.toml --speed "1 mm/s" --normal-force "10 N"
+# its rebound:                  pymdr impact CASE.toml --mass "10 g" --speed "1 m/s"
+"""
+
+_CREEPING = """
+[body]                      # the soft one; the counterbody is rigid
+kind = "viscoelastic"
+poisson = 0.4
+shear = { kind = "power_law_rheology", modulus = "1 GPa", time = "1 s", exponent = 0.1 }
+# or kind = "prony", "standard_solid", "maxwell" or "kelvin_voigt"
+"""
+
+_LAYERS = """
+[body]                      # layers on a base; the counterbody is rigid
+kind = "layered"
+bond = "bonded"             # between the lowest layer and the base; or "frictionless"
+base = { kind = "elastic", young = "70 GPa", poisson = 0.22 }  # rigid, if you leave it out
+
+[[body.layers]]             # from the surface downward
+material = { kind = "elastic", young = "400 GPa", poisson = 0.25 }
+thickness = "2 um"
+
+[[body.layers]]
+material = { kind = "elastic", young = "100 GPa", poisson = 0.3 }
+thickness = "5 um"
+"""
+
+_SWITCH = """
+[body]                      # silver
+kind = "elastic"
+young = "83 GPa"
+poisson = 0.37
+resistivity = "15.9 nohm*m"
+thermal_conductivity = "429 W/(m*K)"
+
+[counterbody]
+kind = "elastic"
+young = "83 GPa"
+poisson = 0.37
+resistivity = "15.9 nohm*m"
+thermal_conductivity = "429 W/(m*K)"
+# its heat by a voltage: pymdr joule CASE.toml --temperature "20 degC" --voltage "50 mV"
+"""
+
 _TRAVEL = """
 [[path]]                    # one table for every leg of the loading path
 kind = "travel"             # of the piezo: indentation + normal force / machine stiffness
@@ -143,6 +199,43 @@ _PATHS = {
     "worn": _LOAD,
     "punch": _INDENT.format(depth="60 um"),
     "tip": _INDENT.format(depth="20 nm"),
+    "rubber": """
+[[path]]                    # one table for every leg of the loading path
+kind = "indent"
+indentation = "0.1 mm"
+rate = "2 mm/s"             # or duration
+steps = 60
+
+[[path]]
+kind = "hold"               # the force relaxes
+duration = "0.1 s"
+steps = 40
+
+[[path]]
+kind = "indent"
+indentation = "0 mm"
+rate = "2 mm/s"
+steps = 60
+""",
+    "creep": """
+[[path]]                    # one table for every leg of the loading path
+kind = "load"
+normal_force = "10 N"
+duration = "0.1 s"
+steps = 20
+
+[[path]]
+kind = "hold"               # the force stays, and the indentation grows
+duration = "100 s"
+steps = 100
+""",
+    "layers": _INDENT.format(depth="200 nm"),
+    "switch": """
+[[path]]                    # one table for every leg of the loading path
+kind = "load"
+normal_force = "5 N"
+steps = 50
+""",
     "gel": _TRAVEL,
     "joint": _SHAKEN,
     "cycle": _LOAD
@@ -212,6 +305,15 @@ kind = "elastic"
 young = "70 GPa"
 poisson = 0.22
 """
+_CONTACTS = {
+    "gel": _GEL,
+    "joint": _SIMILAR + _JOINT,
+    "rubber": _RUBBER,
+    "creep": _CREEPING,
+    "layers": _LAYERS,
+    "switch": _SWITCH,
+}
+"""What stands between profile and path."""
 _SURFACES = {"rough": _ROUGH, "press": _PRESS}
 KINDS = (*_PATHS, *_SURFACES)
 
@@ -224,7 +326,7 @@ def template(kind: str) -> str:
     ----------
     kind : str
         One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction), ``cycle``,
-        ``rough`` and ``press``.
+        ``rubber`` and ``creep`` (bodies with memory), ``layers``, ``switch`` (conduction), ``rough`` and ``press``.
 
     Returns
     -------
@@ -253,5 +355,4 @@ def template(kind: str) -> str:
         f'title = "My {kind}"\n'
     )
     profile = _PROFILES.get(kind, _PROFILES["ball"])
-    bodies = {"gel": _GEL, "joint": _SIMILAR + _JOINT}.get(kind, _BODIES)
-    return head + profile + bodies + _PATHS[kind]
+    return head + profile + _CONTACTS.get(kind, _BODIES) + _PATHS[kind]

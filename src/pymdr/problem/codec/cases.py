@@ -13,7 +13,7 @@ from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, TABLES
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Material
-from pymdr.problem.paths import History, LoadingPath, Ramp
+from pymdr.problem.paths import History, Leg, LoadingPath, Ramp
 from pymdr.problem.rough import RoughSurface
 from pymdr.units import shown
 
@@ -79,8 +79,8 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
         raise CaseError(f"[surface]: a rough surface has no profile and path; use {command}")
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
-    contact = _contact(plain)
-    parts = [_decode(leg, f"path {i + 1}") for i, leg in enumerate(plain["path"])]
+    legs = {f"path {i}": leg for i, leg in enumerate(plain.get("path", ()), 1)}
+    contact, parts = _decoded(plain, legs)
     path = parts[0] if len(parts) == 1 else History(tuple(parts))
     return str(plain.get("title", "")), contact, path
 
@@ -112,7 +112,7 @@ def decode_contact(plain: Mapping[str, Any]) -> tuple[str, Contact]:
     """
     if "path" in plain or "surface" in plain:
         return decode_case(plain)[:2]
-    return str(plain.get("title", "")), _contact({**plain, "path": [{"kind": "hold"}]})
+    return str(plain.get("title", "")), _decoded({**plain, "path": [{"kind": "hold"}]}, {})[0]
 
 
 def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
@@ -145,6 +145,7 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
         raise CaseError(
             "table [surface] is missing; a rough case needs it with hurst, rms, size and shortest, and has no profile and path"
         )
+    _refuse_other_bodies(plain)
     refuse_invalid(plain, rough_adapter())
     return RoughCase(
         str(plain.get("title", "")),
@@ -199,6 +200,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
             raise CaseError(
                 "[ball]: not available with pymdr press; add the heights of the ball to those of a file"
             )
+    _refuse_other_bodies(plain)
     refuse_invalid(plain, press_adapter())
     return PressCase(
         str(plain.get("title", "")),
@@ -208,20 +210,42 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     )
 
 
-def _contact(plain: Mapping[str, Any]) -> Contact:
+def _refuse_other_bodies(plain: Mapping[str, Any]) -> None:
+    """Refuse bodies that rough contacts do not cover, before their keys and files are read."""
+    for name in ("body", "counterbody"):
+        table = plain.get(name)
+        kind = table.get("kind") if isinstance(table, Mapping) else None
+        if kind in ("viscoelastic", "graded", "layered"):
+            memory = (
+                "; its force_curve() in Python is a profile for viscoelastic bodies"
+                if kind == "viscoelastic"
+                else ""
+            )
+            raise CaseError(
+                f"[{name}] kind = '{kind}': rough surfaces are pressed on homogeneous elastic half-spaces; give an elastic "
+                f"or transversely_isotropic body{memory}"
+            )
+
+
+def _decoded(plain: Mapping[str, Any], legs: Mapping[str, Mapping[str, Any]]) -> tuple[Contact, list[Leg]]:
+    """The contact and the legs of a case; the mistakes of all tables are refused together."""
     refuse_invalid(plain, case_adapter())
-    body, counterbody = _bodies(plain)
-    contact: Contact = _build(
-        "contact",
-        Contact,
-        {
-            "profile": _decode(plain["profile"], "profile"),
-            "body": body,
-            "counterbody": counterbody,
-            **{name: _decode(plain[name], name) for name in ("adhesion", "friction") if name in plain},
-        },
-    )
-    return contact
+    given = {
+        name: plain[name]
+        for name in ("profile", "body", "counterbody", "adhesion", "friction")
+        if name in plain
+    }
+    built: dict[str, Any] = {}
+    faults: list[str] = []
+    for name, table in {**given, **legs}.items():
+        try:
+            built[name] = _decode(table, name)
+        except CaseError as error:
+            faults.append(str(error))
+    if faults:
+        raise CaseError("; ".join(faults))
+    contact: Contact = _build("contact", Contact, {name: built[name] for name in given})
+    return contact, [built[name] for name in legs]
 
 
 def _bodies(plain: Mapping[str, Any]) -> tuple[Material, Material]:

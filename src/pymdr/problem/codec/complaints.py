@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
@@ -23,6 +22,7 @@ from pymdr.problem.codec.tables import (
     kinds,
 )
 from pymdr.problem.layers import Layer
+from pymdr.problem.naming import nearest
 from pymdr.problem.rough import RoughSurface
 from pymdr.units import shown
 
@@ -49,7 +49,7 @@ def refuse_invalid(plain: Mapping[str, Any], adapter: TypeAdapter[Any]) -> None:
         raise CaseError(_message(error, plain)) from error
 
 
-_SHOWN = 4
+_SHOWN = 20
 """Largest number of errors in one message."""
 
 _ALTERNATIVES = ("int", "float", "str")
@@ -79,7 +79,7 @@ def _message(error: Any, plain: Mapping[str, Any]) -> str:
         if item["type"] == "missing" and tuple(loc) in suggested:
             continue
         if item["type"] == "extra_forbidden":
-            suggested |= {(*loc[:-1], key) for key in _near(str(loc[-1]), _known_keys(loc[:-1], plain))}
+            suggested |= {(*loc[:-1], key) for key in nearest(str(loc[-1]), _known_keys(loc[:-1], plain))}
         messages[_complaint(item, loc, plain)] = None
     listed = list(messages)
     more = f"; and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
@@ -92,7 +92,7 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
     where = f"[{' '.join(table)}] " if table else ""
     match item["type"]:
         case "extra_forbidden":
-            hint = _nearest(key, _known_keys(loc[:-1], plain))
+            hint = _hint(key, _known_keys(loc[:-1], plain))
             return f"{where}{key} = {shown(item['input'])}: unknown {'key' if table else 'table'}; {hint}"
         case "missing":
             return f"{where}{f'key {key!r} is missing' if table else f'table [{key}] is missing'}"
@@ -107,7 +107,9 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
                     f"[{' '.join(path)}] kind = {shown(tag)}: cases cannot contain formulas; give samples "
                     "(kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
                 )
-            return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_nearest(tag, _kinds_for(loc))}"
+            return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_hint(tag, _kinds_for(loc))}"
+        case "value_error":
+            return f"{where}{item['ctx']['error']}"
         case "too_short":
             return f"{where}{key}: at least one entry is needed"
         case "greater_than_equal":
@@ -160,15 +162,8 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     return ["kind", *(f.name for f in fields(cls)), *FILE_KEYS.get(kind, ())] if cls else ["kind"]
 
 
-def _near(word: str, known: list[str]) -> list[str]:
-    """The nearest known word; one that differs only in capitals comes first."""
-    plain = word.lower()
-    same = [name for name in known if name.lower() == plain]
-    return same or difflib.get_close_matches(plain[:80], known, n=1, cutoff=0.5)
-
-
-def _nearest(word: str, known: list[str]) -> str:
-    near = _near(word, known)
+def _hint(word: str, known: list[str]) -> str:
+    near = nearest(word, known)
     return f"did you mean {near[0]!r}?" if near else f"use one of {', '.join(known)}"
 
 

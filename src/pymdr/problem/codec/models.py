@@ -42,9 +42,15 @@ def case_schema() -> dict[str, Any]:
             "description": "CSV file with units in its header; relative to the case file",
         },
         "channels": {
-            "type": "array",
-            "items": {"enum": list(CHANNELS)},
-            "description": "columns of the file to prescribe",
+            "anyOf": [
+                {"type": "array", "items": {"enum": list(CHANNELS)}},
+                {
+                    "type": "object",
+                    "propertyNames": {"enum": ["time", *CHANNELS]},
+                    "additionalProperties": {"type": "string"},
+                },
+            ],
+            "description": "columns of the file to prescribe, or a table of channels and the titles of their columns",
         },
     }
     for kind, keys in FILE_KEYS.items():
@@ -197,7 +203,7 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
         text = "relaxation in tension, instead of shear; needs poisson"
         columns["young"] = (_union("rheology") | None, Field(None, description=text))
     if only is not None:
-        columns[only[0]] = (Union[int, float, str], ...)  # noqa: UP007
+        columns[only[0]] = (columns[only[0]][0], ...)
     doc = inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0]
     if doc.startswith(f"{cls.__name__}("):  # the default of dataclasses
         doc = ""
@@ -213,6 +219,18 @@ def _layer_model() -> Any:
     return create_model("layer", __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
 
 
+def _checked(kind: Any, descriptor: SIField | OptionalArrayField) -> Any:
+    """A type whose values the field of a problem can read: one validation then lists all wrong values of a case."""
+    from pydantic import AfterValidator
+
+    def check(value: Any) -> Any:
+        if value is not None:
+            descriptor.read(value)
+        return value
+
+    return Annotated[kind, AfterValidator(check)]
+
+
 def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     """The pydantic type and default of one dataclass field."""
     from pydantic import Field
@@ -221,22 +239,24 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     number = Union[int, float, str]  # noqa: UP007  (a runtime value)
     if isinstance(descriptor, SidesField):
         note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
-        return number | list[number], Field(..., description=note)
+        return _checked(number | list[number], descriptor), Field(..., description=note)
     if isinstance(descriptor, HeightsField):
         note = f"{descriptor.description}; rows of numbers in {descriptor.unit}, one row per x"
         return list[list[number]], Field(..., description=note)
     if isinstance(descriptor, ArrayField):
         note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
-        return list[number], Field(..., description=note)
+        return _checked(list[number], descriptor), Field(..., description=note)
     if isinstance(descriptor, OptionalArrayField):
         note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
-        return list[number] | None, Field(None, description=note)
+        return _checked(list[number] | None, descriptor), Field(None, description=note)
     if isinstance(descriptor, SIField):
         unit = f"text with unit, or number in {descriptor.unit}" if descriptor.unit else "number"
         note = "; ".join(part for part in (descriptor.description, unit, descriptor.limits) if part)
         if isinstance(descriptor, OptionalSIField):
-            return number | None, Field(None, description=note)
-        return number, Field(... if descriptor.default is None else descriptor.default, description=note)
+            return _checked(number | None, descriptor), Field(None, description=note)
+        return _checked(number, descriptor), Field(
+            ... if descriptor.default is None else descriptor.default, description=note
+        )
     if f.name == "parts":
         return _list_of(_union("part")), Field(..., description="profiles to be added", min_length=1)
     if f.name == "interpolation":
@@ -257,6 +277,9 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
     if f.name == "seed":
         return int, Field(f.default, description="seed of the random phases", ge=0, strict=True)
+    if f.name == "relative_time":
+        text = "times count on from the preceding legs; so do those of a file unless this is false"
+        return bool, Field(f.default, description=text, strict=True)
     if f.name in ("steps", "cycles"):
         text = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None

@@ -102,6 +102,9 @@ class SmoothingSpline(Value):
     """
 
 
+_NO_NOISE = 5e-5
+"""Noise over the range of the heights that twenty samples of a smooth bend seem to have; fewer seem to have more."""
+
 Interpolation: TypeAlias = CubicSpline | ShapePreserving | SmoothingSpline
 
 
@@ -237,6 +240,17 @@ class Sampled(Profile):
         True
         """
         return noise_of(self.radius, self.height)
+
+    @property
+    def unsmoothed(self) -> str:
+        """How to smooth samples that have noise and a curve through every one; empty without noise."""
+        least = _NO_NOISE * max(1.0, 20.0 / self.radius.size) ** 5 * float(np.ptp(self.height))
+        if isinstance(self.interpolation, SmoothingSpline) or self.noise <= least:
+            return ""
+        return (
+            f"the curve passes through every sample, and these have a noise of about {metres(self.noise)}: smooth them with "
+            "interpolation=SmoothingSpline(), in a case file interpolation = { kind = 'smoothing_spline' }"
+        )
 
     @property
     def reach(self) -> float:

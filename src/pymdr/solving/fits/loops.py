@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,13 +58,14 @@ class ShearRecord:
     def path(self, contact: Contact, origin: float) -> LoadingPath:
         """The path: pressed at the origin of the shift in m, then moved as recorded."""
         shift = self.shift - origin
+        pressed: dict[str, Any] = {self.channel: self.normal}
         if contact.remembers:
             if self.time is None:
                 raise ProblemError(
                     "fit: a body with memory needs the times of the samples; the record has no time"
                 )
-            return Path(time=self.time - self.time[0], shift=shift, **{self.channel: self.normal})
-        moved = Path(shift=shift, **{self.channel: self.normal})
+            return Path(time=self.time - self.time[0], shift=shift, **pressed)
+        moved = Path(shift=shift, **pressed)
         first = float(self.normal[0])
         if first <= 0.0:
             return moved

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from pymdr.errors import FileError, PymdrError
+from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.problem.topography import Topography
 from pymdr.solving.press.states import MAPS
@@ -105,7 +106,8 @@ def _pressed(dataset: xr.Dataset) -> PressedSurface:
     for name in ("pymdr_format", "pymdr_told", "pymdr_checksum"):
         data.attrs.pop(name, None)
     claims = {name: _claim(name, plain, count) for name, plain in stored["claims"].items()}
-    missing = [name for name in PressedSurface.columns if name not in claims]
+    conducted = {each.quantity for each in CONDUCTIONS}
+    missing = [name for name in PressedSurface.columns if name not in claims and name not in conducted]
     missing += [name for name, claim in claims.items() if claim.readable and name not in data.variables]
     if missing:
         raise FileError(f"it has no claims or data of {', '.join(missing)}")

@@ -33,7 +33,8 @@ class PressedSurface(Study):
     data: xr.Dataset
     """
     Over ``normal_force`` (N) or ``indentation`` (m) of the highest pixel: the other of the two, normal_stiffness (N/m),
-    contact_area (m^2), mean_pressure and peak_pressure (Pa), elastic_energy (J).
+    contact_area (m^2), mean_pressure and peak_pressure (Pa), elastic_energy (J); where the bodies say what they conduct
+    thermal_conductance (W/K) and electrical_resistance (ohm), by the stiffness.
     """
     surface: Topography
     maps: tuple[tuple[FloatArray, FloatArray], ...]
@@ -48,6 +49,8 @@ class PressedSurface(Study):
         "mean_pressure": Column("p_m", "Pa"),
         "peak_pressure": Column("p_max", "Pa"),
         "elastic_energy": Column("energy", "J"),
+        "thermal_conductance": Column("conductance", "W/K"),
+        "electrical_resistance": Column("resistance", "ohm"),
     }
     summary_claims: ClassVar = ("normal_stiffness", "contact_area")
 

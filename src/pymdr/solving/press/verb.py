@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.independent.engines import Engine, find_engine
+from pymdr.interpretation.conductance import conduction_of_stiffness
 from pymdr.interpretation.press import press_assumptions, press_claims
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.machine import memory_of_machine
@@ -141,6 +142,9 @@ def press(
     columns["peak_pressure"] = np.array([float(state.pressure.max()) for state in states])
     columns["mean_pressure"] = columns["normal_force"] / columns["contact_area"]
     claims = press_claims(columns, name, punch, package)
+    lengths = {"": columns["normal_stiffness"] / (2.0 * modulus)}
+    conducted = conduction_of_stiffness(body, counterbody or Rigid(), lengths, claims["normal_stiffness"])
+    columns, claims = columns | conducted[0], claims | conducted[1]
     deepest = int(np.argmax(columns["indentation"]))
     attributes = {
         "modulus": modulus,
@@ -321,7 +325,7 @@ def _labelled(
     arrays = {
         other: (name, np.where(claims[other].where, columns[other], np.nan), {"units": column.unit})
         for other, column in PressedSurface.columns.items()
-        if other != name and claims[other].level is not Level.NOT_VALID
+        if other != name and other in claims and claims[other].level is not Level.NOT_VALID
     }
     coordinate = (name, columns[name], {"units": PressedSurface.columns[name].unit})
     return xr.Dataset(arrays, coords={name: coordinate}, attrs=attributes)

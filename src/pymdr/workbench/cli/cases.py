@@ -40,6 +40,7 @@ def run(
     output: Output = None,
     csv: Annotated[bool, typer.Option("--csv", help="Write result.csv too.")] = False,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="Write result.xlsx too.")] = False,
+    no_figures: Annotated[bool, typer.Option("--no-figures", help="Write no figures.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -58,7 +59,7 @@ def run(
     failures: dict[Path, str] = {}
     for case, folder in folders.items():
         try:
-            reports.append(_run_one(case, folder, tables, quiet, as_json))
+            reports.append(_run_one(case, folder, tables, not no_figures, quiet, as_json))
         except (PymdrError, MemoryError) as error:
             failures[case] = error_text(error)
             reports.append(failure_report("run", case, error))
@@ -76,7 +77,9 @@ def run(
         raise typer.Exit(FAILED if "FAILED" in statuses else REFUSED)
 
 
-def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: bool) -> dict[str, Any]:
+def _run_one(
+    case: Path, folder: Path, tables: Tables, figures: bool, quiet: bool, as_json: bool
+) -> dict[str, Any]:
     import logging
 
     from pymdr.solving.verb import solve
@@ -91,7 +94,8 @@ def _run_one(case: Path, folder: Path, tables: Tables, quiet: bool, as_json: boo
         result = solve(problem.contact, problem.path, progress=stage("solving"), **problem.options)
         result.save(folder / "result.nc")
         written = [folder / "result.nc", *tables.write(result, folder, "result")]
-        written += write_figures(result.figures(), folder, stage("drawing"))
+        if figures:
+            written += write_figures(result.figures(), folder, stage("drawing"))
     if not as_json and result.status.name in REFUSALS:
         print_error(f"{case}: {result.status.name}: {result.status.value}")
     if not quiet and not as_json:

@@ -13,21 +13,26 @@ from pymdr.workbench.cli.reporting import (
     failures_as_json,
     print_json,
     print_report,
-    print_text,
     report,
     report_study,
     table_of,
+    validity_of,
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from pymdr.problem.topography import Topography
+    from pymdr.result import Result
     from pymdr.solving.study import Study
 
 
 def loops(
     record: Annotated[
         Path,
-        typer.Argument(metavar="RECORD", help="CSV of force and displacement with units, or a result.nc."),
+        typer.Argument(
+            metavar="RECORD", help="CSV of force and displacement with units, a result.nc or a case."
+        ),
     ],
     least: Annotated[
         str | None,
@@ -35,22 +40,35 @@ def loops(
             help="Smallest swing that counts as a turn, such as '0.1 um'; by default a tenth of the range."
         ),
     ] = None,
+    output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Energy per cycle and damping of a measured record or result."""
-    from pymdr.solving.reopening import open_result
+    """Energy per cycle, damping and slip of a record, result or case."""
     from pymdr.workbench.records import measured_loops
-    from pymdr.workbench.tables import read_record
 
     with failures_as_json("loops", record, as_json):
-        read = open_result if record.suffix == ".nc" else read_record
-        study = measured_loops(read(record), least=least)
+        study = measured_loops(_read_cycles(record), least=least)
+        written = write_study(study, output, "loops")
     if as_json:
         rows, table = study.data.sizes["cycle"], table_of(study.data)
-        print_json(report("loops", record, status="COMPLETED", rows=rows, loops=table))
+        claims = validity_of(study)
+        print_json(report("loops", record, written, status="COMPLETED", rows=rows, loops=table, **claims))
     elif not quiet:
-        print_text(study.summary())
+        print_report(str(record), study.summary(), written)
+
+
+def _read_cycles(record: Path) -> xr.Dataset | Result:
+    """A saved result, the solution of a case, or a measured record."""
+    from pymdr.solving.reopening import open_result
+    from pymdr.solving.verb import solve
+    from pymdr.workbench.casefile import read_case
+    from pymdr.workbench.tables import read_record
+
+    if record.suffix == ".toml":
+        case = read_case(record)
+        return solve(case.contact, case.path, **case.options)
+    return open_result(record) if record.suffix == ".nc" else read_record(record)
 
 
 def topography(

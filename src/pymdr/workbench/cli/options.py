@@ -53,6 +53,18 @@ class Once(TyperCommand):
         return super().parse_args(ctx, args)
 
 
+def values_of(given: Sequence[str]) -> list[str]:
+    """
+    The values of a repeatable option, each of which may hold several.
+
+    Examples
+    --------
+    >>> values_of(["1 m/s, 2 m/s", "3 m/s"]), values_of(["1,5 m/s"])
+    (['1 m/s', '2 m/s', '3 m/s'], ['1,5 m/s'])
+    """
+    return [value for text in given for value in re.split(r"(?<=[a-z]),\s*|,\s+", text.strip())]
+
+
 def spread(
     given: Sequence[str], points: int | None, unit: str, name: str, form: str = "--{name} '{value}'"
 ) -> FloatArray | list[str]:
@@ -62,6 +74,7 @@ def spread(
     from pymdr.errors import ProblemError
     from pymdr.units import to_si_array
 
+    given = values_of(given)
     bare = [value for value in given if unit and re.fullmatch(r"\s*[-+.\d][-+.\deE]*\s*", value)]
     if bare:
         raise ProblemError(
@@ -69,7 +82,7 @@ def spread(
             + form.format(name=name, value=f"{bare[0].strip()} {unit}")
         )
     if points is None:
-        return list(given)
+        return given
     ends = to_si_array(list(given), unit, name=name)
     if ends.shape != (2,) or not np.all(ends > 0.0) or not 2 <= points <= _MOST_POINTS:
         raise ProblemError(

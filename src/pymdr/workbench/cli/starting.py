@@ -9,11 +9,20 @@ from typing import Annotated
 import typer
 
 
+def kinds_starting(incomplete: str) -> list[str]:
+    """Kinds of cases that complete a word."""
+    from pymdr.workbench.templates import KINDS
+
+    return [kind for kind in KINDS if kind.startswith(incomplete)]
+
+
 def new(
     kind: Annotated[
         str,
         typer.Argument(
-            help="ball, cone, worn (truncated), punch, tip (measured), gel (adhesion), joint (friction), cycle, rough or press."
+            autocompletion=kinds_starting,
+            help="ball, cone, worn (truncated), punch, tip (measured), gel (adhesion), joint (friction), cycle, rubber, creep, "
+            "layers, switch (conduction), rough or press.",
         ),
     ] = "ball",
     output: Annotated[

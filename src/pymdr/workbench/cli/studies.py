@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from pymdr.workbench.cli.folders import write_study
-from pymdr.workbench.cli.options import CaseFile, Json, Points, Quiet, Table, spread
+from pymdr.workbench.cli.options import CaseFile, Json, Points, Quiet, Table, spread, values_of
 from pymdr.workbench.cli.reporting import (
     failures_as_json,
     print_json,
@@ -26,43 +26,62 @@ if TYPE_CHECKING:
 
 NormalForce = Annotated[str | None, typer.Option(help="Constant load, such as '1 N'.")]
 Indentation = Annotated[str | None, typer.Option(help="Constant indentation instead, such as '10 um'.")]
-Speeds = Annotated[list[str], typer.Option(help="Sliding speed, such as '1 mm/s'; repeatable.")]
+Speeds = Annotated[
+    list[str], typer.Option(help="Sliding speed, such as '1 mm/s', or several: '1 mm/s, 2 mm/s'.")
+]
 
 
 def impact(
     case: CaseFile,
     mass: Annotated[str, typer.Option(help="Reduced mass, such as '33 g'.")],
-    speed: Annotated[str, typer.Option(help="Speed at the first touch, such as '0.3 m/s'.")],
+    speed: Annotated[
+        list[str],
+        typer.Option(
+            help="Speed at the first touch, such as '0.3 m/s'; several give a table of restitution."
+        ),
+    ],
     angle: Annotated[
-        str, typer.Option(help="Angle of incidence from the normal, such as '40 deg'.")
-    ] = "0 deg",
+        str | None, typer.Option(help="Angle of incidence from the normal, such as '40 deg'.")
+    ] = None,
     inertia: Annotated[
         str | None, typer.Option(help="Moment of inertia, such as '1 g*cm^2'; by default of a solid ball.")
     ] = None,
     radius: Annotated[
         str | None, typer.Option(help="Distance from centre to contact point; by default of the ball.")
     ] = None,
-    spin: Annotated[str, typer.Option(help="Angular velocity, such as '10 rad/s'.")] = "0 rad/s",
+    spin: Annotated[str | None, typer.Option(help="Angular velocity, such as '10 rad/s'.")] = None,
+    points: Points = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Simulate an impact; the case needs no [[path]]."""
+    """Simulate impacts at one or several speeds; needs no [[path]]."""
+    from pymdr.errors import ProblemError
     from pymdr.quantities import quantity
     from pymdr.solving.impacts import impact as collide
+    from pymdr.solving.impacts import restitution
     from pymdr.workbench.casefile import read_contact
 
+    oblique = {"angle": angle, "inertia": inertia, "radius": radius, "spin": spin}
+    given: dict[str, Any] = {name: value for name, value in oblique.items() if value is not None}
+
+    def rebounds(contact: Contact) -> Study:
+        if given:
+            raise ProblemError(
+                f"impact: --{next(iter(given))} is of oblique impacts; give one --speed, or leave it out for the "
+                "restitution of several"
+            )
+        return restitution(contact, mass=mass, speeds=spread(speed, points, "m/s", "speed"))
+
+    speeds = values_of(speed)
+    if len(speeds) > 1:
+        _study("impact", case, rebounds, output, quiet, as_json)
+        return
     with failures_as_json("impact", case, as_json):
+        if points is not None:
+            spread(speed, points, "m/s", "speed")
         title, contact = read_contact(case)
-        study = collide(
-            contact,
-            mass=mass,
-            speed=speed,
-            angle=angle,
-            inertia=inertia,
-            radius=radius,
-            spin=spin,
-        )
+        study = collide(contact, mass=mass, speed=speeds[0], **given)
         written = write_study(study, output, "impact")
     if as_json:
         plain = report(
