@@ -674,9 +674,9 @@ def test_a_sudden_shift_of_what_relaxes_by_a_power_claims_no_more_than_slip_lets
     )
     for claim in result.claims.values():
         assert claim.error is None or np.max(claim.error, initial=0.0) <= 1.0
-    # all springs slip at once and bear mu F_N whatever the kernel is, whose error alone would be 1; grids differ by 3 % in the first row
+    # all springs slip at once and bear mu F_N whatever the kernel is, whose error alone would be 1; grids differ by 3 and 40 % in the first row
     force, claim = result["tangential_force"].values, result.claims["tangential_force"]
-    assert abs(force[0] / (0.3 * friction) - 1.0) <= claim.error[0] <= 0.15
+    assert abs(force[0] / (0.3 * friction) - 1.0) <= claim.error[0] <= 0.35
     assert result.claims["slip_work"].error[0] < 0.7
 
 
@@ -704,9 +704,9 @@ def random_history(seed):
 def test_slip_between_springs_errs_no_more_than_is_claimed(seed, monkeypatch):
     contact, path = random_history(seed)
     result = mdr.solve(contact, path)
-    monkeypatch.setattr(viscoelastic, "SPRINGS", 4 * viscoelastic.SPRINGS)
-    levels = tuple((parts, 4 * n, slack) for parts, n, slack in frictional_memory._LEVELS)
-    monkeypatch.setattr(frictional_memory, "_LEVELS", levels)
+    levels = tuple((parts, 4 * n) for parts, n in viscoelastic.LEVELS)
+    for module in (viscoelastic, frictional_memory):
+        monkeypatch.setattr(module, "LEVELS", levels)
     finer = mdr.solve(contact, path)
     for name in ("tangential_force", "slip_work", "dissipated_energy", "slip_distance"):
         values, expected = result[name].values, finer[name].values

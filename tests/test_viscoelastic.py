@@ -508,6 +508,7 @@ def test_few_rows_of_forces_err_as_is_told(memory, shape, stiffness):
     time=st.floats(-2.0, 1.0),
     shape=st.sampled_from([mdr.Paraboloid(1.0), mdr.Cone(slope=0.3)]),
 )
+@example(decades=[-1.0, -2.0], waits=[1.0] * 8, time=-2.0, shape=mdr.Paraboloid(1.0))
 def test_small_rows_of_a_deep_history_say_their_own_errors(decades, waits, time, shape):
     """The first rows are one approach, which Ting's form has without springs."""
     shear = mdr.Prony(0.2, [1.0], [10.0**time])

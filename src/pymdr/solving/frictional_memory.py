@@ -41,7 +41,7 @@ from pymdr.result import Result
 from pymdr.rows import joined, taken
 from pymdr.solving.memory import (
     OWN_ERRORS,
-    error_of,
+    error_of_levels,
     is_told_by_rows,
     own_share,
     relaxation_along,
@@ -50,6 +50,7 @@ from pymdr.solving.memory import (
     travelled,
 )
 from pymdr.solving.viscoelastic import (
+    LEVELS,
     SPRINGS,
     MemoryRows,
     begun,
@@ -65,8 +66,8 @@ from pymdr.solving.viscoelastic import (
 from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
 from pymdr.units import FloatArray, newtons
 
-_LEVELS = ((2, SPRINGS, 0.0), (1, SPRINGS // 2, 1e-3), (1, SPRINGS // 4, 4e-3))
-"""Parts of a step, springs, and by how much these may carry less than all of them."""
+_SLACK = (0.0, 1e-3, 4e-3)
+"""By how much the springs of each level may carry less than all of them."""
 
 
 @dataclass(frozen=True)
@@ -148,17 +149,17 @@ def _step(
     refuse_untimed(asked, bodies.normal)
     if state is None:
         none = (0.0,) * len(_SUMMED)
-        virgin = begun(task, bodies.line, bodies.normal, asked, len(_LEVELS))
+        virgin = begun(task, bodies.line, bodies.normal, asked)
         state = tuple(_State(normal, unsheared(), none) for normal in virgin)
     parts = parts_between(task, bodies.line, bodies.normal, asked, state[1].normal, loads=True)
-    (fine, coarse, _), (sheared, half, quarter), ends = zip(
+    pressed, (sheared, half, quarter), ends = zip(
         *(
             _followed(task, bodies, asked, one, parts.halved(2 * many), n, slack)
-            for one, (many, n, slack) in zip(state, _LEVELS, strict=True)
+            for one, (many, n), slack in zip(state, LEVELS, _SLACK, strict=True)
         ),
         strict=True,
     )
-    rows, here = rows_met(task, bodies.line, bodies.normal, asked, fine, coarse)
+    rows, here = rows_met(task, bodies.line, bodies.normal, asked, pressed)
     forced = np.full(rows.indentation.size, asked.controls.tangential == "tangential_force")
     here = {
         **here,
@@ -312,22 +313,16 @@ def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
 
 
 def _errors(rows: _Rows) -> dict[str, FloatArray]:
-    """
-    Relative errors of rows, from half as many springs and steps.
-
-    The error that the edge of slip makes depends on where it lies between springs, so that two levels may agree by chance: an
-    eighth of the difference of the next two counts too; an error of second order is a twelfth of it.
-    """
+    """Relative errors of rows, from fewer springs and steps."""
     normal = rows.normal
-    fine = _compared(rows.fine, normal.dissipated, normal.work)
-    coarse, coarsest = (
-        _compared(sheared, normal.of_half("dissipated"), normal.of_half("work"))
-        for sheared in (rows.coarse, rows.coarsest)
+    levels = zip(
+        (rows.fine, rows.coarse, rows.coarsest),
+        (normal.dissipated, *normal.of_fewer("dissipated")),
+        (normal.work, *normal.of_fewer("work")),
+        strict=True,
     )
-    return {
-        name: np.maximum(error_of(fine[name], coarse[name]), 0.125 * error_of(coarse[name], coarsest[name]))
-        for name in fine
-    }
+    fine, coarse, coarsest = (_compared(*level) for level in levels)
+    return {name: error_of_levels(fine[name], coarse[name], coarsest[name]) for name in fine}
 
 
 def _compared(sheared: _Sheared, dissipated: FloatArray, work: FloatArray) -> dict[str, FloatArray]:

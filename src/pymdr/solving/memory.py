@@ -148,6 +148,16 @@ def error_of(values: FloatArray, half: FloatArray) -> FloatArray:
     return of_own_size(later_too(np.abs(values - half) / largest, so_far / largest), values)
 
 
+def error_of_levels(values: FloatArray, half: FloatArray, quarter: FloatArray) -> FloatArray:
+    """
+    Relative errors of rows from half as many springs and steps, and half as many springs once more.
+
+    The error at the edge of contact or slip depends on where it lies between springs, so that two levels may agree by chance: the
+    difference of the next two counts too, scaled by the order 3/2 of an edge between springs.
+    """
+    return np.maximum(error_of(values, half), 2.0**-1.5 * error_of(half, quarter))
+
+
 def later_too(apart: FloatArray, size: FloatArray) -> FloatArray:
     """
     Twice the most by which half as many springs and steps differ up to a row, or up to some rows later as parts of their size.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -44,7 +44,7 @@ from pymdr.rows import taken
 from pymdr.solving.memory import (
     OWN_ERRORS,
     assumptions_with_memory,
-    error_of,
+    error_of_levels,
     is_told_by_rows,
     own_share,
     refuse_sudden,
@@ -70,6 +70,8 @@ from pymdr.units import FloatArray
 _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation", "work")
 SPRINGS = 1000
 """Springs in the largest contact."""
+LEVELS = ((2, SPRINGS), (1, SPRINGS // 2), (1, SPRINGS // 4))
+"""Parts of a step and springs, from which rows and their errors are found."""
 _STRAIGHT = 1e-3
 """How far an indentation that is not prescribed may be off a straight line on a part of a row, of the largest one, before the
 parts are divided once more in two and four."""
@@ -95,16 +97,13 @@ class MemoryRows:
     coarse: FloatArray
     """What half as many springs give, in half as many steps between the rows where they are needed: a column for each of
     `_COMPARED`."""
+    coarsest: FloatArray
+    """What half as many springs once more give."""
 
-    def of_half(self, name: str) -> FloatArray:
-        """What half as many springs gave of one quantity."""
-        return np.asarray(self.coarse[:, _COMPARED.index(name)])
-
-
-@dataclass(frozen=True)
-class _State:
-    fine: MemoryState
-    coarse: MemoryState
+    def of_fewer(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """What half and a quarter of the springs give of one quantity."""
+        column = _COMPARED.index(name)
+        return self.coarse[:, column], self.coarsest[:, column]
 
 
 def solve_viscoelastic(task: Task) -> Result:
@@ -123,23 +122,23 @@ def _step(
     task: Task,
     line: ElasticLine,
     relaxation: Relaxation,
-    state: _State | None,
+    state: Sequence[MemoryState] | None,
     asked: Stretch,
     kept: np.ndarray | None,
     told: LegProgress | None,
-) -> tuple[MemoryRows, _State, Channels]:
-    """Step 2: springs with memory, and half as many of them, which tell how far they err."""
+) -> tuple[MemoryRows, Sequence[MemoryState], Channels]:
+    """Step 2: springs with memory, and fewer of them, from which their error follows."""
     refuse_untimed(asked, relaxation)
-    first, second = begun(task, line, relaxation, asked) if state is None else (state.fine, state.coarse)
+    state = begun(task, line, relaxation, asked) if state is None else state
     # as with friction, which changes nothing here
     loads = asked.controls.normal != "indentation"
-    parts = parts_between(task, line, relaxation, asked, second, loads=loads)
-    fine, coarse = (
-        followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), many * SPRINGS // 2)
-        for one, many in ((first, 2), (second, 1))
-    )
-    rows, here = rows_met(task, line, relaxation, asked, fine, coarse)
-    return taken(rows, kept), _State(fine.state, coarse.state), here
+    parts = parts_between(task, line, relaxation, asked, state[1], loads=loads)
+    levels = [
+        followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), n)
+        for one, (many, n) in zip(state, LEVELS, strict=True)
+    ]
+    rows, here = rows_met(task, line, relaxation, asked, levels)
+    return taken(rows, kept), [one.state for one in levels], here
 
 
 def refuse_untimed(asked: Stretch, relaxation: Relaxation) -> None:
@@ -155,10 +154,10 @@ def rows_met(
     line: ElasticLine,
     relaxation: Relaxation,
     asked: Stretch,
-    fine: MemoryHistory,
-    coarse: MemoryHistory,
+    levels: Sequence[MemoryHistory],
 ) -> tuple[MemoryRows, Channels]:
-    """Rows of a leg, with what half as many springs gave, and where it ends."""
+    """Rows of a leg, with what fewer springs give, and where it ends."""
+    fine, *others = levels
     deepest = states_at_depth(line, np.array([float(np.max(fine.indentation))]))
     refuse_unreachable(line, task.contact.profile, deepest)
     if not rises_to(line, float(deepest.indentation[0])):
@@ -181,14 +180,12 @@ def rows_met(
         fine.disk,
         np.full(fine.force.size, asked.by_force),
         np.full(fine.force.size, asked.controls.normal == "indentation"),
-        np.stack([getattr(coarse, name) for name in _COMPARED], axis=1),
+        *(np.stack([getattr(one, name) for name in _COMPARED], axis=1) for one in others),
     )
     return rows, channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
 
 
-def begun(
-    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, levels: int = 2
-) -> list[MemoryState]:
+def begun(task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch) -> list[MemoryState]:
     """Bodies that have not touched, with all springs, half of them and so on, for the deepest indentation that any leg names.
 
     A first leg under forces lays its own, where that goes deeper.
@@ -200,9 +197,9 @@ def begun(
         if asked.by_force and deepest > 0.0:
             time, force = np.append(asked.begin, times_of(asked)), np.append(asked.start[0], asked.normal)
             deepest = max(deepest, deepest_under(line, relaxation, time, force))
-        return [prepared(line, relaxation, deepest, apart, SPRINGS >> level) for level in range(levels)]
+        return [prepared(line, relaxation, deepest, apart, n) for _, n in LEVELS]
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
-        return [apart] * levels
+        return [apart] * len(LEVELS)
 
 
 def parts_between(
@@ -366,8 +363,7 @@ def status_of(claims: Mapping[str, Claim]) -> Status:
 
 
 def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
-    """Relative errors of rows, from half as many springs and steps."""
-    found = {}
+    """Relative errors of rows, from fewer springs and steps."""
     fine = {
         "normal_force": rows.normal_force,
         "contact_radius": rows.contact_radius,
@@ -376,9 +372,11 @@ def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
         "indentation": rows.indentation,
         "external_work": rows.work,
     }
-    for (name, values), coarse in zip(fine.items(), rows.coarse.T, strict=True):
-        found[name] = error_of(values, coarse)
-    return found
+    coarser = zip(rows.coarse.T, rows.coarsest.T, strict=True)
+    return {
+        name: error_of_levels(values, *pair)
+        for (name, values), pair in zip(fine.items(), coarser, strict=True)
+    }
 
 
 def kernel_errors(
