@@ -8,15 +8,18 @@ import sys
 from pathlib import Path
 
 import latex2mathml.converter
+import matplotlib as mpl
 import sphinx_gallery.backreferences
 from docutils import nodes
 
 import pymdr
+from pymdr.presentation.plot.shared import STYLE
 from pymdr.quantities import POSITION, QUANTITIES, RADIUS
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 os.environ.setdefault("MPLBACKEND", "agg")
+mpl.rcParams.update(STYLE)
 
 project = "pymdr"
 author = "The pymdr developers"

@@ -25,7 +25,7 @@ for law in ("JKR", "MaugisDugdale", "DMT"):
     pull = [-regime.pull_off_force[law] / (np.pi * 0.1 * r) for regime, r in zip(regimes, radii, strict=True)]
     axes.semilogx(radii * 1e9, pull, label=law)
 axes.set_xlabel("radius of the tip (nm)")
-axes.set_ylabel("pull-off force over $\\pi \\gamma R$")
+axes.set_ylabel(r"pull-off force / $\pi w R$")
 axes.legend()
 
 # %%

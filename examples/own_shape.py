@@ -41,8 +41,8 @@ left, right = figure.subplots(1, 2)
 radius = result["contact_radius"].values
 left.loglog(depths, result["normal_force"].values)
 left.set(xlabel="indentation (m)", ylabel="force (N)")
-right.loglog(radius, result.claims["normal_force"].error)
-right.set(xlabel="contact radius (m)", ylabel="claimed error of the force")
+right.loglog(depths, radius)
+right.set(xlabel="indentation (m)", ylabel="contact radius (m)")
 
 # %%
 # The depth of a hyperboloid is :math:`d = \theta\, a \arctan(a/c)`, and the kink adds :math:`\vartheta\, a

@@ -25,7 +25,7 @@ left.set(xlabel="tangential displacement (nm)", ylabel="tangential force (N)")
 right.plot(result.to("contact_radius", "um"), label="contact radius")
 right.plot(result.to("stick_radius", "um"), label="stick radius")
 right.set(xlabel="step", ylabel="radius (µm)")
-right.legend()
+right.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 # %%
 # Energy balance: work is stored or dissipated by friction. The last two cycles are steady.

@@ -627,14 +627,12 @@ def test_a_derivative_of_something_else_is_refused(name, R, c, wrong, everywhere
     with np.errstate(all="ignore"):
         if name == "plateau" and not everywhere:
             return
-        with pytest.raises(
-            mdr.ProblemError, match=r"contradict each other near r = .* where f rises with a slope of"
-        ):
+        with pytest.raises(mdr.ProblemError, match=r"contradict each other near r = .* the slope of f is"):
             check_consistency(lambda r: f(r, R, c), derivative, 1e-9 * high, high)
 
 
 def test_the_mended_examples():
-    with pytest.raises(mdr.ProblemError, match=r"slope of .* and derivative gives"):
+    with pytest.raises(mdr.ProblemError, match=r"slope of f is .*, derivative gives"):
         check_consistency(lambda r: r * r / 2, lambda r: 2 * r, 1e-6, 1.0)
     check_consistency(lambda r: r * r / 2 + np.maximum(r - 0.5, 0), lambda r: r + (r > 0.5), 1e-6, 1.0, [0.5])
     with pytest.raises(mdr.ProblemError, match="near r = 5"):

@@ -14,7 +14,7 @@ import pymdr as mdr
 from common import UNIT
 from drawing import examples, first_of
 from pymdr.independent.rings import solve_indentation
-from pymdr.interpretation.certificate import certify_disk, certify_history, noise_words, valid_ranges
+from pymdr.interpretation.certificate import certify_disk, certify_history, noise_remark, valid_ranges
 from pymdr.interpretation.disks import disk_depths, holes
 from pymdr.line.foundation import ElasticLine, normal_force, states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
@@ -299,10 +299,10 @@ def test_noise_of_samples_is_named_with_its_remedy():
     r = np.linspace(0, 1e-6, 200)
     samples = mdr.Sampled(r, r * r / 2e-6 + 2e-11 * rng.standard_normal(r.size))
     line = equivalent_profile(samples)
-    words = noise_words(samples, line, 5e-8)
+    words = noise_remark(samples, line, 5e-8)
     assert "SmoothingSpline()" in words
-    assert "falls by" in words
-    assert noise_words(bump(3e-8), equivalent_profile(bump(3e-8)), 1e-5) == ""
+    assert "decreases by" in words
+    assert noise_remark(bump(3e-8), equivalent_profile(bump(3e-8)), 1e-5) == ""
     contact = mdr.Contact(samples, UNIT, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.ProblemError, match=r"SmoothingSpline\(\)"):
         mdr.solve(contact, mdr.indent(5e-8) >> mdr.shift(1e-9))
@@ -315,8 +315,8 @@ def test_falls_that_noise_makes_are_said_to_be_of_noise(seed, count, decades):
     r = np.linspace(0.0, size, count)
     noise = 3e-5 * size * np.random.default_rng(seed).standard_normal(count)
     samples = mdr.Sampled(r, r * r / (2.0 * size) + noise, interpolation=mdr.CubicSpline())
-    words = noise_words(samples, equivalent_profile(samples), 0.1 * size)
-    assert "falls by" not in words or "explains: smooth them" in words
+    words = noise_remark(samples, equivalent_profile(samples), 0.1 * size)
+    assert "decreases by" not in words or "can cause: smooth them" in words
 
 
 def test_adhesive_disks_between_the_steps():
@@ -359,7 +359,7 @@ def test_a_faintly_hollow_tip_is_exact_but_for_fields(exponent, depth, with_deri
         assert claim.level is mdr.Level.EXACT
         assert np.all(claim.error <= 1e-9)
         assert np.all(np.abs(result[name].values / truth - 1.0) <= 10.0 * claim.error + 1e-14)
-    passes = "passes over a ring" in result.claims["contact_radius"].reason
+    passes = "neglects a ring" in result.claims["contact_radius"].reason
     assert passes or exponent < -6.0
     assert result.claims["pressure"].level is (mdr.Level.APPROXIMATE if passes else mdr.Level.EXACT)
     assert result.claims["indentation"].error.max() == 0.0

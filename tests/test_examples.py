@@ -1,4 +1,4 @@
-"""Every example runs, and each asserts a number of its own."""
+"""Every example runs, each asserts a number of its own, and its figures can be read."""
 
 import math
 import runpy
@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from legibility import collected_figures, faults
 from pymdr.solving.verb import solve
 from pymdr.workbench.casefile import read_case
 
@@ -61,7 +62,10 @@ SCRIPTS = [*EXAMPLES.glob("*.py"), *(EXAMPLES.parent / "docs" / "demonstrations"
 @pytest.mark.parametrize("script", sorted(SCRIPTS), ids=lambda p: p.stem)
 def test_script(script):
     assert "assert " in script.read_text()
-    runpy.run_path(str(script))
+    with collected_figures() as figures:
+        runpy.run_path(str(script))
+    for figure in figures:
+        assert not faults(figure)
 
 
 RECORDS = {

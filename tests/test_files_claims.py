@@ -126,7 +126,7 @@ def test_errors_are_told_where_a_number_is_not_exact(solved, rough):
     assert "pressure 3.0e-08" in words
     assert "error 2.5e-07" in rough._repr_html_()
     # one group of claims for all that err, not one for every size of the error
-    assert words.count(f"numbers err by more than {EXACT_WITHIN:g}") == 1
+    assert words.count(f"relative numerical error above {EXACT_WITHIN:g}") == 1
 
 
 def test_html_tells_every_error_to_those_who_unfold_it(rough):
@@ -175,7 +175,7 @@ def test_exact_means_a_small_known_error_and_none_means_not_known():
     assert replace(exact, error=np.array([1e-9, 0.0, 1.0])).level is mdr.Level.EXACT
     coarse = replace(exact, error=np.array([2e-9, 0.0, 0.0]))
     assert coarse.level is mdr.Level.APPROXIMATE
-    assert "numbers err by more than 1e-09" in coarse.reason
+    assert "relative numerical error above 1e-09" in coarse.reason
     # an approximation is not made exact by its numerics
     assert replace(exact, level=mdr.Level.APPROXIMATE).error is None
     assert replace(exact, level=mdr.Level.APPROXIMATE, error=np.full(3, 1e-14)).error is None
@@ -209,7 +209,7 @@ def test_results_say_which_curve_was_run_through_the_samples():
 
 def test_a_scatter_that_is_an_offset_is_told_to_make_no_band():
     r = np.linspace(0.0, 1e-7, 61)
-    for scatter, words in ((np.full(61, 1e-10), "have no width"), (1e-3 * r, "a sensitivity")):
+    for scatter, words in ((np.full(61, 1e-10), "have zero width"), (1e-3 * r, "a sensitivity")):
         tip = mdr.Sampled(r, r**2 / 2e-7, scatter)
         assert words in mdr.solve(mdr.Contact(tip, UNIT), mdr.indent("1 nm")).notes[-1]
 

@@ -21,7 +21,7 @@ from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, Unit
 from pymdr.problem.codec import decode_contact
 from pymdr.solving.fits.estimating import estimate
 from pymdr.solving.fits.forces import forces_of, modelled
-from pymdr.solving.fits.residuals import hanging
+from pymdr.solving.fits.residuals import serial_correlation
 from pymdr.solving.study import Answer
 from pymdr.workbench.cli import app
 from pymdr.workbench.tables import read_curve
@@ -130,7 +130,7 @@ def test_what_hangs_together_tells_less():
     assert plain.correlated < 1.5
     assert wide.correlated > 8.0
     assert wide["body.young"].error > 2.0 * plain["body.young"].error
-    assert hanging(np.ones((1, 50)), np.ones(1)).correlated[0] == 1.0
+    assert serial_correlation(np.ones((1, 50)), np.ones(1)).correlated[0] == 1.0
 
 
 def test_profiles_of_the_likelihood_agree_where_it_is_normal():
@@ -195,7 +195,8 @@ def test_what_fits_find_is_shown_and_written_as_a_study(tmp_path, kind):
     below = figure.get_supxlabel().replace("\n", " ")
     assert all(words in below for words in unmet)
     if kind == "fit":
-        assert str(found["body.young"]) in figure.get_suptitle()
+        text = str(found["body.young"]).replace("body.young", "Young's modulus")
+        assert text in figure.get_suptitle()
     again = pickle.loads(pickle.dumps(found))
     assert again.summary() == found.summary()
     assert all(words in found.summary() for words in unmet)
@@ -283,7 +284,7 @@ def test_a_record_without_memory_tells_what_it_determines():
     curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
     free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
     with pytest.raises(
-        ProblemError, match=r"time below 253 µs, .* it tells only the equilibrium modulus, 1 kPa"
+        ProblemError, match=r"time is below 253 µs, .* which determines only the equilibrium modulus, 1 kPa"
     ):
         mdr.fit(mdr.Contact(plain.profile, body), curve, free)
 
@@ -292,10 +293,18 @@ def test_a_record_without_memory_tells_what_it_determines():
     ("time", "seed", "words"),
     [
         ("20 s", 2, None),
-        ("1000 s", 1, r"tell body.shear.modulus and body.shear.time apart: it determines .* x .*\^0\.99"),
-        ("10 us", 1, r"time below 250 µs, and has steps of 25 ms over 4 s: .* the equilibrium modulus, 1\.0"),
-        ("10 us", 2, r"time below 250 µs, and has steps of 25 ms over 4 s: .* the equilibrium modulus, 1\.0"),
-        ("100 s", 1, r"time below 250 µs, .* its modulus times it"),
+        ("1000 s", 1, r"distinguish body.shear.modulus and body.shear.time: it determines .* x .*\^0\.99"),
+        (
+            "10 us",
+            1,
+            r"time is below 250 µs, beyond the steps of 25 ms .* duration of 4 s .* the equilibrium modulus, 1\.0",
+        ),
+        (
+            "10 us",
+            2,
+            r"time is below 250 µs, beyond the steps of 25 ms .* duration of 4 s .* the equilibrium modulus, 1\.0",
+        ),
+        ("100 s", 1, r"time is below 250 µs, .* its modulus times it"),
     ],
 )
 def test_relaxations_far_from_the_times_of_a_record(time, seed, words):
@@ -340,7 +349,7 @@ def test_what_a_curve_cannot_tell():
         mdr.fit(JKR, curve, ["body.young", "adhesion.work", "profile.radius"])
     plain = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
     pressed = recorded(plain, np.linspace(-1e-6, 1e-6, 200), None, 0.01, 1)
-    with pytest.raises(ProblemError, match=r"body\.young and body\.poisson apart"):
+    with pytest.raises(ProblemError, match=r"distinguish body\.young and body\.poisson"):
         mdr.fit(mdr.Contact(plain.profile, mdr.Elastic(3e3, 0.3)), pressed, ["body.young", "body.poisson"])
     with pytest.raises(ProblemError, match="shows no adhesion"):
         mdr.fit(JKR, pressed, ["body.young", "adhesion.work"])
@@ -349,10 +358,10 @@ def test_what_a_curve_cannot_tell():
 @pytest.mark.parametrize(
     ("free", "options", "kind", "words"),
     [
-        ([], {}, ProblemError, "name what is looked for"),
+        ([], {}, ProblemError, "name the unknowns"),
         (["body.yung"], {}, ProblemError, "this contact has"),
         (["body.young", "body.young"], {}, ProblemError, "each once"),
-        ({"body.young": ["2 MPa", "1 MPa"]}, {}, ProblemError, "a pair that rises"),
+        ({"body.young": ["2 MPa", "1 MPa"]}, {}, ProblemError, "an increasing pair"),
         ({"body.young": ["2 N", "3 N"]}, {}, UnitError, "does not fit"),
         (["body.young"], {"contact_point": "1 N"}, UnitError, "does not fit"),
     ],
@@ -423,10 +432,10 @@ def test_records_without_contact_are_refused():
     noise = 0.01 * force.max() * np.random.default_rng(0).normal(size=200)
     sticky = mdr.Contact(contact.profile, contact.body, adhesion=mdr.JKR("1 mJ/m^2"))
     for turned in (noise, noise - force, np.where(np.arange(200) == 50, 1.0, force + noise)):
-        with pytest.raises(ProblemError, match=r"no contact is seen.*orient"):
+        with pytest.raises(ProblemError, match=r"shows no contact.*orient"):
             mdr.fit(contact, mdr.MeasuredCurve(force=turned, indentation=depth), ["body.young"])
     for flat, place in ((np.ones(200), depth), (force, np.zeros(200))):
-        with pytest.raises(ProblemError, match="does not change"):
+        with pytest.raises(ProblemError, match="is constant"):
             mdr.fit(sticky, mdr.MeasuredCurve(force=flat, indentation=place), ["body.young"])
 
 
@@ -436,7 +445,7 @@ def test_an_unknown_at_its_bound_is_told(tmp_path):
     found = mdr.fit(contact, curve, {"body.young": ["10 kPa", "20 kPa"]})
     assert (found["body.young"].low, found["body.young"].high) == (10e3, 20e3)
     assert math.isnan(found["body.young"].error)
-    assert "rests at its bound 10 kPa" in found.summary()
+    assert "reached its bound 10 kPa" in found.summary()
     assert str(found["body.young"]) == "body.young = 10 kPa, at one of its bounds 10 kPa and 20 kPa"
     assert found.profile_intervals() == {"body.young": (10e3, 20e3)}
     assert found.waves > 1.0
@@ -465,10 +474,10 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
     )
     soft = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("2 kPa", 0.5))
     record = mdr.MeasuredCurve(force=force, indentation=depth)
-    told = any("out of range" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
+    told = any("saturated" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
     assert told == (share < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < share < 1.0 + 5.0 * noise
     cut = mdr.fit(soft, record.mark_saturated(), ["body.young"])
-    assert not any("run out of range" in note for note in cut.notes)
+    assert not any("detector was saturated" in note for note in cut.notes)
     assert cut["body.young"].value == pytest.approx(1e3, abs=6.0 * cut["body.young"].error + 1e-3)
 
 

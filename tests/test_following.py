@@ -185,7 +185,7 @@ def test_hidden_folds_and_corners():
         lambda s: np.abs(s - 0.7) - 0.7, lambda s: np.sign(s - 0.7), np.zeros_like, 0.0, 3.0, knots=(0.7,)
     )
     assert trace(corner).turning[1] == 0.7
-    assert trace(corner).lost == 0.7
+    assert trace(corner).pull_off == 0.7
 
 
 @given(st.floats(-1e3, 1e3), st.floats(0.5, 20.0), st.floats(-9.0, 3.0))
@@ -362,7 +362,7 @@ def test_pull_off_is_the_last_fold(n, k):
     kappa = {1.0: np.pi / 2, 2.0: 2.0, 3.0: 3 * np.pi / 4}[n]
     law = JKR(Powers(((n, kappa),)), 1.0, 1.0)
     track = tracked(law, 3.0, k)
-    assert track.lost == pytest.approx(float(expected.contact_radius), rel=1e-13)
+    assert track.pull_off == pytest.approx(float(expected.contact_radius), rel=1e-13)
     d, F = float(expected.indentation), float(expected.normal_force)
     control = F if k == 0.0 else d + F / k
     history = follow(track, [2.9, control * (1 - 1e-9), control * (1 + 1e-9)])
@@ -377,7 +377,7 @@ def test_pull_off_is_the_last_fold(n, k):
 def test_pull_off_of_maugis_dugdale(entry):
     strength = entry["inputs"]["lam"] / 2 / (9 / (16 * np.pi)) ** (1 / 3)
     law = maugis_dugdale(paraboloid(), 1.0, 1.0, strength)
-    force = law.states(tracked(law, 1.0, 0.0).lost).normal_force
+    force = law.states(tracked(law, 1.0, 0.0).pull_off).normal_force
     assert force / np.pi == pytest.approx(entry["expected"]["F_over_piRgamma"], rel=entry["rtol"])
 
 
@@ -415,7 +415,7 @@ def test_punches_stick_at_their_edge():
     law = JKR(flat(b), 1.0, gamma)
     for k in (np.inf, 0.0, 2.0):
         track = tracked(law, 0.5, k)
-        state = law.states(track.lost)
+        state = law.states(track.pull_off)
         F = -np.sqrt(8 * np.pi * gamma * b**3)
         assert state.normal_force == pytest.approx(F, rel=1e-14)
         history = follow(track, [0.0, 0.4])

@@ -585,7 +585,7 @@ def test_overdamped_impacts_on_edges_end_or_say_why_not(viscosity, mass, size):
             stuck = str(error)
         if stuck:
             assert slow < 1e-9 * fast
-            assert "they stick for all that can be measured" in stuck
+            assert "the bodies practically stick" in stuck
             continue
         assert 0.0 <= hit.restitution <= 2.0 * slow / fast + 1e-12
 
@@ -602,7 +602,7 @@ def test_hollow_profiles_are_told_what_they_are(deep, at, time, mass, speed):
     x = np.linspace(0.0, 1.0, 40)
     hollow = mdr.Sampled(1e-3 * x, 1e-3 * (0.03 * x**2 - deep * np.exp(-(((x - at) / 0.1) ** 2))))
     liquid = mdr.Viscoelastic(mdr.Maxwell("1 MPa", time=10.0**time), poisson=0.5)
-    with pytest.raises(mdr.ProblemError, match="below its middle: something else touches first"):
+    with pytest.raises(mdr.ProblemError, match="below its middle and touches first"):
         mdr.impact(mdr.Contact(hollow, liquid), mass=10.0**mass, speed=10.0**speed)
 
 

@@ -21,7 +21,7 @@ from pymdr.mapping.equivalent import (
     power_factor,
     without_callables,
 )
-from pymdr.mapping.kernels import arc_above, arc_below, share_above, share_below
+from pymdr.mapping.kernels import arc_above, arc_below, fraction_above, fraction_below
 from pymdr.numerics.panels import Place
 
 K = st.floats(-0.9, 0.9).filter(lambda k: k != 0.0)
@@ -44,7 +44,7 @@ def test_arcs_and_shares_are_their_integrals(k, s):
         return float(mpmath.quad(lambda v: smooth(v ** (1 / p)) / p, [0, top**p]))
 
     at, rest = np.array([s]), np.array([1.0 - s * s])
-    assert share_above(at, k) == pytest.approx(
+    assert fraction_above(at, k) == pytest.approx(
         [integral(lambda u: mpmath.sinc(u) ** k, math.acos(1.0 - s))], rel=1e-13
     )
     if s < 0.9:  # beyond that 1 - t^2 is not smooth in v
@@ -52,7 +52,7 @@ def test_arcs_and_shares_are_their_integrals(k, s):
         assert arc_below(at, rest, k) == pytest.approx([arc], rel=1e-12)
         assert arc_above(at, rest, k) == pytest.approx([math.pi / 2 - arc], rel=1e-12)
         share = float(mpmath.quad(lambda angle: mpmath.cos(angle) ** k, [0, math.asin(s)]))
-        assert share_below(at, k) == pytest.approx([share], rel=1e-13)
+        assert fraction_below(at, k) == pytest.approx([share], rel=1e-13)
 
 
 # --- quadrature that shares no code ----------------------------------------------------------------------

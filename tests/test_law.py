@@ -253,12 +253,12 @@ def test_claims_and_remarks(laws):
     text = "\n".join(law.remarks())
     for words in (
         "Sphere(radius=0.001)",
-        "held down to d = -1.8",
+        "separate at d = -1.8",
         "JKR(work=0.05",
         "doi:10.1098/rspa.1971.0141",
     ):
         assert words in text
-    assert any("friction is not in the law" in note for note in laws("friction").notes)
+    assert any("friction has no effect on the law" in note for note in laws("friction").notes)
     assert "2 knots" in laws("cone").summary()
     assert "lost at d = -18.6553 µm" in str(law)
     assert "<table>" in law._repr_html_()

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 import pymdr as mdr
 from common import GEL, STEEL
 from drawing import examples
+from legibility import faults
 from pymdr.presentation.plot.shared import ORANGE, thinned_curve
 from pymdr.units import to_si
 
@@ -193,29 +194,6 @@ def test_travel_is_drawn_beside_the_indentation():
     assert [x for x, _ in labels(figure)] == ["travel of the machine $D$ (µm)", "indentation $d$ (µm)"]
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        mdr.load("0 N") >> mdr.load("-1 uN", steps=20),
-        mdr.indent("-1 um", steps=3),
-        mdr.indent("1 um"),
-    ],
-)
-def test_lost_untouched_and_single_rows_are_drawn(path):
-    result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=mdr.JKR("2 mJ/m^2")), path)
-    for figure in (result.plot(), *result.figures().values()):
-        figure.canvas.draw()
-
-
-def test_flat_punch_with_adhesion_is_drawn():
-    result = mdr.solve(
-        mdr.Contact(mdr.FlatPunch("10 um"), GEL, adhesion=mdr.JKR("2 mJ/m^2")),
-        mdr.indent("1 um", steps=10) >> mdr.indent("-3 um", steps=40),
-    )
-    for figure in (result.plot(), *result.figures().values()):
-        figure.canvas.draw()
-
-
 @pytest.mark.parametrize("mu", [0.0, 0.3, math.inf])
 def test_frictional_figures(mu):
     contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(mu))
@@ -229,7 +207,7 @@ def test_frictional_figures(mu):
     )
     assert force.size == 45
     for figure in (result.plot(), *figures.values()):
-        figure.canvas.draw()
+        assert not faults(figure)
 
 
 def test_long_histories_are_thinned_with_their_extremes():
@@ -449,7 +427,7 @@ def test_a_refused_contact_shows_its_profile_and_why(contact_and_path):
     expected = np.where(np.isfinite(f), f - f[np.isfinite(f)].min(), np.nan)
     np.testing.assert_allclose(axes.lines[-1].get_ydata() * height, expected, rtol=1e-9, atol=1e-18)
     for figure in result.figures().values():
-        figure.canvas.draw()
+        assert not faults(figure)
 
 
 @settings(max_examples=examples(9), deadline=None)

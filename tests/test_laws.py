@@ -20,7 +20,7 @@ from pymdr.line.adhesion import power_law_pull_off
 from pymdr.line.friction import cattaneo_mindlin, loop_energy
 from pymdr.problem.laws import AdhesionLaw
 from pymdr.problem.values import OptionalSIField, SIField
-from pymdr.solving.fits.families import ways_of
+from pymdr.solving.fits.families import axes_of
 from pymdr.solving.fits.unknowns import unknowns_of
 from pymdr.solving.teaching import friction_foundation
 
@@ -272,7 +272,7 @@ HOLLOW = mdr.Function(lambda r: r**2 / 1e-4 - 1e-6 * np.sin(r / 1e-6) ** 2)
             lambda: mdr.Contact(TIP, GEL, adhesion=JKR, friction=mdr.Coulomb(0.3)),
             "adhesion with friction",
         ),
-        (lambda: mdr.solve(STICKY, mdr.load("-1 nN")), "carries down to -471.239 nN"),
+        (lambda: mdr.solve(STICKY, mdr.load("-1 nN")), "the limit is -471.239 nN"),
         (lambda: mdr.solve(STICKY, mdr.travel("1 um")), "machine_stiffness"),
         (lambda: mdr.solve(STICKY, mdr.travel("1 um"), machine_stiffness=0), "dead load"),
         (lambda: mdr.solve(STICKY, mdr.travel("1 um"), machine_stiffness="-1 N/m"), "at least 0 N/m"),
@@ -286,7 +286,7 @@ HOLLOW = mdr.Function(lambda r: r**2 / 1e-4 - 1e-6 * np.sin(r / 1e-6) ** 2)
         ),
         (
             lambda: mdr.solve(STICKY, mdr.load("0 N") >> mdr.load("-1 uN", steps=5) >> mdr.indent("1 um")),
-            "has no position",
+            "has no start position",
         ),
         (lambda: mdr.pull_off(mdr.Contact(TIP, GEL)), "no adhesion"),
         (lambda: mdr.adhesion_regime(STICKY), "range='0.3 nm'"),
@@ -669,4 +669,4 @@ def test_a_stress_that_does_not_grow_with_the_work_is_fitted_law_by_law(monkeypa
         (mdr.MaugisDugdale("1 mJ/m^2", range="1 um"), True),
     ):
         contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=law)
-        assert (ways_of(contact, unknowns_of(contact, FREE)) is not None) == tabulated
+        assert (axes_of(contact, unknowns_of(contact, FREE)) is not None) == tabulated

@@ -646,7 +646,7 @@ def test_what_layers_have_no_right_to():
         with pytest.raises((ProblemError, mdr.PathError)):
             ask()
     wavy = mdr.Contact(mdr.Paraboloid(1.0) + mdr.Waviness("0.1 m", "0.5 m"), body)
-    with pytest.raises(ProblemError, match="falls at r"):
+    with pytest.raises(ProblemError, match="decreases at r"):
         mdr.solve(wavy, mdr.indent(0.3))
 
 

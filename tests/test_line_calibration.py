@@ -83,7 +83,7 @@ def test_two_surfaces_and_one_exponent(tmp_path):
     assert over.max() > 20.0 * over.min()
     assert "lambda = " in str(found)
     assert len(found.plot().axes) == 3
-    with pytest.raises(FileError, match="another work"):
+    with pytest.raises(FileError, match="another computation"):
         mdr.calibrate_coefficient(square(seed=1), realisations=1, points=65, keep=tmp_path)
 
 

@@ -454,7 +454,7 @@ def peaks(*places):
 @pytest.mark.parametrize(
     ("heights", "words"),
     [
-        (peaks((40, 64, 1.0), (90, 64, 0.9)), "is not the only summit"),
+        (peaks((40, 64, 1.0), (90, 64, 0.9)), "there is another at"),
         (peaks((3, 64, 1.0)), "from the edge of the patch"),
         (-peaks((64, 64, 1.0)), "from the edge of the patch"),
         (np.random.default_rng(0).standard_normal((128, 128)), "not one bump"),
@@ -507,7 +507,7 @@ def test_interpolated_pixels_are_said_or_refused(share, fitted):
     if fitted:
         assert found.fit.hurst_error > true.fit.hurst_error
     else:
-        with pytest.raises(mdr.NotValidError, match="not measured but interpolated"):
+        with pytest.raises(mdr.NotValidError, match="interpolated"):
             _ = found.fit
 
 

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError
-from pymdr.solving.fits.found import Fitted
+from pymdr.solving.fits.results import Fitted
 from pymdr.workbench.tables import read_curve
 
 RADIUS, POISSON = 5e-6, 0.5
@@ -97,14 +97,18 @@ def test_a_spring_for_each_row_or_column_of_a_map_is_that_of_its_curves(along):
         (
             "spring_constant",
             (("other",), np.ones(4)),
-            "spring_constant stands over other, and force does not",
+            "spring_constant has the dimensions other, which force does not have",
         ),
         ("spring_constant", (("sample",), np.ones(80)), "one number, or one over y, x, is needed"),
         ("spring_constant", ((), 0.0), "spring_constant has 0.0; it must be above 0"),
         ("spring_constant", (("y",), [1.0, -2.0]), "spring_constant has -2.0; it must be above 0"),
-        ("travel", (("y", "x"), np.ones((2, 2))), "travel stands over y, x; a column over sample is needed"),
-        ("travel", (("depth",), np.ones(80)), "travel stands over depth, and force does not"),
-        ("travel", ((), 1.0), "travel stands over nothing; a column over sample is needed"),
+        (
+            "travel",
+            (("y", "x"), np.ones((2, 2))),
+            "travel has the dimensions y, x; a column over sample is needed",
+        ),
+        ("travel", (("depth",), np.ones(80)), "travel has the dimensions depth, which force does not have"),
+        ("travel", ((), 1.0), "travel has no dimension; a column over sample is needed"),
         ("force", (("y", "x", "sample"), np.full((2, 2, 80), "a")), "real numbers are needed"),
         ("force", (("y", "x", "sample"), np.full((2, 2, 80), 1j)), "real numbers are needed"),
     ],
@@ -145,7 +149,7 @@ def test_a_store_of_a_map_is_refused_where_any_curve_has_changed(changed, tmp_pa
     again = mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     assert np.allclose(again["body.young"].values, [1e3, 2e3, 3e3], rtol=1e-9)
     curves[changed] = mdr.MeasuredCurve(force=hertz(9e3, WAY), indentation=WAY)
-    with pytest.raises(FileError, match="one of the curves"):
+    with pytest.raises(FileError, match="a curve, or the version"):
         mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
 
 
@@ -346,5 +350,5 @@ def test_a_spring_that_bends_farther_than_it_travels_is_named(decades, stiff, sh
     force = 16.0 / 9.0 * young * np.sqrt(size) * np.maximum(depth, 0.0) ** 1.5
     spring = share * force.max() / (0.1 * size)
     ball = mdr.Contact(mdr.Paraboloid(size), mdr.Elastic(young, 0.5))
-    with pytest.raises(ProblemError, match="see whether spring_constant is that of this record"):
+    with pytest.raises(ProblemError, match="check spring_constant"):
         mdr.fit(ball, mdr.MeasuredCurve(travel=depth, force=force, spring_constant=spring), ["body.young"])

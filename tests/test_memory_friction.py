@@ -21,6 +21,7 @@ from pymdr.line.friction import FrictionLeg, curves_of, follow_leg, virgin_state
 from pymdr.line.memory import follow_springs, shear_springs, unsheared
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, largest_coupling
+from pymdr.solving import frictional_memory, viscoelastic
 from pymdr.solving.laws import _sheared_surface
 from pymdr.solving.teaching import friction_foundation
 
@@ -175,7 +176,7 @@ def test_like_bodies_without_slip_share_the_shear():
     assert float(one["tangential_force"][-1]) == pytest.approx(
         2.0 * float(two["tangential_force"][-1]), rel=1e-12
     )
-    assert two.claims["tangential_force"].reason.startswith("exact where nothing slips")
+    assert two.claims["tangential_force"].reason.startswith("exact without slip")
     assert one.claims["tangential_force"].reason.startswith("in the frame")
 
 
@@ -673,7 +674,41 @@ def test_a_sudden_shift_of_what_relaxes_by_a_power_claims_no_more_than_slip_lets
     )
     for claim in result.claims.values():
         assert claim.error is None or np.max(claim.error, initial=0.0) <= 1.0
-    # all springs slip at once, and bear mu F_N whatever the kernel is, which claimed an error of 1
+    # all springs slip at once and bear mu F_N whatever the kernel is, whose error alone would be 1; grids differ by 3 % in the first row
     force, claim = result["tangential_force"].values, result.claims["tangential_force"]
-    assert abs(force[0] / (0.3 * friction) - 1.0) <= claim.error[0] <= 0.03
+    assert abs(force[0] / (0.3 * friction) - 1.0) <= claim.error[0] <= 0.15
     assert result.claims["slip_work"].error[0] < 0.7
+
+
+def random_history(seed):
+    """Indentation and shift of a solid that relaxes, in a few long rows at any scale."""
+    rng = np.random.default_rng(seed)
+    radius, shear, time = 10.0 ** rng.uniform(-6, 0), 10.0 ** rng.uniform(3, 9), 10.0 ** rng.uniform(-3, 2)
+    profile = [mdr.Paraboloid(radius), mdr.Cone(slope=10.0 ** rng.uniform(-3, -1))][rng.integers(2)]
+    solid = mdr.StandardSolid(shear, shear * 10.0 ** rng.uniform(-1, 1.5), time)
+    friction = mdr.Coulomb(10.0 ** rng.uniform(-1.5, 0.2))
+    contact = mdr.Contact(profile, mdr.Viscoelastic(solid, poisson=0.5), friction=friction)
+    depth, duration = radius * 10.0 ** rng.uniform(-5, -2), time * 10.0 ** rng.uniform(-1, 1)
+    path = mdr.indent(depth, duration=duration, steps=int(rng.integers(1, 5)))
+    for _ in range(rng.integers(1, 4)):
+        path = path >> mdr.ramp(
+            steps=int(rng.integers(1, 8)),
+            duration=duration * 10.0 ** rng.uniform(-1, 1),
+            indentation=depth * rng.uniform(0.3, 1.3),
+            shift=depth * rng.uniform(-1, 1),
+        )
+    return contact, path
+
+
+@pytest.mark.parametrize("seed", [56, 138, 191, *range(200, 206)])
+def test_slip_between_springs_errs_no_more_than_is_claimed(seed, monkeypatch):
+    contact, path = random_history(seed)
+    result = mdr.solve(contact, path)
+    monkeypatch.setattr(viscoelastic, "SPRINGS", 4 * viscoelastic.SPRINGS)
+    levels = tuple((parts, 4 * n, slack) for parts, n, slack in frictional_memory._LEVELS)
+    monkeypatch.setattr(frictional_memory, "_LEVELS", levels)
+    finer = mdr.solve(contact, path)
+    for name in ("tangential_force", "slip_work", "dissipated_energy", "slip_distance"):
+        values, expected = result[name].values, finer[name].values
+        allowed = result.claims[name].error * np.abs(values) + 1e-12 * np.abs(expected).max()
+        assert (np.abs(values - expected) <= allowed).all(), name

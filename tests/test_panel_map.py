@@ -232,7 +232,7 @@ def test_solve_asks_no_farther_than_its_claims_say(name, path):
     result = mdr.solve(mdr.Contact(profile, UNIT), path)
     largest = float(result["contact_radius"].max())
     stated = 1024.0 * largest
-    assert "no other contact was found out to r = " in result.claims["contact_radius"].reason
+    assert "no other contact exists up to r = " in result.claims["contact_radius"].reason
     assert largest < profile.derivative.farthest <= stated * (1.0 + 1e-9)
 
 

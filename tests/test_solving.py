@@ -11,6 +11,7 @@ from scipy.special import struve
 
 import pymdr as mdr
 from common import STEEL, UNIT
+from legibility import faults
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.paths import History
 from pymdr.problem.profiles import Interpolated
@@ -434,7 +435,7 @@ def test_figures_have_units_and_finite_axes(profile, depth, steps, monkeypatch):
     figures = {**result.figures(), "overview": result.plot()}
     assert set(figures) == {"section", "curves", "fields", "overview"}
     for figure in figures.values():
-        figure.canvas.draw()
+        assert not faults(figure)
         for axes in figure.axes:
             if axes.axison:
                 assert axes.get_ylabel().endswith(")")

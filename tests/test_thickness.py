@@ -204,7 +204,7 @@ def test_a_sticky_punch_errs_by_its_stiffness():
         ),
         (
             mdr.Contact(mdr.EllipticParaboloid("10 um", "20 um"), sample("1 MPa", 0.5, "2 um")),
-            "the contact is no disk",
+            "the contact is not a disk",
         ),
     ],
 )
@@ -237,7 +237,7 @@ def test_what_the_base_conducts_is_not_known():
     )
     result = mdr.solve(thin, mdr.indent("1 nm"))
     assert result.claims["normal_force"].level is Level.APPROXIMATE
-    with pytest.raises(NotValidError, match="what its base conducts"):
+    with pytest.raises(NotValidError, match="conductivity of its base"):
         result["thermal_conductance"]
 
 

@@ -242,7 +242,7 @@ def test_what_is_refused():
     with pytest.raises(PathError, match="cannot be below 0 N"):
         mdr.solve(contact, mdr.load(-1.0, duration=1.0))
     with pytest.raises(
-        PathError, match=r"-1 nN in row 2 of leg 1: .* in a record, begin where the bodies touch"
+        PathError, match=r"-1 nN in row 2 of leg 1: .* in a measured record, begin at the contact point"
     ):
         mdr.solve(contact, mdr.Path(time=[1, 2], normal_force=[0.0, -1e-9]))
     with pytest.raises(PathError, match=r"Path\.time begins at -0\.5 s, .* at 0 s: count times"):

@@ -1,4 +1,4 @@
-"""How kernels are compiled: kept on disk where there is a place for them, and reported when it takes time. Loads numba."""
+"""Compilation of kernels, cached on disk if possible, with a warning if it takes time. Loads numba."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ INTERPRETED = njit is None or bool(getattr(config, "DISABLE_JIT", False))
 
 _log = logging.getLogger("pymdr")
 _PATIENCE = 1.0
-"""Seconds; code that is read from disk is there sooner."""
-_told = threading.Event()
+"""Time in s before a warning; reading cached code is faster."""
+_reported = threading.Event()
 _unkept = threading.Event()
 _checked: set[tuple[str, Stamp]] = set()
 
@@ -34,26 +34,26 @@ INNER = {"no_cpython_wrapper": True}
 
 
 def stamp_of(*modules: str) -> Stamp:
-    """What changes with any file beside some modules, given by their ``__file__``."""
+    """A stamp of all files in the folders of some modules, given by their ``__file__``."""
     files = [file.stat() for module in modules for file in Path(module).parent.glob("*.py")]
     return max(file.st_mtime for file in files), sum(file.st_size for file in files)
 
 
 def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> Function:
     """
-    Compile with numba when first called; kept on disk, unless no folder for it can be written.
+    Compile with numba on the first call, cached on disk if a folder is writable.
 
-    Numba keeps compiled code until the file of the outermost function changes; with a stamp, until that does. It compiles
-    once more for arrays that cannot be written and for constants that one kernel gives another: callers give copies
-    and variables. Without numba the function stays as it is.
+    The cache is valid until the file of the outermost function changes, or with a stamp until the stamp changes. Numba compiles
+    again for read-only arrays and for constants passed between kernels, so callers pass copies and variables. Without numba the
+    function is returned unchanged.
     """
     if INTERPRETED:
-        _tell_interpreted()
+        _warn_interpreted()
         return function
     settings = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, **options}
     try:
         kernel = njit(cache=True, **settings)(function)
-    except RuntimeError:  # numba finds neither __pycache__ nor a cache of the user that takes files
+    except RuntimeError:  # neither __pycache__ nor a user cache is writable
         _unkept.set()
         kernel = njit(**settings)(function)
     if stamp is not None:
@@ -62,12 +62,12 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
 
 
 def inner(function: Function) -> Function:
-    """Compile a function that only kernels call: without the wrappers that take arguments from Python, which take longer than it."""
+    """Compile a function that only kernels call, without the slow wrappers for arguments from Python."""
     return compiled(function, None, **INNER)
 
 
 def _leave_out_older(folder: str | None, stamp: Stamp) -> None:
-    """Remove what numba kept before a file changed that is compiled into other files' kernels."""
+    """Remove cache files older than a file that is compiled into kernels of other files."""
     if folder is None or (folder, stamp) in _checked:
         return
     _checked.add((folder, stamp))
@@ -77,16 +77,16 @@ def _leave_out_older(folder: str | None, stamp: Stamp) -> None:
                 index.unlink()
 
 
-def _tell_interpreted() -> None:
-    if not _told.is_set():
-        _told.set()
+def _warn_interpreted() -> None:
+    if not _reported.is_set():
+        _reported.set()
         _log.warning(
-            "Numerical kernels run as plain Python, about a hundred times slower: numba is missing or told not to compile"
+            "Numerical kernels run as plain Python, about a hundred times slower: numba is missing or disabled"
         )
 
 
-class _Waiting:
-    """Listens when numba compiles; names a kernel of ours that takes long, and how long it took."""
+class _CompileListener:
+    """A listener of numba that names a pymdr kernel whose compilation takes long, and how long it took."""
 
     def __init__(self) -> None:
         self.depth = 0
@@ -95,7 +95,7 @@ class _Waiting:
         self.announced = False
 
     def notify(self, event: Any) -> None:
-        """Begin to wait, or stop; kernels that a kernel calls are compiled with it."""
+        """Start or cancel the timer of the warning; kernels called by a kernel compile with it."""
         function = event.data["dispatcher"].py_func
         if not function.__module__.startswith("pymdr."):
             return
@@ -112,10 +112,10 @@ class _Waiting:
                 _log.warning("Compiled %s in %.0f s", name, time.perf_counter() - self.begin)
 
     def announce(self, name: str) -> None:
-        """Say what is being compiled."""
+        """Warn that a kernel is being compiled."""
         self.announced = True
         kept = (
-            "in every new process, since no folder for the result can be written: set NUMBA_CACHE_DIR to one"
+            "in every new process, because no cache folder is writable: set NUMBA_CACHE_DIR"
             if _unkept.is_set()
             else "once after an installation"
         )
@@ -125,10 +125,10 @@ class _Waiting:
 def _listen() -> None:
     try:
         from numba.core import event
-    except ImportError:  # no numba, or one that does not tell
+    except ImportError:  # no numba, or one without events
         return
-    event.Listener.register(_Waiting)
-    event.register("numba:compile", _Waiting())
+    event.Listener.register(_CompileListener)
+    event.register("numba:compile", _CompileListener())
 
 
 _listen()

@@ -1,4 +1,4 @@
-"""What the machine has that the numbers are computed on."""
+"""Resources of the computer."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 
 
 def memory_of_machine() -> float:
-    """Bytes of memory of this machine; inf where it does not tell."""
+    """Bytes of memory of this machine; inf if it is unknown."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, OSError, ValueError):

@@ -5,6 +5,7 @@ Results, figures, files and the command line take labels and units from here onl
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 from pymdr.errors import QuantityError
@@ -107,6 +108,37 @@ RADIUS = Quantity("r", "r", "m", "radius", ("r",))
 POSITION = Quantity("x", "x", "m", "position on the line", ("x",))
 
 BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band of"}
+
+
+_PARAMETERS = {
+    "young": "Young's modulus",
+    "poisson": "Poisson's ratio",
+    "work": "work of adhesion",
+    "coefficient": "coefficient of friction",
+    "shear": "relaxation in shear",
+}
+_IMPLIED = ("body", "profile", "adhesion", "friction")
+"""Parts of a contact that the labels of their parameters leave out."""
+
+
+def parameter_label(name: str) -> str:
+    """
+    Label of a parameter of a contact, given by its dotted name.
+
+    Examples
+    --------
+    >>> parameter_label("counterbody.young")
+    "Young's modulus of counterbody"
+    >>> parameter_label("profile.parts[1].flat_radius")
+    'flat radius of part 2'
+    """
+    first, *others = name.split(".")
+    parts = others if others and first in _IMPLIED else [first, *others]
+    words = [
+        re.sub(r"s?\[(\d+)\]", lambda index: f" {int(index[1]) + 1}", part).replace("_", " ")
+        for part in parts
+    ]
+    return " of ".join(_PARAMETERS.get(word, word) for word in reversed(words))
 
 
 def one_name(name: object) -> str:

@@ -54,7 +54,7 @@ class Status(enum.Enum):
     PULLED_OFF = "every step was solved; the contact was pulled off"
     NOT_TOUCHED = "every step was solved; the surfaces never came into contact"
     NOT_ROUND = "every step was solved; the body is not of revolution, and its contact no disk"
-    ESTIMATED = "the body is not of revolution: the force is an estimate, beside its lower bound"
+    ESTIMATED = "the body is not of revolution: the force is an estimate, given with its lower bound"
     BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
     ADHESION_PARTLY_REFUSED = (
         "at some steps the adhesive contact is not a disk, or could not be solved: values there are NaN"
@@ -90,34 +90,34 @@ class EdgedField(Protocol):
         """Values of a field at radii (or positions on the line) in m in one step."""
 
     def default_radii(self, step: int) -> FloatArray:
-        """Radii in m at which fields are read unless others are asked for."""
+        """Default radii in m of fields."""
 
     def edge_amplitude(self, step: int) -> float:
-        """Amplitude of the singularity at the edge in its unit times m^0.5; nan where it is no square root."""
+        """Amplitude of the singularity at the edge in its unit times m^0.5; NaN if it is not a square root."""
 
 
 class FieldReader(EdgedField, Protocol):
-    """What fields are computed from, step by step; its edge is that of the pressure."""
+    """The source of fields, step by step; its edge is that of the pressure."""
 
     @property
     def gap_function(self) -> Callable[[FloatArray], FloatArray]:
         """The profile f(r)."""
 
     def marks(self, step: int) -> Sequence[float]:
-        """Radii in m in the contact at which its pressure may have a kink or no bound."""
+        """Radii in m in the contact at which its pressure may have a kink or be unbounded."""
 
 
 @runtime_checkable
 class DirectedReader(FieldReader, Protocol):
-    """A reader of fields that differ from direction to direction."""
+    """A reader of fields that depend on the direction."""
 
     def towards(self, angle: float) -> FieldReader:
-        """The same, for radii in the direction of an angle in rad from the x-axis."""
+        """The reader for radii in the direction of an angle in rad from the x-axis."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How a result is read: its fields, what they are computed from, and what its figures are drawn from."""
+    """How a result is read: its fields, their source, and its figures."""
 
     fields: tuple[str, ...]
     """Fields on the surface."""
@@ -127,15 +127,15 @@ class Reading:
     plots: Callable[[Result, int], Plots]
     """The figures of a row; -1 if none is valid."""
     elsewhere: Mapping[str, str] = field(default_factory=dict)
-    """Fields and quantities of other contacts, with what to do to have them."""
+    """Fields and quantities of other contacts, with the reason why they are missing."""
     carried: Mapping[str, Callable[[Result], EdgedField]] = field(default_factory=dict)
-    """Fields of what flows through the contact, with what they are computed from."""
+    """Fields of heat and current flow, with their sources."""
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
     """
-    What a solution gives.
+    The result of a solution.
 
     ``result["normal_force"]`` is a labelled array over ``step`` in SI units; ``result.to(name, unit)``
     converts; ``result.field(name, r, step)`` computes a field; ``result.claims[name]`` says how far a
@@ -161,7 +161,7 @@ class Result:
     status: Status
     notes: tuple[str, ...]
     reading: Reading
-    """How it is read."""
+    """How fields and figures are computed."""
     references: tuple[str, ...]
     """Keys of the theory that was used; :meth:`cite` writes them out."""
     rings: Rings | None = None
@@ -169,11 +169,11 @@ class Result:
     machine_stiffness: float | None = None
     """Stiffness of the machine in N/m, if there is one."""
     starts: tuple[Mapping[str, float], ...] | None = None
-    """With friction: where every channel was at the start of each leg, in SI units."""
+    """With friction: positions of all channels at the start of each leg, in SI units."""
 
     def __post_init__(self) -> None:
         data = self.data
-        if "step" not in data.dims:  # nothing is given at any row, and there are rows
+        if "step" not in data.dims:  # no quantity is valid at any row
             rows = max((claim.where.size for claim in self.claims.values()), default=0)
             data = data.assign_coords(row=("step", np.arange(rows), {"long_name": "row of the path"}))
         object.__setattr__(self, "data", _locked_data(data))
@@ -214,7 +214,7 @@ class Result:
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Lower and upper ends of the bands that the scatter of a sampled profile gives, by quantity."""
+        """Lower and upper ends of the bands by the scatter of a sampled profile, by quantity."""
         return {
             name: (self.data[f"{name}_low"].values, self.data[f"{name}_high"].values)
             for name in map(str, self.data)
@@ -234,7 +234,7 @@ class Result:
         name : str
             Name of the quantity.
         unit : str
-            Unit of the answer, such as "um".
+            Unit of the result, such as "um".
 
         Returns
         -------
@@ -244,7 +244,7 @@ class Result:
         Raises
         ------
         UnitError
-            If the unit is of another kind.
+            If the unit has another dimension.
         NotValidError
             If the quantity is not valid for this contact.
         """
@@ -258,7 +258,7 @@ class Result:
 
     @cached_property
     def _peak_pressure(self) -> xr.DataArray:
-        """The largest pressure of every row, inf at a sharp edge or tip; found when it is first asked for."""
+        """The largest pressure of every row, inf at a sharp edge or tip; computed on first use."""
         valid = self.claims["pressure"].where
         states = [
             self.data[name].values
@@ -281,7 +281,7 @@ class Result:
 
     @cached_property
     def surface(self) -> FieldReader:
-        """What fields are computed from."""
+        """The source of fields."""
         return self.reading.reader(self)
 
     @property
@@ -305,25 +305,25 @@ class Result:
         ----------
         name : str
             ``"pressure"``, ``"normal_displacement"``, ``"gap"``; with friction ``"shear_traction"``,
-            ``"tangential_displacement"`` and ``"slip"`` (the shift less the displacement of the surface: how far
-            points have moved apart that faced each other at the beginning; nan outside the contact); on the line
-            ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``; of bodies that say what they
-            conduct ``"heat_flux"`` and ``"current_density"``, for a unit of the drop between the bodies.
+            ``"tangential_displacement"`` and ``"slip"`` (the shift less the displacement of the surface, the relative
+            displacement of initially opposite points; NaN outside the contact); on the line
+            ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``; for bodies with
+            conductivities ``"heat_flux"`` and ``"current_density"``, per unit of the drop between the bodies.
         r : array_like or quantity, optional
-            Radii (positions) in m; a graded grid to twice the contact radius unless given.
+            Radii (positions) in m; by default a graded grid to twice the contact radius.
         step : int or sequence of int, optional
-            Row, or several, counted as in a sequence; None gives all rows.
+            Index of a row, or several; None gives all rows.
         angle : quantity, optional
-            Of bodies that are not of revolution: the direction in rad in which the radii lie, from the x-axis; 0 unless given.
+            For bodies that are not of revolution: the direction of the radii in rad from the x-axis; 0 by default.
         drop : quantity, optional
-            Of a flux: the voltage in V, or the difference of the temperatures in K, between the bodies.
+            For a flux: the voltage in V, or the temperature difference in K, between the bodies.
         flow : quantity, optional
-            Of a flux, in the place of `drop`: the current in A, or the heat in W, that flows through the contact.
+            For a flux, instead of `drop`: the current in A, or the heat flow in W, through the contact.
 
         Returns
         -------
         xarray.DataArray
-            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, nan in those that are not valid. Pressure and fluxes are inf at a singular edge,
+            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, NaN in those that are not valid. Pressure and fluxes are inf at a singular edge,
             with its amplitude as the coordinate ``edge_amplitude``.
 
         Raises
@@ -331,9 +331,9 @@ class Result:
         NotValidError
             If the field is not valid for this contact or this step.
         QuantityError
-            If there is no such field, `drop` or `flow` is given for one that is no flux, both are, or `drop` is a temperature.
+            If there is no such field, `drop` or `flow` is given for another field than a flux, both are given, or `drop` is a temperature.
         ProblemError
-            If the gap or the equivalent profile is read farther out than what was saved of a callable.
+            If the gap or the equivalent profile is read beyond the saved range of a callable.
         """
         import xarray as xr
 
@@ -361,10 +361,10 @@ class Result:
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
         axis = POSITION if name in self.reading.line_fields else RADIUS
         row = quantity(name)
-        unit, words, factor = row.unit, row.long_name, np.ones(len(chosen))
+        unit, long_name, factor = row.unit, row.long_name, np.ones(len(chosen))
         if drop is not None or flow is not None:
-            unit, factor = driven(name, drop, flow, partial(self._told, chosen), len(chosen))
-            values, words = values * factor[:, None], words.split(" per ")[0]
+            unit, factor = driven(name, drop, flow, partial(self._column_values, chosen), len(chosen))
+            values, long_name = values * factor[:, None], long_name.split(" per ")[0]
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.long_name})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen]) * factor
         edged = {"units": f"{unit}*m^0.5"} if name == "pressure" or carried is not None else None
@@ -383,10 +383,10 @@ class Result:
             dims=dims,
             coords=coords,
             name=name,
-            attrs={"units": unit, "long_name": words, "symbol": row.symbol},
+            attrs={"units": unit, "long_name": long_name, "symbol": row.symbol},
         )
 
-    def _told(self, rows: Sequence[int], name: str) -> FloatArray:
+    def _column_values(self, rows: Sequence[int], name: str) -> FloatArray:
         self._require(name)
         return np.asarray(self.data[name].values[list(rows)])
 
@@ -416,7 +416,7 @@ class Result:
         return int(step) % n
 
     def summary(self) -> str:
-        """The last step, the claims and the assumptions, as a text that prints well."""
+        """The last step, the claims and the assumptions, as text."""
         from pymdr.presentation.text import summary
 
         return summary(
@@ -443,13 +443,12 @@ class Result:
 
     def plot(self, step: int = -1) -> Figure:
         """
-        What a person wants to see first: the contact in section above its springs, its curve or loop, and a field.
+        The overview figure: the contact in section above its springs, its curve or loop, and a field.
 
         Parameters
         ----------
         step : int
-            The row that is drawn; unless given, the last in which the bodies touch, of bodies with memory that of the largest
-            load.
+            The row to draw; by default the last in contact, with memory that of the largest load.
 
         Returns
         -------
@@ -465,7 +464,7 @@ class Result:
         Parameters
         ----------
         step : int
-            The row that is drawn, as in :meth:`plot`.
+            The row to draw, as in :meth:`plot`.
 
         Returns
         -------
@@ -477,18 +476,18 @@ class Result:
         return plots.figures(plots.data)
 
     def _drawn_row(self, step: int) -> int:
-        """The row that figures draw, -1 if none is valid: for the last one that of the largest load of bodies with memory."""
+        """The row of figures, -1 if none is valid; see :meth:`plot` for the default."""
         row, valid = self._row(step), self.claims["pressure"].where
         if not valid[row]:
             known = np.flatnonzero(valid)
             row = int(known[-1]) if known.size else -1
         if step == -1 and row >= 0:
-            # a contact as small as a point says nothing
+            # a contact as small as a point is not informative
             size = "contact_radius" if "contact_radius" in self.data else "semi_axis_x"
             radii = np.nan_to_num(self.data[size].values)
             shown = radii > 1e-6 * radii.max()
             if self.contact.remembers and "normal_force" in self.data:
-                # released springs that still creep back show less of the contact than the pressed ones
+                # with memory the row of the largest load is more informative than recovering springs
                 force = np.where(shown & valid, self.data["normal_force"].values, -np.inf)
                 shown &= force >= (1.0 - 1e-9) * force.max()
             touching = np.flatnonzero(shown)
@@ -502,8 +501,8 @@ class Result:
         Parameters
         ----------
         file : path
-            For example "ball.nc"; :func:`pymdr.open_result` reads it back, and sees by a checksum behind the end of the
-            file whether it is what was written.
+            For example "ball.nc"; :func:`pymdr.open_result` reads it back, and checks it by a checksum after the end of
+            the file.
 
         Raises
         ------
@@ -530,12 +529,12 @@ class Result:
         file : path
             For example "ball.csv".
         quantities : sequence of str, optional
-            What is written, such as ``["indentation", "peak_pressure"]``; unless given, all that ``data`` holds, and the peak
-            pressure of up to 500 rows. It takes about 10 ms a row, so that of more rows has to be named.
+            Columns, such as ``["indentation", "peak_pressure"]``; by default all of ``data``, and the peak pressure if there are
+            at most 500 rows. It takes about 10 ms a row; that of more rows has to be named.
         units : mapping of str to str, optional
-            Name of a quantity -> unit, such as ``{"indentation": "um"}``; SI units unless given.
+            Name of a quantity -> unit, such as ``{"indentation": "um"}``; SI units by default.
         about : bool
-            Whether the version, the contact, claims, assumptions, notes and sources stand above the header, in lines that
+            Whether to write the version, the contact, claims, assumptions, notes and sources above the header, in lines that
             begin with ``#``.
 
         Raises
@@ -543,16 +542,16 @@ class Result:
         FileError
             If the file cannot be written.
         UnitError
-            If a unit is of another kind.
+            If a unit has another dimension.
         QuantityError
             If the result does not have a quantity, or `units` names one that is not written.
         NotValidError
-            If a quantity that is named is not valid for this contact.
+            If a named quantity is not valid for this contact.
 
         Notes
         -----
         Fields and the path are not in the table: :meth:`save` keeps them. Values that are not valid are
-        empty. A quantity that is approximate has a column of its relative errors beside it, empty where they are not known. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
+        empty. An approximate quantity has an adjacent column of relative errors, empty where they are not known. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
         :func:`pymdr.read_force_curve` as far as they are paths and curves.
         """
         from pymdr.presentation.tables import write_csv
@@ -567,7 +566,7 @@ class Result:
         units: Mapping[str, str] | None = None,
     ) -> None:
         """
-        Write the quantities to a spreadsheet; what they rest on is its second sheet.
+        Write the quantities to a spreadsheet; the second sheet has the claims, assumptions and sources.
 
         Parameters
         ----------
@@ -579,7 +578,7 @@ class Result:
         Raises
         ------
         MissingExtraError
-            Without openpyxl, which the extra ``xlsx`` brings.
+            If openpyxl (the extra ``xlsx``) is not installed.
         FileError, UnitError, QuantityError, NotValidError
             As :meth:`to_csv` does.
         """
@@ -590,7 +589,7 @@ class Result:
     def _columns(
         self, quantities: Sequence[str] | None, units: Mapping[str, str] | None
     ) -> dict[str, np.ndarray]:
-        """What is written, by the titles of its columns."""
+        """Columns of a table, by their titles."""
         from pymdr.presentation.tables import with_error_columns
 
         units = dict(units or {})
@@ -625,7 +624,7 @@ class Result:
         return about_rows(self.contact, self.claims, self.assumptions, self.notes, self.cite(), others)
 
     def to_dataset(self) -> xr.Dataset:
-        """Everything the result holds as one dataset, whose attributes are texts."""
+        """The whole result as one dataset with text attributes."""
         from pymdr.presentation.files import pack
 
         return pack(
@@ -644,10 +643,9 @@ class Result:
 
     def force_curve(self) -> ForceCurve:
         """
-        The force curve of a result, to stand in another contact in place of a profile.
+        The force curve of a result, for use as the profile of another contact.
 
-        Its modulus is the E* of this contact. Rows count in the order of their depths, whatever the path was. Its points have the
-        errors of the claims.
+        Its modulus is the E* of this contact. Rows are sorted by depth. Its points have the errors of the claims.
 
         Returns
         -------
@@ -656,7 +654,7 @@ class Result:
         Raises
         ------
         ProblemError
-            If the contact has adhesion, a memory or a graded body, or fewer than 5 rows press the bodies together.
+            If the contact has adhesion, memory or a graded body, or fewer than 5 rows are in contact.
         NotValidError
             If the force or the indentation is not valid.
 
@@ -672,7 +670,7 @@ class Result:
         return pressed_curve(self.contact, depth, force, *errors)
 
     def _error_with_band(self, name: str) -> FloatArray:
-        """Relative errors over the rows, half the band that the scatter of a sampled profile gives among them; nan where not known."""
+        """Relative errors over the rows, including the band by the scatter of a sampled profile; NaN where not known."""
         error = known_error(self.claims[name])
         if name not in self.bands:
             return error
@@ -694,7 +692,7 @@ class Result:
         return self._table(quantities).to_dataframe()
 
     def _table(self, quantities: Sequence[str] | None) -> xr.Dataset:
-        """The quantities that are asked for, over ``step``; all that are stored unless any is named."""
+        """The requested quantities over ``step``; all stored ones by default."""
         if quantities is None:
             return self.data
         if isinstance(quantities, str) or not isinstance(quantities, Sequence) or not quantities:
@@ -718,7 +716,7 @@ class Result:
 
 
 def _locked(values: np.ndarray) -> np.ndarray:
-    """The same values, which cannot be written through this array."""
+    """A read-only view of values."""
     view = values.view()
     view.flags.writeable = False
     return view
@@ -739,14 +737,14 @@ def _locked_claim(claim: Claim) -> Claim:
 
 def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) -> xr.Dataset:
     """
-    Arrays over ``step`` with units and words from the table of quantities.
+    Arrays over ``step`` with units and names from the table of quantities.
 
     Parameters
     ----------
     columns : mapping of str to array_like
         Quantity name -> values.
     rows : array_like of int, optional
-        The rows of the path that were kept, as the coordinate ``row``.
+        The kept rows of the path, as the coordinate ``row``.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""How far the numbers of a solution are from those of its model: from the measured errors of the map to claims."""
+"""Numerical errors of a solution, from the measured errors of the map to those of the claims."""
 
 from __future__ import annotations
 
@@ -18,44 +18,44 @@ from pymdr.line.foundation import DiskStates, states_at_depth
 from pymdr.units import FloatArray
 
 _STRAIGHT = 0.01
-"""Error of a curve up to which it is taken as straight where it is inverted."""
+"""Error of a curve up to which its inverse is linearised."""
 _ROUNDED = 4.0 * float(np.finfo(float).eps)
 _DIFFERENCE = 30.0
-"""Sum of the terms of an energy, in parts of it, from which its rounding counts."""
+"""Ratio of the terms of an energy to their sum above which rounding counts."""
 _NEAR = 1e-4
-"""Of the parameter: how far beside a fold its curvature is read."""
+"""Relative distance from a fold at which its curvature is evaluated."""
 _FEW_ROUNDINGS = 1e-14
-"""Share up to which an energy errs as any number does."""
+"""Relative error of an energy that counts as rounding."""
 _G, _SLOPE, _MOMENT, _SQUARED = range(4)
 
 
 def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -> dict[str, FloatArray]:
     """
-    Relative errors of the quantities of a contact without adhesion, from those of g, g', m and s at its edge.
+    Relative errors of a contact without adhesion, from those of g, g', m and s at its edge.
 
     Parameters
     ----------
     line : Line
     states : DiskStates
     by_force : ndarray of bool
-        Rows whose force is prescribed, and not their indentation.
+        Rows whose force is prescribed instead of their indentation.
 
     Returns
     -------
     dict of str to ndarray
-        For every quantity and field, over the rows; relative to the size of its parts.
+        For every quantity and field, over the rows; relative to the size of its terms.
 
     Notes
     -----
-    With a prescribed depth d = g(a) the radius errs by da = e_g g / g' or, where e_g is no small number, as far as g may
-    be d; and the force F0(a) by e_m F0 + k g' da.
+    With a prescribed depth d = g(a) the error of the radius is da = e_g g / g' or, for large e_g, the distance over which g
+    may equal d; that of the force F0(a) is e_m F0 + k g' da.
     """
     place = states.place
     a = states.contact_radius
     error = line.error(place)
     if not error.any():
         return {}
-    held = (a >= line.equivalent.edge) | ~(a > 0.0)
+    at_fixed_edge = (a >= line.equivalent.edge) | ~(a > 0.0)
     equivalent = line.equivalent
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         g, slope = np.abs(line.depth(place)), np.abs(line.depth_rate(place))
@@ -64,18 +64,22 @@ def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -
             np.abs(line.energy(place)),
             line.stiffness(place),
         )
-        unsure = np.where(held, 0.0, np.where(by_force, error[:, _MOMENT], error[:, _G]))
-        shift = unsure * np.where(by_force, smooth / stiffness, g)
-        away = shift / slope
-        rough = np.flatnonzero(unsure > _STRAIGHT)
-        if rough.size:
-            away[rough] = np.fmax(away[rough], equivalent.place_error(place.take(rough), by_force[rough]))
-            shift[rough] = np.fmax(shift[rough], slope[rough] * away[rough])
-        radius = away / a
-        force = np.where(by_force, 0.0, error[:, _MOMENT] + stiffness * shift / smooth)
-        depth = np.where(by_force, error[:, _G] + shift / g, 0.0)
-        energy = error[:, _SQUARED] + smooth * shift / stored
-    found = {
+        edge_error = np.where(at_fixed_edge, 0.0, np.where(by_force, error[:, _MOMENT], error[:, _G]))
+        depth_error = edge_error * np.where(by_force, smooth / stiffness, g)
+        radius_error = depth_error / slope
+        uncertain = np.flatnonzero(edge_error > _STRAIGHT)
+        if uncertain.size:
+            radius_error[uncertain] = np.fmax(
+                radius_error[uncertain], equivalent.place_error(place.take(uncertain), by_force[uncertain])
+            )
+            depth_error[uncertain] = np.fmax(
+                depth_error[uncertain], slope[uncertain] * radius_error[uncertain]
+            )
+        radius = radius_error / a
+        force = np.where(by_force, 0.0, error[:, _MOMENT] + stiffness * depth_error / smooth)
+        depth = np.where(by_force, error[:, _G] + depth_error / g, 0.0)
+        energy = error[:, _SQUARED] + smooth * depth_error / stored
+    errors = {
         "contact_radius": radius,
         "normal_force": force,
         "force_lower_bound": force,
@@ -91,7 +95,7 @@ def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -
         "equivalent_profile": error[:, _G],
         "spring_force": error[:, _G] + depth,
     }
-    return _bounded(found, a > 0.0)
+    return _bounded(errors, a > 0.0)
 
 
 def adhesive_errors(
@@ -104,7 +108,7 @@ def adhesive_errors(
     machine: FloatArray | float,
 ) -> dict[str, FloatArray]:
     """
-    Relative errors of the quantities of a contact with adhesion, from those of g, g', m and s at its edges.
+    Relative errors of a contact with adhesion, from those of g, g', m and s at its edges.
 
     Parameters
     ----------
@@ -113,42 +117,42 @@ def adhesive_errors(
     s : ndarray
         Parameters of the states in m.
     machine_stiffness : ndarray
-        Stiffness k in N/m of the machine that stands for the control: inf for an indentation, 0 for a force.
+        Stiffness k in N/m of the machine equivalent to the control: inf for an indentation, 0 for a force.
     columns : mapping of str to ndarray
         Energies in J of the rows.
     jumps : Jumps
-        What the rows met.
+        Jumps of the history.
     machine : ndarray or float
         Energy in J of the machine.
 
     Returns
     -------
     dict of str to ndarray
-        For every quantity and field, over the rows; relative to the size of its parts: |F0| + |k w| for the force,
-        |d0| + |w| for the depth, the sum of all energies for the work. What is never negative, as the elastic
-        energy and losses, errs relative to itself, by the rounding of its terms too.
+        For every quantity and field, over the rows; relative to the size of its terms: |F0| + |k w| for the force,
+        |d0| + |w| for the depth, the sum of all energies for the work. Errors of non-negative quantities, such as the elastic
+        energy and losses, are relative to the quantity and include the rounding of its terms.
 
     Notes
     -----
-    At a given radius d errs by e_g g and F by e_m F0, both by e_g' of the part that cohesion of finite range adds,
-    whose zone ends where g' says. With a prescribed D = d + F/k the parameter then errs by dD / (dD/ds). The elastic
-    energy U0 + F0 w + k w^2/2 then changes by F dd + k' w^2/2 da, the potential of a jump by its conjugate Y dD.
+    At a given radius the error of d is e_g g and that of F is e_m F0, each plus e_g' times the term of a cohesion of finite
+    range, because g' determines the end of its zone. With a prescribed D = d + F/k the error of the parameter is
+    dD / (dD/ds). The elastic energy U0 + F0 w + k w^2/2 then changes by F dd + k' w^2/2 da, the potential of a jump by Y dD.
     """
-    met = _Met.at(line, equilibria, s)
-    states, a = met.states, met.states.contact_radius
-    error, outer = met.error, met.outer
+    parts = _StateErrors.at(line, equilibria, s)
+    states, a = parts.states, parts.states.contact_radius
+    error, outer = parts.error, parts.outer
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         rates = equilibria.slopes(s)
-        control, steep = met.under(machine_stiffness, rates)
+        control, steep = parts.under(machine_stiffness, rates)
         moved = np.where(control > 0.0, control / np.abs(steep), 0.0)
-        depth, force = met.misses(machine_stiffness, rates, moved)
+        depth, force = parts.misses(machine_stiffness, rates, moved)
         radius = moved / a
-        depth, force = depth / (met.smooth_depth + met.opened), force / (met.smooth_force + met.pull)
+        depth, force = depth / (parts.smooth_depth + parts.opened), force / (parts.smooth_force + parts.pull)
         slope = error[:, _SLOPE] + radius
-        release = 0.5 * line.stiffness_rate(a) * met.opened**2
+        release = 0.5 * line.stiffness_rate(a) * parts.opened**2
         along = np.abs(states.normal_force * rates[0]) + release
-        missed = met.energy + np.nan_to_num((moved + 0.25 * _ROUNDED * a) * along, posinf=math.inf)
-    found = {
+        missed = parts.energy + np.nan_to_num((moved + 0.25 * _ROUNDED * a) * along, posinf=math.inf)
+    errors = {
         "contact_radius": radius,
         "cohesive_radius": radius + outer,
         "normal_force": force,
@@ -165,24 +169,24 @@ def adhesive_errors(
         "spring_force": error[:, _G] + depth,
     }
     touching = (a > 0.0) | (states.cohesive_radius > 0.0)
-    lost = _lost(line, equilibria, jumps, machine_stiffness)
-    energies = _energies(columns, np.where(touching, missed, 0.0), lost, machine)
-    found["elastic_energy"] = energies.pop("elastic_energy")
-    # what was lost is known after the bodies have parted too
+    losses = _loss_errors(line, equilibria, jumps, machine_stiffness)
+    energies = _energies(columns, np.where(touching, missed, 0.0), losses, machine)
+    errors["elastic_energy"] = energies.pop("elastic_energy")
+    # dissipated energies are known after the bodies have separated
     later = _bounded(energies, np.ones(a.shape, dtype=bool))
-    found = _bounded(found, touching) | later
-    return found if any(values.any() for values in found.values()) else {}
+    errors = _bounded(errors, touching) | later
+    return errors if any(values.any() for values in errors.values()) else {}
 
 
 @dataclass(frozen=True)
-class _Met:
-    """States of an adhesive contact, and by how much their parts err at given radii."""
+class _StateErrors:
+    """States of an adhesive contact, and the errors of their terms at given radii."""
 
     states: States
     error: FloatArray
-    """Of g, g', m and s at the edge of the contact."""
+    """Relative errors of g, g', m and s at the edge of the contact."""
     outer: FloatArray
-    """Of g' at the end of the cohesion."""
+    """Relative error of g' at the end of the cohesive zone."""
     smooth_depth: FloatArray
     smooth_force: FloatArray
     opened: FloatArray
@@ -194,12 +198,12 @@ class _Met:
     force: FloatArray
     """Error of F in N."""
     energy: FloatArray
-    """Error of U in J, its rounding where that counts among it."""
+    """Error of U in J, including its rounding where that counts."""
 
     def under(
         self, machine_stiffness: FloatArray, rates: tuple[FloatArray, ...]
     ) -> tuple[FloatArray, FloatArray]:
-        """By how much the control errs at a radius, and its rate from those of d and F."""
+        """Error of the control at a radius, and its rate from those of d and F."""
         by_force = machine_stiffness == 0.0
         soft = np.where(by_force, 1.0, machine_stiffness)
         control = np.where(by_force, self.force, self.depth + self.force / soft)
@@ -208,12 +212,12 @@ class _Met:
     def misses(
         self, machine_stiffness: FloatArray, rates: tuple[FloatArray, ...], moved: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Errors of d in m and F in N of states whose parameter errs by some m; none of what is prescribed."""
+        """Errors of d in m and F in N for a given error of the parameter in m; 0 for a prescribed quantity."""
         depth = np.where(np.isinf(machine_stiffness), 0.0, self.depth + np.abs(rates[0]) * moved)
         return depth, np.where(machine_stiffness == 0.0, 0.0, self.force + np.abs(rates[1]) * moved)
 
     @classmethod
-    def at(cls, line: Line, equilibria: Adhesive, s: FloatArray) -> _Met:
+    def at(cls, line: Line, equilibria: Adhesive, s: FloatArray) -> _StateErrors:
         states = equilibria.states(s)
         a = states.contact_radius
         error = line.error(a)
@@ -225,7 +229,7 @@ class _Met:
         elastic, surface = equilibria.energies(s)
         parts = stored + crossed + 0.5 * opened**2 * line.stiffness(a)
         with np.errstate(divide="ignore", invalid="ignore"):
-            # of nothing even an unknown share is nothing
+            # 0 times an unknown relative error is 0
             missed, depth, force = (
                 np.nan_to_num(each, nan=0.0, posinf=math.inf)
                 for each in (
@@ -234,7 +238,7 @@ class _Met:
                     error[:, _MOMENT] * smooth + ranged * pull,
                 )
             )
-            # what is no difference is promised to a few roundings anyway
+            # without cancellation the error is a few roundings
             differs = parts > _DIFFERENCE * np.abs(elastic)
         missed = missed + np.where(differs, _ROUNDED * (parts + np.abs(surface)), 0.0)
         return cls(states, error, outer, g, smooth, opened, pull, depth, force, missed)
@@ -244,7 +248,7 @@ def fold_errors(
     line: Line, equilibria: Adhesive, s: float, machine_stiffness: float, *, folds: bool
 ) -> dict[str, float]:
     """
-    Relative errors of the state at which a contact is lost, or into which it jumps.
+    Relative errors of the state at which contact is lost, or into which it jumps.
 
     Parameters
     ----------
@@ -255,7 +259,7 @@ def fold_errors(
     machine_stiffness : float
         k in N/m: inf for an indentation, 0 for a force.
     folds : bool
-        Whether the control D = d + F/k turns there, and is not prescribed.
+        Whether the control D = d + F/k has an extreme there and is not prescribed.
 
     Returns
     -------
@@ -264,46 +268,46 @@ def fold_errors(
 
     Notes
     -----
-    Where dD/ds = 0 the parameter errs by the error of dD/ds over d^2D/ds^2; elsewhere by that of D over dD/ds.
+    At dD/ds = 0 the error of the parameter is that of dD/ds over d^2D/ds^2; elsewhere that of D over dD/ds.
     """
     at, k = np.array([s]), np.array([machine_stiffness])
-    met = _Met.at(line, equilibria, at)
+    parts = _StateErrors.at(line, equilibria, at)
     rates = equilibria.slopes(at)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        control, steep = met.under(k, rates)
+        control, steep = parts.under(k, rates)
         moved = np.where(control > 0.0, control / np.abs(steep), 0.0)
         if folds:
             near = s * np.array([1.0 - _NEAR, 1.0 + _NEAR])
             by_depth, by_force = (np.diff(rate) / np.diff(near) for rate in equilibria.slopes(near))
-            turn = np.abs(met.under(k, (by_depth, by_force))[1])
-            unsure = met.error[:, _SLOPE] + _ROUNDED
-            parts = (
+            turn = np.abs(parts.under(k, (by_depth, by_force))[1])
+            unsure = parts.error[:, _SLOPE] + _ROUNDED
+            rates_of_error = (
                 unsure * np.abs(rate)
                 for rate in (line.depth_rate(at), line.stiffness(at) * line.depth_rate(at))
             )
-            moved = np.minimum(met.under(k, tuple(parts))[1] / turn, moved)
-        depth, force = met.misses(np.full(1, math.nan) if folds else k, rates, moved)
-        states = met.states
+            moved = np.minimum(parts.under(k, tuple(rates_of_error))[1] / turn, moved)
+        depth, force = parts.misses(np.full(1, math.nan) if folds else k, rates, moved)
+        states = parts.states
         soft = np.where(k == 0.0, math.inf, k)
-        missed = {
+        errors = {
             "contact_radius": (moved, states.contact_radius),
             "indentation": (depth, states.indentation),
             "normal_force": (force, states.normal_force),
             "travel": (depth + force / soft, states.indentation + states.normal_force / soft),
         }
-        shares = {name: part / np.abs(whole) for name, (part, whole) in missed.items()}
-    return {name: min(float(np.nan_to_num(share[0], nan=0.0)), 1.0) for name, share in shares.items()}
+        relative = {name: part / np.abs(whole) for name, (part, whole) in errors.items()}
+    return {name: min(float(np.nan_to_num(value[0], nan=0.0)), 1.0) for name, value in relative.items()}
 
 
 def loss_error(line: Line, equilibria: Adhesive, jump: Jumps, machine_stiffness: float) -> float:
-    """Relative error of what one jump dissipates."""
-    missed = float(_lost(line, equilibria, jump, np.array([machine_stiffness]))[0])
+    """Relative error of the energy that one jump dissipates."""
+    error = float(_loss_errors(line, equilibria, jump, np.array([machine_stiffness]))[0])
     loss = abs(float(jump.loss[0]))
-    return min(missed / loss, 1.0) if loss > 0.0 else float(missed > 0.0)
+    return min(error / loss, 1.0) if loss > 0.0 else float(error > 0.0)
 
 
-def _lost(line: Line, equilibria: Adhesive, jumps: Jumps, machine_stiffness: FloatArray) -> FloatArray:
-    """By how much the losses of rows err in J: each is the difference of two potentials."""
+def _loss_errors(line: Line, equilibria: Adhesive, jumps: Jumps, machine_stiffness: FloatArray) -> FloatArray:
+    """Errors of the losses of rows in J; each loss is the difference of two potentials."""
     rows = machine_stiffness.size
     if jumps.step.size == 0:
         return np.zeros(rows)
@@ -313,39 +317,42 @@ def _lost(line: Line, equilibria: Adhesive, jumps: Jumps, machine_stiffness: Flo
         bound = np.flatnonzero(np.isfinite(s))
         if bound.size == 0:
             continue
-        met = _Met.at(line, equilibria, s[bound])
-        d, force = np.abs(met.states.indentation), np.abs(met.states.normal_force)
+        parts = _StateErrors.at(line, equilibria, s[bound])
+        d, force = np.abs(parts.states.indentation), np.abs(parts.states.normal_force)
         elastic, surface = (np.abs(x) for x in equilibria.energies(s[bound]))
         by_force = k[bound] == 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
             soft = np.where(by_force, 1.0, k[bound])
-            held = np.where(by_force, force * d, 0.5 * force**2 / soft)
-            turned = np.where(by_force, d * met.force, force * (met.depth + met.force / soft))
-        total[bound] += met.energy + turned + _ROUNDED * (elastic + surface + held)
+            stored = np.where(by_force, force * d, 0.5 * force**2 / soft)
+            turned = np.where(by_force, d * parts.force, force * (parts.depth + parts.force / soft))
+        total[bound] += parts.energy + turned + _ROUNDED * (elastic + surface + stored)
     return np.bincount(jumps.step, weights=total, minlength=rows).astype(float)
 
 
 def _energies(
-    columns: Mapping[str, FloatArray], missed: FloatArray, lost: FloatArray, machine: FloatArray | float
+    columns: Mapping[str, FloatArray],
+    elastic_error: FloatArray,
+    losses: FloatArray,
+    machine: FloatArray | float,
 ) -> dict[str, FloatArray]:
-    """Relative errors of energies from those of the elastic energy and of the losses of rows in J."""
+    """Relative errors of energies from the errors in J of the elastic energy and of the losses of rows."""
     elastic, surface, dissipated = (
         np.abs(columns[name]) for name in ("elastic_energy", "surface_energy", "dissipated_energy")
     )
-    gathered = np.cumsum(lost)
+    cumulative = np.cumsum(losses)
     pairs = {
-        "elastic_energy": (missed, elastic),
-        "jump_dissipation": (lost, np.abs(columns["jump_dissipation"])),
-        "dissipated_energy": (gathered, dissipated),
-        "external_work": (missed + gathered, elastic + surface + dissipated + machine),
+        "elastic_energy": (elastic_error, elastic),
+        "jump_dissipation": (losses, np.abs(columns["jump_dissipation"])),
+        "dissipated_energy": (cumulative, dissipated),
+        "external_work": (elastic_error + cumulative, elastic + surface + dissipated + machine),
     }
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = {name: np.where(part > 0.0, part / whole, 0.0) for name, (part, whole) in pairs.items()}
-    return {name: np.where(share > _FEW_ROUNDINGS, share, 0.0) for name, share in shares.items()}
+        relative = {name: np.where(part > 0.0, part / whole, 0.0) for name, (part, whole) in pairs.items()}
+    return {name: np.where(value > _FEW_ROUNDINGS, value, 0.0) for name, value in relative.items()}
 
 
 def _bounded(errors: Mapping[str, FloatArray], touching: NDArray[np.bool_]) -> dict[str, FloatArray]:
-    """Errors where there is contact; 1 where nothing is known of a number."""
+    """Errors in contact, limited to 1, which also stands for unknown; 0 without contact."""
     return {
         name: np.where(touching, np.minimum(np.nan_to_num(values, nan=0.0, posinf=1.0), 1.0), 0.0)
         for name, values in errors.items()
@@ -361,7 +368,7 @@ def frictional_errors(
     dragged: NDArray[np.bool_],
 ) -> dict[str, FloatArray]:
     """
-    Relative errors of a contact with friction from those of the map of its profile.
+    Relative errors of a contact with friction, from those of the map of its profile.
 
     Parameters
     ----------
@@ -371,21 +378,21 @@ def frictional_errors(
     columns : mapping of str to ndarray
         Quantities over the rows.
     forced, dragged : ndarray of bool
-        Rows whose normal and tangential forces are prescribed, and not the indentation and the shift.
+        Rows whose normal or tangential force is prescribed instead of the indentation or the shift.
 
     Returns
     -------
     dict of str to ndarray
-        Of their own values; of fields, of the largest value of the field.
+        For quantities relative to their value, for fields relative to the largest value of the field.
 
     Notes
     -----
     F_x is a sum of terms mu (F(d) - F(d*)) and u of terms mu E*/G* (d - d*), in which the errors of F and d at the deepest
-    contact so far count twice at most. Without slip all is proportional to the radii.
+    contact so far count at most twice. Without slip the errors are proportional to those of the radii.
     """
     states = states_at_depth(line, columns["indentation"])
-    found = normal_errors(line, states, forced)
-    if not found:
+    errors = normal_errors(line, states, forced)
+    if not errors:
         return {}
     whole = normal_errors(line, states, np.zeros_like(forced))
     force, depth, radius = (
@@ -422,8 +429,8 @@ def frictional_errors(
         "tangential_displacement": radius + 2.0 * depth,
         "slip": radius + 2.0 * depth,
     }
-    # a value of 0 has no part that is wrong
-    return found | {
+    # a value of 0 has no relative error
+    return errors | {
         name: np.fmin(np.nan_to_num(e, nan=0.0, posinf=0.0), 1.0) for name, e in tangential.items()
     }
 
@@ -442,7 +449,7 @@ def of_own_size(errors: FloatArray, values: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray
-        At most 1, where nothing is known of a number; 0 for a value of 0, which has no part that is wrong.
+        At most 1, which also stands for unknown; 0 for a value of 0.
 
     Examples
     --------
@@ -459,21 +466,21 @@ def with_errors(
     claims: Mapping[str, Claim],
     errors: Mapping[str, FloatArray],
     remark: str = "",
-    cause: str = "as the map of the profile does",
+    cause: str = "from the map of the profile",
 ) -> dict[str, Claim]:
     """
-    Claims to whose errors those of the numerics are added: above 1e-9 nothing is exact.
+    Claims with the errors of the numerics added; no claim with a relative error above 1e-9 is exact.
 
     Parameters
     ----------
     claims : mapping of str to Claim
-        Of the model. Where its error is not known, that of the numerics is the whole known error.
+        Claims of the model. Where its error is unknown, that of the numerics is the total known error.
     errors : mapping of str to ndarray
-        Relative errors over the rows; no error where a name is missing.
+        Relative errors over the rows; a missing name has no error.
     remark : str
-        What else the numbers rest on, for the reasons.
+        Further condition of the numbers, added to the reasons.
     cause : str
-        Why numbers err, in words.
+        Cause of the errors.
 
     Returns
     -------
@@ -492,5 +499,5 @@ def _with_error(claim: Claim, error: FloatArray | None, remark: str, cause: str)
     total = with_known(claim, error)
     if largest <= EXACT_WITHIN or claim.level is not Level.EXACT:
         return replace(claim, error=total, reason=reason)
-    reason = f"{claim.reason}; numbers err by more than {EXACT_WITHIN:g} of their size, {cause}{remark}"
+    reason = f"{claim.reason}; relative numerical error above {EXACT_WITHIN:g}, {cause}{remark}"
     return replace(claim, level=Level.APPROXIMATE, error=total, reason=reason)

@@ -1,4 +1,4 @@
-"""What can be claimed of a contact with adhesion, and when it is a disk."""
+"""Claims of a contact with adhesion, and its certificate as a disk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.interpretation.certificate import Certificate
-from pymdr.interpretation.disks import TOLERANCE, Landscape, gap_ratios, landscape_of, least_gap, seen_upto
+from pymdr.interpretation.disks import (
+    TOLERANCE,
+    ProfileFeatures,
+    gap_ratios,
+    least_gap,
+    profile_features,
+    touching_range,
+)
 from pymdr.interpretation.layers import first_fault
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import (
@@ -26,40 +33,40 @@ from pymdr.problem.laws import AdhesionLaw
 from pymdr.units import FloatArray, metres
 
 _NODES = 33
-"""Radii on the curve of equilibria at which the least gap is read before it is refined."""
+"""Radii on the curve of equilibria at which the least gap is evaluated before refinement."""
 _HALVINGS = 30
 _GAIN = 1e-9
-"""Of the energy of the surfaces: rounding of what a jump dissipates."""
+"""Rounding of the loss of a jump, over the energy of the surfaces."""
 _SMALL = 1e-6
-"""Of the larger radius of a jump: from there on its states are looked at, where one of its ends is a free body."""
+"""Least radius of the checked states of a jump to or from a free body, over its larger radius."""
 
 
 @dataclass(frozen=True)
 class Visited:
-    """The states of a history of an adhesive contact, between its rows too; radii in m, 0 for a free body."""
+    """The states of a history of an adhesive contact, including those between its rows; radii in m, 0 for a free body."""
 
     row: np.ndarray
-    """Row in which each smooth stretch ends."""
+    """Row in which each smooth segment ends."""
     begin: FloatArray
-    """Contact radius at its begin."""
+    """Contact radius at its start."""
     end: FloatArray
     """Contact radius at its end."""
     jump_row: np.ndarray
     """Row of each jump."""
     stiffness: FloatArray
-    """Stiffness in N/m of the machine that stands for its control: inf for an indentation, 0 for a force."""
+    """Stiffness in N/m of the machine equivalent to its control: inf for an indentation, 0 for a force."""
     control: FloatArray
-    """Travel (or indentation) in m, or force in N, at which it happens."""
+    """Travel (or indentation) in m, or force in N, at the jump."""
     before: FloatArray
     """Contact radius before it."""
     after: FloatArray
     """Contact radius after it."""
     loss: FloatArray
-    """Energy in J that it dissipates."""
+    """Dissipated energy in J."""
 
 
 def is_always_open(line: Line, law: AdhesionLaw) -> bool:
-    """Whether surfaces never touch outside an adhesive contact; laws other than JKR are made for rising profiles."""
+    """Whether surfaces never touch outside an adhesive contact; laws other than JKR need rising profiles."""
     return isinstance(line, ElasticLine) and (bool(line.equivalent.rises) or theory_of(law).rising)
 
 
@@ -67,17 +74,17 @@ def certify_stretched_disk(line: Line, visited: Visited, rows: int, law: Adhesio
     """
     Check that the surfaces do not touch outside an adhesive contact: gap >= 0 with the stretched edge.
 
-    Pressure is no criterion here, since tension is legitimate; that the contact has not opened inside is an
-    assumption. The least gap is followed along the whole history, over all equilibria between the rows. The states
-    inside a jump are no equilibria: there the surfaces may touch, but only where they do so after it; and no jump may
-    gain energy. After the first state that fails, contact on a ring decides what comes, and nothing is certified.
+    Pressure is no criterion because tension is legitimate; that the contact has not opened inside is an assumption. The
+    least gap is followed along the whole history, over all equilibria between the rows. The states within a jump are not
+    equilibria: there the surfaces may touch, but only where they touch after it; and no jump may gain energy. After the
+    first state that fails, the history depends on contact on a ring, and nothing is certified.
 
     Parameters
     ----------
     line : Line
         Profile and modulus.
     visited : Visited
-        What the history visits.
+        The states of the history.
     rows : int
         Number of its rows.
     law : AdhesionLaw
@@ -93,21 +100,21 @@ def certify_stretched_disk(line: Line, visited: Visited, rows: int, law: Adhesio
     fault = None if is_always_open(line, law) else _first_fault(line, visited, law.work)
     if fault is None:
         return Certificate(disk, "")
-    row, radius, excess, landscape = fault
+    row, radius, excess, features = fault
     d = float(line.equivalent.g(np.array([radius]))[0]) + excess
     where = ""
-    if landscape.radii[-1] > radius:
-        touch = least_gap(landscape, radius, excess, loose=False)
+    if features.radii[-1] > radius:
+        touch = least_gap(features, radius, excess, loose=False)
         where = f", at r = {metres(touch.radius)}" if touch.value < 0.0 else ""
     return Certificate(
         np.arange(rows) < row,
         f"at d = {metres(d)} the surfaces touch again outside a disk of radius {metres(radius)}{where}, so the adhesive "
-        "contact is not a disk, and what follows depends on it",
+        "contact is not a disk; all later rows depend on it",
     )
 
 
 def _certify_layers(line: LayeredLine, visited: Visited, disk: BoolArray, law: AdhesionLaw) -> Certificate:
-    """All rows up to the first whose contact was wider than the first that is no disk."""
+    """Certify all rows before the first whose contact is wider than the last disk."""
     ends = (visited.begin, visited.end, visited.before, visited.after)
     widest = max(float(np.max(a, initial=0.0)) for a in ends)
     work = law.work if theory_of(law).opens else 0.0
@@ -124,55 +131,55 @@ def _certify_layers(line: LayeredLine, visited: Visited, disk: BoolArray, law: A
     first = min(int(np.min(rows, initial=disk.size)) for rows in wide)
     return Certificate(
         np.arange(disk.size) < first,
-        f"{fault.words}, so the adhesive contact is not a disk, and what follows depends on it",
+        f"{fault.words}, so the adhesive contact is not a disk; all later rows depend on it",
     )
 
 
 def _first_fault(
     line: ElasticLine, visited: Visited, work: float
-) -> tuple[int, float, float, Landscape] | None:
-    """Row, contact radius and compression of the edge of the first state whose surfaces touch outside its disk."""
+) -> tuple[int, float, float, ProfileFeatures] | None:
+    """Row, contact radius and compression of the edge of the first state whose surfaces touch outside the disk."""
     equivalent = line.equivalent
     jumps = np.stack(
         [visited.stiffness, visited.control, visited.before, visited.after, visited.loss], axis=1
     )
     _, first = np.unique(jumps, axis=0, return_index=True)
-    ways = [_JumpWay(line, jumps[i], int(visited.jump_row[i])) for i in np.sort(first)]
+    paths = [_JumpPath(line, jumps[i], int(visited.jump_row[i])) for i in np.sort(first)]
     radii = np.concatenate([visited.begin, visited.end])
     radii = np.minimum(radii[radii > 0.0], equivalent.edge)
     if radii.size == 0:
         return None
     ends = np.array([radii.min(), radii.max()])
     stretched = line.depth(ends) - jkr_opening(line, ends, work)
-    deepest = max([float(stretched.max()), *(way.deepest for way in ways)])
-    widest = max([float(ends[1]), *(way.high for way in ways)])
-    top = max(min(widest, equivalent.edge), seen_upto(equivalent, deepest))
-    landscape = landscape_of(equivalent, top) if top > 0.0 else None
-    if landscape is None:
+    deepest = max([float(stretched.max()), *(path.deepest for path in paths)])
+    widest = max([float(ends[1]), *(path.high for path in paths)])
+    top = max(min(widest, equivalent.edge), touching_range(equivalent, deepest))
+    features = profile_features(equivalent, top) if top > 0.0 else None
+    if features is None:
         return None
 
     def opening(a: float) -> float:
         return -float(jkr_opening(line, a, work))
 
-    found: tuple[int, float, float, Landscape] | None = None
+    first_found: tuple[int, float, float, ProfileFeatures] | None = None
     low, high = np.minimum(visited.begin, visited.end), np.maximum(visited.begin, visited.end)
     for bottom, peak in _negative(
-        lambda a: _margin(landscape, a, opening(a)), float(ends[0]), float(ends[1]), landscape
+        lambda a: _margin(features, a, opening(a)), float(ends[0]), float(ends[1]), features
     ):
         hit = np.flatnonzero((low <= peak) & (high >= bottom) & (high < equivalent.edge))
-        if hit.size and (found is None or visited.row[hit[0]] < found[0]):
+        if hit.size and (first_found is None or visited.row[hit[0]] < first_found[0]):
             a = float(np.clip(visited.begin[hit[0]], bottom, peak))
-            found = int(visited.row[hit[0]]), a, opening(a), landscape
-    for way in ways:
-        if found is not None and way.row > found[0]:
+            first_found = int(visited.row[hit[0]]), a, opening(a), features
+    for path in paths:
+        if first_found is not None and path.row > first_found[0]:
             break
-        if (radius := way.fault(landscape, work)) is not None:
-            return way.row, radius, way.excess(radius), landscape
-    return found
+        if (radius := path.fault(features, work)) is not None:
+            return path.row, radius, path.excess(radius), features
+    return first_found
 
 
-class _JumpWay:
-    """The states of a jump at constant control, which are no equilibria."""
+class _JumpPath:
+    """The states of a jump at constant control, which are not equilibria."""
 
     def __init__(self, line: ElasticLine, jump: FloatArray, row: int) -> None:
         stiffness, control, before, after, loss = (float(x) for x in jump)
@@ -181,35 +188,35 @@ class _JumpWay:
         self.high = min(max(before, after), line.equivalent.edge)
         self.low = max(min(before, after), _SMALL * self.high)
 
-    def fault(self, landscape: Landscape, work: float) -> float | None:
-        """A radius in m at which the surfaces touch beyond the disk that is left, or at which energy would be gained."""
+    def fault(self, features: ProfileFeatures, work: float) -> float | None:
+        """A radius in m at which the surfaces touch outside the final disk, or at which energy would be gained."""
         if self.loss < -_GAIN * math.pi * work * self.high**2:
             return self.low
-        radii = landscape.radii
+        radii = features.radii
         if not np.any(radii > self.after):
             return None
-        g = landscape.equivalent.g(radii)
+        g = features.equivalent.g(radii)
 
         def margin(a: float) -> float:
             excess = self.excess(a)
             outside = radii > a
-            d = float(landscape.equivalent.g(np.array([a]))[0]) + excess
+            d = float(features.equivalent.g(np.array([a]))[0]) + excess
             if excess <= 0.0 and float(np.min(g[outside], initial=math.inf)) >= d:
                 return 1.0
             r = radii[outside & (radii > self.after)]
-            return float(np.min(gap_ratios(landscape, a, excess, r), initial=1.0)) + TOLERANCE
+            return float(np.min(gap_ratios(features, a, excess, r), initial=1.0)) + TOLERANCE
 
-        bad = _negative(margin, self.low, self.high, landscape)
+        bad = _negative(margin, self.low, self.high, features)
         return bad[0][0] if bad else None
 
     @property
     def deepest(self) -> float:
-        """The largest indentation in m on the way."""
+        """The largest indentation in m of the states."""
         a = np.linspace(self.low, self.high, _NODES)
         return max(float(self.line.equivalent.g(np.array([x]))[0]) + self.excess(float(x)) for x in a)
 
     def excess(self, a: float) -> float:
-        """By how much in m the edge is pressed at a radius: d - d0(a)."""
+        """Compression d - d0(a) of the edge in m at a radius."""
         line, at = self.line, np.array([a])
         depth, force, stiffness = (float(f(at)[0]) for f in (line.depth, line.force, line.stiffness))
         if math.isinf(self.stiffness):
@@ -219,32 +226,32 @@ class _JumpWay:
         return (self.control - depth - force / self.stiffness) / (1.0 + stiffness / self.stiffness)
 
 
-def _margin(landscape: Landscape, a: float, excess: float) -> float:
+def _margin(features: ProfileFeatures, a: float, excess: float) -> float:
     """The least gap outside a disk on the curve of equilibria, over its indentation; 1 where g stays above d."""
-    g = float(landscape.equivalent.g(np.array([a]))[0])
+    g = float(features.equivalent.g(np.array([a]))[0])
     d = g + excess
-    beyond = landscape.radii[landscape.radii > a]
-    if beyond.size == 0 or float(np.min(landscape.equivalent.g(beyond))) >= min(d, g):
+    beyond = features.radii[features.radii > a]
+    if beyond.size == 0 or float(np.min(features.equivalent.g(beyond))) >= min(d, g):
         return 1.0
-    return least_gap(landscape, a, excess, loose=False).value + TOLERANCE
+    return least_gap(features, a, excess, loose=False).value + TOLERANCE
 
 
 def _negative(
-    margin: Callable[[float], float], low: float, high: float, landscape: Landscape
+    margin: Callable[[float], float], low: float, high: float, features: ProfileFeatures
 ) -> list[tuple[float, float]]:
     """
     Intervals between two radii in which a margin, a continuous function of the radius, is negative.
 
-    It is read at the ends of the falls of g and between them, and its least and largest values are refined where it may
-    change its sign; the ends are bisected.
+    It is evaluated at the ends of the decreasing intervals of g and between them. Its extremes are refined where its sign
+    may change; the ends are bisected.
     """
-    marks = [end for fall in landscape.falls for end in (fall.start, fall.stop)]
+    marks = [end for each in features.decreasing for end in (each.start, each.stop)]
     a = np.unique(np.concatenate([np.linspace(low, high, _NODES), [x for x in marks if low < x < high]]))
     values = np.array([margin(float(x)) for x in a])
     for i in range(1, a.size - 1):
         left, here, right = values[i - 1 : i + 2]
         turns = (here > 0.0 and left > here < right) or (here < 0.0 and left < here > right)
-        # a parabola through three points passes its middle one by no more than half of their span
+        # the extreme of a parabola through three points differs from the middle one by at most half of their span
         if turns and 1.5 * abs(here) < 0.5 * max(abs(left), abs(right)):
             x, y = _extreme(margin, a[i - 1], a[i], a[i + 1], here)
             a, values = np.append(a, x), np.append(values, y)
@@ -265,64 +272,64 @@ def _negative(
 def _extreme(
     margin: Callable[[float], float], low: float, middle: float, high: float, value: float
 ) -> tuple[float, float]:
-    """The extreme of a margin toward 0 between three radii, until it passes 0 or is found."""
+    """The extreme of a margin toward 0 between three radii, up to the first value beyond 0."""
     from scipy.optimize import minimize_scalar
 
     sign = 1.0 if value > 0.0 else -1.0
-    # its tolerance is absolute, and radii have any size
-    found = minimize_scalar(
-        lambda share: sign * margin(low + float(share) * (high - low)),
+    # the tolerance is absolute, so radii are scaled
+    result = minimize_scalar(
+        lambda fraction: sign * margin(low + float(fraction) * (high - low)),
         bounds=(0.0, 1.0),
         method="bounded",
         options={"maxiter": _HALVINGS},
     )
-    if not found.fun < sign * value:
+    if not result.fun < sign * value:
         return middle, value
-    return low + float(found.x) * (high - low), sign * float(found.fun)
+    return low + float(result.x) * (high - low), sign * float(result.fun)
 
 
 def adhesive_claims(
-    said: tuple[Level, str, str], names: Sequence[str], disk: BoolArray, why: str
+    statement: tuple[Level, str, str], names: Sequence[str], disk: BoolArray, why: str
 ) -> dict[str, Claim]:
     """
-    Claims of the contact with adhesion.
+    Claims of a contact with adhesion.
 
     Parameters
     ----------
-    said : tuple
+    statement : tuple
         Level, reason and source of the law.
     names : sequence of str
         Quantities of the result.
     disk : ndarray of bool
         Steps at which the disk is certified.
     why : str
-        Why it is not elsewhere.
+        Why it is not certified at the other steps.
 
     Returns
     -------
     mapping of str to Claim
     """
-    level, reason, source = said
+    level, reason, source = statement
     if not disk.all():
-        reason += f"; {int((~disk).sum())} of {disk.size} steps are left out: {why}"
+        reason += f"; not valid at {int((~disk).sum())} of {disk.size} steps: {why}"
     if not disk.any():
         level, reason = Level.NOT_VALID, why
     claim = Claim(level, reason, source, disk)
     return dict.fromkeys((*names, *NORMAL_FIELDS), claim)
 
 
-_TOLD_OF_A_FALL = ("external_work", "jumped", "jump_dissipation", "dissipated_energy")
+_KNOWN_AFTER_TEARING = ("external_work", "jumped", "jump_dissipation", "dissipated_energy")
 
 
-def without_falls(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str, Claim]:
+def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str, Claim]:
     """
-    Claims without the steps at which a dead load has torn the bodies apart: nothing rests there, energies are known.
+    Claims without the steps after a dead load has pulled the bodies apart: there is no equilibrium; energies are known.
 
     Parameters
     ----------
     claims : mapping of str to Claim
     torn : ndarray of bool
-        Whether there is no state at a step.
+        Steps without a state.
 
     Returns
     -------
@@ -330,17 +337,17 @@ def without_falls(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str, Cla
     """
     if not torn.any():
         return dict(claims)
-    remark = f"; at {int(torn.sum())} of {torn.size} steps a dead load has torn the bodies apart, and there is no state"
+    remark = f"; not valid at {int(torn.sum())} of {torn.size} steps: a dead load has pulled the bodies apart"
     return {
         name: claim
-        if name in _TOLD_OF_A_FALL
+        if name in _KNOWN_AFTER_TEARING
         else replace(claim, where=claim.where & ~torn, reason=f"{claim.reason}{remark}")
         for name, claim in claims.items()
     }
 
 
 def energy_assumption(residual: float) -> Assumption:
-    """The energy balance as a measured condition."""
+    """The residual of the energy balance as an assumption."""
     return Assumption(
         "energy balance",
         "relative residual; work minus change of energy and dissipation in jumps",

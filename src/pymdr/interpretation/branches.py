@@ -1,4 +1,4 @@
-"""States along the whole curve of a law of adhesion, stable and unstable alike."""
+"""Stable and unstable states along the whole curve of a law of adhesion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def equilibrium_curve(
     equilibria: Equilibria, top: float, marks: Sequence[float] = (), machine_stiffness: float | None = None
 ) -> dict[str, FloatArray]:
     """
-    States along the whole curve of a law, stable and unstable, dense where the contact is small.
+    Stable and unstable states along the whole curve of a law, denser for small contacts.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ def equilibrium_curve(
         ``parameter``, ``indentation``, ``normal_force``, ``contact_radius``, ``cohesive_radius`` and with a
         machine ``travel``, in SI units.
     """
-    pieces = [p for p in getattr(equilibria, "ends", ()) if p < top]
-    bounds = [equilibria.start, *pieces, top]
+    inner_ends = [p for p in getattr(equilibria, "ends", ()) if p < top]
+    bounds = [equilibria.start, *inner_ends, top]
     grids = [low + (high - low) * _GRID**2 for low, high in pairwise(bounds)]
     inner = [s for s in (*equilibria.knots, *marks) if equilibria.start <= s <= top]
     s = np.unique(np.concatenate([*grids, np.linspace(equilibria.start, top, _GRID.size), inner]))
@@ -62,7 +62,7 @@ def state_columns(
     Returns
     -------
     dict of str to ndarray
-        As :func:`equilibrium_curve` gives them, in SI units.
+        The quantities of :func:`equilibrium_curve`, in SI units.
     """
     states = equilibria.states(s)
     columns = {

@@ -1,4 +1,4 @@
-"""What can be claimed of a contact that is known by its force curve only."""
+"""Claims of a contact that is known only by its force curve."""
 
 from __future__ import annotations
 
@@ -40,27 +40,27 @@ OF_THE_CURVE = frozenset(
 )
 """Quantities that a force curve determines."""
 _ON_A_DISK = " on a disk"
-"""What laws say of contacts whose shape is known."""
+"""Words in the reasons of laws that need a known shape."""
 _GROWTH = 1e-6
-"""Of the largest stiffness: by how much a contact must grow to be said to."""
-_APART = 1e-9
-"""Of the largest depth: rows that are closer are one."""
-ASSUMED = "as exact as the force curve, for contacts of any shape: half-spaces of small slopes without adhesion that are not tilted"
+"""Least growth of a contact that counts, over its largest size."""
+_DISTINCT = 1e-9
+"""Least distance between distinct rows, over the largest depth."""
+ASSUMED = "as exact as the force curve, for contacts of any shape between half-spaces with small slopes, without adhesion and tilt"
 _MEMORY = (
-    "for viscoelastic half-spaces whose contact grows (Lee and Radok 1960), or grows and then shrinks (Ting 1966); that a "
-    "contact is the same at the same depth is proven for one that grows"
+    "for viscoelastic half-spaces whose contact grows (Lee and Radok 1960), or grows and then shrinks (Ting 1966); that the "
+    "contact depends only on the depth is proven for a growing contact"
 )
-_AGAIN = (
-    "the contact grows again after it has shrunk; that it is then the same at the same depth is not proven for contacts of "
-    "any shape"
+_REGROWN = (
+    "the contact grows again after shrinking; that it then still depends only on the depth is not proven for contacts of any "
+    "shape"
 )
 _NOT_IN_IT = (
-    "not in a force curve: contacts of different area and pressure have the same one, and the length of the line in contact "
-    "is no radius; give the shape itself as a profile, or solve it by boundary elements"
+    "not determined by a force curve: contacts of different area and pressure have the same curve, and the contact length on "
+    "the line is not a radius; give the shape as a profile, or solve it by boundary elements"
 )
 _UNKNOWN = (
-    "curves through every other point differ from that of all points by as much as it is: the points do not tell it at these "
-    "depths; press deeper, or measure more points there"
+    "the points do not determine it at these depths: curves through every other point differ by its own size; press deeper, "
+    "or measure more points there"
 )
 
 
@@ -70,8 +70,8 @@ def closure_claims(
     depth: FloatArray,
     remembered: BoolArray | None = None,
     *,
-    sideways: bool = False,
-    held: Mapping[str, BoolArray] | None = None,
+    sheared: bool = False,
+    prescribed: Mapping[str, BoolArray] | None = None,
 ) -> dict[str, Claim]:
     """
     Claims of a law for a contact that is known by its force curve.
@@ -79,53 +79,53 @@ def closure_claims(
     Parameters
     ----------
     claims : mapping of str to Claim
-        Those of the law.
+        Claims of the law.
     closure : Closure
     depth : ndarray
         Indentations in m of the rows.
     remembered : ndarray of bool, optional
-        With memory: rows up to which the contact has grown again after it shrank.
-    sideways : bool
+        With memory: rows from the first regrowth after shrinking on.
+    sheared : bool
         Whether the bodies are shifted.
-    held : mapping of str to ndarray of bool, optional
-        Rows in which a quantity is prescribed, and so a number however little the points tell.
+    prescribed : mapping of str to ndarray of bool, optional
+        Rows in which a quantity is prescribed and therefore known.
 
     Returns
     -------
     dict of str to Claim
     """
-    remembers = remembered is not None or sideways
+    remembers = remembered is not None or sheared
     errors = closure_errors(closure.error, depth, remembers=remembers)
     given = closure_errors(closure.given_error, depth, remembers=remembers)
-    remark = "; of the points only the scatter is known: ForceCurve.error was not given"
+    remark = "; only the scatter of the points is known: ForceCurve.error was not given"
     if closure.given is not None:
-        remark = "; numbers have the errors of its points too"
-    found: dict[str, Claim] = {}
+        remark = "; errors include those of the points"
+    adjusted: dict[str, Claim] = {}
     for name, claim in claims.items():
         if name not in OF_THE_CURVE:
-            none = np.zeros(claim.where.shape, dtype=bool)
-            found[name] = Claim(Level.NOT_VALID, _NOT_IN_IT, SOURCES["closure"], none)
+            nowhere = np.zeros(claim.where.shape, dtype=bool)
+            adjusted[name] = Claim(Level.NOT_VALID, _NOT_IN_IT, SOURCES["closure"], nowhere)
         elif claim.level is Level.NOT_VALID or claim.reason.startswith("prescribed"):
-            found[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
+            adjusted[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
         else:
-            known = False if held is None else held.get(name, False)
+            known = False if prescribed is None else prescribed.get(name, False)
             own = _of_curve(name, claim, errors[name], remembered, known)
-            found[name] = _with_given(own, given[name], remark)
-    return found
+            adjusted[name] = _with_given(own, given[name], remark)
+    return adjusted
 
 
 def _of_curve(
     name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None, known: BoolArray | bool
 ) -> Claim:
-    theirs, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
+    reason_of_law, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
-        theirs = f"{_MEMORY}; {theirs}" if level is Level.APPROXIMATE else _MEMORY
+        reason_of_law = f"{_MEMORY}; {reason_of_law}" if level is Level.APPROXIMATE else _MEMORY
         if remembered.any():
-            theirs, level = f"{theirs}; {_AGAIN}", Level.APPROXIMATE
+            reason_of_law, level = f"{reason_of_law}; {_REGROWN}", Level.APPROXIMATE
     own = replace(
         claim,
         level=level,
-        reason=f"{ASSUMED}. {theirs[:1].upper()}{theirs[1:]}",
+        reason=f"{ASSUMED}. {reason_of_law[:1].upper()}{reason_of_law[1:]}",
         source=f"{claim.source}; {SOURCES['closure']}",
     )
     total = total_error(error, claim.error)
@@ -133,27 +133,27 @@ def _of_curve(
     if claim.where.any() and not where.any():
         return Claim(Level.NOT_VALID, _UNKNOWN, SOURCES["closure"], where)
     if where.sum() < claim.where.sum():
-        own = replace(own, where=where, reason=f"{own.reason}; left out where {_UNKNOWN}")
+        own = replace(own, where=where, reason=f"{own.reason}; not valid where {_UNKNOWN}")
     if total is None:
         return own
     return with_errors(
-        {name: own}, {name: total}, "", "as curves through every other point, or of more pieces, do"
+        {name: own}, {name: total}, "", "from curves through every other point, or of more segments"
     )[name]
 
 
 def _with_given(claim: Claim, given: FloatArray, remark: str) -> Claim:
-    """A claim with what the errors of the points leave in it; its error is None where they are not known."""
+    """A claim with the errors of the points added; its error is None where they are unknown."""
     if claim.level is Level.NOT_VALID:
         return claim
     if np.isnan(given[claim.where]).any():
-        unknown = f"{claim.reason}; the errors of the points of the curve are not known"
+        unknown = f"{claim.reason}; the errors of the points of the curve are unknown"
         return replace(claim, level=Level.APPROXIMATE, reason=unknown, error=None)
     reason = f"{claim.reason}{remark}"
     if claim.error is None:
         return replace(claim, reason=reason)
     error = claim.error + np.where(claim.where, given, 0.0)
     return with_errors(
-        {"": replace(claim, reason=reason)}, {"": error}, "", "as the points of the force curve do"
+        {"": replace(claim, reason=reason)}, {"": error}, "", "from the points of the force curve"
     )[""]
 
 
@@ -161,7 +161,7 @@ def closure_errors(
     error_at: Callable[[FloatArray], FloatArray], depth: FloatArray, *, remembers: bool
 ) -> dict[str, FloatArray]:
     """
-    Relative errors of the quantities of a curve, from those of k, F and U at its depths.
+    Relative errors of the quantities of a force curve, from those of k, F and U at its depths.
 
     Parameters
     ----------
@@ -170,14 +170,14 @@ def closure_errors(
     depth : ndarray
         Indentations in m of the rows.
     remembers : bool
-        Whether rows depend on those before them, and so on the largest depth so far.
+        Whether rows depend on earlier rows, and so on the largest depth so far.
 
     Returns
     -------
     dict of str to ndarray
     """
     known = np.nan_to_num(depth)
-    # a body that does not touch is known not to
+    # without contact all quantities are 0 and exact
     stiffness, force, energy, rise = np.where(known > 0.0, error_at(known), 0.0)
     if remembers and depth.size:
         deepest = np.maximum.accumulate(known)
@@ -202,7 +202,7 @@ def closure_errors(
 
 
 def regrown(radius: FloatArray) -> BoolArray:
-    """Rows from which on a contact with memory has grown again after it shrank, from what is in contact of the line."""
+    """Rows from the first regrowth of a contact after shrinking on, from its contact length on the line."""
     size = np.nan_to_num(radius)
     if not size.size:
         return np.zeros(0, dtype=bool)
@@ -213,7 +213,7 @@ def regrown(radius: FloatArray) -> BoolArray:
 
 
 def known_error(claim: Claim) -> FloatArray:
-    """The relative errors of a quantity over its rows: 0 where it is exact to rounding, nan where they are not known."""
+    """Relative errors of a quantity over its rows: 0 where it is exact to rounding, nan where they are unknown."""
     return np.full(claim.where.shape, math.nan) if claim.error is None else claim.error
 
 
@@ -221,19 +221,19 @@ def error_of_force(
     depth: FloatArray, force: FloatArray, depth_error: FloatArray, force_error: FloatArray
 ) -> FloatArray:
     """
-    Relative errors of the forces of a curve at its depths, those of the depths among them: e_F + (d/F) (dF/dd) e_d.
+    Relative errors of the forces of a curve including those of its depths: e_F + (d/F) (dF/dd) e_d.
 
     Parameters
     ----------
     depth, force : ndarray of shape (n,)
         In m and N, in the order of the depths.
     depth_error, force_error : ndarray of shape (n,)
-        Relative; nan where not known.
+        Relative; nan where unknown.
 
     Returns
     -------
     ndarray
-        The slope is the steeper of those to the neighbours.
+        Relative, with the steeper of the slopes to both neighbours.
     """
     slope = np.diff(force) / np.diff(depth)
     steeper = np.maximum(np.append(slope[:1], slope), np.append(slope, slope[-1:]))
@@ -246,7 +246,7 @@ def pressed_curve(
     contact: Contact, depth: FloatArray, force: FloatArray, depth_error: FloatArray, force_error: FloatArray
 ) -> ForceCurve:
     """
-    The force curve of rows of a contact, in the order of their depths, whatever the path was.
+    The force curve of the rows of a contact in the order of their depths, for any path.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def pressed_curve(
     depth, force : ndarray of shape (n,)
         Indentation in m and normal force in N.
     depth_error, force_error : ndarray of shape (n,)
-        Their relative errors; nan where not known.
+        Their relative errors; nan where unknown.
 
     Returns
     -------
@@ -263,8 +263,8 @@ def pressed_curve(
     Raises
     ------
     ProblemError
-        If the contact has adhesion, a memory or a body that is no homogeneous half-space, or fewer than 5 rows press the
-        bodies together.
+        If the contact has adhesion, a memory or a body that is not a homogeneous half-space, or fewer than 5 rows have a
+        positive force.
     """
     lacking = {
         "adhesion": contact.adhesion is not None,
@@ -272,13 +272,13 @@ def pressed_curve(
         "a graded body": common_exponent(contact.body, contact.counterbody) != 0.0,
         "a layered body": contact.layered is not None,
     }
-    for why in (words for words, has in lacking.items() if has):
+    for name in (name for name, has in lacking.items() if has):
         raise ProblemError(
-            f"force_curve: this contact has {why}; a ForceCurve is that of homogeneous elastic half-spaces without adhesion"
+            f"force_curve: this contact has {name}; a ForceCurve needs homogeneous elastic half-spaces without adhesion"
         )
     rows = np.argsort(depth, kind="stable")
     rows = rows[np.isfinite(depth[rows]) & np.isfinite(force[rows])]
-    distinct = np.diff(depth[rows]) > _APART * float(np.max(np.abs(depth[rows]), initial=0.0))
+    distinct = np.diff(depth[rows]) > _DISTINCT * float(np.max(np.abs(depth[rows]), initial=0.0))
     rows = rows[np.append(True, distinct)] if rows.size else rows
     depth, force = depth[rows], force[rows]
     free = float(np.max(depth[force <= 0.0], initial=-np.inf))

@@ -114,7 +114,7 @@ def cohesive_displacement(
 
 
 def _pulled_up(line: ElasticLine, strength: float, a: float, c: float, r: FloatArray) -> FloatArray:
-    """The part of the displacement outside the contact that the springs of the zone make."""
+    """Displacement outside the contact from the springs of the cohesive zone."""
     # with x = min(r, c) sin t, the integrals of sqrt(c^2 - x^2) / sqrt(r^2 - x^2) are elliptic
     top = np.minimum(r, c)
     start = np.arcsin(np.minimum(a / np.where(top > 0.0, top, 1.0), 1.0))

@@ -21,7 +21,7 @@ from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
 @dataclass(frozen=True)
 class Conduction:
-    """One of the two that flow through a contact."""
+    """Conduction of heat or of current through a contact."""
 
     carrier: Carrier
     quantity: str
@@ -29,9 +29,9 @@ class Conduction:
     resists: bool
     """Whether the quantity is the reciprocal of the conductance."""
     driven_by: str
-    """Unit of the drop that drives it."""
+    """Unit of the driving drop."""
     flows_in: str
-    """Unit of what flows."""
+    """Unit of the flow."""
 
 
 CONDUCTIONS = (
@@ -41,17 +41,15 @@ CONDUCTIONS = (
 CONDUCTION_SOURCES = ("holm", "barber-conductance")
 
 _MODEL = (
-    "exact for homogeneous half-spaces that touch on a disk and pass nothing beside it, each of one temperature (or potential) "
+    "exact for homogeneous half-spaces in contact on a disk, insulated outside it, each with a uniform temperature (or potential) "
     "far away, and for contacts much larger than a mean free path"
 )
-_OF_STIFFNESS = (
-    "the stiffness of the contact, whatever its shape, over E* is its conductance over that of the line; {}"
-)
+_OF_STIFFNESS = "for contacts of any shape, the conductance over that of the line equals the contact stiffness over E*; {}"
 _RING_OF_COHESION = (
-    "the ring of cohesion, whose surfaces are apart, is taken to pass nothing: where it did, the conductance would be larger by "
-    "at most the ratio of its radius to that of the contact, the error that is told"
+    "the open ring of cohesion is taken as insulating; the error is the upper bound for a conducting ring, the ratio of its width "
+    "to the contact radius"
 )
-_BEYOND_CONTACT = "what passes between surfaces that attract each other without touching is not in it"
+_BEYOND_CONTACT = "conduction between surfaces that attract each other without contact is neglected"
 
 
 def conductance(contact_radius: ArrayLike, conductivity: float) -> FloatArray:
@@ -102,7 +100,7 @@ def disk_flux(contact_radius: float, conductivity: float, r: ArrayLike) -> Float
 
     Notes
     -----
-    That of an isothermal disk, I/(2 pi a sqrt(a^2 - r^2)) (Holm 1967): the pressure of a flat punch.
+    The flux I/(2 pi a sqrt(a^2 - r^2)) of an isothermal disk (Holm 1967), proportional to the pressure of a flat punch.
 
     Examples
     --------
@@ -138,7 +136,7 @@ class DiskFlux:
     """a of every step in m."""
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
-        """Values at radii in one step, nan where there is no radius."""
+        """Values at radii in one step, nan without a contact radius."""
         a = float(self.contact_radius[step])
         return np.full(position.shape, math.nan) if math.isnan(a) else self._at(a, position)
 
@@ -146,7 +144,7 @@ class DiskFlux:
         return disk_flux(a, self.conductivity, position)
 
     def default_radii(self, step: int) -> FloatArray:
-        """A grid from 0 to beyond the edge, graded to it."""
+        """A grid from 0 to 1.5 contact radii, graded to the edge."""
         a = float(self.contact_radius[step])
         if not a > 0.0:
             a = float(np.max(self.contact_radius, initial=0.0, where=self.contact_radius > 0.0)) or 1.0
@@ -166,7 +164,7 @@ def with_conduction(
     length: FloatArray | None = None,
 ) -> tuple[dict[str, FloatArray], dict[str, Claim]]:
     """
-    Columns and claims with what flows through a contact, as far as its bodies say what they conduct.
+    Columns and claims with the conductances of a contact, as far as its bodies have conductivities.
 
     Parameters
     ----------
@@ -174,7 +172,7 @@ def with_conduction(
     columns : mapping of str to ndarray
     claims : mapping of str to Claim
     length : ndarray, optional
-        Half the stiffness over E* in m, of contacts that are no disks; the contact radius unless given.
+        Half the stiffness over E* in m, for contacts that are not disks; default the contact radius.
 
     Returns
     -------
@@ -205,7 +203,7 @@ def conduction_of_stiffness(
     body: Material, counterbody: Material, lengths: Mapping[str, FloatArray], base: Claim
 ) -> tuple[dict[str, FloatArray], dict[str, Claim]]:
     """
-    What flows through a contact of which the stiffness is known, with the band of it.
+    Conductances of a contact from its stiffness, with their band.
 
     Parameters
     ----------
@@ -213,7 +211,7 @@ def conduction_of_stiffness(
     lengths : mapping of str to ndarray
         Half the stiffness over E* in m: "" its mean, "_low" and "_high" the ends of its band.
     base : claim
-        That of the stiffness.
+        Claim of the stiffness.
 
     Returns
     -------
@@ -264,7 +262,7 @@ def driven(
     name: str,
     drop: QuantityLike | None,
     flow: QuantityLike | None,
-    told: Callable[[str], FloatArray],
+    values_of: Callable[[str], FloatArray],
     rows: int,
 ) -> tuple[str, FloatArray]:
     """
@@ -279,7 +277,7 @@ def driven(
     told : callable
         Values of a quantity over the rows.
     rows : int
-        How many there are.
+        Number of rows.
 
     Returns
     -------
@@ -290,7 +288,7 @@ def driven(
     Raises
     ------
     QuantityError
-        If the field is no flux, both are given, or a temperature stands for a difference.
+        If the field is not a flux, both are given, or a temperature is given for a difference.
     """
     conduction = next((one for one in CONDUCTIONS if one.field == name), None)
     if conduction is None:
@@ -305,6 +303,6 @@ def driven(
             raise QuantityError(f"field: drop = {shown(drop)} is a temperature; write the difference in K")
         return unit, np.full(rows, to_si(drop, conduction.driven_by, name="drop"))
     assert flow is not None
-    conducting, whole = told(conduction.quantity), to_si(flow, conduction.flows_in, name="flow")
+    conducting, whole = values_of(conduction.quantity), to_si(flow, conduction.flows_in, name="flow")
     with np.errstate(divide="ignore"):
         return unit, whole * conducting if conduction.resists else whole / conducting

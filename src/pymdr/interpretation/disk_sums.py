@@ -1,4 +1,4 @@
-"""Sums over the pressures of very many disks: one integral along the line, read at all their edges."""
+"""Sums over the pressures of many disks: one integral along the line, evaluated at all their edges."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymdr.line.foundation import ElasticLine
 from pymdr.units import FloatArray
 
-_NODES, _LEVELS, _MOST = 16, 60, 20_000
+_NODES, _LEVELS, _MAX_CELLS = 16, 60, 20_000
 _SETTLED = 1e-14
 _POINTS = -np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
 _FIT = np.linalg.inv(chebyshev.chebvander(_POINTS, _NODES - 1))
@@ -20,10 +20,10 @@ _FIT = np.linalg.inv(chebyshev.chebvander(_POINTS, _NODES - 1))
 
 def pressure_integrals(line: ElasticLine, r: float, start: float, edges: FloatArray) -> FloatArray | None:
     """
-    The integrals of g' / sqrt(x^2 - r^2) from one radius to many.
+    The integrals of g' / sqrt(x^2 - r^2) from one radius to many others.
 
-    With x^2 = r^2 + t^2 the integrand is g' / x dt; behind every kink it is made smooth by t - t_kink ~ s^2, resolved by
-    Chebyshev series on cells that are halved, and integrated in closed form.
+    With x^2 = r^2 + t^2 the integrand is g' / x dt. The substitution t - t_kink ~ s^2 makes it smooth after every kink;
+    Chebyshev series on adaptively halved cells resolve it and are integrated in closed form.
 
     Parameters
     ----------
@@ -31,9 +31,9 @@ def pressure_integrals(line: ElasticLine, r: float, start: float, edges: FloatAr
     r : float
         Radius in m.
     start : float
-        Where the integrals begin in m, at least r.
+        Lower limit in m, at least r.
     edges : ndarray
-        Where they end in m, rising, beyond `start`.
+        Upper limits in m, rising, above `start`.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def _resolved(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
     """Keys (stretch + s) of cells, their half widths, antiderivatives from their starts, and integrals up to them."""
     owner, low, high = np.arange(stretches), np.zeros(stretches), np.ones(stretches)
-    found: list[tuple[FloatArray, ...]] = []
+    resolved: list[tuple[FloatArray, ...]] = []
     size = 0.0
     for _ in range(_LEVELS):
         half = 0.5 * (high - low)
@@ -78,17 +78,17 @@ def _resolved(
             return None
         size = max(size, float(np.max(np.abs(series).sum(axis=1))))
         good = np.max(np.abs(series[:, -2:]), axis=1) <= _SETTLED * size
-        found.append((owner[good] + low[good], half[good], series[good]))
+        resolved.append((owner[good] + low[good], half[good], series[good]))
         owner, low, high = owner[~good], low[~good], high[~good]
         if owner.size == 0:
             break
         middle = 0.5 * (low + high)
         owner, low, high = np.tile(owner, 2), np.append(low, middle), np.append(middle, high)
-        if owner.size > _MOST:
+        if owner.size > _MAX_CELLS:
             return None
     else:
         return None
-    keys, half, series = (np.concatenate([part[i] for part in found]) for i in range(3))
+    keys, half, series = (np.concatenate([part[i] for part in resolved]) for i in range(3))
     order = np.argsort(keys)
     own = np.asarray(chebyshev.chebint(series[order], lbnd=-1.0, axis=1), dtype=float)
     total = np.asarray(own.sum(axis=1), dtype=float)
@@ -105,18 +105,18 @@ def _values(series: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def grouped(values: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Different values, with the sums of their weights and of the sizes of these."""
+    """Distinct values, with the sums of their weights and of the absolute weights."""
     distinct = np.unique(values, return_inverse=True)
     different: FloatArray = distinct[0]
-    which = distinct[1]
+    inverse = distinct[1]
     total: FloatArray = np.zeros(different.size)
     size: FloatArray = np.zeros(different.size)
-    np.add.at(total, which, weights)
-    np.add.at(size, which, np.abs(weights))
+    np.add.at(total, inverse, weights)
+    np.add.at(size, inverse, np.abs(weights))
     return different, total, size
 
 
 def stretches_of(edges: FloatArray) -> list[tuple[int, int]]:
-    """Slices of a long row, for tables that stay small."""
+    """Slices of a long array, which limit the size of tables."""
     marks = [*range(0, edges.size, 4096), edges.size]
     return list(pairwise(marks))

@@ -36,11 +36,11 @@ class EllipseSurface:
         return lambda r: self.shape.gap_at(r * cos, r * sin)
 
     def towards(self, angle: float) -> EllipseSurface:
-        """The same in another direction."""
+        """The same surface with radii in another direction."""
         return replace(self, angle=angle)
 
     def default_radii(self, step: int) -> FloatArray:
-        """To twice the longer semi-axis, graded to the edge."""
+        """A grid to twice the longer semi-axis, graded to the edge."""
         a, b = float(self.semi_axis_x[step]), float(self.semi_axis_y[step])
         longer = max(a, b) or float(np.nanmax(np.maximum(self.semi_axis_x, self.semi_axis_y))) or 1.0
         # along the angle the edge lies at 1 / hypot(cos / a, sin / b)

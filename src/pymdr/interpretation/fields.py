@@ -40,7 +40,7 @@ def pressure(line: Line, a: Position, edge_excess: float, r: ArrayLike) -> Float
 
     Notes
     -----
-    Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for graded half-spaces. The second term is never sampled but added in closed
+    Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for graded half-spaces. The second term is added in closed
     form.
 
     Examples
@@ -73,7 +73,7 @@ def edge_amplitude(line: Line, a: ArrayLike, edge_excess: ArrayLike) -> FloatArr
     Parameters
     ----------
     line : Line
-        Of surfaces that are homogeneous; under graded ones the pressure is singular in another way, and K is nan.
+        For graded half-spaces the singularity has another exponent, and K is nan.
     a : array_like
         Contact radii in m.
     edge_excess : array_like
@@ -131,7 +131,7 @@ def normal_displacement(
 
     Notes
     -----
-    By parts the integral is int_0^a g' arcsin(x / r) dx + (d - g(a)) arcsin(a / r), of terms of one sign.
+    By parts the integral is int_0^a g' arcsin(x / r) dx + (d - g(a)) arcsin(a / r), whose terms have one sign.
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
     u = np.zeros(radius.shape)
@@ -156,8 +156,7 @@ def gap(
     """
     Gap between the deformed surfaces: 0 inside the contact, f(r) - d + u(r) outside.
 
-    Written as an integral over g' between a and r where g is known up to r, which keeps its digits next to the
-    edge.
+    Computed as an integral over g' between a and r where g is known up to r, which avoids cancellation next to the edge.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What can be claimed of a contact with friction."""
+"""Claims of a contact with friction."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ TANGENTIAL_QUANTITIES = (
 )
 _SIMILAR = 0.01
 _LARGEST_POISSON = 0.5
-"""Up to it the errors of sliding bodies are measured."""
+"""Largest Poisson's ratio for which the errors were measured."""
 _MEASURED_ERRORS = ((0.0, 0.0), (0.3, 1.5e-3), (0.5, 5e-3))
-"""Poisson's ratio, and what the force was found off at most, of the largest mu F_N, where load and shift turn together."""
+"""Poisson's ratio and the largest measured error of the force over the largest mu F_N, when load and shift reverse together."""
 
 
 def frictional_claims(
     contact: Contact, moduli: EffectiveModuli, names: tuple[str, ...], everywhere: BoolArray
 ) -> dict[str, Claim]:
     """
-    Claims of the contact with friction.
+    Claims of a contact with friction.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ def frictional_claims(
     elif not moduli.similar:
         level = Level.APPROXIMATE
         reason = (
-            "friction changes the pressure of bodies that are not elastically similar, Dundurs' beta = "
-            f"{moduli.dundurs_beta:.3g}; this coupling is neglected"
+            "the bodies are not elastically similar, so friction changes the pressure (Dundurs' beta = "
+            f"{moduli.dundurs_beta:.3g}); this coupling is neglected"
         )
     normal = Claim(level, reason, SOURCES["sneddon"], everywhere)
     tangential = Claim(*_tangential(contact, moduli), everywhere)
@@ -68,14 +68,14 @@ def frictional_claims(
 
 def frame_error(contact: Contact, moduli: EffectiveModuli) -> float | None:
     """
-    The measured error of tangential forces in the frame of Cattaneo and Mindlin, of the largest mu F_N so far.
+    The measured error of tangential forces in the frame of Cattaneo and Mindlin, over the largest mu F_N so far.
 
-    None where it was not measured: without slip, of bodies that are not similar, and outside of the measured Poisson's ratios.
+    None where it was not measured: without slip, for dissimilar bodies, and outside the measured Poisson's ratios.
 
     Notes
     -----
-    Against vector friction on the half-space by boundary elements; between the measured ratios the chord, which lies above the
-    curve through them.
+    Compared with vector friction on the half-space by boundary elements; interpolated linearly between the measured ratios,
+    which is an upper bound.
     """
     assert contact.friction is not None
     if not moduli.similar or math.isinf(contact.friction.coefficient):
@@ -88,7 +88,7 @@ def frame_error(contact: Contact, moduli: EffectiveModuli) -> float | None:
 
 
 def _sliding_ratio(contact: Contact) -> float:
-    """Poisson's ratio by which the surfaces slide, the largest of both: 1 - S_L/S_T."""
+    """Effective Poisson's ratio 1 - S_L/S_T of tangential loading, the larger of both surfaces."""
     surfaces = [surface_compliances(body) for body in (contact.body, contact.counterbody)]
     ratios = [1.0 - one.longitudinal / one.transverse for one in surfaces if one.transverse > 0.0]
     return max(ratios, key=abs)
@@ -99,8 +99,8 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
     assert law is not None
     source = SOURCES["cattaneo-mindlin"]
     if law.coefficient == 0.0:
-        return Level.EXACT, "without friction nothing is carried sideways", source
-    # of two bodies that are similar, sliding depends on their pressure and these compliances alone
+        return Level.EXACT, "exact: without friction there is no tangential load", source
+    # for similar bodies slip depends only on the pressure and these compliances
     surfaces = [surface_compliances(body) for body in (contact.body, contact.counterbody)]
     poisson = _sliding_ratio(contact)
     isotropic = all(
@@ -111,38 +111,38 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
     if not moduli.similar:
         return (
             Level.APPROXIMATE,
-            "in the frame of Cattaneo and Mindlin, which neglects the coupling of pressure and shear of bodies that "
-            f"are not elastically similar (Dundurs' beta = {moduli.dundurs_beta:.3g})",
+            "in the frame of Cattaneo and Mindlin, which neglects the coupling of pressure and shear of elastically "
+            f"dissimilar bodies (Dundurs' beta = {moduli.dundurs_beta:.3g})",
             source,
         )
     if abs(poisson) <= 1e-12:
-        like = "" if isotropic else ", and for bodies that slide as if they had it"
+        like = "" if isotropic else " and for bodies with S_L = S_T"
         return (
             Level.EXACT,
-            f"exact for Poisson's ratio 0{like}, where the traction of one direction makes displacements of one direction",
+            f"exact for Poisson's ratio 0{like}, where traction in one direction makes displacements only in that direction",
             source,
         )
     frame = "exact in the frame of Cattaneo and Mindlin (traction in one direction, lateral slip ignored). "
-    here = f"{poisson:g} here" if isotropic else f"the surface slides as one of {poisson:.6g}, by S_L/S_T"
+    here = f"{poisson:g} here" if isotropic else f"here 1 - S_L/S_T = {poisson:.6g}"
     if not isotropic and not -1.0 < poisson <= _LARGEST_POISSON:
         return (
             Level.APPROXIMATE,
-            f"{frame}Its error is measured for Poisson's ratios up to 0.5 and not for such transversely isotropic bodies: {here}",
+            f"{frame}Its error is known for Poisson's ratios up to 0.5 but not for such transversely isotropic bodies: {here}",
             source,
         )
-    below = "; at -0.9 0.15 % was found under constant load" if poisson < 0.0 else ""
+    below = "; 0.15 % under constant load at -0.9" if poisson < 0.0 else ""
     return (
         Level.APPROXIMATE,
-        f"{frame}Against "
-        "vector friction on the half-space the force errs, of the largest mu F_N of the history, by at most 0.05 % at "
-        "Poisson's ratio 0.3 and 0.17 % at 0.5 under constant load, by 0.15 % and 0.5 % where load and shift turn together "
-        f"({here}{below}); the direction of slip deviates by 6 and 11 degrees and more",
+        f"{frame}Compared with "
+        "vector friction on the half-space, the error of the force is at most 0.05 % of the largest mu F_N of the history at "
+        "Poisson's ratio 0.3 and 0.17 % at 0.5 under constant load, 0.15 % and 0.5 % when load and shift reverse together "
+        f"({here}{below}); the direction of slip deviates by at least 6 and 11 degrees",
         source,
     )
 
 
 def similarity_assumption(dundurs_beta: float, friction: float) -> Assumption:
-    """Elastic similarity, which friction needs."""
+    """The assumption of elastic similarity in a contact with friction."""
     coupled = 0.0 if friction == 0.0 else abs(dundurs_beta)
     return Assumption(
         "elastic similarity",

@@ -1,4 +1,4 @@
-"""What can be claimed of the heat of currents and of friction."""
+"""Claims of the heat of currents and of friction."""
 
 from __future__ import annotations
 
@@ -19,16 +19,13 @@ SLOW = 0.1
 """Largest Peclet number of slow sliding."""
 
 _HOTTEST = (
-    "exact for contacts of any shape between metals that obey rho lambda = L T, whose temperatures far away are equal and whose "
-    "surfaces lose no heat; the hottest place is at the mean potential, which is the interface of like bodies only"
+    "exact for contacts of any shape between metals with rho lambda = L T, equal temperatures far away and surfaces without heat "
+    "loss; the hottest place is at the mean potential, which is the interface only for equal bodies"
 )
-_CURRENT = (
-    "; current and resistance are tied to voltage and temperature as by a thermal conductivity that does not change with "
-    "temperature"
-)
+_CURRENT = "; current and resistance are computed with a thermal conductivity independent of temperature"
 _RUBBED = (
-    "exact as the Peclet number goes to 0, for half-spaces whose temperatures far away are equal, whose surfaces lose no heat and "
-    "are not bent by it"
+    "exact in the limit of Peclet number 0, for half-spaces with equal temperatures far away and surfaces without heat loss and "
+    "thermal deformation"
 )
 
 
@@ -36,18 +33,18 @@ def joule_claims(
     where: BoolArray, *, by_current: bool, resistance: Claim | None, known: bool
 ) -> dict[str, Claim]:
     """
-    Claims of what a current heats.
+    Claims of Joule heating.
 
     Parameters
     ----------
     where : ndarray of bool
         True for every row.
     by_current : bool
-        Whether the current is given, and not the voltage.
+        Whether the current is given instead of the voltage.
     resistance : Claim or None
-        That of the cold resistance, where it is of a contact.
+        Claim of the cold resistance of a contact.
     known : bool
-        Whether the cold resistance is.
+        Whether the cold resistance is known.
 
     Returns
     -------
@@ -70,20 +67,20 @@ def joule_claims(
 
 
 def wiedemann_franz(contact: Contact, temperature: FloatArray) -> Assumption | None:
-    """How far rho lambda of bodies that say both is from L T0; None where none does."""
-    apart = [
+    """The relative difference of rho lambda from L T0 of bodies that have both; None if no body has both."""
+    differences = [
         float(np.max(np.abs(body.resistivity * body.thermal_conductivity / (LORENZ * temperature) - 1.0)))
         for body in (contact.body, contact.counterbody)
         if body.resistivity is not None and body.thermal_conductivity is not None
     ]
-    if not apart:
+    if not differences:
         return None
-    words = "difference of rho lambda/(L T0) of the bodies from 1"
-    return Assumption("Wiedemann and Franz", words, max(apart), _WIEDEMANN_FRANZ)
+    text = "difference of rho lambda/(L T0) of the bodies from 1"
+    return Assumption("Wiedemann and Franz", text, max(differences), _WIEDEMANN_FRANZ)
 
 
 def slow_sliding(peclet: float) -> Assumption:
-    """That bodies move slowly below the contact."""
+    """The assumption of slow sliding."""
     return Assumption(
         "slow sliding",
         "largest Peclet number v a/(2 kappa) of bodies that move below the contact",
@@ -109,9 +106,9 @@ def frictional_heat_claims(
     where : ndarray of bool
         True for every row.
     taken_away : mapping of str to ndarray
-        Share epsilon of the largest and the mean rise that moving bodies carry away at every speed, to first order.
+        Fraction epsilon of the largest and the mean rise that moving bodies carry away at every speed, to first order.
     why_no_mean : str
-        Why there is no mean; empty if there is one.
+        Why there is no mean rise; empty if there is one.
 
     Returns
     -------
@@ -119,20 +116,20 @@ def frictional_heat_claims(
 
     Notes
     -----
-    The kernel exp(-z)/R of a body that moves is no less than by its mean z (Jensen), so that the rise is at least exp(-epsilon) of
-    the one that is given: it errs by at most exp(epsilon) - 1 where one body moves and takes the heat.
+    By Jensen's inequality the kernel exp(-z)/R of a moving body with mean z makes the rise at least exp(-epsilon) times the
+    given one, so its relative error is at most exp(epsilon) - 1 if one body moves and takes the heat.
     """
     pressed = frictional_claims(contact, moduli, ("contact_radius",), where)["contact_radius"]
     neglected = "" if pressed.level is Level.EXACT else f"; {pressed.reason}"
     source = SOURCES["popov-hess"]
     claims = {}
-    for name, share in taken_away.items():
-        told = f"{_RUBBED}; at the largest speed moving takes away {float(np.max(share)):.2g} of it, to first order"
+    for name, part in taken_away.items():
+        reason = f"{_RUBBED}; at the largest speed motion carries away {float(np.max(part)):.2g} of it, to first order"
         known = 0.0 if pressed.error is None else pressed.error
-        error = total_error(np.expm1(np.minimum(share, 1.0)), known)
-        claims[name] = Claim(pressed.level, told + neglected, source, where, error)
+        error = total_error(np.expm1(np.minimum(part, 1.0)), known)
+        claims[name] = Claim(pressed.level, reason + neglected, source, where, error)
     if why_no_mean:
-        nowhere = np.zeros(where.shape, dtype=bool)
-        claims["mean_temperature_rise"] = Claim(Level.NOT_VALID, why_no_mean, SOURCES["closure"], nowhere)
+        none = np.zeros(where.shape, dtype=bool)
+        claims["mean_temperature_rise"] = Claim(Level.NOT_VALID, why_no_mean, SOURCES["closure"], none)
     claims["heat"] = Claim(Level.EXACT, "exact: mu F_N v", source, where)
     return claims

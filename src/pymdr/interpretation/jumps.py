@@ -1,4 +1,4 @@
-"""A path of a contact with adhesion between its rows: the equilibria it follows and the jumps it makes."""
+"""The path of a contact with adhesion between its rows: its equilibria and jumps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pymdr.units import FloatArray
 BoolArray = NDArray[np.bool_]
 
 _TRAIL = 2000
-"""Points along a path with fewer rows than these."""
+"""Least number of points along a path."""
 _GROWTH = 1.2
 
 
@@ -30,29 +30,29 @@ class Jump:
     """A jump at constant travel, indentation or force."""
 
     states: Mapping[str, FloatArray]
-    """Quantities by name, in SI units: before the jump and after it. A free body has radius 0; one that was lost
-    under a prescribed force has no indentation (nan)."""
+    """Quantities by name, in SI units: before the jump and after it. A free body has radius 0; after pull-off under a
+    prescribed force the indentation is nan."""
     outline: Mapping[str, FloatArray]
-    """The equilibria between both ends: with the straight line of the jump they enclose the loss in the plane of
+    """The equilibria between both ends: the loss is the area between them and the line of the jump in the plane of
     indentation (or travel) and force."""
     loss: float
-    """Energy in J; nan for a body that falls without end."""
+    """Energy in J; nan for a free body under a dead load."""
 
 
 @dataclass(frozen=True)
 class Branches:
-    """All equilibria of a contact with adhesion, and the course of a path on them."""
+    """All equilibria of a contact with adhesion, and a path through them."""
 
     curve: Mapping[str, FloatArray]
     """Quantities along the curve of all equilibria by name, in SI units."""
     stable: BoolArray
     """Whether the states of the curve are stable under a control of the path."""
     jumps: tuple[Jump, ...]
-    """Different jumps, in the order in which the path makes them first."""
+    """Distinct jumps, in the order of their first occurrence."""
     trail: Mapping[str, FloatArray]
-    """Quantities along the path, between its rows too where they are few, with nan inside every jump."""
+    """Quantities along the path, interpolated between few rows, with nan inside every jump."""
     complete: bool
-    """Whether the trail is all of the path; if rows were refused it holds only the others, without jumps."""
+    """Whether the trail covers the whole path; if rows were refused it has only the other rows, without jumps."""
 
 
 def branches_of(
@@ -65,7 +65,7 @@ def branches_of(
     complete: bool = True,
 ) -> Branches:
     """
-    All equilibria up to the largest contact of a path that was solved, with the jumps that it made.
+    All equilibria up to the largest contact of a solved path, with its jumps.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def branches_of(
     machine_stiffness : float or None
         In N/m.
     complete : bool
-        Whether no row was refused; others are drawn as they are, without the jumps between them.
+        Whether no row was refused; otherwise the trail is the rows, without jumps.
 
     Returns
     -------
@@ -90,13 +90,13 @@ def branches_of(
     radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]
     widest = max(float(np.nanmax(values, initial=0.0)) for values in radii)
     equilibria = equilibria_of(contact.adhesion, contact.profile, line, widest)
-    asked = _stretches(path, rows, machine_stiffness)
+    legs = _stretches(path, rows, machine_stiffness)
     top = _largest_parameter(equilibria, rows)
-    course = _followed(equilibria, asked, top) if complete else _Course()
+    course = _followed(equilibria, legs, top) if complete else _Course()
     top = max(top, float(np.nanmax(course.nodes[:, _PARAMETER], initial=0.0)))
     curve = equilibrium_curve(equilibria, top, course.folds, machine_stiffness)
     stable = np.zeros(curve["parameter"].size, dtype=bool)
-    for k in {k for _, k in asked}:
+    for k in {k for _, k in legs}:
         stable |= under_machine(equilibria, top, k).slope(curve["parameter"]) > 0.0
     trail = _trail(equilibria, course.nodes, rows, machine_stiffness) if complete else rows
     _, kinds = np.unique(course.events[:, 1:5], axis=0, return_index=True)
@@ -113,18 +113,18 @@ def _largest_parameter(equilibria: Equilibria, rows: Mapping[str, FloatArray]) -
     return equilibria.parameter_below(most("contact_radius"), most("cohesive_radius"), most("indentation"))
 
 
-_Asked = list[tuple[Stretch, float]]
-"""Legs with the stiffness in N/m of the machine that stands for their control."""
+_Legs = list[tuple[Stretch, float]]
+"""Legs with the stiffness in N/m of the machine equivalent to their control."""
 
 _ROW, _STIFFNESS, _CONTROL, _PARAMETER = range(4)
 _BEFORE, _AFTER, _LOSS = 3, 4, 5
-_NOWHERE = -1.0
-"""Stands for the parameter of a free body among the events, whose rows can then be compared."""
+_FREE = -1.0
+"""Parameter of a free body among the events; unlike nan it can be compared."""
 
 
 @dataclass(frozen=True)
 class _Course:
-    """What a path visits."""
+    """The states and jumps of a path."""
 
     nodes: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
     """Row, stiffness, control and parameter of all rows and of both ends of every jump; a free body has the
@@ -135,26 +135,26 @@ class _Course:
     """Parameters of the folds."""
 
 
-def _stretches(path: LoadingPath, rows: Mapping[str, FloatArray], machine_stiffness: float | None) -> _Asked:
-    found: _Asked = []
-    here: dict[str, float] = {}
+def _stretches(path: LoadingPath, rows: Mapping[str, FloatArray], machine_stiffness: float | None) -> _Legs:
+    legs: _Legs = []
+    state: dict[str, float] = {}
     known = {"indentation": math.inf, "normal_force": 0.0}
     machine = math.inf if machine_stiffness is None else machine_stiffness
     for leg in planned(path):
-        part = leg.stretch(here)
-        here = {name: float(values[leg.first + leg.size - 1]) for name, values in rows.items()} | part.end
-        found.append((part, known.get(leg.controls.normal, machine)))
-    return found
+        part = leg.stretch(state)
+        state = {name: float(values[leg.first + leg.size - 1]) for name, values in rows.items()} | part.end
+        legs.append((part, known.get(leg.controls.normal, machine)))
+    return legs
 
 
-def _followed(equilibria: Equilibria, asked: _Asked, largest: float) -> _Course:
+def _followed(equilibria: Equilibria, legs: _Legs, largest: float) -> _Course:
     highest: dict[float, float] = {}
-    for part, k in asked:
+    for part, k in legs:
         highest[k] = max(float(np.max(part.normal)), highest.get(k, -math.inf))
     tracks = {k: _traced(equilibria, k, top, largest) for k, top in highest.items()}
     nodes, events = [], []
     state, first = None, 0
-    for part, k in asked:
+    for part, k in legs:
         if state is not None and state > tracks[k].curve.stop:
             tracks[k] = _traced(equilibria, k, highest[k], state)
         history = follow(tracks[k], part.normal, state)
@@ -169,18 +169,18 @@ def _followed(equilibria: Equilibria, asked: _Asked, largest: float) -> _Course:
 
 
 def _traced(equilibria: Equilibria, k: float, top: float, largest: float) -> Track:
-    """The curve up to a control value and beyond the largest contact, ending where it is stable."""
+    """The curve up to a control value and beyond the largest contact, ending at a stable state."""
     end = equilibria.limit
-    wanted = min(1.001 * largest, end)
-    curve = under_machine(equilibria, wanted, k)
-    while wanted < end and not curve.slope(np.array([wanted]))[0] > 0.0:
-        wanted = min(_GROWTH * wanted, end)
-    stop = parameter_reaching(curve.control, top, at_least=wanted, limit=end)
+    widest = min(1.001 * largest, end)
+    curve = under_machine(equilibria, widest, k)
+    while widest < end and not curve.slope(np.array([widest]))[0] > 0.0:
+        widest = min(_GROWTH * widest, end)
+    stop = parameter_reaching(curve.control, top, at_least=widest, limit=end)
     return trace(under_machine(equilibria, stop, k))
 
 
 def _events(equilibria: Equilibria, history: History, k: float, *, attached: bool) -> FloatArray:
-    """Jumps of a leg in order, with the places where its force begins or ends at once without a loss."""
+    """Jumps of a leg in order, including attachments and detachments without a loss."""
     jumps = history.jumps
     stiffness = np.full(jumps.step.size, k)
     table = np.stack(
@@ -196,7 +196,7 @@ def _events(equilibria: Equilibria, history: History, k: float, *, attached: boo
         level = np.full((quiet.size, 1), begin.indentation[0])
         nothing = np.zeros((quiet.size, 1))
         table = np.concatenate([table, np.hstack([quiet[:, None], nothing + k, level, ends, nothing])])
-    table[:, [_BEFORE, _AFTER]] = np.nan_to_num(table[:, [_BEFORE, _AFTER]], nan=_NOWHERE)
+    table[:, [_BEFORE, _AFTER]] = np.nan_to_num(table[:, [_BEFORE, _AFTER]], nan=_FREE)
     return table[np.argsort(table[:, _ROW], kind="stable")]
 
 
@@ -207,7 +207,7 @@ def _nodes(history: History, events: FloatArray, k: float) -> FloatArray:
     ends[:, :, _ROW] = events[:, None, _ROW]
     for i, name in ((0, _BEFORE), (2, _AFTER)):
         ends[:, i, _STIFFNESS], ends[:, i, _CONTROL] = k, events[:, _CONTROL]
-        ends[:, i, _PARAMETER] = np.where(events[:, name] == _NOWHERE, math.nan, events[:, name])
+        ends[:, i, _PARAMETER] = np.where(events[:, name] == _FREE, math.nan, events[:, name])
     nodes = np.concatenate([ends.reshape(-1, 4), rows])
     return nodes[np.argsort(nodes[:, _ROW], kind="stable")]
 
@@ -218,17 +218,17 @@ def _trail(
     rows: Mapping[str, FloatArray],
     machine_stiffness: float | None,
 ) -> dict[str, FloatArray]:
-    """Quantities at the nodes and between those that the curve joins."""
+    """Quantities at the nodes and between nodes on one branch."""
     between = max(_TRAIL // rows["indentation"].size, 1)
     s = nodes[:, _PARAMETER]
     move = np.diff(s, prepend=math.nan)
-    share = np.arange(1.0, between + 1.0) / between
-    kept = (np.isfinite(move) & (move != 0.0))[:, None] | (share == 1.0)
+    fraction = np.arange(1.0, between + 1.0) / between
+    kept = (np.isfinite(move) & (move != 0.0))[:, None] | (fraction == 1.0)
     node = np.broadcast_to(np.arange(s.size)[:, None], kept.shape)[kept]
-    at = np.where(share == 1.0, s[:, None], (s - move)[:, None] + move[:, None] * share)[kept]
+    at = np.where(fraction == 1.0, s[:, None], (s - move)[:, None] + move[:, None] * fraction)[kept]
     k, control = nodes[node, _STIFFNESS], nodes[node, _CONTROL]
     row = nodes[node, _ROW].astype(int)
-    # the rows themselves are known; they come last among the nodes of their row
+    # the solved rows are the last nodes of their row
     solved = np.diff(row, append=-1) != 0
     distinct, back = np.unique(at[~solved & np.isfinite(at)], return_inverse=True)
     columns = state_columns(equilibria, distinct, machine_stiffness)
@@ -241,7 +241,7 @@ def _trail(
 
 
 def _free_body(k: FloatArray, control: FloatArray, depth: float) -> dict[str, FloatArray]:
-    """A body that does not touch: at the depth under a control of travel or indentation, else at a given one."""
+    """A free body: at the controlled travel or indentation, under a controlled force at a given depth."""
     by_force = k == 0.0
     inside_jump = np.isnan(control)
     nothing = np.where(inside_jump, math.nan, 0.0)
@@ -258,7 +258,7 @@ def _free_body(k: FloatArray, control: FloatArray, depth: float) -> dict[str, Fl
 def _jump(equilibria: Equilibria, event: FloatArray, machine_stiffness: float | None) -> Jump:
     """Both ends of a jump, and the equilibria between them."""
     before, after = (float(event[i]) for i in (_BEFORE, _AFTER))
-    low, high = (equilibria.start if s == _NOWHERE else s for s in (before, after))
+    low, high = (equilibria.start if s == _FREE else s for s in (before, after))
     graded = np.linspace(0.0, 1.0, 601) ** 2
     between = state_columns(equilibria, low + (high - low) * graded, machine_stiffness)
     if high < low:
@@ -267,9 +267,9 @@ def _jump(equilibria: Equilibria, event: FloatArray, machine_stiffness: float | 
     fallen = _free_body(k, control, math.nan)
     ends = [
         _free_body(k, control, equilibria.touch)
-        if before == _NOWHERE
+        if before == _FREE
         else {n: x[:1] for n, x in between.items()},
-        fallen if after == _NOWHERE else {n: x[-1:] for n, x in between.items()},
+        fallen if after == _FREE else {n: x[-1:] for n, x in between.items()},
     ]
     states = {name: np.concatenate([end[name] for end in ends]) for name in between}
     outline = {name: np.concatenate([states[name][:1], x, states[name][1:]]) for name, x in between.items()}

@@ -1,4 +1,4 @@
-"""What can be claimed of contacts on layers: whether they are disks, and whether a layer stays on its base."""
+"""Checks of contacts on layers: whether they are disks, and whether a layer stays on its base."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from pymdr.line.layered import LayeredLine
 from pymdr.units import FloatArray, metres
 
 _INSIDE = 1.0 - 0.5 ** np.arange(0.0, 16.0, 0.5)
-"""Radii inside a contact at which its pressure is read, in parts of its own."""
+"""Radii inside a contact at which its pressure is checked, over the contact radius."""
 _OUTSIDE = 0.5 ** np.arange(-2.0, 14.0, 0.5)
-"""Distances outside at which the gap is read, in parts of the radius and of the thickness."""
+"""Distances from the edge at which the gap is checked, over the contact radius and over the thickness."""
 _TOLERANCE = 1e-9
-"""Of the mean pressure, and of the depth."""
+"""Relative to the mean pressure and to the depth."""
 _LIFTING = 0.01
-"""Tension under a frictionless layer, in parts of the largest pressure there, that leaves it on its base."""
+"""Largest acceptable tension under a frictionless layer, over the largest pressure there."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """The first contact that is no disk."""
+    """The first contact that is not a disk."""
 
     before: float
-    """Radius in m of the largest contact before it that was read."""
+    """Radius in m of the largest checked contact before it."""
     words: str
 
 
@@ -37,7 +37,7 @@ def first_fault(
     line: LayeredLine, widest: float, excess: float = 0.0, work: float | None = None
 ) -> Fault | None:
     """
-    The first of the radii between which contacts are tabulated at which the disk is not the solution.
+    The first tabulated radius at which the disk is not the solution.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def first_fault(
     excess : float
         Largest depth in m beyond that of the smooth contact, at a sharp edge.
     work : float, optional
-        Work of adhesion in J/m^2, with which the edge is stretched; without it pressure is asked to be 0 or more too.
+        Work of adhesion in J/m^2, which stretches the edge; without it the pressure must not be negative.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def first_fault(
 
     Notes
     -----
-    At a sharp edge pressure is linear in the excess: where it is none at both of its ends, there is none between.
+    At a sharp edge the pressure is linear in the excess, so tension is checked only at the smallest and the largest excess.
     """
     if not widest > 0.0:
         return None
@@ -65,9 +65,9 @@ def first_fault(
     before = float(bounds[0])
     for a in radii[: int(np.searchsorted(radii, widest)) + 1]:
         radius = float(min(a, end, widest))
-        words = _fault_at(line, radius, excess if radius == line.edge else 0.0, work)
-        if words:
-            return Fault(before, words)
+        text = _fault_at(line, radius, excess if radius == line.edge else 0.0, work)
+        if text:
+            return Fault(before, text)
         before = radius
     return None
 
@@ -99,7 +99,7 @@ def _fault_at(line: LayeredLine, a: float, excess: float, work: float | None) ->
 
 def base_assumption(line: LayeredLine, a: float, excess: float) -> tuple[Assumption, ...]:
     """
-    Whether layers that slide on their base stay on it: the largest tension between them in one contact.
+    The assumption that layers sliding on their base stay on it: the largest tension at the base in one contact.
 
     Parameters
     ----------
@@ -110,11 +110,11 @@ def base_assumption(line: LayeredLine, a: float, excess: float) -> tuple[Assumpt
     Returns
     -------
     tuple of Assumption
-        One, or none for layers that are bonded.
+        One, or none for bonded layers.
 
     Notes
     -----
-    s(r) = int_0^inf k J0(k r) P(k) S(kh) dk, P(k) = (1/pi) int_0^a q(x) cos(kx) dx, S what a wave leaves of its pressure.
+    s(r) = int_0^inf k J0(k r) P(k) S(kh) dk, P(k) = (1/pi) int_0^a q(x) cos(kx) dx, with the transmission S of a wave.
     """
     if line.kernel.compliance.body.bond != "frictionless" or not a > 0.0:
         return ()
@@ -142,11 +142,11 @@ def _lifting(line: LayeredLine, a: float, excess: float) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(24)
     half = 0.5 * top / panels
     k = (half * (2.0 * np.arange(panels)[:, None] + 1.0 + nodes)).ravel()
-    share: FloatArray = k * line.kernel.compliance.pressed_through(k * h) * np.tile(half * weights, panels)
+    waves: FloatArray = k * line.kernel.compliance.pressed_through(k * h) * np.tile(half * weights, panels)
     stress = np.zeros(r.shape)
     for i in range(0, k.size, 4096):
         part = slice(i, i + 4096)
-        stress += j0(np.outer(r, k[part])) @ (share[part] * (np.cos(np.outer(k[part], x)) @ loads))
+        stress += j0(np.outer(r, k[part])) @ (waves[part] * (np.cos(np.outer(k[part], x)) @ loads))
     tension, largest = -float(np.min(stress)), float(np.max(stress))
     if not tension > 0.0:
         return 0.0

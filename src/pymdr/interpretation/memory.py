@@ -1,4 +1,4 @@
-"""Fields of a contact with memory, from the springs of the row that is asked for; and whether they are those of a contact."""
+"""Fields of a contact with memory from the springs of one row, and their check against tension and overlap."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _NODES = 96
-_BESIDE = 0.01
-"""Of the radius of a kink, where the pressure may be infinite: errors are not measured closer to it."""
+_KINK_DISTANCE = 0.01
+"""Least distance from a kink at which errors are measured, over its radius; the pressure at a kink may be infinite."""
 _BLOCK = 256
-"""Radii whose pressures are integrated at once."""
+"""Number of radii whose pressures are integrated at once."""
 _TENSION = 1e-3
-"""Of the mean pressure: what the distance of the springs can do to a pressure."""
+"""Tension that the spacing of the springs can cause, over the mean pressure."""
 _OVERLAP = 1e-3
-"""Of the largest displacement: what the distance of the springs can do to a gap, some times over."""
+"""Overlap that the spacing of the springs can cause, with a margin, over the largest displacement."""
 _SURELY = 4.0
-"""By how many times what half as many springs make otherwise a tension or overlap must exceed what is allowed."""
+"""Margin of a tension or overlap, in differences between all and half the springs."""
 _TELLING = 20
-"""Springs in a contact whose pressure and gap tell whether it is one."""
+"""Least number of springs in a contact for a check of its pressure and gap."""
 _OF_ONE_SIZE = 30.0
-"""Ratio of contact radii up to which the springs of the larger tell of the smaller."""
+"""Ratio of contact radii up to which contacts share one set of springs."""
 _CHECKED = 48
-"""Most rows whose pressure and gap are looked at."""
+"""Largest number of rows whose pressure and gap are checked."""
 _AT_EDGE = 0.1
-"""Of the distance of two springs: the cubic of a load that falls to nothing within less has no digits left at other radii."""
+"""Least distance of the last spring from the edge, in spacings; below it the cubic interpolation loses its digits."""
 _ENDS = 0.5
-"""Of the load of the last spring: what is continued to the edge from a load that does not end there is more."""
-_GONE = 1e-100
-"""Of the largest deflection of a row: what is less is none."""
+"""Extrapolated load at the edge over that of the last spring, above which the load does not vanish at the edge."""
+_NEGLIGIBLE = 1e-100
+"""Deflections below this fraction of the largest of a row count as 0."""
 _TO_EDGE = 2.0
-"""How many times more pressures err than half as many springs differ: toward an edge the order in their distance falls below 1."""
+"""Error of pressures over the difference between all and half the springs; near an edge the order of convergence is below 1."""
 INSIDE = (np.arange(64.0) + 0.5) / 66.0
 TO_EDGE = np.concatenate([INSIDE, 1.0 - np.geomspace(0.03, 1e-5, 12)])
 """Radii over that of the contact at which errors of pressures and tractions are measured."""
 _OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
-"""Radii over that of the contact at which fields are looked at."""
+"""Radii over that of the contact at which gap and displacement are checked."""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
 
 
@@ -69,7 +69,7 @@ class LineState:
 
 
 def along_line(state: LineState, values: FloatArray, position: FloatArray) -> FloatArray:
-    """What springs have at positions in m on the line; 0 where none was ever reached."""
+    """Values of the springs at positions in m on the line; 0 beyond the last spring."""
     if state.position.size == 0:
         return np.zeros(position.shape)
     return np.asarray(np.interp(position, state.position, values, right=0.0))
@@ -77,7 +77,7 @@ def along_line(state: LineState, values: FloatArray, position: FloatArray) -> Fl
 
 @dataclass(frozen=True, eq=False)
 class MemorySurface:
-    """Surface and line of a contact with memory, whose springs are followed again to the row that is asked for."""
+    """Surface and line of a contact with memory; the springs of a row are computed again on demand."""
 
     equivalent: EquivalentProfile
     relaxation: Relaxation
@@ -105,14 +105,14 @@ class MemorySurface:
         return self.equivalent.kinks(float(self.contact_radius[step]))
 
     def edge_amplitude(self, step: int) -> float:
-        """Amplitude of the pressure at the edge in Pa m^0.5: not 0 only where a dashpot stands beside the springs."""
+        """Amplitude of the pressure at the edge in Pa m^0.5; 0 without a dashpot in the bodies."""
         state = self.line_state(step)
         if self.relaxation.viscosity == 0.0 or state.radius <= 0.0:
             return 0.0
         return float(_edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
 
     def hides_edge(self, state: LineState) -> bool:
-        """Whether a load that falls to nothing at the edge does so between the last spring and the edge: no spring knows how."""
+        """Whether a load that vanishes at the edge drops only between the last spring and the edge, where it is not resolved."""
         ends = self.relaxation.viscosity > 0.0 or state.radius >= self.equivalent.edge
         return not ends and state.radius > 0.0 and edge_load(state) != 0.0
 
@@ -121,7 +121,7 @@ class MemorySurface:
         return _state_at(self, step)
 
     def states(self, steps: Sequence[int]) -> Iterator[LineState]:
-        """The springs of rising rows, followed once."""
+        """The springs of rising rows, computed in one pass."""
         line = ElasticLine(self.equivalent, 1.0)
         if not steps:
             return
@@ -138,7 +138,7 @@ class MemorySurface:
             yield self._read(state, step)
 
     def start(self) -> tuple[float, float]:
-        """When in s and where in m the history begins."""
+        """Time in s and indentation in m at the start of the history."""
         return 0.0, min(float(self.indentation[0]), 0.0)
 
     def _read(self, state: MemoryState, step: int) -> LineState:
@@ -167,7 +167,7 @@ class MemorySurface:
         return np.where(at <= state.radius, 0.0, self.gap_function(at) - d + u)
 
     def _displacement(self, state: LineState, d: float, r: FloatArray) -> FloatArray:
-        """D - f(r) in the contact, what the springs tell outside."""
+        """D - f(r) in the contact, from the springs outside."""
         inside = (r <= state.radius) & (state.radius > 0.0)
         u = np.empty(r.shape)
         u[inside] = d - self.gap_function(r[inside])
@@ -177,14 +177,14 @@ class MemorySurface:
     def gap_and_displacement(
         self, state: LineState, step: int, r: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Both at radii outside the contact, the gap as far as the profile goes."""
+        """Both at radii outside the contact, the gap only where the profile is known."""
         d = float(self.indentation[step])
         u = self._displacement(state, d, r)
         known = r <= min(self.equivalent.reach, self.equivalent.edge)
         return self.gap_function(r[known]) - d + u[known], u
 
     def outside(self, state: LineState) -> FloatArray:
-        """Radii to three times that of the contact; without one, over all that was touched."""
+        """Radii to three times that of the contact; without contact, over the largest contact so far."""
         touched = float(state.position[-1])
         return state.radius * _OUTSIDE if state.radius > 0.0 else touched * np.append(INSIDE[::4], _OUTSIDE)
 
@@ -198,17 +198,17 @@ def displacement(state: LineState, r: FloatArray) -> FloatArray:
     size = float(np.max(np.abs(deflection)))
     if size == 0.0:
         return u
-    # what has crept back all but wholly has slopes whose reciprocals overflow
-    deflection = np.where(np.abs(deflection) > _GONE * size, deflection / size, 0.0)
+    # tiny deflections have slopes whose reciprocals overflow
+    deflection = np.where(np.abs(deflection) > _NEGLIGIBLE * size, deflection / size, 0.0)
     if state.radius > position[-1]:  # at a sharp edge, to which the last spring stands for w
         position, deflection = np.append(position, state.radius), np.append(deflection, deflection[-1])
     top, (t, weights) = float(position[-1]), gauss(_NODES)
-    # in parts of the largest position, whose squares have no number in contacts that all but went
+    # scaled by the largest position, since the squares of tiny contacts underflow
     w = scipy.interpolate.PchipInterpolator(
         np.append(0.0, position / top), np.append(deflection[0], deflection)
     )
     radii = np.maximum(r, 1e-9 * top)[:, None]
-    # w bends at the edge of the contact and ends where nothing was touched
+    # w has a kink at the edge of the contact and ends at the last spring
     ends = np.arcsin(np.minimum(np.array([0.0, state.radius, top, math.inf]) / radii, 1.0))
     width = np.diff(ends, axis=1)
     x = radii[:, :, None] * np.sin(ends[:, :-1, None] + width[:, :, None] * t)
@@ -223,7 +223,7 @@ def _state_at(surface: MemorySurface, step: int) -> LineState:
 
 
 def _inside(state: LineState) -> tuple[FloatArray, FloatArray]:
-    """Positions and loads of the springs in contact, but for one that is all but at its edge."""
+    """Positions and loads of the springs in contact, without one very close to the edge."""
     x, q = (values[state.position < state.radius] for values in (state.position, state.load))
     if x.size > 1 and state.radius - x[-1] < _AT_EDGE * (x[-1] - x[-2]):
         return x[:-1], q[:-1]
@@ -242,9 +242,9 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     """
     Pressure -(1/pi) [int_r^a q' / sqrt(x^2 - r^2) dx - q(a) / sqrt(a^2 - r^2)] in Pa of the springs of one row.
 
-    Shear traction where they are those of the tangential line.
+    Shear traction for springs of the tangential line.
 
-    q runs through the springs by a shape-preserving curve, so that it errs by about the square of their distance.
+    q is interpolated between the springs by a shape-preserving curve; its error is about the square of their spacing.
     """
     a = state.radius
     p = np.zeros(r.shape)
@@ -255,7 +255,7 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     edge, size = edge_load(state), float(np.max(np.abs(q)))
     if size == 0.0:
         return p
-    q = np.where(np.abs(q) > _GONE * size, q / size, 0.0)  # as displacements
+    q = np.where(np.abs(q) > _NEGLIGIBLE * size, q / size, 0.0)  # as displacements
     curve = scipy.interpolate.PchipInterpolator(
         np.concatenate([[0.0], x / a, [1.0]]), np.concatenate([q[:1], q, [edge / size]])
     )
@@ -270,13 +270,13 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
 
 
 def edge_load(state: LineState) -> float:
-    """The line load in N/m at the edge of the contact; 0 where it falls to nothing there, whatever is left by the springs."""
+    """The line load in N/m at the edge of the contact; 0 where it vanishes there up to the resolution of the springs."""
     edge, (_, q) = _edge_load(state), _inside(state)
     return edge if q.size and abs(edge) > _ENDS * abs(q[-1]) else 0.0
 
 
 def far_from_edge(state: LineState, r: FloatArray) -> FloatArray:
-    """Weights of radii in a contact at which a load that ends at its edge has the weight of a singular traction."""
+    """Weights of radii in a contact that remove the singularity of a traction whose load does not vanish at the edge."""
     if edge_load(state) == 0.0:
         return np.ones(r.shape)
     x = r / state.radius
@@ -287,7 +287,7 @@ def _integrated(curve: scipy.interpolate.PchipInterpolator, r: FloatArray) -> Fl
     """
     -(1/pi) int_r^a q' / sqrt(x^2 - r^2) dx of a q that is a cubic between the springs, in closed form.
 
-    A rule for all of it would miss that q' is infinite beside a kink of the profile.
+    A quadrature rule would miss that q' is infinite beside a kink of the profile.
     """
     third, second, first, _ = curve.c
     start = curve.x[:-1]
@@ -305,28 +305,28 @@ def _integrated(curve: scipy.interpolate.PchipInterpolator, r: FloatArray) -> Fl
 
 
 class MemoryCheck(NamedTuple):
-    """What was found in some rows."""
+    """Result of the check of some rows."""
 
     rows: np.ndarray
-    """Which, rising."""
+    """The checked rows, rising."""
     tension: FloatArray
-    """Largest tension inside the contact over its mean pressure; below 0 without any, nan where too few springs tell."""
+    """Largest tension inside the contact over its mean pressure; negative without tension, nan with too few springs."""
     overlap: FloatArray
-    """Deepest overlap outside over the largest displacement; below 0 without any."""
+    """Deepest overlap outside over the largest displacement; negative without overlap."""
     errors: dict[str, FloatArray]
-    """Of the fields over their largest value: what half as many springs make otherwise."""
+    """Errors of the fields over their largest value, from half as many springs."""
     doubt: FloatArray
-    """The same of the pressure over its mean and of the gap over the largest displacement, shape (rows, 2)."""
+    """Errors of the pressure over its mean and of the gap over the largest displacement, shape (rows, 2)."""
 
     @property
     def violated(self) -> int | None:
-        """The first place in `rows` that is no contact."""
+        """The first index in `rows` with tension or overlap."""
         tension, overlap = _SURELY * self.doubt.T
         wrong = np.flatnonzero((self.tension > _TENSION + tension) | (self.overlap > _OVERLAP + overlap))
         return int(wrong[0]) if wrong.size else None
 
     def sound(self, size: int) -> BoolArray:
-        """Rows before anything was found: what comes after hangs on it."""
+        """Rows before the first tension or overlap; all later rows depend on it."""
         first = self.violated
         where = np.ones(size, dtype=bool)
         if first is not None:
@@ -334,29 +334,29 @@ class MemoryCheck(NamedTuple):
         return where
 
     def error(self, name: str, size: int) -> FloatArray:
-        """Of all rows, from those on both sides that were looked at."""
+        """Errors of all rows, from the checked rows on both sides."""
         return between(self.rows, self.errors[name], size) if self.rows.size else np.zeros(size)
 
 
 def between(rows: np.ndarray, known: FloatArray, size: int) -> FloatArray:
-    """The larger of the values of the rows on both sides that were looked at, one entry per row."""
+    """The larger of the values of the checked rows on both sides, one entry per row."""
     after = np.searchsorted(rows, np.arange(size))
     return np.maximum(known[np.minimum(after, known.size - 1)], known[np.maximum(after - 1, 0)])
 
 
 NOT_CHECKED = MemoryCheck(np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), {}, np.zeros((0, 2)))
-"""Where nothing was looked at."""
+"""The result without checked rows."""
 
 
 def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryCheck:
     """
-    Look whether the pressure pulls nowhere and the gap is open outside, and how far fields err.
+    Check that there is no tension inside and no overlap outside the contact, and estimate the errors of the fields.
 
     Parameters
     ----------
     surface : MemorySurface
     force : ndarray or None
-        Normal force of every row in N, if the indentation is not prescribed in all.
+        Normal force of every row in N, unless the indentation is prescribed in all rows.
 
     Returns
     -------
@@ -364,7 +364,7 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
     """
     rows = checked_rows(surface.contact_radius)
     half = replace(surface, n=surface.n // 2)
-    found: list[tuple[float, float]] = []
+    extremes: list[tuple[float, float]] = []
     errors: list[tuple[float, float, float]] = []
     doubts: list[tuple[float, float]] = []
     groups = alike(rows, surface.contact_radius)
@@ -382,7 +382,7 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
         size = max(float(np.max(fine.deflection, initial=0.0)), abs(float(surface.indentation[row])))
         few = 0 < np.count_nonzero(fine.position < fine.radius) < _TELLING
         mean = float(np.sum(p * r) / np.sum(r)) if fine.radius > 0.0 else 0.0
-        found.append(
+        extremes.append(
             (
                 math.nan if few else -float(p.min()) / mean if mean > 0.0 else 0.0,
                 math.nan if few else -float(np.min(gap, initial=math.inf)) / size if size > 0.0 else 0.0,
@@ -392,48 +392,48 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
             (
                 1.0
                 if surface.hides_edge(fine)
-                else _TO_EDGE * _apart(missed, 0.0, float(np.max(np.abs(p), initial=0.0))) + replayed,
-                _apart(u, other_u, size) + replayed,
-                _apart(gap, other_gap, size) + replayed,
+                else _TO_EDGE * _distance(missed, 0.0, float(np.max(np.abs(p), initial=0.0))) + replayed,
+                _distance(u, other_u, size) + replayed,
+                _distance(gap, other_gap, size) + replayed,
             )
         )
-        doubts.append((_apart(missed, 0.0, mean), _apart(gap, other_gap, size)))
+        doubts.append((_distance(missed, 0.0, mean), _distance(gap, other_gap, size)))
     names = ("pressure", "normal_displacement", "gap")
-    told = np.array(errors).reshape(-1, 3)
-    tension, overlap = np.array(found).reshape(-1, 2).T
+    by_field = np.array(errors).reshape(-1, 3)
+    tension, overlap = np.array(extremes).reshape(-1, 2).T
     return MemoryCheck(
         np.array(rows, dtype=int),
         tension,
         overlap,
-        dict(zip(names, told.T, strict=True)),
+        dict(zip(names, by_field.T, strict=True)),
         np.array(doubts).reshape(-1, 2),
     )
 
 
 def _replayed(state: LineState, row: int, force: FloatArray) -> float:
     """
-    By how much the force of the springs misses that of the row, over the largest.
+    Difference between the force of the springs and that of the row, over the largest force.
 
-    They are followed by indentations straight from row to row, between which a prescribed force moves them otherwise.
+    The springs follow indentations linear between rows; with a prescribed force the indentation is not linear there.
     """
     borne = 2.0 * float(np.trapezoid(state.load, state.position)) if state.position.size else 0.0
     return abs(borne - float(force[row])) / (float(np.max(force)) or 1.0)
 
 
 def away_from(r: FloatArray, kinks: Sequence[float]) -> BoolArray:
-    """Whether radii are a hundredth of them away from kinks of the profile, where the pressure may be infinite."""
+    """Whether radii differ by more than 1 % from kinks of the profile, where the pressure may be infinite."""
     away = np.ones(r.shape, dtype=bool)
     for kink in kinks:
-        away &= np.abs(r - kink) > _BESIDE * kink
+        away &= np.abs(r - kink) > _KINK_DISTANCE * kink
     return away
 
 
-def _apart(values: FloatArray, others: FloatArray | float, size: float) -> float:
+def _distance(values: FloatArray, others: FloatArray | float, size: float) -> float:
     return float(np.max(np.abs(values - others), initial=0.0)) / size if size > 0.0 else 0.0
 
 
 def checked_rows(radius: FloatArray) -> list[int]:
-    """Rows that tell of the others: the first touch, the last row, the largest contact, and some between."""
+    """Rows to be checked: the first touch, the last row, the largest contact, and some between."""
     touching = np.flatnonzero(radius > 0.0)
     if touching.size == 0:
         return []
@@ -443,7 +443,7 @@ def checked_rows(radius: FloatArray) -> list[int]:
 
 
 def alike(rows: Sequence[int], radius: FloatArray) -> list[list[int]]:
-    """Rows in groups whose largest contacts so far are of one size, for each of which springs are laid."""
+    """Rows in groups whose largest contacts so far are of similar size and share one set of springs."""
     so_far = np.fmax.accumulate(radius)[list(rows)]
     with np.errstate(divide="ignore"):
         size = np.floor(np.log(so_far / np.max(so_far, initial=1e-300)) / math.log(_OF_ONE_SIZE))
@@ -459,7 +459,7 @@ def memory_claims(
     remark: str,
 ) -> dict[str, Claim]:
     """
-    Claims of a contact with memory: up to the first row that is none, on which all later ones hang.
+    Claims of a contact with memory, valid up to the first row that is not a disk; all later rows depend on it.
 
     Parameters
     ----------
@@ -470,9 +470,9 @@ def memory_claims(
     forced, moved : ndarray of bool
         Rows whose force is prescribed, and rows whose indentation is.
     check : MemoryCheck
-        What pressures and gaps told.
+        Check of pressures and gaps.
     remark : str
-        What the numbers rest on.
+        Further condition of the numbers.
 
     Returns
     -------
@@ -492,17 +492,16 @@ def memory_claims(
             where, forced, moved
         )
     reason = (
-        "exact for viscoelastic half-spaces in frictionless contact on a disk under any history: what a spring bears and "
-        "how it is shortened are bound by the same law as traction and displacement of the surface; neither tension inside "
-        f"nor overlap outside was found in {np.count_nonzero(~np.isnan(check.tension[:first]))} rows{remark}"
+        "exact for viscoelastic half-spaces in frictionless contact on a disk under any history; no tension inside and no "
+        f"overlap outside in {np.count_nonzero(~np.isnan(check.tension[:first]))} checked rows{remark}"
     )
     if not where.all():
-        reason += f"; from row {int(np.argmin(where)) + 1} of {disk.size} on it is none: {why}"
+        reason += f"; not valid from row {int(np.argmin(where)) + 1} of {disk.size} on: {why}"
     return dict.fromkeys(names, Claim(Level.EXACT, reason, _SOURCE, where)) | _given(where, forced, moved)
 
 
 def _given(where: BoolArray, forced: BoolArray, moved: BoolArray) -> dict[str, Claim]:
-    """What is known whatever the contact is."""
+    """Claims of prescribed quantities, which are known for any contact."""
     known = {"indentation": where | moved, "normal_force": where | forced}
     return {
         name: Claim(Level.EXACT, "prescribed, or exact on a disk", _SOURCE, rows)

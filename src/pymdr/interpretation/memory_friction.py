@@ -1,4 +1,4 @@
-"""What can be claimed of a contact with memory and friction, and its tangential fields."""
+"""Claims and tangential fields of a contact with memory and friction."""
 
 from __future__ import annotations
 
@@ -43,20 +43,20 @@ SHEARED_LINE_FIELDS = (*TANGENTIAL_LINE_FIELDS, "tangential_spring_force")
 SHEARED_QUANTITIES = (*TANGENTIAL_QUANTITIES, "slip_work", "external_work")
 _SOURCE = f"{SOURCES['cattaneo-mindlin']}; {SOURCES['lee-radok']}; Popov and Hess (2015), chapters 5 and 7"
 _PARTS = 2, 4
-"""Parts of every row in which a history of many rows, and one of few, is followed again for its fields."""
+"""Substeps of every row for the fields of a history with many rows, and with few."""
 _MANY = 2000
-"""Rows that are many."""
-_BENDS = 24
-"""Springs at which the load of the line bends most, in a row that is looked at."""
-_AMONG = 0.01, 0.985
-"""Of the contact radius: between which they are looked for."""
+"""Least number of rows that counts as many."""
+_MAX_BENDS = 24
+"""Number of springs with the largest change of slope of the line load that are checked in a row."""
+_SEARCHED = 0.01, 0.985
+"""Range of these springs over the contact radius."""
 
 
 def sheared_claims(
     contact: Contact, coupling: float, names: Sequence[str], where: BoolArray, disk: BoolArray
 ) -> dict[str, Claim]:
     """
-    Claims of what is tangential in a contact with memory.
+    Claims of the tangential quantities of a contact with memory.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def sheared_claims(
     where : ndarray of bool
         Rows whose contact is a disk.
     disk : ndarray of bool
-        Rows in which what sticks is a disk.
+        Rows whose stick region is a disk.
 
     Returns
     -------
@@ -82,8 +82,8 @@ def sheared_claims(
     level, reason = _tangential(contact, coupling)
     if not disk.all():
         reason += (
-            f"; in {int((~disk).sum())} of {disk.size} rows the springs that stick are not those of a disk, where these springs "
-            "stand for the surface no more than roughly"
+            f"; in {int((~disk).sum())} of {disk.size} rows the stick region is not a disk, and the springs represent the surface "
+            "only roughly"
         )
         level = Level.APPROXIMATE
     claims = dict.fromkeys(names, Claim(level, reason, _SOURCE, where))
@@ -92,7 +92,7 @@ def sheared_claims(
         claims["stick_radius"] = (
             replace(claims["stick_radius"], where=sticks)
             if sticks.any()
-            else Claim(Level.NOT_VALID, "the springs that stick are not those of a disk", _SOURCE, sticks)
+            else Claim(Level.NOT_VALID, "the stick region is not a disk", _SOURCE, sticks)
         )
     return claims
 
@@ -101,44 +101,44 @@ def _tangential(contact: Contact, coupling: float) -> tuple[Level, str]:
     assert contact.friction is not None
     mu = contact.friction.coefficient
     if mu == 0.0:
-        return Level.EXACT, "without friction nothing is carried sideways"
+        return Level.EXACT, "exact: without friction there is no tangential load"
     coupled = ""
     if coupling > 1e-12:
         coupled = (
-            "; the coupling of pressure and shear of bodies that are not elastically similar is neglected (Dundurs' beta up to "
+            "; the coupling of pressure and shear of elastically dissimilar bodies is neglected (Dundurs' beta up to "
             f"{coupling:.3g})"
         )
     if math.isinf(mu) and not coupled and _one_poisson(contact):
         return (
             Level.EXACT,
-            "exact where nothing slips and Poisson's ratio is the same in both bodies and at all times: every move shears a disk "
-            "whose points are displaced alike",
+            "exact without slip and with the same Poisson's ratio in both bodies and at all times: every increment shifts a disk "
+            "uniformly",
         )
     frame = (
-        "in the frame of Cattaneo and Mindlin with memory: on the line q_x = int G*(t - s) dw_x(s) and |q_x| <= mu q, which is the "
-        "surface as long as what sticks is a disk, and traction in one direction is taken to make displacements in one "
-        "direction. What this leaves out is measured for elastic bodies (0.5 % of the largest mu F_N at most) and not with "
+        "in the frame of Cattaneo and Mindlin with memory: on the line q_x = int G*(t - s) dw_x(s) and |q_x| <= mu q, equivalent to "
+        "the surface while the stick region is a disk; traction in one direction is assumed to make displacements only in that "
+        "direction. The error of this assumption is known for elastic bodies (at most 0.5 % of the largest mu F_N) but not with "
         "memory"
     )
     return Level.APPROXIMATE, f"{frame}{coupled}"
 
 
 def _one_poisson(contact: Contact) -> bool:
-    """Whether all bodies that give way have one Poisson's ratio at all times."""
-    found = set()
+    """Whether all deformable bodies have the same Poisson's ratio at all times."""
+    ratios = set()
     for body in (contact.body, contact.counterbody):
         if isinstance(body, Rigid):
             continue
-        found.add(body.poisson if isinstance(body, Elastic | Viscoelastic) else None)
-    return None not in found and len(found) == 1
+        ratios.add(body.poisson if isinstance(body, Elastic | Viscoelastic) else None)
+    return None not in ratios and len(ratios) == 1
 
 
 def uncoupled(claims: Mapping[str, Claim], contact: Contact, coupling: float) -> Mapping[str, Claim]:
-    """Claims of what is normal, which friction of bodies that are not elastically similar changes."""
+    """Claims of the normal quantities, which friction changes for elastically dissimilar bodies."""
     assert contact.friction is not None
     if coupling <= 1e-12 or contact.friction.coefficient == 0.0:
         return claims
-    remark = f"; friction changes the pressure, Dundurs' beta is up to {coupling:.3g}, which is neglected"
+    remark = f"; the effect of friction on the pressure is neglected (Dundurs' beta up to {coupling:.3g})"
     return {
         name: claim
         if claim.level is Level.NOT_VALID
@@ -203,7 +203,7 @@ def _parts_of(surface: ShearedSurface) -> int:
 
 
 def _states(surface: ShearedSurface, steps: Sequence[int], parts: int) -> Iterator[LineState]:
-    """The springs of rising rows sideways, followed once, in a number of parts of every row."""
+    """The tangential springs of rising rows, computed in one pass with a number of substeps per row."""
     normal, friction = surface.normal, surface.friction
     line, rows = ElasticLine(normal.equivalent, 1.0), slice(0, steps[-1] + 1)
     start = normal.start()
@@ -217,10 +217,10 @@ def _states(surface: ShearedSurface, steps: Sequence[int], parts: int) -> Iterat
     def watch(passage: Passage) -> None:
         nonlocal now, last, done
         shifts = moved[done : done + passage.force.size]
-        found = shear_springs(
+        sheared = shear_springs(
             line, passage, (normal.relaxation, surface.tangential), friction, shifts, False, now
         )
-        now, last, done = found.state, passage, done + shifts.size
+        now, last, done = sheared.state, passage, done + shifts.size
 
     for step in steps:
         own = slice(done, (step + 1) * parts)
@@ -257,21 +257,21 @@ def _read(
 
 def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
     """
-    Errors of the tangential fields of all rows over their largest value in any.
+    Errors of the tangential fields of all rows over their largest value in all rows.
 
-    What half as many springs in half as many parts make otherwise in some rows; of a row, those on both sides.
+    From half as many springs and substeps in some rows; for other rows from the checked rows on both sides.
     """
     rows = checked_rows(surface.normal.contact_radius)
-    found = {name: np.zeros(len(rows)) for name in TANGENTIAL_FIELDS}
+    errors = {name: np.zeros(len(rows)) for name in TANGENTIAL_FIELDS}
     if not rows:
-        return {name: np.zeros(size) for name in found}
+        return {name: np.zeros(size) for name in errors}
     half = replace(surface, normal=replace(surface.normal, n=surface.normal.n // 2))
     parts = _parts_of(surface)
-    largest = dict.fromkeys(found, 0.0)
+    largest = dict.fromkeys(errors, 0.0)
     pairs = zip(rows, _states(surface, rows, parts), _states(half, rows, parts // 2), strict=True)
     for i, (row, *both) in enumerate(pairs):
         a = both[0].radius
-        r = np.concatenate([a * TO_EDGE, _bends(both[0])]) if a > 0.0 else TO_EDGE
+        r = np.concatenate([a * TO_EDGE, _sharpest_bends(both[0])]) if a > 0.0 else TO_EDGE
         r = r[away_from(r, surface.marks(row))]
         shift = float(surface.shift[row])
         moved = [displacement(state, r) for state in both]
@@ -283,30 +283,30 @@ def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
             )
             for state, u in zip(both, moved, strict=True)
         ]
-        for name, fine, coarse in zip(found, *values, strict=True):
+        for name, fine, coarse in zip(errors, *values, strict=True):
             if a > 0.0:
-                found[name][i] = float(np.max(np.abs(fine - coarse)))
+                errors[name][i] = float(np.max(np.abs(fine - coarse)))
                 largest[name] = max(largest[name], float(np.max(np.abs(fine))))
     return {
         name: between(np.array(rows), 2.0 * values / (largest[name] or 1.0), size)
-        for name, values in found.items()
+        for name, values in errors.items()
     }
 
 
-def _bends(state: LineState) -> FloatArray:
-    """Radii in m beside those at which the load of the line bends most: where what sticks ended once, tractions err most."""
-    low, high = _AMONG
+def _sharpest_bends(state: LineState) -> FloatArray:
+    """Radii in m next to the sharpest bends of the line load: the errors of tractions are largest at earlier stick radii."""
+    low, high = _SEARCHED
     inside = (state.position > low * state.radius) & (state.position < high * state.radius)
     x, q = state.position[inside], state.load[inside]
-    if x.size < _BENDS:
+    if x.size < _MAX_BENDS:
         return np.zeros(0)
     slopes = np.diff(q) / np.diff(x)
-    most = np.argsort(np.abs(np.diff(slopes)))[-_BENDS:]
+    most = np.argsort(np.abs(np.diff(slopes)))[-_MAX_BENDS:]
     return np.concatenate([0.5 * (x[most] + x[most + 1]), x[most + 1], 0.5 * (x[most + 1] + x[most + 2])])
 
 
 def _finer(values: FloatArray, start: float, parts: int) -> FloatArray:
-    """Rows with others between them, from a start."""
+    """Rows with interpolated substeps, from a start value."""
     rows = np.arange(values.size + 1.0)
     finer = np.arange(1.0, parts * values.size + 1.0) / parts
     return np.asarray(np.interp(finer, rows, np.concatenate([[start], values])))

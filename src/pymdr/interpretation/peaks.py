@@ -1,4 +1,4 @@
-"""The largest value of a field that is known at any radius, and where pressures are infinite."""
+"""The largest value of a field over the radii, and the radii of infinite pressure."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def largest_value(
     field: Callable[[FloatArray], FloatArray], end: float, marks: Sequence[float] = ()
 ) -> float:
     """
-    The largest value of a curve over radii from 0 to an end; inf where it has no bound.
+    The largest value of a curve over radii from 0 to an end; inf for an unbounded curve.
 
-    Between the marks the curve is sampled densely toward both of them, and the neighbourhood of the largest sample is
-    searched until the value is settled to rounding.
+    Between the marks the curve is sampled with more points toward both of them; the neighbourhood of the largest sample is
+    refined until the value converges to rounding.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def largest_value(
     end : float
         In m.
     marks : sequence of float
-        Radii in m at which the curve may have a kink or no bound.
+        Radii in m at which the curve may have a kink or a singularity.
 
     Returns
     -------
@@ -42,9 +42,9 @@ def largest_value(
     """
     if not end > 0.0:
         return 0.0 if end == 0.0 else math.nan
-    pieces = np.array([0.0, *sorted(m for m in marks if 0.0 < m < end), end])
-    share = 0.5 * (1.0 - np.cos(np.pi * np.arange(_SAMPLES) / (_SAMPLES - 1)))
-    r = np.unique(np.concatenate([a + (b - a) * share for a, b in itertools.pairwise(pieces)]))
+    bounds = np.array([0.0, *sorted(m for m in marks if 0.0 < m < end), end])
+    fraction = 0.5 * (1.0 - np.cos(np.pi * np.arange(_SAMPLES) / (_SAMPLES - 1)))
+    r = np.unique(np.concatenate([a + (b - a) * fraction for a, b in itertools.pairwise(bounds)]))
     p = field(r)
     if np.all(np.isnan(p)):
         return math.nan
@@ -57,7 +57,7 @@ def largest_value(
 
 
 def _refined(field: Callable[[FloatArray], FloatArray], low: float, high: float) -> float:
-    """The largest of ever denser samples around the largest."""
+    """The largest value by repeated refinement around the largest sample."""
     best = -math.inf
     for _ in range(40):
         r = np.linspace(low, high, 17)
@@ -74,9 +74,9 @@ def infinite_pressures(
     gap: Callable[[FloatArray], FloatArray], kinks: FloatArray, a: float
 ) -> tuple[float, ...]:
     """
-    Radii in m within a contact at which its pressure is infinite: at a sharp tip, and where the slope grows at once.
+    Radii in m within a contact at which its pressure is infinite: a sharp tip, and convex kinks.
 
-    They are read from the profile, since elements and springs of a finite size bear finite pressures there.
+    They are determined from the profile, because elements and springs of a finite size have finite pressures there.
 
     Parameters
     ----------
@@ -101,5 +101,5 @@ def infinite_pressures(
         (gap(radii + h) + gap(np.abs(radii - h)) - 2.0 * gap(radii)) / h for h in (1e-6 * size, 1e-4 * size)
     )
     steepest = float(gap(np.array([a]))[0] - gap(np.zeros(1))[0]) / a
-    # the slope of what is smooth differs by less the closer it is looked at
+    # for a smooth profile the difference of the slopes vanishes with the distance
     return tuple(radii[(near > 0.5 * np.abs(far)) & (near > 1e-6 * abs(steepest))].tolist())

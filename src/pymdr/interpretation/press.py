@@ -1,4 +1,4 @@
-"""What can be claimed of a surface that boundary elements have pressed."""
+"""Claims of surfaces pressed by boundary elements."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _RESPONSES = ("normal_force", "indentation", "normal_stiffness", "elastic_energy
 _DETAILS = ("contact_area", "mean_pressure", "peak_pressure")
 _STEEPEST, _COARSEST = 0.3, 0.1
 _FORCE, _STIFFNESS, _AREA = 0.15, 0.2, 0.4
-"""Least relative errors, over the square and the first power of the pixels in the radius of a disk of the area; from Hertz."""
+"""Least relative errors times the number n of pixels in the radius of a disk of equal area (times n^2 for the force); from Hertz."""
 
 
 def press_claims(
@@ -26,14 +26,14 @@ def press_claims(
     Parameters
     ----------
     columns : mapping of str to ndarray
-        Numbers of the loads, those on half the pixels along both sides as ``coarse_``; ``rise`` of the summit above the highest pixel
-        in m.
+        Values over the loads; those with half the pixels along both sides as ``coarse_``; ``rise`` of the summit above the highest
+        pixel in m.
     prescribed : str
         "normal_force" or "indentation".
     punch : bool
         Whether the body ends where the heights end.
     package : str
-        Of the engine.
+        Name of the engine.
 
     Returns
     -------
@@ -42,15 +42,15 @@ def press_claims(
     errors = _errors(columns, prescribed)
     within = np.ones(columns["pixels"].shape, dtype=bool) if punch else columns["touches_border"] == 0.0
     solver = (
-        f"boundary elements ({package}) on these pixels, exact for elastic half-spaces and small slopes but for their width; the error is the "
-        "change to every second pixel along both sides, and no less than that of Hertz on as many pixels; depths are counted from the highest "
-        "pixel, above which a summit may rise between pixels"
+        f"boundary elements ({package}) on these pixels, exact for elastic half-spaces and small slopes up to the pixel size; the error is "
+        "the change with every second pixel along both sides, at least that of a Hertz contact with as many pixels; depths are measured from "
+        "the highest pixel, and a summit between pixels may be higher"
     )
     details = {
-        "contact_area": "; roughness that is finer than the pixels makes the true area smaller: it is the area at this resolution; "
-        "pixels on the outline are counted by what of them is in contact on average",
-        "mean_pressure": "; the force over the area at this resolution: finer roughness makes it larger",
-        "peak_pressure": "; the mean over the pixel that bears most: at corners, and of finer roughness, the peak is higher",
+        "contact_area": "; this is the area at this resolution: finer roughness makes it smaller; pixels on the outline count with the "
+        "fraction in contact on average",
+        "mean_pressure": "; this is the force over the area at this resolution: finer roughness makes it larger",
+        "peak_pressure": "; this is the mean over the most loaded pixel: the peak is higher at corners and with finer roughness",
     }
     claims = {}
     for name in (*_RESPONSES, *_DETAILS):
@@ -68,8 +68,8 @@ def press_claims(
 
 
 _AT_BORDER = (
-    "the contact reaches the border of the heights, beyond which the body goes on: the force would be larger there; take a larger "
-    "part of the surface or smaller loads, or say punch=True where the body ends there"
+    "the contact reaches the border of the heights, but the body continues beyond it and the force would be larger; use a larger part "
+    "of the surface or smaller loads, or punch=True if the body ends there"
 )
 
 
@@ -78,12 +78,12 @@ def _errors(columns: Mapping[str, FloatArray], prescribed: str) -> dict[str, Flo
     least = {"normal_force": _FORCE / radius**2, "normal_stiffness": _STIFFNESS / radius}
     least |= {"indentation": least["normal_force"], "contact_area": _AREA / radius}
     errors = {}
-    for name, floor in least.items():
-        # what half the pixels do not see at all is wrong by as much as itself
+    for name, lowest in least.items():
+        # a contact unresolved by half the pixels has an error of its own size
         with np.errstate(divide="ignore", invalid="ignore"):
             change = np.abs(columns[f"coarse_{name}"] / columns[name] - 1.0)
-        errors[name] = np.maximum(change, floor)
-    # the summit may stand between pixels, from the highest of which the indentation is counted
+        errors[name] = np.maximum(change, lowest)
+    # the indentation is measured from the highest pixel, but the summit may be between pixels
     rise = columns["rise"]
     for name in ("indentation", "normal_stiffness", "contact_area"):
         errors[name] = errors[name] + rise / columns["indentation"]
@@ -98,7 +98,7 @@ def _errors(columns: Mapping[str, FloatArray], prescribed: str) -> dict[str, Flo
 
 
 def press_assumptions(columns: Mapping[str, FloatArray], deepest: int) -> tuple[Assumption, ...]:
-    """What the model and the grid assume, measured."""
+    """Assumptions of the model and the grid, measured."""
     errors = np.abs(columns["coarse_normal_stiffness"] / columns["normal_stiffness"] - 1.0)
     return (
         Assumption(

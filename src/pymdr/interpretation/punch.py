@@ -1,7 +1,7 @@
-"""What a flat punch adds to a smooth contact: pressure, displacement and gap for a unit of excess depth at the edge.
+"""Pressure, displacement and gap of a flat punch for a unit of excess depth at the edge.
 
-For springs of stiffness c |x|^k per length; k = 0 are homogeneous half-spaces (Sneddon 1965), others graded ones (Booker,
-Balaam and Davis 1985; Hess 2016). Pressures are those of c / pi = 1, gaps and displacements those of 2 / pi = 1.
+For springs of stiffness c |x|^k per length: k = 0 for homogeneous half-spaces (Sneddon 1965), others for graded ones (Booker,
+Balaam and Davis 1985; Hess 2016). Pressures are over c / pi, gaps and displacements over 2 / pi.
 """
 
 from __future__ import annotations

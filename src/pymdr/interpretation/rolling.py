@@ -1,4 +1,4 @@
-"""Kalker's coefficients of creep, and what can be claimed of a rolling contact."""
+"""Kalker's creep coefficients, and the claims of a rolling contact."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _POISSON = (0.0, 0.25, 0.5)
 _KALKER = {"longitudinal": (3.40, 4.12, 5.20), "lateral": (3.40, 3.67, 3.98)}
 """C11 and C22 of a circular contact over Poisson's ratio: Kalker (1990), a/b = 1."""
 _TABLE = 0.01
-"""By how much boundary elements differ from that table and the parabola through it."""
+"""Relative difference between boundary elements and the parabola through that table."""
 _ABOVE_CUBIC = 0.04
-"""Of mu F_N: by how much boundary elements with friction are above the cubic with Kalker's slope, at most."""
+"""Largest excess of boundary elements with friction above the cubic with Kalker's slope, over mu F_N."""
 _SATURATES = (0.77, 0.84)
-"""Of the saturation of that cubic: where boundary elements reach it."""
+"""Creepage at saturation by boundary elements, over that of the cubic."""
 
 
 def kalker_coefficient(poisson: float, direction: str = "longitudinal") -> float:
@@ -49,11 +49,11 @@ def kalker_coefficient(poisson: float, direction: str = "longitudinal") -> float
     Raises
     ------
     ProblemError
-        If there is no coefficient: outside the table.
+        If Poisson's ratio is outside the table.
 
     Notes
     -----
-    Kalker (1990), Three-Dimensional Elastic Bodies in Rolling Contact. Boundary elements gave 4.31 and 3.75 at nu = 0.3,
+    Kalker (1990), Three-Dimensional Elastic Bodies in Rolling Contact. Boundary elements give 4.31 and 3.75 at nu = 0.3,
     and 0.5 % more than the table at its ends.
 
     Examples
@@ -63,8 +63,7 @@ def kalker_coefficient(poisson: float, direction: str = "longitudinal") -> float
     """
     if not 0.0 <= poisson <= 0.5:
         raise ProblemError(
-            f"rolling: Kalker's coefficients are known for Poisson's ratios 0 to 0.5, not for {poisson:g}; "
-            "take law='plain'"
+            f"rolling: Poisson's ratio = {poisson:g}, but Kalker's coefficients are known for 0 to 0.5; use law='plain'"
         )
     low, middle, high = _KALKER[direction]
     u = poisson / _POISSON[1]
@@ -82,7 +81,7 @@ class KalkerPair:
 
 
 def kalker_pair(contact: Contact) -> KalkerPair | None:
-    """The constants of two isotropic bodies, one of which may be rigid; None for other bodies."""
+    """The constants of two isotropic bodies, of which one may be rigid; None for other bodies."""
     bodies = [body for body in (contact.body, contact.counterbody) if not isinstance(body, Rigid)]
     elastic = [body for body in bodies if isinstance(body, Elastic)]
     if len(elastic) < len(bodies):
@@ -93,7 +92,7 @@ def kalker_pair(contact: Contact) -> KalkerPair | None:
 
 def calibrated_modulus(contact: Contact, moduli: EffectiveModuli, direction: str) -> float:
     """
-    The modulus in Pa that gives the springs Kalker's slope, C G / 2 in the place of G*.
+    The modulus C G / 2 in Pa that replaces G* and gives the springs Kalker's slope.
 
     With it xi becomes xi_K = C G a^2 zeta / (3 mu F_N) for a paraboloid.
 
@@ -109,54 +108,54 @@ def calibrated_modulus(contact: Contact, moduli: EffectiveModuli, direction: str
     pair = kalker_pair(contact)
     if pair is None:
         raise ProblemError(
-            "rolling: law='calibrated' needs isotropic bodies: Kalker's coefficients are not known for "
-            f"{contact.body!r} on {contact.counterbody!r}; take law='plain'"
+            "rolling: law='calibrated' needs isotropic bodies; Kalker's coefficients are not known for "
+            f"{contact.body!r} on {contact.counterbody!r}; use law='plain'"
         )
     if contact.profile.tip_radius is None:
         raise ProblemError(
-            f"rolling: law='calibrated' needs a round tip, Hertz's contact, for which Kalker's coefficients and the law of "
-            f"saturation hold, and not a {type(contact.profile).__name__}; take law='plain'"
+            "rolling: law='calibrated' needs a round tip (Hertz contact, for which Kalker's coefficients and the law of saturation "
+            f"are known), not a {type(contact.profile).__name__}; use law='plain'"
         )
     if not moduli.similar:
         raise ProblemError(
-            "rolling: law='calibrated' needs elastically similar bodies: Kalker's coefficients leave out the coupling of "
-            f"pressure and shear, Dundurs' beta = {moduli.dundurs_beta:.3g} here and not 0; take law='plain'"
+            "rolling: law='calibrated' needs elastically similar bodies, because Kalker's coefficients neglect the coupling of "
+            f"pressure and shear; Dundurs' beta = {moduli.dundurs_beta:.3g}, not 0; use law='plain'"
         )
     return 0.5 * kalker_coefficient(pair.poisson, direction) * pair.shear
 
 
-def has_known_error(contact: Contact, moduli: EffectiveModuli) -> str:
-    """Why the error of creep forces is not known; empty where it is."""
+def unknown_error_reason(contact: Contact, moduli: EffectiveModuli) -> str:
+    """Why the error of creep forces is unknown; empty if it is known."""
     pair = kalker_pair(contact)
     if type(contact.profile) not in (Paraboloid, Sphere):
-        return f"it was measured for paraboloids and spheres only, not for a {type(contact.profile).__name__}"
+        return f"it was measured only for paraboloids and spheres, not for a {type(contact.profile).__name__}"
     if pair is None or not 0.0 <= pair.poisson <= 0.5:
-        return "it was measured for isotropic bodies with Poisson's ratios 0 to 0.5 only"
+        return "it was measured only for isotropic bodies with Poisson's ratios 0 to 0.5"
     if not moduli.similar:
-        return "it was measured without the coupling of pressure and shear only"
+        return "it was measured only without the coupling of pressure and shear"
     return ""
 
 
-def creep_error(share: FloatArray, calibrated: FloatArray, linear: FloatArray) -> FloatArray:
+def creep_error(force_fraction: FloatArray, calibrated: FloatArray, linear: FloatArray) -> FloatArray:
     """
-    Largest relative error of creep forces against the exact theory of rolling.
+    Largest relative error of creep forces compared with the exact theory of rolling.
 
-    The exact force lies between that of the calibrated springs and the least of that plus 0.04 mu F_N, Kalker's linear force and
+    The exact force is between that of the calibrated springs and the least of that plus 0.04 mu F_N, Kalker's linear force and
     mu F_N.
 
     Parameters
     ----------
-    share : ndarray
-        |F_x|/(mu F_N) of the law whose error is asked for.
+    force_fraction : ndarray
+        |F_x|/(mu F_N) of the law.
     calibrated : ndarray
-        That of the springs with Kalker's slope.
+        |F_x|/(mu F_N) of the springs with Kalker's slope.
     linear : ndarray
-        That of Kalker's linear theory, C G a^2 zeta/(mu F_N).
+        |F_x|/(mu F_N) of Kalker's linear theory, C G a^2 zeta/(mu F_N).
 
     Returns
     -------
     ndarray
-        Over the exact force.
+        Relative to the exact force.
 
     Notes
     -----
@@ -171,13 +170,13 @@ def creep_error(share: FloatArray, calibrated: FloatArray, linear: FloatArray) -
     high = np.minimum(np.minimum(calibrated + _ABOVE_CUBIC, (1.0 + _TABLE) * linear), 1.0)
     low = calibrated * (1.0 - _TABLE * (1.0 - calibrated))
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = np.max([np.abs(share / high - 1.0), np.abs(share / low - 1.0)], axis=0)
-    return np.where(calibrated > 0.0, found, 0.0)
+        error = np.max([np.abs(force_fraction / high - 1.0), np.abs(force_fraction / low - 1.0)], axis=0)
+    return np.where(calibrated > 0.0, error, 0.0)
 
 
 def saturation_error(ratio: float) -> float:
-    """That of the creepage at which all slips, over the exact one; `ratio` is it over that of the calibrated springs."""
-    return max(abs(ratio / share - 1.0) for share in _SATURATES)
+    """Largest relative error of the creepage at full slip; `ratio` is this creepage over that of the calibrated springs."""
+    return max(abs(ratio / fraction - 1.0) for fraction in _SATURATES)
 
 
 def rolling_claims(
@@ -200,7 +199,7 @@ def rolling_claims(
     law : str
         "plain" or "calibrated".
     errors : mapping of str to ndarray
-        Those of the law by quantity, relative to the exact theory, as far as they are known.
+        Known errors of the law by quantity, relative to the exact theory.
     everywhere : ndarray of bool
         True for every row.
 
@@ -212,20 +211,22 @@ def rolling_claims(
     if law == "calibrated":
         reason, source = _calibrated(contact, direction), SOURCES["kalker"]
     if contact.profile.tip_radius is None:
-        reason += "; the gap is taken to stay as it is, which only round tips see to when they roll"
-    if why := has_known_error(contact, moduli):
-        reason += f"; the error at these creepages is not known: {why}"
+        reason += "; the gap is assumed constant in rolling, which is true only for round tips"
+    if why := unknown_error_reason(contact, moduli):
+        reason += f"; the error at these creepages is unknown: {why}"
     elif "creep_force" not in errors:
-        reason += "; how far forces along a path are off is not known: Kalker's theory was compared for steady rolling only"
+        reason += (
+            "; the error along a path is unknown: the comparison with Kalker's theory is for steady rolling"
+        )
 
-    def claim(name: str, words: str) -> Claim:
-        return Claim(Level.APPROXIMATE, words, source, everywhere, errors.get(name))
+    def claim(name: str, text: str) -> Claim:
+        return Claim(Level.APPROXIMATE, text, source, everywhere, errors.get(name))
 
     force = claim("creep_force", reason)
-    on_line = f"of the springs, not of the surface: {reason}"
+    on_line = f"for the springs, not for the surface: {reason}"
     local = Claim(
         Level.NOT_VALID,
-        "springs along one line do not know how slip is spread over a rolling contact; only the force is given",
+        "springs along one line do not determine the distribution of slip over a rolling contact; only the force is given",
         SOURCES["popov-hess"],
         np.zeros(everywhere.shape, dtype=bool),
     )
@@ -240,25 +241,27 @@ def rolling_claims(
 
 
 def _plain(contact: Contact, moduli: EffectiveModuli, direction: str) -> str:
-    general = "the slope of the springs, 2 G* a^2, is 33 to 49 % too small against Kalker's linear theory"
+    general = "the slope of the springs, 2 G* a^2, is 33 to 49 % below Kalker's linear theory"
     pair = kalker_pair(contact)
     if pair is None:
-        return f"{general} of isotropic bodies; for transversely isotropic ones this is not measured"
+        return f"{general} for isotropic bodies; the error for transversely isotropic bodies is unknown"
     if not moduli.similar:
         return (
-            f"{general} of similar bodies; the coupling of pressure and shear, Dundurs' beta = {moduli.dundurs_beta:.3g}, "
-            "is neglected"
+            f"{general} for similar bodies; the coupling of pressure and shear is neglected (Dundurs' beta = "
+            f"{moduli.dundurs_beta:.3g})"
         )
     if not 0.0 <= pair.poisson <= 0.5:
-        return f"{general} for Poisson's ratios 0 to 0.5; at {pair.poisson:g} this is not measured"
-    share = 2.0 * moduli.tangential / (kalker_coefficient(pair.poisson, direction) * pair.shear)
-    return f"{general} ({100.0 * (1.0 - share):.0f} % here, {direction}, Poisson's ratio {pair.poisson:.3g})"
+        return f"{general} for Poisson's ratios 0 to 0.5; the error at {pair.poisson:g} is unknown"
+    fraction = 2.0 * moduli.tangential / (kalker_coefficient(pair.poisson, direction) * pair.shear)
+    return (
+        f"{general} ({100.0 * (1.0 - fraction):.0f} % here, {direction}, Poisson's ratio {pair.poisson:.3g})"
+    )
 
 
 def _calibrated(contact: Contact, direction: str) -> str:
     few, many = _SATURATES
     return (
-        f"the slope is Kalker's, the way to saturation a cubic: against boundary elements with friction ({direction} too, Poisson's "
-        f"ratios 0 to 0.5) the force of a paraboloid is too small by at most {_ABOVE_CUBIC:g} mu F_N, at half of the saturation, which "
-        f"there is reached at {few:g} to {many:g} of that of the cubic"
+        f"Kalker's slope, with a cubic to saturation: compared with boundary elements with friction ({direction}, Poisson's ratios 0 "
+        f"to 0.5) the force of a paraboloid is too small by at most {_ABOVE_CUBIC:g} mu F_N, at half of the saturation creepage; "
+        f"boundary elements saturate at {few:g} to {many:g} of the creepage of the cubic"
     )

@@ -1,4 +1,4 @@
-"""What can be claimed of bodies that are not of revolution."""
+"""Claims of bodies that are not axisymmetric."""
 
 from __future__ import annotations
 
@@ -43,21 +43,21 @@ OF_SHAPES = (
     "peak_pressure",
     *NORMAL_FIELDS,
 )
-_MODEL = "for elastic half-spaces in frictionless contact, pressed by a body that does not tilt"
+_MODEL = "for elastic half-spaces in frictionless contact without tilt"
 _FORCES = ("indentation", "normal_force", "normal_stiffness", "elastic_energy")
 _MEASURED = (
-    "off by +0.0001, +0.014, +0.32 and +1.5 % on elliptic paraboloids whose radii have the ratios 1.2, 2, 4 and 10 (Hertz), and by "
+    "error +0.0001, +0.014, +0.32 and +1.5 % on elliptic paraboloids with ratios of radii of 1.2, 2, 4 and 10 (Hertz), and "
     "-3.9, -1.8, -0.6 and -0.25 % on pyramids of 3, 4, 6 and 8 sides (boundary elements)"
 )
-_ESTIMATE = f"an estimate and no bound, by the functional of Shield, Barber and Fabrikant: {_MEASURED}"
+_ESTIMATE = f"an estimate, not a bound, by the functional of Shield, Barber and Fabrikant: {_MEASURED}"
 _MEASURED_ON = (
-    "on 120 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outline differs from an ellipse "
-    "by no more than theirs"
+    "on 120 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outlines differ from ellipses "
+    "at most as much"
 )
 _UNKNOWN = (
-    "no estimate: in some direction the outline runs beyond what is known of the body, or it is more than "
-    f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or it is "
-    "below the lower bound; press it by boundary elements"
+    "no estimate: the outline extends beyond the known part of the body, or is more than "
+    f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or the "
+    "estimate is below the lower bound; press the body by boundary elements"
 )
 _CUT_OFF = 0.02
 _SMALL_SLOPE = 0.3
@@ -65,16 +65,16 @@ _SMALL_SLOPE = 0.3
 
 @dataclass(frozen=True)
 class LowerBound:
-    """The lower bound of the force over the rows."""
+    """Lower bound of the force over the rows."""
 
     force: FloatArray
     """F / E* in m^2."""
     error: FloatArray
-    """Relative, of the means of the gap."""
+    """Relative error of the means of the gap."""
     disk: FloatArray
-    """That of disks about the apex."""
+    """Bound by disks about the apex."""
     ellipses: EllipseBounds | None
-    """Those that are better."""
+    """Better bounds by ellipses."""
 
 
 def shape_claims(
@@ -115,7 +115,7 @@ def shape_claims(
 
 def _exact(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
     everywhere = np.ones(states.force.shape, dtype=bool)
-    reason = f"exact {_MODEL}, on an ellipse that is small against the radii of curvature"
+    reason = f"exact {_MODEL}, on an ellipse that is small compared with the radii of curvature"
     return {name: Claim(Level.EXACT, reason, SOURCES["hertz"], everywhere) for name in OF_SHAPES}
 
 
@@ -126,12 +126,12 @@ def _pyramid(shape: Pyramid, states: ShapeStates) -> dict[str, Claim]:
         reason += f"C = {PYRAMID_FORCES[sides]:g} by boundary elements, error {PYRAMID_ERROR:g}"
         size = PYRAMID_ERROR
     else:
-        reason += f"C is {_ESTIMATE}; with {sides} sides it errs by less than with 8"
+        reason += f"C is {_ESTIMATE}; the error with {sides} sides is less than with 8"
         size = MANY_SIDES_ERROR
     if shape.gradient > _SMALL_SLOPE:
         reason += (
-            f"; the faces have a slope of {shape.gradient:.3g}, above {_SMALL_SLOPE:g}, up to which the model of small slopes is "
-            "taken as valid: what such a steep body does to a real material is not in the number"
+            f"; slope of the faces = {shape.gradient:.3g} (limit {_SMALL_SLOPE:g} of the model of small slopes; the error for steeper "
+            "bodies is not included)"
         )
     source = f"{SOURCES['bilodeau']}; {SOURCES['popov-shapes']}"
     base = {name: Claim(Level.APPROXIMATE, reason, source, everywhere) for name in _FORCES}
@@ -144,17 +144,17 @@ def _pyramid(shape: Pyramid, states: ShapeStates) -> dict[str, Claim]:
 def _estimate_error(
     theory: ShapeTheory, states: ShapeStates, known: BoolArray
 ) -> tuple[FloatArray | None, str]:
-    """The errors of the estimate in the rows in which there is one, None where they are not known; and what is said of them."""
+    """The errors of the estimate in the rows that have one, None if unknown; and their description."""
     error = np.where(known, states.error, 0.0)
     if theory.interpolated:
-        return None, "; its error is not known: of heights between the samples it was not measured"
+        return None, "; its error is unknown: it was not measured for interpolated heights"
     if np.isnan(error).any():
-        return None, f"; its error is not known here: it was measured {_MEASURED_ON}"
+        return None, f"; its error is unknown here: it was measured {_MEASURED_ON}"
     return error, theory.measured
 
 
 def _level(error: FloatArray | None) -> Level:
-    """Of the estimate: that of a body of revolution is its force."""
+    """Level of the estimate, which is exact for axisymmetric bodies."""
     precise = error is not None and float(np.max(error, initial=0.0)) <= EXACT_WITHIN
     return Level.EXACT if precise else Level.APPROXIMATE
 
@@ -168,16 +168,17 @@ def _estimated(shape: Shape, states: ShapeStates) -> dict[str, Claim]:
     if known.any() and not known.all():
         claims = {
             name: replace(
-                claim, reason=f"{reason}; at {int((~known).sum())} of {known.size} steps none: {_UNKNOWN}"
+                claim,
+                reason=f"{reason}; not valid at {int((~known).sum())} of {known.size} steps: {_UNKNOWN}",
             )
             for name, claim in claims.items()
         }
     stiff = claims["normal_stiffness"]
     if error is not None:
-        # that of the force may grow with the depth as fast as the force does
+        # the error of the force may grow with the depth as fast as the force
         stiff = replace(stiff, error=2.0 * error + np.where(known & (states.clipped > 0.0), _CUT_OFF, 0.0))
     if np.any(states.clipped[known] > 0.0):
-        high = f"; where the outline is cut off, the stiffness is up to {100.0 * _CUT_OFF:g} % high"
+        high = f"; where the outline is cut off, the stiffness is up to {100.0 * _CUT_OFF:g} % too high"
         stiff = replace(stiff, reason=f"{stiff.reason}{high}")
     return {**claims, "normal_stiffness": stiff}
 
@@ -186,12 +187,12 @@ def _refused(given: Mapping[str, Claim], everywhere: BoolArray) -> dict[str, Cla
     none = np.zeros(everywhere.shape, dtype=bool)
     reasons = dict.fromkeys(
         OF_SHAPES,
-        "the outline of the contact and the pressures in it are not known; press the body by boundary elements",
+        "the outline of the contact and its pressures are unknown; press the body by boundary elements",
     )
     reasons["elastic_energy"] = (
-        "the estimate has a force and a stiffness; integrate normal_force over indentation"
+        "the estimate gives only force and stiffness; integrate normal_force over indentation"
     )
-    reasons["semi_axis_x"] = reasons["semi_axis_y"] = "the contact is no ellipse"
+    reasons["semi_axis_x"] = reasons["semi_axis_y"] = "the contact is not an ellipse"
     source = SOURCES["popov-shapes"]
     return {
         name: Claim(Level.NOT_VALID, why, source, none) for name, why in reasons.items() if name not in given
@@ -204,62 +205,60 @@ def _estimate_claim(theory: ShapeTheory, states: ShapeStates) -> Claim:
     if not known.any():
         return Claim(Level.NOT_VALID, theory.no_estimate, source, known)
     cut = np.any(states.clipped[known] > 0.0)
-    outline = "; in some directions it has no outline of its own, and none is offered" if cut else ""
+    outline = "; the outline is cut off in some directions" if cut else ""
     error, measured = _estimate_error(theory, states, known)
     return Claim(_level(error), f"{_ESTIMATE}{outline}{measured}", source, known, error)
 
 
 def _bound_claim(theory: ShapeTheory, states: ShapeStates, bound: LowerBound) -> Claim:
     everywhere = np.ones(bound.force.shape, dtype=bool)
-    reason = "a rigorous lower bound of the force at this indentation, for a body that does not tilt: "
+    reason = "a rigorous lower bound of the force at this indentation, without tilt, from "
     if bound.ellipses is None:
-        reason += "that of the azimuthal mean about the apex"
+        reason += "the azimuthal mean about the apex"
     else:
-        reason += f"that of an ellipse as trial area, the best that was found, {_where(bound)}"
+        reason += f"the best trial ellipse {_where(bound)}"
     pressed = np.isfinite(states.force) & (states.force > 0.0)
     if pressed.any():
-        share = float(np.max(1.0 - bound.force[pressed] / states.force[pressed]))
-        reason += f"; here up to {100.0 * max(share, 0.0):.2g} % below normal_force"
+        fraction = float(np.max(1.0 - bound.force[pressed] / states.force[pressed]))
+        reason += f"; here up to {100.0 * max(fraction, 0.0):.2g} % below normal_force"
     level = Level.EXACT
     if theory.interpolated:
-        level, reason = Level.APPROXIMATE, f"{reason}; of the heights as they are interpolated"
+        level, reason = Level.APPROXIMATE, f"{reason}; for the interpolated heights"
         if bound.ellipses is None:
-            reason += ", and their mean between rings a pixel apart"
+            reason += " and their mean between rings at a distance of one pixel"
     claim = Claim(level, reason, SOURCES["shield"], everywhere)
     return with_errors(
-        {"bound": claim}, {"bound": bound.error}, "", "as the mean over finitely many points does"
+        {"bound": claim}, {"bound": bound.error}, "", "from the mean over finitely many points"
     )["bound"]
 
 
 def _where(bound: LowerBound) -> str:
-    """Where the best ellipse lies at the row that bears most."""
-    found = bound.ellipses
-    assert found is not None
-    row = int(np.nanargmax(found.force))
-    x, y, longer, shorter = (
-        metres(float(one[row])) for one in (found.x, found.y, found.longer, found.shorter)
-    )
+    """Description of the best ellipse in the row with the largest force."""
+    best = bound.ellipses
+    assert best is not None
+    row = int(np.nanargmax(best.force))
+    x, y, longer, shorter = (metres(float(one[row])) for one in (best.x, best.y, best.longer, best.shorter))
     gain = 100.0 * (bound.force[row] / bound.disk[row] - 1.0) if bound.disk[row] > 0.0 else math.inf
     return (
-        f"at the largest indentation about x = {x}, y = {y}, with semi-axes of {longer} and {shorter}, the longer one at "
-        f"{math.degrees(float(found.angle[row])) % 180.0:.3g} degrees, {gain:.2g} % above that of the azimuthal mean about the apex"
+        f"(at the largest indentation: centre x = {x}, y = {y}, semi-axes {longer} and {shorter}, the longer one at "
+        f"{math.degrees(float(best.angle[row])) % 180.0:.3g} degrees; {gain:.2g} % above the bound by the azimuthal mean)"
     )
 
 
 @dataclass(frozen=True)
 class ShapeTheory:
-    """What a kind of shape brings to step 3."""
+    """Claims and reasons of one kind of shape."""
 
     claims: Callable[[Any, ShapeStates], dict[str, Claim]] = _estimated
-    """Of the quantities that it has."""
+    """Claims of its quantities."""
     references: tuple[str, ...] = ("shield", "barber", "popov-shapes")
-    no_radius: str = "the contact is no disk and has no radius"
+    no_radius: str = "the contact is not a disk and has no radius"
     no_estimate: str = _UNKNOWN
-    """Why there is no estimate, where there is none."""
-    measured: str = f"; its error is that of bodies by boundary elements {_MEASURED_ON}"
-    """What is said of the error of the estimate."""
+    """Why there is no estimate."""
+    measured: str = f"; its error is measured by boundary elements {_MEASURED_ON}"
+    """Source of the error of the estimate."""
     interpolated: bool = False
-    """Whether it is known at samples only."""
+    """Whether it is known only at samples."""
 
 
 SHAPES: dict[type[Shape], ShapeTheory] = {
@@ -267,13 +266,13 @@ SHAPES: dict[type[Shape], ShapeTheory] = {
         _exact,
         references=("hertz", "shield", "barber", "popov-shapes"),
         no_radius="the contact is an ellipse and has no radius; read semi_axis_x and semi_axis_y",
-        no_estimate=f"its error was measured up to a ratio of {LONGEST_RATIO:g} of the radii; normal_force is exact",
+        no_estimate=f"its error was measured up to a ratio of radii of {LONGEST_RATIO:g}; normal_force is exact",
         measured="",
     ),
     Pyramid: ShapeTheory(_pyramid, references=("shield", "barber", "popov-shapes", "bilodeau"), measured=""),
     Sampled2D: ShapeTheory(interpolated=True),
 }
-"""One row for each kind; others are estimated."""
+"""One row for each kind; other kinds are estimated."""
 
 
 def shape_theory(shape: Shape) -> ShapeTheory:
@@ -283,14 +282,14 @@ def shape_theory(shape: Shape) -> ShapeTheory:
 
 def shape_assumptions(steepest: float, largest: float, dundurs_beta: float) -> tuple[Assumption, ...]:
     """
-    What the half-space model assumes of a shape, measured over the history.
+    Assumptions of the half-space model for a shape, measured over the history.
 
     Parameters
     ----------
     steepest : float
         Largest slope in the contact.
     largest : float
-        Largest semi-axis over its radius of curvature; nan for others than elliptic paraboloids.
+        Largest semi-axis over its radius of curvature; nan unless the shape is an elliptic paraboloid.
     dundurs_beta : float
 
     Returns

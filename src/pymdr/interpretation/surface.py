@@ -1,4 +1,4 @@
-"""Fields of a whole history on demand: which formula a field name stands for, and where it is read."""
+"""Fields of a history on demand: the formula of every field name, and its radii."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class Surface:
     gap_function: Curve
     states: DiskStates
     cohesion: Cohesion | None = None
-    """The cohesive zone around the contact, if there is one."""
+    """The cohesive zone around the contact, if any."""
 
     @property
     def springs(self) -> ElasticLine:
-        """The line of half-spaces, which laws besides adhesion of short range are made for."""
+        """The line of half-spaces, which all laws except adhesion of short range need."""
         assert isinstance(self.line, ElasticLine)
         return self.line
 
@@ -78,7 +78,7 @@ class Surface:
         excess = float(self.states.edge_excess[step])
         if math.isnan(a):
             return np.full(position.shape, math.nan)
-        # a punch in contact up to its sharp edge leaves no room for a zone
+        # a punch in contact up to its sharp edge has no cohesive zone
         if self.cohesion is not None and self.cohesion.radius[step] > 0.0 and a < self.line.equivalent.edge:
             return self._with_cohesion(name, position, d, a, self.cohesion, step)
         if name == "pressure":
@@ -99,12 +99,12 @@ class Surface:
             return np.where(x > equivalent.edge, math.inf, equivalent.g(np.minimum(x, equivalent.edge)))
         if name == "spring_force":
             force = np.zeros(x.shape)
-            # farther out the profile may have to be mapped first
+            # the profile outside the contact may not be mapped yet
             inside = _inside(x, a)
             pressed = d - equivalent.g(np.minimum(x[inside], equivalent.edge))
             with np.errstate(divide="ignore", invalid="ignore"):
                 loads = self.line.modulus * x[inside] ** self.line.exponent * pressed
-            # springs at x = 0 are infinitely stiff where k < 0, and bear nothing where they are not pressed
+            # springs at x = 0 are infinitely stiff for k < 0, and carry nothing where they are not pressed
             force[inside] = np.where(pressed != 0.0, loads, 0.0)
             return force
         raise QuantityError(f"no field {name!r}; fields are {', '.join((*SURFACE_FIELDS, *LINE_FIELDS))}")
@@ -133,12 +133,12 @@ class Surface:
 
 
 def _inside(position: FloatArray, a: float) -> np.ndarray:
-    """Where the bodies touch; not even at 0 where a is 0."""
+    """Where the bodies touch; nowhere if a is 0."""
     return (np.abs(position) <= a) & (a > 0.0)
 
 
 def _line_load(springs: ElasticLine, a: float, excess: float, position: FloatArray) -> FloatArray:
-    """The load per length in N/m of a contact, on the springs that are pressed alike."""
+    """The load per length in N/m of a contact on its equivalent springs."""
     x = np.minimum(np.abs(position), a)
     depth = springs.depth(np.array([a]))[0] + excess
     return np.where(np.abs(position) <= a, springs.modulus * (depth - springs.depth(x)), 0.0)
@@ -168,15 +168,15 @@ def surface_of(
     line = line_of(contact)
     states = disk_states(line, indentation, contact_radius)
     if contact.adhesion is None:
-        # the digits of a radius beside a breakpoint are in the indentation
-        found = states_at_depth(line, indentation)
+        # next to a breakpoint the indentation determines the radius to more digits
+        exact = states_at_depth(line, indentation)
         with np.errstate(invalid="ignore"):
-            same = np.abs(found.contact_radius - contact_radius) <= 1e-9 * contact_radius
-        place = Place(*(np.where(same, new, old) for new, old in zip(found.place, states.place, strict=True)))
+            same = np.abs(exact.contact_radius - contact_radius) <= 1e-9 * contact_radius
+        place = Place(*(np.where(same, new, old) for new, old in zip(exact.place, states.place, strict=True)))
         states = replace(states, place=place)
         return Surface(line, gap_function(contact.profile, line.equivalent), states)
     theory = theory_of(contact.adhesion)
-    # the outermost springs may be stretched, but at a sharp edge, where they may be pressed
+    # the springs at the edge are stretched, except at a sharp edge, where they may be pressed
     stretched = contact_radius < line.equivalent.edge
     opening = theory.opening(contact.adhesion, line, np.where(stretched, contact_radius, 0.0))
     at_edge = _against_edge(line, indentation, contact_radius, stretched)

@@ -1,4 +1,4 @@
-"""The laws of adhesion: what each brings to step 2 and 3, one row for a law."""
+"""The table of the laws of adhesion for steps 2 and 3, one row for each law."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.profiles import Profile, Sum
 from pymdr.units import FloatArray, written
 
-Said = tuple[Level, str, str]
+Statement = tuple[Level, str, str]
 """Level, reason and source of a claim."""
 
 
@@ -54,37 +54,37 @@ def _no_pull(law: Any, profile: Profile, line: Line) -> float | None:
 
 @dataclass(frozen=True)
 class Theory:
-    """What a law of adhesion brings. Each function takes the law first."""
+    """One law of adhesion. The first argument of each function is the law."""
 
     curve: Callable[[Any, Profile, Line], Equilibria]
     """Its equilibria on a line."""
-    claim: Callable[[Any, Profile, Line], Said]
-    """What is claimed of its contacts, as far as they are disks."""
+    claim: Callable[[Any, Profile, Line], Statement]
+    """The claim of its contacts where they are disks."""
     references: tuple[str, ...]
-    """Keys of the sources, besides those of the method."""
+    """Keys of its sources, besides those of the method."""
     rising: bool = True
-    """Whether it needs an equivalent profile that rises, and surfaces never touch outside its contact."""
+    """Whether it needs a rising equivalent profile, for which surfaces never touch outside the contact."""
     opening: Callable[[Any, Line, FloatArray], FloatArray] = _no_opening
     """Elongation of the edge in m at contact radii in m."""
     columns: Callable[[Any, Line, FloatArray], dict[str, FloatArray]] = _nothing
-    """Quantities of its equilibria, on a line at parameters, that others do not have."""
+    """Additional quantities of its equilibria, on a line at parameters."""
     range: Callable[[Any], float | None] = _none
     """The range of its attraction in m."""
     pull: Callable[[Any, Profile, Line], float | None] = _no_pull
-    """A force in N that has no place in its pressure."""
+    """An attractive force in N that is not part of its pressure."""
     proportional: Callable[[Any], bool] = lambda law: False
-    """Whether its forces are s times as large where the moduli and the work are, so that fits may tabulate them once."""
+    """Whether its forces scale with a common factor of moduli and work, so that fits may tabulate them once."""
     range_note: Callable[[Any, float], str] = lambda law, size: ""
-    """For which ranges of the attraction it holds, given Maugis' parameter times the range in m."""
+    """Ranges of attraction for which it is valid, given Maugis' parameter times the range in m."""
 
     @property
     def opens(self) -> bool:
-        """Whether its edge is open, pulled by a singular stress."""
+        """Whether its edge is stretched open by a singular stress."""
         return self.opening is not _no_opening
 
     @property
     def pulls_beyond(self) -> bool:
-        """Whether it pulls beyond its contact by a force that is in no pressure."""
+        """Whether it has an attractive force outside the contact that is not part of the pressure."""
         return self.pull is not _no_pull
 
 
@@ -95,7 +95,7 @@ def theory_of(law: AdhesionLaw) -> Theory:
     Raises
     ------
     ProblemError
-        If there is none.
+        If the law is unknown.
 
     Examples
     --------
@@ -105,8 +105,7 @@ def theory_of(law: AdhesionLaw) -> Theory:
     theory = THEORIES.get(type(law))
     if theory is None:
         raise ProblemError(
-            f"{type(law).__name__} is no law of adhesion that is known here; there are "
-            f"{', '.join(kind.__name__ for kind in THEORIES)}"
+            f"{type(law).__name__} is not a known law of adhesion; use one of {', '.join(kind.__name__ for kind in THEORIES)}"
         )
     return theory
 
@@ -119,10 +118,10 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
     ----------
     law : AdhesionLaw
     profile : Profile
-        For the radius of curvature, which the pull of DMT needs.
+        Its radius of curvature determines the attraction of DMT.
     line : Line
     top : float
-        Radius in m up to which the curve will be followed.
+        Radius in m up to which the curve is needed.
 
     Returns
     -------
@@ -136,18 +135,18 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
     theory = theory_of(law)
     if theory.rising and line.turning_points(min(top, line.edge, line.reach)):
         raise ProblemError(
-            f"{type(law).__name__}: the equivalent profile falls somewhere, and the theory of a cohesive zone needs "
-            "one that rises; JKR(work) follows such profiles where their contact is a disk"
+            f"{type(law).__name__}: the equivalent profile decreases somewhere, but the theory of a cohesive zone needs a rising "
+            "one; use JKR(work), which solves such profiles where their contact is a disk"
         )
     return theory.curve(law, profile, line)
 
 
 _SOME = 1e-30
-"""A radius in m for contacts of none, whose edge is not open."""
+"""Substitute radius in m without contact, where the edge is not open."""
 
 
 def _edge_columns(equilibria: ShortRange, line: Line, s: FloatArray) -> dict[str, FloatArray]:
-    """The edge of a JKR contact: its energy release rate, and where it is a square root its amplitude and intensity."""
+    """The edge of a JKR contact: its energy release rate, and for a square-root singularity its amplitude and intensity."""
     a = equilibria.states(s).contact_radius
     opening = np.where(a > 0.0, equilibria.opening(s), 0.0)
     radius = np.where(a > 0.0, a, _SOME)
@@ -160,40 +159,40 @@ def _edge_columns(equilibria: ShortRange, line: Line, s: FloatArray) -> dict[str
 
 
 def rigid_pull_of(law: DMT, profile: Profile, line: Line) -> float:
-    """The pull in N of DMT's attraction, which acts outside the contact whatever the load."""
+    """The attractive force in N of DMT, which acts outside the contact at any load."""
     if law.range is not None:
-        # where undeformed surfaces are apart by the range does not depend on the body
+        # the zone of undeformed surfaces within the range does not depend on the body
         equivalent = line.equivalent if line.exponent == 0.0 else equivalent_profile(profile)
         return rigid_pull(equivalent, law.work, law.work / law.range)
     if profile.tip_radius is None:
         parts = profile.parts if isinstance(profile, Sum) else (profile,)
         raise ProblemError(
-            f"DMT: {' + '.join(type(part).__name__ for part in parts)} is not round all over its tip: without a radius of "
-            "curvature the pull depends on the range of the attraction; give DMT(work, range='0.3 nm')"
+            f"DMT: {' + '.join(type(part).__name__ for part in parts)} has no radius of curvature at the tip, so the attractive force "
+            "depends on the range; give DMT(work, range='0.3 nm')"
         )
     return float(dmt_pull(profile.tip_radius, law.work))
 
 
-def _claim_of_jkr(law: JKR, profile: Profile, line: Line) -> Said:
+def _claim_of_jkr(law: JKR, profile: Profile, line: Line) -> Statement:
     bodies, source = bodies_of(line)
     return (
         Level.EXACT,
-        f"exact for {bodies}, surfaces that attract each other only where they touch (a Griffith edge), in frictionless contact "
-        "on a disk that has not opened inside",
+        f"exact for {bodies} with attraction only in contact (a Griffith edge), in frictionless contact on a disk that has not "
+        "opened inside",
         SOURCES["hess"] if source == SOURCES["sneddon"] else source,
     )
 
 
-def _claim_of_maugis(law: MaugisDugdale, profile: Profile, line: Line) -> Said:
+def _claim_of_maugis(law: MaugisDugdale, profile: Profile, line: Line) -> Statement:
     return (
         Level.EXACT,
         "exact for elastic half-spaces in frictionless contact that attract each other by a constant stress "
-        "up to its range; that the gap stays positive in the cohesive zone is assumed",
+        "up to its range; assumes that the gap stays positive in the cohesive zone",
         SOURCES["maugis"],
     )
 
 
-def _claim_of_dmt(law: DMT, profile: Profile, line: Line) -> Said:
+def _claim_of_dmt(law: DMT, profile: Profile, line: Line) -> Statement:
     measured = "unknown here, give DMT(work, range=...)"
     radius = profile.tip_radius
     if line.exponent != 0.0:
@@ -204,29 +203,29 @@ def _claim_of_dmt(law: DMT, profile: Profile, line: Line) -> Said:
         measured = f"{float(maugis_parameter(radius, line.modulus, law.work, law.work / law.range)):.3g} here"
     return (
         Level.APPROXIMATE,
-        "the limit of Maugis and Dugdale for stiff, small bodies: the attraction does not deform them; its errors "
-        f"are of the order of Maugis' parameter, which should be below {DMT_BELOW:g} and is {measured}",
+        "the limit of Maugis and Dugdale for stiff, small bodies, which the attraction does not deform; the error "
+        f"is of the order of Maugis' parameter (limit {DMT_BELOW:g}), which is {measured}",
         SOURCES["dmt"],
     )
 
 
 def _range_of_jkr(law: JKR, size: float) -> str:
     return (
-        f"JKR holds where the attraction reaches less than {written(size / JKR_ABOVE, 'm', 3)} (Maugis' parameter above {JKR_ABOVE:g}); how far it does no "
-        "force curve of JKR tells"
+        f"JKR is valid for a range of attraction below {written(size / JKR_ABOVE, 'm', 3)} (Maugis' parameter above {JKR_ABOVE:g}); force curves "
+        "of JKR do not determine the range"
     )
 
 
 def _range_of_dmt(law: DMT, size: float) -> str:
     if law.range is None:
         return (
-            f"DMT holds where the attraction reaches more than {written(size / DMT_BELOW, 'm', 3)} (Maugis' parameter below {DMT_BELOW:g}); how far it does is "
-            "not known"
+            f"DMT is valid for a range of attraction above {written(size / DMT_BELOW, 'm', 3)} (Maugis' parameter below {DMT_BELOW:g}); the range "
+            "is unknown"
         )
     if size / law.range <= DMT_BELOW:
         return ""
     return (
-        f"Maugis' parameter of what was found is {size / law.range:.3g}, and DMT holds below {DMT_BELOW:g}: fit MaugisDugdale(work, "
+        f"Maugis' parameter of the fit = {size / law.range:.3g} (limit {DMT_BELOW:g} of DMT): fit MaugisDugdale(work, "
         f"range='{written(law.range, 'm', 4)}')"
     )
 

@@ -1,4 +1,4 @@
-"""What the thickness that a half-space really has does to its contacts, against a layer bonded to a rigid base."""
+"""Errors of taking a body of finite thickness as a half-space, compared with a layer bonded to a rigid base."""
 
 from __future__ import annotations
 
@@ -38,20 +38,20 @@ from pymdr.problem.materials import Elastic, Rigid
 from pymdr.units import FloatArray, metres
 
 THICKNESS_LIMIT = 0.1
-"""Error of a half-space up to which it stands for a layer."""
+"""Largest relative error of a half-space in place of a layer."""
 THICKNESS_SOURCE = "lebedev-ufliand"
 _WIDEST = 32.0
-"""Radius in thicknesses beyond which nothing is measured: a half-space is far off there."""
+"""Largest radius over thickness that is compared; beyond it a half-space is a poor approximation."""
 _EDGED = 3.0
-"""Errors of the edge in the pressure within 0.8 of it, and some: 0.64/(1 - 0.64) of the radius of a Hertzian one, 2 of the
-amplitude of a punch whose line load bends by a square."""
+"""Bound of the error of the pressure within 0.8 of the edge, over that of the edge: 0.64/(1 - 0.64) for the radius of a
+Hertzian contact, 2 for the amplitude of a punch with a parabolic line load."""
 _ROW = "row"
-"""The error of the force at equal indentation, by which a row is judged."""
+"""The error of the force at equal indentation, which decides whether a row is valid."""
 _ANY = "any"
-"""The largest error of all, for quantities that have none of their own."""
+"""The largest of all errors, for quantities without their own."""
 _UNTOUCHED = ("force_lower_bound", "equivalent_profile", "jumped")
-"""What a layer does not change, or, as it is stiffer, leaves a lower bound."""
-_OF_DEPTH = " (as a part of the indentation)"
+"""Quantities that stay valid on a layer; a lower bound does because a layer is stiffer."""
+_OF_DEPTH = " (relative to the indentation)"
 _PARTS = {
     "pressure": " (within 0.8 of the contact radius)",
     "normal_displacement": _OF_DEPTH,
@@ -60,82 +60,82 @@ _PARTS = {
 
 
 def samples_of(contact: Contact) -> tuple[Elastic, ...]:
-    """The bodies of a contact that say how thick they are."""
+    """The bodies of a contact that have a thickness."""
     bodies = (contact.body, contact.counterbody)
     return tuple(one for one in bodies if isinstance(one, Elastic) and one.thickness is not None)
 
 
 def thickness_assumption(contact: Contact, contact_radius: float) -> tuple[Assumption, ...]:
     """
-    Whether the bodies that say how thick they are do as half-spaces.
+    The assumption that bodies with a thickness behave as half-spaces.
 
     Parameters
     ----------
     contact : Contact
     contact_radius : float
-        The largest in m.
+        Largest contact radius in m.
 
     Returns
     -------
     tuple of Assumption
-        One, with the measure nan where nothing is known, or none where no body has a thickness.
+        One, with the measure nan if unknown; none if no body has a thickness.
     """
     if not samples_of(contact):
         return ()
     a = contact_radius
-    words = "force on a bonded layer over that on a half-space, minus 1; at equal indentation, rigid base"
+    text = "force on a bonded layer over that on a half-space, minus 1; at equal indentation, rigid base"
     try:
-        found = _measured(contact)
-        if not isinstance(found, str):
-            return (Assumption("thickness", words, found.stiffer(a), THICKNESS_LIMIT),) if a > 0.0 else ()
+        sample = _measured(contact)
+        if not isinstance(sample, str):
+            return (Assumption("thickness", text, sample.stiffer(a), THICKNESS_LIMIT),) if a > 0.0 else ()
     except (ProblemError, ConvergenceError) as error:
-        found = str(error)
-    return (Assumption("thickness", f"{words} (not measured: {found})", math.nan, THICKNESS_LIMIT),)
+        sample = str(error)
+    return (Assumption("thickness", f"{text} (not measured: {sample})", math.nan, THICKNESS_LIMIT),)
 
 
 def with_thickness(
     contact: Contact,
     columns: Mapping[str, FloatArray],
     claims: Mapping[str, Claim],
-    held: Mapping[str, BoolArray],
+    prescribed: Mapping[str, BoolArray],
 ) -> dict[str, Claim]:
     """
-    Claims of half-spaces that say how thick they are, with the error of taking them as half-spaces.
+    Claims with the error of taking bodies with a thickness as half-spaces.
 
     Parameters
     ----------
     contact : Contact
     columns : mapping of str to ndarray
     claims : mapping of str to Claim
-    held : mapping of str to ndarray of bool
+    prescribed : mapping of str to ndarray of bool
         Rows in which a quantity is prescribed.
 
     Returns
     -------
     dict of str to Claim
-        With friction, and where nothing is measured, those that were given: :func:`thickness_assumption` tells.
+        Unchanged with friction and where the error is unknown; :func:`thickness_assumption` gives the reason.
     """
     if not samples_of(contact) or contact.friction is not None:
         return dict(claims)
     try:
-        found = _measured(contact)
-        if isinstance(found, str):
+        measured = _measured(contact)
+        if isinstance(measured, str):
             return dict(claims)
         radii = np.nan_to_num(columns["contact_radius"])
         if contact.adhesion is None:
-            errors, how = found.pressed(radii, columns["indentation"], held), ""
+            errors, how = measured.pressed(radii, columns["indentation"], prescribed), ""
         else:
             errors, how = (
-                found.adhesive(radii),
+                measured.adhesive(radii),
                 ", estimated from contacts of the same radius without adhesion",
             )
     except (ProblemError, ConvergenceError):
         return dict(claims)
-    sample = f"a layer of {metres(found.thickness)} bonded to a rigid base, taken as a half-space{how},"
+    sample = f"a layer of {metres(measured.thickness)} bonded to a rigid base, taken as a half-space{how},"
     near = errors[_ROW] <= THICKNESS_LIMIT
     judged = {}
     for name, claim in claims.items():
-        known = held.get(name, np.zeros(near.shape, dtype=bool))
+        known = prescribed.get(name, np.zeros(near.shape, dtype=bool))
         error = np.where(known, 0.0, errors.get(name, errors[_ANY]))
         if any(name in (each.quantity, each.field) for each in CONDUCTIONS):
             judged[name] = _of_conduction(claim, error)
@@ -148,25 +148,25 @@ def with_thickness(
 
 @dataclass(frozen=True)
 class _Sample:
-    """One profile on a half-space, and on a layer of it."""
+    """One profile on a half-space and on a layer of the same material."""
 
     thickness: float
     plain: Line
     layered: Line
 
     def stiffer(self, a: float) -> float:
-        """The force of the layer over that of the half-space, less 1, at the depth of a smooth contact of a radius in m."""
+        """Force on the layer over that on the half-space, minus 1, at the depth of a smooth contact of a radius in m."""
         if a > _WIDEST * self.thickness:
             return math.inf
         states = self._smooth(np.array([a]))
         error = math.nan
         if states.indentation[0] > 0.0 and a < self.plain.edge:
             error = float(self._at_depth(states)[_ROW][0])
-        # of a flat end, and where the layer is touched beyond the end of what is known
+        # for a flat end, and where the contact on the layer exceeds the known profile
         return error if math.isfinite(error) else float(self._punch(states.contact_radius)[0])
 
     def adhesive(self, radii: FloatArray) -> dict[str, FloatArray]:
-        """Errors of contacts of some radii in m, of which the smooth ones and the punches are known."""
+        """Errors of adhesive contacts at radii in m, estimated from smooth contacts and punches."""
 
         def errors(a: FloatArray) -> dict[str, FloatArray]:
             states, punch = self._smooth(a), self._punch(a)
@@ -180,11 +180,11 @@ class _Sample:
         return self._spread(radii, errors)
 
     def pressed(
-        self, radii: FloatArray, depth: FloatArray, held: Mapping[str, BoolArray]
+        self, radii: FloatArray, depth: FloatArray, prescribed: Mapping[str, BoolArray]
     ) -> dict[str, FloatArray]:
-        """Errors of contacts without adhesion at some depths in m; what is held is the same on the layer."""
+        """Errors of contacts without adhesion at some depths in m; prescribed quantities are equal on the layer."""
         near = self._near(radii)
-        by_depth, by_force = held["indentation"][near], held["normal_force"][near]
+        by_depth, by_force = prescribed["indentation"][near], prescribed["normal_force"][near]
 
         def errors(_: FloatArray) -> dict[str, FloatArray]:
             states = states_at_depth(self.plain, depth[near])
@@ -192,14 +192,14 @@ class _Sample:
             if by_depth.all():
                 return at_depth
             at_force = self._at_force(states)
-            # a machine of any stiffness ends between the two
-            found = {
+            # a machine of any stiffness is between the two
+            bounds = {
                 name: np.maximum(
                     np.where(by_force, 0.0, at_depth[name]), np.where(by_depth, 0.0, at_force[name])
                 )
                 for name in at_depth
             }
-            return {**found, _ROW: at_depth[_ROW]}
+            return {**bounds, _ROW: at_depth[_ROW]}
 
         return self._spread(radii, errors)
 
@@ -209,13 +209,13 @@ class _Sample:
     def _spread(
         self, radii: FloatArray, errors: Callable[[FloatArray], dict[str, FloatArray]]
     ) -> dict[str, FloatArray]:
-        """Errors over all rows: 0 without contact, and at most 1, where nothing is known."""
+        """Errors over all rows: 0 without contact, at most 1, which also stands for unknown."""
         near = self._near(radii)
-        found = {}
+        spread = {}
         for name, values in errors(radii[near]).items():
-            found[name] = np.where(radii > 0.0, 1.0, 0.0)
-            found[name][near] = np.minimum(np.nan_to_num(values, nan=1.0, posinf=1.0), 1.0)
-        return found
+            spread[name] = np.where(radii > 0.0, 1.0, 0.0)
+            spread[name][near] = np.minimum(np.nan_to_num(values, nan=1.0, posinf=1.0), 1.0)
+        return spread
 
     def _smooth(self, a: FloatArray) -> DiskStates:
         return DiskStates(self.plain.depth(a), as_place(a), np.zeros(a.shape))
@@ -224,26 +224,26 @@ class _Sample:
         return np.abs(self.layered.stiffness(a) / self.plain.stiffness(a) - 1.0)
 
     def _at_depth(self, states: DiskStates) -> dict[str, FloatArray]:
-        return self._apart(states, states_at_depth(self.layered, states.indentation))
+        return self._differences(states, states_at_depth(self.layered, states.indentation))
 
     def _at_force(self, states: DiskStates) -> dict[str, FloatArray]:
-        return self._apart(states, states_at_force(self.layered, normal_force(self.plain, states)))
+        return self._differences(states, states_at_force(self.layered, normal_force(self.plain, states)))
 
-    def _apart(self, states: DiskStates, others: DiskStates) -> dict[str, FloatArray]:
-        """Relative differences of a contact on the layer, as parts of that on the half-space."""
-        found = {}
+    def _differences(self, states: DiskStates, others: DiskStates) -> dict[str, FloatArray]:
+        """Differences of a contact on the layer, relative to the half-space."""
+        differences = {}
         here, there = _quantities(self.plain, states), _quantities(self.layered, others)
         for name, values in here.items():
             with np.errstate(divide="ignore", invalid="ignore"):
                 change = np.abs(there[name] / values - 1.0)
-            found[name] = np.where(there[name] == values, 0.0, change)
-        deeper = np.maximum(found["indentation"], found["normal_force"])
-        found |= dict.fromkeys(("travel", "normal_displacement", "gap"), deeper)
-        edge = found["contact_radius"] + found["edge_amplitude"]
-        found["pressure"] = found["mean_pressure"] + _EDGED * edge
-        found[_ROW] = found["normal_force"]
-        found[_ANY] = np.max(list(found.values()), axis=0)
-        return found
+            differences[name] = np.where(there[name] == values, 0.0, change)
+        deeper = np.maximum(differences["indentation"], differences["normal_force"])
+        differences |= dict.fromkeys(("travel", "normal_displacement", "gap"), deeper)
+        edge = differences["contact_radius"] + differences["edge_amplitude"]
+        differences["pressure"] = differences["mean_pressure"] + _EDGED * edge
+        differences[_ROW] = differences["normal_force"]
+        differences[_ANY] = np.max(list(differences.values()), axis=0)
+        return differences
 
 
 def _quantities(line: Line, states: DiskStates) -> dict[str, FloatArray]:
@@ -260,7 +260,7 @@ def _quantities(line: Line, states: DiskStates) -> dict[str, FloatArray]:
 
 
 def _measured(contact: Contact) -> _Sample | str:
-    """What a thickness is measured with, or why it is not."""
+    """The sample for the comparison, or why there is none."""
     if contact.profile.no_radius:
         return contact.profile.no_radius
     (sample, *_) = samples_of(contact)
@@ -276,21 +276,21 @@ def _measured(contact: Contact) -> _Sample | str:
 
 def _judged(claim: Claim, near: BoolArray, error: FloatArray, sample: str, part: str) -> Claim:
     where = claim.where & near
-    largest, lost = float(np.max(error[where], initial=0.0)), int(np.count_nonzero(claim.where & ~near))
-    if claim.level is Level.NOT_VALID or (lost == 0 and largest <= EXACT_WITHIN):
+    largest, invalid = float(np.max(error[where], initial=0.0)), int(np.count_nonzero(claim.where & ~near))
+    if claim.level is Level.NOT_VALID or (invalid == 0 and largest <= EXACT_WITHIN):
         return claim
-    errs = [f"errs by up to {largest:.2g}{part}"] if largest > EXACT_WITHIN else []
-    if lost:
+    errs = [f"has a relative error up to {largest:.2g}{part}"] if largest > EXACT_WITHIN else []
+    if invalid:
         errs.append(
-            f"has a force that errs by more than {THICKNESS_LIMIT:g} at {lost} of {error.size} steps, which are not valid: solve "
-            "it as Layered([Layer(Elastic(...), thickness)])"
+            f"is not valid at {invalid} of {error.size} steps, where the relative error of the force is above {THICKNESS_LIMIT:g}: "
+            "use Layered([Layer(Elastic(...), thickness)])"
         )
-    words = f"{sample} {', and '.join(errs)}"
+    remark = f"{sample} {', and '.join(errs)}"
     level = Level.APPROXIMATE if largest > EXACT_WITHIN else claim.level
     return replace(
         claim,
         level=level if where.any() else Level.NOT_VALID,
-        reason=f"{claim.reason}; {words}" if where.any() else words,
+        reason=f"{claim.reason}; {remark}" if where.any() else remark,
         source=f"{claim.source}; {SOURCES[THICKNESS_SOURCE]}",
         where=where,
         error=error if claim.error is None else total_error(error, claim.error),
@@ -300,5 +300,5 @@ def _judged(claim: Claim, near: BoolArray, error: FloatArray, sample: str, part:
 def _of_conduction(claim: Claim, error: FloatArray) -> Claim:
     if claim.level is Level.NOT_VALID or np.max(error[claim.where], initial=0.0) <= EXACT_WITHIN:
         return claim
-    why = "the body has a thickness, and what its base conducts is not known: leave the thickness out where the base is far away"
+    why = "the body has a thickness, but the conductivity of its base is unknown: omit the thickness if the base is far away"
     return replace(claim, level=Level.NOT_VALID, reason=why, where=np.zeros(error.shape, dtype=bool))

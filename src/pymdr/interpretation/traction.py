@@ -41,13 +41,13 @@ from pymdr.units import FloatArray
 TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
 TANGENTIAL_LINE_FIELDS = ("spring_shift",)
 PARTS = "parts"
-"""Key among the channels at the start of a leg: into how many parts its moves of two channels were divided."""
+"""Key among the channels at the start of a leg: the number of substeps of its two-channel moves."""
 _TIP = 1e-9
-"""Of the smallest disk: where the finite traction of a stuck sharp tip is read."""
+"""Radius over that of the smallest disk at which the finite traction of a sticking sharp tip is evaluated."""
 _MANY = 64
-"""Disks from which on the sum of their pressures is one integral along the line."""
+"""Number of disks above which the sum of their pressures is computed as one integral along the line."""
 _ROUNDING = 1e-14
-"""Of their parts: sums of edge singularities below it are rounding."""
+"""Sums of edge singularities below this fraction of their terms are rounding."""
 
 
 def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
@@ -66,7 +66,7 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     Returns
     -------
     ndarray
-        tau in Pa, in the direction of the shift; 0 outside the contact, inf where a body stuck to a fixed edge.
+        tau in Pa, in the direction of the shift; 0 outside the contact, inf at a sticking fixed edge.
 
     Notes
     -----
@@ -78,15 +78,15 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     disks = states_at_depth(line, depth)
     a = disks.contact_radius
     at_tip = radius == 0.0
-    # at a sharp tip all pressures are infinite alike, and only the sum of their weights counts
-    beside_tip = np.array([_TIP * np.min(a[a > 0.0], initial=math.inf)])
-    summed = _summed(line, disks.place, a, weight, radius, beside_tip) if a.size > _MANY else None
+    # at a sharp tip all pressures have the same singularity, so only the sum of their weights counts
+    near_tip = np.array([_TIP * np.min(a[a > 0.0], initial=math.inf)])
+    summed = _summed(line, disks.place, a, weight, radius, near_tip) if a.size > _MANY else None
     if summed is None:
         summed = np.zeros(radius.shape)
         for i in np.flatnonzero((weight != 0.0) & (a > 0.0)):
-            summed += weight[i] * _pressure_of(line, disks.place.take(i), radius, beside_tip)
+            summed += weight[i] * _pressure_of(line, disks.place.take(i), radius, near_tip)
     tau += scale * summed
-    # at an edge the singular pressures of several depths may cancel, so their amplitudes are added first
+    # the singular pressures of several depths may cancel at an edge, so their amplitudes are added first
     amplitude = weight * disks.edge_excess + edge
     rings, total, size = grouped(a[amplitude != 0.0], amplitude[amplitude != 0.0])
     real = np.abs(total) > _ROUNDING * size
@@ -102,12 +102,10 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     return tau
 
 
-def _pressure_of(
-    line: ElasticLine, place: Position, radius: FloatArray, beside_tip: FloatArray
-) -> FloatArray:
-    """The regular pressure of a disk; at a sharp tip that beside it."""
+def _pressure_of(line: ElasticLine, place: Position, radius: FloatArray, near_tip: FloatArray) -> FloatArray:
+    """The regular pressure of a disk; at a sharp tip that near it."""
     p = pressure(line, place, 0.0, radius)
-    p[(radius == 0.0) & np.isinf(p)] = pressure(line, place, 0.0, beside_tip)
+    p[(radius == 0.0) & np.isinf(p)] = pressure(line, place, 0.0, near_tip)
     return p
 
 
@@ -117,17 +115,17 @@ def _summed(
     a: FloatArray,
     weight: FloatArray,
     radius: FloatArray,
-    beside_tip: FloatArray,
+    near_tip: FloatArray,
 ) -> FloatArray | None:
     """The weighted sum of the regular pressures of many disks; None where their integrals cannot be resolved."""
-    found = np.zeros(radius.shape)
+    total = np.zeros(radius.shape)
     real = np.flatnonzero(a > 0.0)
     if real.size == 0:
-        return found
+        return total
     a, weight, first = a[real], weight[real], int(real[0])
     # the slope of the anchor curve between the edges of two disks
     outside = np.cumsum(weight[::-1])[::-1]
-    innermost = _pressure_of(line, places.take(first), radius, beside_tip)
+    innermost = _pressure_of(line, places.take(first), radius, near_tip)
     for i, r in enumerate(radius):
         begin = int(np.searchsorted(a, r, side="right"))
         if begin == a.size:
@@ -139,8 +137,8 @@ def _summed(
             if integrals is None:
                 return None
             base += line.modulus / math.pi * float(outside[beyond] @ np.diff(integrals, prepend=0.0))
-        found[i] = base
-    return found
+        total[i] = base
+    return total
 
 
 def tangential_displacement(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
@@ -189,7 +187,7 @@ class FrictionSurface:
     normal: Surface
     replay: Replay
     rows: np.ndarray
-    """Row of what is followed that each step of the result is."""
+    """Row of the replay for each step of the result."""
 
     @property
     def line(self) -> ElasticLine:
@@ -238,7 +236,7 @@ def friction_surface(
     rows: np.ndarray,
 ) -> FrictionSurface:
     """
-    The fields of a contact with friction, whose states are followed again when they are asked for.
+    The fields of a contact with friction, whose states are computed again on demand.
 
     Parameters
     ----------
@@ -246,28 +244,28 @@ def friction_surface(
         With a law of friction.
     path : LoadingPath
     starts : sequence of mapping
-        Where every channel was at the start of each leg, in SI units.
+        Value of every channel at the start of each leg, in SI units.
     machine_stiffness : float or None
         In N/m, for legs that prescribe travel.
     normal : Surface
         The normal contact.
     rows : ndarray of int
-        Row of the path that each step of the result is.
+        Row of the path for each step of the result.
 
     Returns
     -------
     FrictionSurface
     """
     assert contact.friction is not None
-    asked: list[Refined] = []
+    requested: list[Refined] = []
     own: list[np.ndarray] = []
     done = 0
     for leg, here in zip(planned(path), starts, strict=True):
-        asked.append(refined(leg.stretch(here), int(here.get(PARTS, 1))))
-        own.append(asked[-1].own + done)
-        done += asked[-1].rows.normal.size
+        requested.append(refined(leg.stretch(here), int(here.get(PARTS, 1))))
+        own.append(requested[-1].own + done)
+        done += requested[-1].rows.normal.size
     line = normal.springs
-    legs = tuple(friction_leg(line, part.rows, machine_stiffness) for part in asked)
+    legs = tuple(friction_leg(line, part.rows, machine_stiffness) for part in requested)
     curves = curves_down_to(line, deepest_of(line, legs))
     moduli = effective_moduli(contact.body, contact.counterbody)
     replay = Replay(curves, legs, contact.friction.coefficient, moduli.tangential)
@@ -284,12 +282,12 @@ def deepest_of(line: ElasticLine, legs: Sequence[FrictionLeg]) -> float:
 
 
 def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
-    """The curves of a line to a depth in m; where there is no contact any will do."""
+    """The curves of a line up to a depth in m; arbitrary without contact."""
     if depth <= 0.0:
         return power_law_curves(1.0, 1.0, line.modulus)
     deepest = depth * (1.0 + 1e-12)
     if line.reach < line.edge and not math.isfinite(float(line.place(deepest).x)):
-        # no farther than what is known
+        # not beyond the known profile
         deepest = depth
     rings = passed_rings(line, deepest)
     if not rings:
@@ -297,7 +295,7 @@ def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
 
     def contact_radius(d: FloatArray) -> FloatArray:
         a = states_at_depth(line, d).contact_radius
-        # beside the step both disks carry the same to rounding
+        # near the step both disks carry the same force to rounding
         for ring in rings:
             for part, early in ((ring.inner, a > ring.inner[1]), (ring.outer, a < ring.outer[0])):
                 wrong = early & ((d > ring.depth) == (part == ring.outer))
@@ -307,14 +305,14 @@ def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
     return tabulated_curves(contact_radius, deepest, line.modulus, marks=[ring.depth for ring in rings])
 
 
-def friction_leg(line: ElasticLine, asked: Stretch, machine_stiffness: float | None) -> FrictionLeg:
+def friction_leg(line: ElasticLine, requested: Stretch, machine_stiffness: float | None) -> FrictionLeg:
     """
-    What the friction stack follows in a leg; travels of a machine become indentations.
+    The input of the friction stack for a leg; travels of a machine are converted to indentations.
 
     Parameters
     ----------
     line : ElasticLine
-    asked : Stretch
+    stretch : Stretch
         The rows of the leg.
     machine_stiffness : float or None
         In N/m.
@@ -323,12 +321,12 @@ def friction_leg(line: ElasticLine, asked: Stretch, machine_stiffness: float | N
     -------
     FrictionLeg
     """
-    depth = asked.normal
+    depth = requested.normal
     if (
-        asked.controls.normal == "travel"
+        requested.controls.normal == "travel"
         and machine_stiffness is not None
         and math.isfinite(machine_stiffness)
     ):
         depth = states_at_travel(line, depth, machine_stiffness).indentation
-    by_tangential_force = asked.controls.tangential == "tangential_force"
-    return FrictionLeg(asked.by_force, by_tangential_force, depth, asked.tangential)
+    by_tangential_force = requested.controls.tangential == "tangential_force"
+    return FrictionLeg(requested.by_force, by_tangential_force, depth, requested.tangential)

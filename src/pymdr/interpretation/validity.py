@@ -23,12 +23,12 @@ BoolArray = NDArray[np.bool_]
 
 
 EXACT_WITHIN = 1e-9
-"""Largest relative error of a number that is called exact."""
+"""Largest relative error of an exact number."""
 
 
 def total_error(*errors: FloatArray | float | None) -> FloatArray | None:
     """
-    The sum of relative errors of several causes, at most 1; None if one of them is not known.
+    Sum of the relative errors of several causes, at most 1; None if one of them is unknown.
 
     Examples
     --------
@@ -62,17 +62,17 @@ class Level(enum.Enum):
 
 @dataclass(frozen=True)
 class Claim:
-    """What can be said of one quantity."""
+    """How far one quantity can be trusted."""
 
     level: Level
     reason: str
     source: str
     where: BoolArray
-    """Per step, whether the claim's level holds; outside, the quantity is not valid."""
+    """Per step, whether the quantity has the claim's level; elsewhere it is not valid."""
     error: FloatArray | None = None
-    """Per step, the whole known relative error of the number: of the numerics, of the model where its size is known, and of the
-    data. An exact claim has 0 unless it is given; a number whose whole error is known and at most 1e-9 is exact. None means not
-    known, as of an approximation with exact numerics."""
+    """Per step, the total known relative error: of the numerics, of the data, and of the model where that is known. The
+    default of an exact claim is 0; a number whose total error is known and at most 1e-9 is exact. None means unknown, as for
+    an approximation with exact numerics."""
 
     def __post_init__(self) -> None:
         if self.error is None:
@@ -80,14 +80,14 @@ class Claim:
                 object.__setattr__(self, "error", np.zeros(np.shape(self.where)))
             return
         if np.shape(self.error) != np.shape(self.where):
-            return  # of a damaged file, which says so
+            return  # the reader of a damaged file reports this
         precise = bool(np.max(self.error, initial=0.0, where=self.where) <= EXACT_WITHIN)
         if self.level is Level.EXACT and not precise:
             object.__setattr__(self, "level", Level.APPROXIMATE)
-            reason = f"{self.reason}; numbers err by more than {EXACT_WITHIN:g} of their size"
+            reason = f"{self.reason}; relative numerical error above {EXACT_WITHIN:g}"
             object.__setattr__(self, "reason", reason)
         elif self.level is Level.APPROXIMATE and precise:
-            # what is left of an approximation whose numerics are exact is the error of its model
+            # the numerics are exact, and the error of the model is unknown
             object.__setattr__(self, "error", None)
 
     @property
@@ -120,7 +120,7 @@ class Assumption:
 
     @property
     def met(self) -> bool:
-        """Whether the measure stays within the limit."""
+        """Whether the measure is within the limit."""
         return self.measure <= self.limit
 
 
@@ -226,7 +226,7 @@ BODY_SOURCES: dict[type, tuple[str, ...]] = {
     Viscoelastic: ("lee-radok",),
     Layered: ("lebedev-ufliand", "hayes", "dunkin"),
 }
-"""What is cited for bodies, besides the sources of their law."""
+"""Additional references for bodies."""
 
 NORMAL_QUANTITIES = (
     "indentation",
@@ -244,12 +244,12 @@ def small_slope_assumptions(
     profile: Profile, slope: Curve, contact_radius: float, dundurs_beta: float
 ) -> tuple[Assumption, ...]:
     """
-    What the half-space model assumes, measured over the history.
+    Assumptions of the half-space model, measured over the history.
 
     Parameters
     ----------
     profile : Profile
-        For its curvature radius, where it has one.
+        Its curvature radius is used if it has one.
     slope : callable
         f'(r).
     contact_radius : float
@@ -261,17 +261,21 @@ def small_slope_assumptions(
     -------
     tuple of Assumption
     """
-    found = []
-    if not isinstance(profile, ForceCurve):  # whose slopes nobody knows
+    assumptions = []
+    if not isinstance(profile, ForceCurve):  # a force curve has no known slopes
         r = contact_radius * np.linspace(0.0, 1.0, 201)[1:]
         with np.errstate(all="ignore"):
             steepest = float(np.nanmax(np.abs(slope(r))))
-        found.append(Assumption("small slope", "largest slope of the profile in the contact", steepest, 0.3))
+        assumptions.append(
+            Assumption("small slope", "largest slope of the profile in the contact", steepest, 0.3)
+        )
     radius = profile.curvature_radius
     if radius is not None:
         ratio = contact_radius / radius
-        found.append(Assumption("half-space", "contact radius over radius of curvature a/R", ratio, 0.3))
-    found.append(
+        assumptions.append(
+            Assumption("half-space", "contact radius over radius of curvature a/R", ratio, 0.3)
+        )
+    assumptions.append(
         Assumption(
             "elastic similarity",
             "Dundurs' beta; affects the pressure only with friction",
@@ -279,12 +283,12 @@ def small_slope_assumptions(
             0.5,
         )
     )
-    return tuple(found)
+    return tuple(assumptions)
 
 
 def half_spaces(exponent: float) -> str:
     """
-    The bodies of a model, in words.
+    Description of the bodies of a model.
 
     Examples
     --------
@@ -297,22 +301,22 @@ def half_spaces(exponent: float) -> str:
 
 
 def bodies_of(line: Line) -> tuple[str, str]:
-    """The bodies of a line in words, and the source of their solution."""
+    """Description of the bodies of a line, and the source of their solution."""
     if not isinstance(line, LayeredLine):
         return half_spaces(line.exponent), SOURCES["hess-graded" if line.exponent else "sneddon"]
     body = line.kernel.compliance.body
-    what = (
+    stack = (
         "an elastic layer"
         if len(body.layers) == 1
         else f"{len(body.layers)} elastic layers bonded to one another"
     )
     base = "rigid base" if isinstance(body.base, Rigid) else "elastic half-space"
-    held = (
+    base_bond = (
         f"bonded to a {base}"
         if body.bond == "bonded"
         else f"that may slide on a {base} but not lift off it (bilateral)"
     )
-    return f"{what} {held.replace('a elastic', 'an elastic')}", SOURCES["lebedev-ufliand"]
+    return f"{stack} {base_bond.replace('a elastic', 'an elastic')}", SOURCES["lebedev-ufliand"]
 
 
 def normal_claims(
@@ -329,29 +333,29 @@ def normal_claims(
     disk : ndarray of bool
         Steps at which the disk is certified.
     why : str
-        Why it is not elsewhere.
+        Why it is not certified at the other steps.
     extra_reason : str
-        Where it would be, in words.
+        For which loads it would be a disk.
     bodies : tuple of str
-        The bodies in words, and the source of their solution; homogeneous half-spaces unless given.
+        Description of the bodies and source of their solution; default homogeneous half-spaces.
 
     Returns
     -------
     mapping of str to Claim
     """
-    words, source = bodies
+    names, source = bodies
     if disk.any():
         level = Level.EXACT
-        reason = f"exact for {words} in frictionless contact on a disk"
+        reason = f"exact for {names} in frictionless contact on a disk"
         if not disk.all():
-            reason += f"; {int((~disk).sum())} of {disk.size} steps are left out: {why}{extra_reason}"
+            reason += f"; not valid at {int((~disk).sum())} of {disk.size} steps: {why}{extra_reason}"
     else:
         level, reason = Level.NOT_VALID, f"{why}{extra_reason}"
     return {name: Claim(level, reason, source, disk) for name in (*NORMAL_QUANTITIES, *NORMAL_FIELDS)}
 
 
 def bound_claim(disk: BoolArray) -> Claim:
-    """The claim of a lower bound of the force of half-spaces."""
+    """Claim of the lower bound of the force on half-spaces."""
     return Claim(
         Level.EXACT,
         "a rigorous lower bound of the normal force for any profile",
@@ -364,7 +368,7 @@ def with_prescribed(
     claims: Mapping[str, Claim], disk: BoolArray, prescribed: Mapping[str, BoolArray]
 ) -> dict[str, Claim]:
     """
-    Claims with those of quantities that are prescribed at some steps, and so known there whatever the contact is.
+    Claims updated for quantities that are prescribed at some steps and therefore known there.
 
     Parameters
     ----------
@@ -378,27 +382,27 @@ def with_prescribed(
     -------
     dict of str to Claim
     """
-    found = dict(claims)
+    updated = dict(claims)
     for name, known in prescribed.items():
         if known.all() or (known.any() and not disk.all()):
             claim, mixed = claims[name], bool((disk & ~known).any())
             error = claim.error if mixed else np.zeros(disk.shape)
-            found[name] = Claim(
+            updated[name] = Claim(
                 claim.level if mixed else Level.EXACT,
                 f"prescribed, or {claim.reason}" if mixed else "prescribed",
                 claim.source,
                 disk | known,
                 None if error is None else np.where(known, 0.0, error),
             )
-    return found
+    return updated
 
 
 def trial_claim(disk: BoolArray) -> Claim:
-    """The claim of a lower bound of the force on layers, whose flat punches may need tension."""
+    """Claim of the lower bound of the force on layers, where flat punches may need tension."""
     return Claim(
         Level.EXACT,
-        "a rigorous lower bound of the normal force for any profile: the force itself on a disk, or where it is prescribed; elsewhere "
-        "the best of trial pressures on disks of several radii that are nowhere negative",
+        "a rigorous lower bound of the normal force for any profile; equal to the force on a disk and where the force is prescribed, "
+        "elsewhere the best of non-negative trial pressures on disks of several radii",
         SOURCES["trial-pressure"],
         np.ones(disk.shape, dtype=bool),
     )
@@ -408,15 +412,15 @@ def approximated(
     claims: Mapping[str, Claim], remark: str, error: FloatArray | float | None
 ) -> dict[str, Claim]:
     """
-    Claims of an approximation, whose error is added to theirs.
+    Claims with the error of one more approximation.
 
     Parameters
     ----------
     claims : mapping of str to Claim
     remark : str
-        What is approximated.
+        Description of the approximation.
     error : ndarray, float or None
-        Relative, per step or of all; None where its size is not known.
+        Relative, per step or for all steps; None if unknown.
 
     Returns
     -------
@@ -436,9 +440,9 @@ def _approximated(claim: Claim, remark: str, error: FloatArray | float | None) -
 
 def with_known(claim: Claim, error: FloatArray) -> FloatArray | None:
     """
-    The whole known error of a claim with one more cause.
+    Total known error of a claim with one more cause.
 
-    Where that of the model is not known, the others are all that is known if they count, and nothing is if they do not.
+    If the error of the model is unknown, the result is the new error, or None if that is negligible.
     """
     if claim.error is None and np.max(error, initial=0.0, where=claim.where) <= EXACT_WITHIN:
         return None
@@ -446,43 +450,49 @@ def with_known(claim: Claim, error: FloatArray) -> FloatArray | None:
 
 
 def ring_claims(n: int, steps: int, layered: bool = False) -> dict[str, Claim]:
-    """Claims of a result by boundary elements on rings."""
+    """Claims of a boundary-element solution on rings."""
     known = (
-        "the force of a punch on a bonded incompressible layer errs by 1e-6 at a radius of 16 thicknesses, by 1e-5 at 32 and "
-        "4e-4 at 100, the hardest that was measured"
+        "the relative error of the force of a punch on a bonded incompressible layer, the hardest case measured, is 1e-6 at a radius "
+        "of 16 thicknesses, 1e-5 at 32 and 4e-4 at 100"
         if layered
-        else "the force of Hertz, cone and flat punch errs by 1e-8, the pressure between 0.05 and 0.9 of the radius by 1e-5"
+        else "the relative error of the force of sphere, cone and flat punch is 1e-8, that of the pressure between 0.05 and 0.9 of "
+        "the radius 1e-5"
     )
-    reason = f"boundary elements on {n} rings, the method of dimensionality reduction was not used; with 400 rings {known}"
+    reason = f"boundary elements on {n} rings, without the method of dimensionality reduction; with 400 rings {known}"
     names = (*NORMAL_QUANTITIES, "inner_contact_radius", "contact_area", *NORMAL_FIELDS)
     claim = Claim(Level.APPROXIMATE, reason, SOURCES["johnson"], np.ones(steps, dtype=bool))
     return {name: claim for name in names if name != "edge_amplitude"}
 
 
 _EXTRAPOLATED = 1e-2
-"""Of the largest force: what an extrapolation to short steps may change."""
+"""Largest acceptable change by the extrapolation to short steps, over the largest force."""
 
 
 def ring_memory_claims(n: int, change: FloatArray, fewer: FloatArray) -> dict[str, Claim]:
     """
-    Claims of a result with memory by boundary elements on rings.
+    Claims of a boundary-element solution with memory on rings.
 
-    Of the largest force, or indentation, an extrapolation to short steps changed a part, and fewer rings tell one.
+    Parameters
+    ----------
+    n : int
+        Number of rings.
+    change, fewer : ndarray
+        Changes by the extrapolation to short steps and by fewer rings, over the largest force or indentation.
     """
     most = float(np.max(change, initial=0.0))
     reason = (
-        f"boundary elements on {n} rings with a memory each, the method of dimensionality reduction was not used; forces were "
-        f"extrapolated to steps without length, by at most {most:.1g} of the largest; "
+        f"boundary elements on {n} rings with memory, without the method of dimensionality reduction; the extrapolation to zero step "
+        f"length changed the forces by at most {most:.1g} of the largest; "
     )
     if most <= _EXTRAPOLATED:
         reason += (
-            f"fewer rings tell that they err by {float(np.max(fewer, initial=0.0)):.1g} of it, and the contact radius errs by less than "
-            "the width of a ring"
+            f"error estimated with fewer rings: {float(np.max(fewer, initial=0.0)):.1g} of the largest; error of the contact radius: "
+            "less than the width of a ring"
         )
     else:
         reason += (
-            "more than the extrapolation can mend: steps are long beside the times in which these bodies relax, and the numbers are "
-            "rough; take a shorter path"
+            f"above the limit {_EXTRAPOLATED:g}: the steps are long compared with the relaxation times of the bodies, and the numbers "
+            "are rough; use shorter steps"
         )
     names = (*NORMAL_QUANTITIES, "inner_contact_radius", "contact_area", *NORMAL_FIELDS)
     where = np.ones(change.size, dtype=bool)

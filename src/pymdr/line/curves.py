@@ -1,4 +1,4 @@
-"""The line as curves in its contact radius: what a body gives to every law.
+"""The line as curves in its contact radius, the input of every law.
 
 A linear elastic body pressed by a profile on a disk is known from two families of solutions, the smooth contact d0(a),
 F0(a), U0(a) and the flat punch of stiffness k(a), with dF0 = k dd0. At a radius a with the excess w = d - d0(a),
@@ -24,11 +24,11 @@ from pymdr.units import FloatArray
 
 
 class Curve(Protocol):
-    """Contacts of one body by their radius a in m; all values are arrays of the shape of their argument."""
+    """Contacts of one body by their radius a in m; all results have the shape of the argument."""
 
     @property
     def edge(self) -> float:
-        """Sharp edge in m that no contact passes."""
+        """Radius of the sharp edge in m, the largest contact radius."""
 
     @property
     def reach(self) -> float:
@@ -112,17 +112,17 @@ class Line(Disk, Protocol):
 
 
 class Carried(NamedTuple):
-    """Half-spaces pressed alike: their fields are those of another body, but for what that one adds outside."""
+    """Equivalent half-spaces: their fields equal those of the body, except for an addition outside."""
 
     line: ElasticLine
     excess: float
     """Their excess depth at the edge in m."""
     sunk: Callable[[FloatArray], FloatArray] | None = None
-    """How much deeper in m than theirs the surface of the body lies at radii in m outside; None for no deeper."""
+    """Additional displacement in m of the body at radii in m outside; None for none."""
 
 
 class Profiled:
-    """What a line has from its equivalent profile."""
+    """The properties that a line has from its equivalent profile."""
 
     equivalent: EquivalentProfile
 
@@ -176,7 +176,7 @@ class ElasticLine(Profiled):
 
     @property
     def _per_length(self) -> float:
-        """2 c / (1 + k): what the stiffness is of a^(1+k)."""
+        """Stiffness over a^(1+k): 2 c / (1 + k)."""
         return 2.0 * self.modulus / (1.0 + self.exponent)
 
     def depth(self, a: Position) -> FloatArray:

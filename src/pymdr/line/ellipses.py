@@ -1,4 +1,4 @@
-"""Lower bounds of the force on a body of any shape: the best of all ellipses as trial areas of contact."""
+"""Lower bounds of the force on a body of any shape, by the best ellipse as trial area of contact."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from pymdr.problem.profiles import Shape
 from pymdr.units import FloatArray
 
 _SEARCHED = 16, 24
-"""Nodes along and around an ellipse while it is looked for."""
+"""Nodes along and around an ellipse in the search."""
 _FINEST = 256
 _SAME = 1e-9
-"""Relative difference of two means up to which they are one."""
+"""Relative difference of two means at convergence."""
 _DEPTHS = 6
-"""Indentations at which ellipses are looked for; between them they change with the logarithm."""
+"""Number of indentations at which ellipses are optimised; between them they are interpolated in the logarithm."""
 _SMALLER, _SHRUNK = 4, 0.99
-"""How often an ellipse is made smaller that reaches beyond what is known of the body, and by what."""
+"""Largest number of reductions of an ellipse that exceeds the known part of the body, and their factor."""
 _STEP, _CLOSE, _FLAT, _TRIES = 0.25, 1e-2, 1e-7, 400
-"""Of the search: its first steps and its last, in radii of the disk, the last of the force, and how often it may try."""
+"""Search: first and last steps over the radius of the disk, last relative step of the force, and largest number of trials."""
 
 
 @dataclass(frozen=True)
@@ -34,23 +34,23 @@ class EllipseBounds:
     force: FloatArray
     """F / E* in m^2."""
     error: FloatArray
-    """Relative, of the mean of the gap."""
+    """Relative error of the mean of the gap."""
     x: FloatArray
-    """Where the centre lies, in m."""
+    """Position of the centre in m."""
     y: FloatArray
     longer: FloatArray
     """Semi-axes in m."""
     shorter: FloatArray
     angle: FloatArray
-    """Direction of the longer one in rad."""
+    """Direction of the longer semi-axis in rad."""
 
 
 def ellipse_bounds(shape: Shape, depth: FloatArray, radius: FloatArray) -> EllipseBounds:
     """
-    Lower bounds F = k (d - <f>) of the force, k that of a flat elliptic punch and <f> the mean of the gap under its pressure.
+    Lower bounds F = k (d - <f>) of the force, with ellipses as trial areas of contact.
 
-    Of all areas the true one bears most, and of an ellipse of the semi-axes r s, r / s both are known: k = pi E* r s / K(e), the pressure
-    goes like 1 / sqrt(1 - rho^2). Centre, size, stretch and direction of the best are looked for.
+    k is the stiffness of a flat elliptic punch and <f> the mean of the gap under its pressure. Of all areas the true one carries the largest force. For an ellipse with semi-axes r s and r / s, k = pi E* r s / K(e), and
+    the pressure is proportional to 1 / sqrt(1 - rho^2). Centre, size, aspect ratio and direction are optimised.
 
     Parameters
     ----------
@@ -66,8 +66,8 @@ def ellipse_bounds(shape: Shape, depth: FloatArray, radius: FloatArray) -> Ellip
 
     Notes
     -----
-    Shield (1967), J. Appl. Math. Phys. 18, 682-693; Barber (1974), Int. J. Eng. Sci. 12, 813-819. Whatever ellipse is found, its
-    force is a bound.
+    Shield (1967), J. Appl. Math. Phys. 18, 682-693; Barber (1974), Int. J. Eng. Sci. 12, 813-819. Every
+    ellipse gives a bound.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def _searched(shape: Shape, depth: float, radius: float, start: FloatArray) -> t
         force = _force(shape, depth, radius, one, _SEARCHED)[0] / (radius * depth)
         return -force if math.isfinite(force) else math.inf
 
-    # smaller, for what is known of a body may end close beside the disk
+    # smaller, because the known part of a body may end close to the disk
     steps = _STEP * np.diag([1.0, 1.0, -1.0, 1.0, 1.0])
     simplex = start + np.concatenate([np.zeros((1, 5)), steps])
     told = {"initial_simplex": simplex, "xatol": _CLOSE, "fatol": _FLAT, "maxfev": _TRIES}
@@ -144,6 +144,6 @@ def _refined(shape: Shape, depth: float, radius: float, one: FloatArray) -> Floa
             change = abs(now - before) / abs(now) if now else math.inf
         if math.isfinite(now):
             break
-        # the few nodes of the search passed beside where the gap is not known
+        # the few nodes of the search may miss the unknown part of the gap
         one = one + np.array([0.0, 0.0, math.log(_SHRUNK), 0.0, 0.0])
     return np.array([now, change, *ellipse])

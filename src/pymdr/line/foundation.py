@@ -21,7 +21,7 @@ from pymdr.numerics.roots import boundary, rising_root
 from pymdr.units import FloatArray, metres, newtons
 
 _DOUBT = 1e-9
-"""Error of loads that choose between stretches, in parts of the largest that their radius could carry."""
+"""Relative error of loads in the choice between intervals."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,7 @@ def states_at_depth(line: Curve, indentation: ArrayLike) -> DiskStates:
     """
     Contact radius from indentation, g(a) = d, cut at a sharp edge.
 
-    Where g does not rise, the disk of largest force is taken, which is the only one that can be the
-    solution (Barber 1974).
+    If several disks have this depth, the one with the largest force is returned, the only possible solution (Barber 1974).
 
     Parameters
     ----------
@@ -91,7 +90,7 @@ def _inside(line: Curve, place: Place) -> Place:
 
 
 def rises_to(line: Curve, depth: float) -> bool:
-    """Whether d0 rises wherever bodies at a depth in m might touch, so that every contact up to there is a disk."""
+    """Whether d0 rises at all radii at which bodies at a depth in m might touch, so that every contact is a disk."""
     return not _turning_points(line, _touching_within(line, depth))
 
 
@@ -101,20 +100,20 @@ def _deepest(d: FloatArray) -> float:
 
 def touching_radius(line: Curve | EquivalentProfile, depth: float) -> float:
     """
-    A radius in m within which bodies at a depth in m touch, if they do.
+    A radius in m within which bodies at a depth in m touch, if they touch.
 
-    A profile that falls below its tip touches at negative depths: where f <= d < 0, f <= -d as well.
+    A profile below its tip touches at negative depths: where f <= d < 0, f <= -d as well.
     """
     if depth > 0.0:
         return line.overlap_radius(depth)
     if math.isfinite(line.edge):
-        # the rim of a hollow punch stands out
+        # the rim of a hollow punch is its highest part
         return min(line.edge, line.reach)
     return line.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
 
 
 def _touching_within(line: Curve, depth: float) -> float:
-    """How far out in m d0 has to be known for contacts of a depth in m; 0 where it rises."""
+    """Largest radius in m at which d0 must be known for contacts of a depth in m; 0 where it rises."""
     return 0.0 if line.rises else touching_radius(line, depth)
 
 
@@ -141,7 +140,7 @@ def _best_disk(line: Curve, d: FloatArray, turning: tuple[float, ...], top: floa
     surely, doubt = _sure_load(d, k, g, unpressed)
     for i in np.flatnonzero(g[1:] > g[:-1]):
         (low, high), (g_low, g_high) = ends[i : i + 2], g[i : i + 2]
-        # k d0 - F0 = int d0 dk is convex over k here, above its tangents at both ends: no load exceeds that of their corner
+        # k d0 - F0 = int d0 dk is convex over k here and above its tangents at both ends, so their corner bounds the load
         x = np.clip(
             (k[i + 1] * g_high - unpressed[i + 1] - k[i] * g_low + unpressed[i]) / (g_high - g_low),
             k[i],
@@ -166,10 +165,9 @@ def _sure_load(
     d: FloatArray, k: FloatArray, g: FloatArray, unpressed: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """
-    The largest force k d - (k d0 - F0) over the ends of stretches, which the best disk exceeds, and what rounding does to it.
+    The largest force k d - (k d0 - F0) at the ends of intervals, a lower bound for the best disk, and its rounding.
 
-    It is the support of the lower convex hull of k d0 - F0 over k. Where d0 stays below d at the last end, load is only sure
-    to be 0.
+    It is the support of the lower convex hull of k d0 - F0 over k. If d0 is below d at the last end, the bound is 0.
     """
     hull = [0]
     for i in range(1, k.size):
@@ -188,18 +186,18 @@ def _sure_load(
 
 @dataclass(frozen=True)
 class PassedRing:
-    """A ring over which the disk of largest force steps."""
+    """A ring over which the disk of largest force jumps."""
 
     depth: float
-    """The last depth in m before the step."""
+    """The last depth in m before the jump."""
     inner: tuple[float, float]
-    """Radii in m of the stretch before the ring, on which d0 rises."""
+    """Radii in m of the interval before the ring, on which d0 rises."""
     outer: tuple[float, float]
-    """Those of the stretch beyond it."""
+    """Radii in m of the interval beyond the ring."""
 
 
 def passed_rings(line: Curve, deepest: float) -> tuple[PassedRing, ...]:
-    """The rings over which a contact steps on its way to a depth in m."""
+    """The rings over which a contact jumps up to a depth in m."""
     top = _touching_within(line, deepest)
     turning = _turning_points(line, top)
     if not turning or turning[0] == 0.0:
@@ -254,7 +252,7 @@ def states_at_force(line: Curve, normal_force: ArrayLike) -> DiskStates:
     force = np.asarray(normal_force, dtype=float)
     place = _inside(line, line.place_of_force(force))
     if not line.rises:
-        # a force may be reached between turning points only
+        # the force may occur only between turning points
         farthest = min(float(np.max(place.x, initial=0.0)), line.edge, line.reach)
         reached = _deepest(line.depth(place))
         top = max(touching_radius(line, reached), farthest)
@@ -303,7 +301,7 @@ def states_at_travel(
     bent = np.asarray(normal_force(line, states_at_depth(line, most)) / machine_stiffness)
     loaded = bent > 0.0
     if loaded.any():
-        # the rim of a hollow profile may be pressed before its axis would touch
+        # the rim of a hollow profile may be in contact before its axis would touch
         hollow = float(normal_force(line, states_at_depth(line, np.zeros(1)))[0]) / machine_stiffness
         pressed, high = D[loaded], most[loaded]
         d[loaded] = rising_root(
@@ -337,7 +335,7 @@ def _best_disk_at_force(line: Curve, force: FloatArray, turning: tuple[float, ..
         b = np.array([line.edge])
         rest = float(np.max(force)) - float(line.force(b)[0])
         depths = np.append(depths, float(line.depth(b)[0]) + max(rest, 0.0) / float(line.stiffness(b)[0]))
-    # beyond the depths whose whole contact is known the load falls again, so the first that suffices is taken
+    # beyond the depths with a fully known contact the computed load decreases again, so the first solution is taken
     loads = load(depths)
     carried = force * (1.0 - 1e-12) <= np.max(loads)
     if math.isfinite(deepest) and not carried.all():

@@ -14,7 +14,7 @@ from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 LORENZ = 2.443e-8
-"""Of metals, L = (pi k/e)^2/3 in V^2/K^2 (Sommerfeld)."""
+"""Lorenz number of metals, L = (pi k/e)^2/3 in V^2/K^2 (Sommerfeld)."""
 
 _NODES = (16, 32, 64, 128, 256)
 _TOLERANCE, _TOLERABLE = 1e-12, 1e-6
@@ -54,9 +54,9 @@ def largest_rise(voltage: ArrayLike, temperature: ArrayLike) -> FloatArray:
 
 def current_load(voltage: ArrayLike, temperature: ArrayLike) -> FloatArray:
     """
-    What a current makes of the cold resistance, I R0 = 2 T0 sqrt(L) arctan(V/(2 T0 sqrt(L))), under a voltage.
+    Current times cold resistance under a voltage, I R0 = 2 T0 sqrt(L) arctan(V/(2 T0 sqrt(L))).
 
-    It is 2 T0 sqrt(L) arccos(T0/T_max), and stays below pi T0 sqrt(L).
+    It equals 2 T0 sqrt(L) arccos(T0/T_max), and is below pi T0 sqrt(L).
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def frictional_rise(
     displacement: ArrayLike, modulus: float, shear_speed: ArrayLike, conductivity: float
 ) -> FloatArray:
     """
-    Temperature rise T = mu v E* u / (2 (lambda_1 + lambda_2)) of surfaces that rub slowly.
+    Temperature rise T = mu v E* u / (2 (lambda_1 + lambda_2)) of slowly sliding surfaces.
 
-    Heat mu v p and pressure p act through the same 1/R: what it warms is what it displaces.
+    Heat mu v p and pressure p act through the same kernel 1/R, so the temperature is proportional to the displacement.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def mean_displacement(line: ElasticLine, a: float, d: float) -> tuple[float, flo
     before, mean = math.nan, math.nan
     for n in _NODES:
         t, w = gauss(n)
-        # behind a kink g grows like a root
+        # after a kink g grows like a root
         away = width * t**2
         cosine = np.cos(angle + away)
         offset = 2.0 * a * np.cos(angle + 0.5 * away) * np.sin(0.5 * away)
@@ -177,5 +177,5 @@ def mean_displacement(line: ElasticLine, a: float, d: float) -> tuple[float, flo
     if error <= _TOLERABLE:
         return mean, error
     raise ConvergenceError(
-        f"frictional_heat: the mean of the profile does not settle: {mean:.6g} m with {_NODES[-1]} nodes, to {error:.1g} of it"
+        f"frictional_heat: the mean of the profile does not converge: {mean:.6g} m with {_NODES[-1]} nodes, relative error {error:.1g}"
     )

@@ -16,7 +16,7 @@ from pymdr.problem.profiles import Profile
 
 def springs_of(contact: Contact) -> ElasticLine:
     """
-    The independent springs that stand for two half-spaces.
+    The independent springs that represent two half-spaces.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from pymdr.units import FloatArray
 
 _NODES, _GRADES, _COARSE = 12, 46, 65
 _MOST = 4096
-"""Nodes up to which cells are halved."""
+"""Largest number of nodes in halving cells."""
 _ROUNDING = 1e-14
 
 
@@ -40,7 +40,7 @@ class RollingLine:
     sums: FloatArray
     """Its integral from 0 to the nodes in m^2."""
     edge_excess: float
-    """How far in m a sharp edge is pressed beyond g(a); 0 without one."""
+    """Depth in m of a sharp edge beyond g(a); 0 without one."""
 
     @property
     def radius(self) -> float:
@@ -48,10 +48,10 @@ class RollingLine:
         return float(self.nodes[-1])
 
     def cap(self, x: FloatArray) -> FloatArray:
-        """What friction carries at x on either side, d - g, in m."""
+        """The cap d - g of friction at x on either side in m."""
         within = np.minimum(np.abs(x), self.radius)
         found = np.maximum(self.depth - self.line.equivalent.g(within), 0.0)
-        # that difference has no digits beside the edge
+        # the difference cancels next to the edge
         last = within > self.nodes[-2]
         if last.any():
             found[last] = self.edge_excess + _fall(self.line, within[last], self.radius)
@@ -60,13 +60,13 @@ class RollingLine:
     @property
     def whole(self) -> float:
         """The integral of the cap over the contact in m^2: F_N / E*."""
-        # d a less the integral of g cancels where g is flat up to its edge
+        # d a minus the integral of g cancels for a profile that is flat up to its edge
         a = np.array([self.radius])
         return float(2.0 * (self.line.equivalent.moment(a)[0] + self.radius * self.edge_excess))
 
     @cached_property
     def saturation(self) -> float:
-        """The rise from which on all slips, max g'; inf where g' has no bound or an edge is sharp."""
+        """The least rise for full slip, max g'; inf if g' is unbounded or an edge is sharp."""
         corners = self.line.equivalent.corners(self.radius)
         if self.edge_excess > 0.0 or any(0.0 < b < self.radius and jump > 0.0 for b, jump in corners):
             return math.inf
@@ -119,7 +119,7 @@ def rolling_line(line: ElasticLine, states: DiskStates) -> RollingLine:
         inner = (d - equivalent.g(x[:-1, None] + width[:, None] * node)) @ weight * width
         exact = np.diff(d * x - equivalent.integral(x))
         rough = (np.abs(inner - exact) > _ROUNDING * d * a) & (width > _ROUNDING * a)
-        # a cell that is resolved but for rounding gains nothing by being halved
+        # cells resolved to rounding are not halved
         rough &= np.abs(inner - exact) > _ROUNDING * (np.abs(inner) + np.abs(exact))
         if not rough.any():
             break
@@ -130,32 +130,32 @@ def rolling_line(line: ElasticLine, states: DiskStates) -> RollingLine:
 
 
 def _fall(line: ElasticLine, x: FloatArray, end: float) -> FloatArray:
-    """How far g rises from x to an end in m, where g' is smooth in between."""
+    """The rise of g from x to an end in m, for a g' that is smooth in between."""
     node, weight = gauss(_NODES)
     width = end - x
     return np.asarray((line.equivalent.slope(x[:, None] + width[:, None] * node) @ weight) * width)
 
 
 @dataclass(frozen=True)
-class _Pieces:
-    """The line in pieces on which cap - rise t is monotone, from the leading edge on."""
+class _Segments:
+    """Segments of the line on which cap - rise t is monotone, from the leading edge on."""
 
     x: FloatArray
-    """Ends of the pieces in m, falling from a to -a."""
+    """Ends of the segments in m, decreasing from a to -a."""
     cap: FloatArray
     """The cap there in m."""
     least: FloatArray
     """min(0, cap - rise t) in m up to every end."""
     slips: np.ndarray
-    """Whether a piece slips at its end."""
+    """Whether a segment slips at its end."""
     late: np.ndarray
-    """Indices of the pieces that stick at first and then slip."""
+    """Indices of the segments that first stick and then slip."""
     parts: FloatArray
-    """The integral of the cap over every piece in m^2."""
+    """The integral of the cap over every segment in m^2."""
 
 
-def _pieces(pressed: RollingLine, rise: FloatArray) -> list[_Pieces]:
-    """The pieces for every rise."""
+def _segments(pressed: RollingLine, rise: FloatArray) -> list[_Segments]:
+    """The segments for every rise."""
     steeper = pressed.slope > rise[:, None]
     row, turn = np.nonzero(steeper[:, :-1] != steeper[:, 1:])
     slope = pressed.line.equivalent.slope
@@ -171,8 +171,8 @@ def _pieces(pressed: RollingLine, rise: FloatArray) -> list[_Pieces]:
     ]
 
 
-def _one_row(nodes: FloatArray, rise: float) -> _Pieces:
-    """The pieces between nodes, with the cap and its integral there."""
+def _one_row(nodes: FloatArray, rise: float) -> _Segments:
+    """The segments between nodes, with the cap and its integral there."""
     x, cap, sums = nodes
     parts = np.diff(sums)
     x, cap = np.concatenate([x[::-1], -x[1:]]), np.concatenate([cap[::-1], cap[1:]])
@@ -181,7 +181,7 @@ def _one_row(nodes: FloatArray, rise: float) -> _Pieces:
     least = np.minimum.accumulate(np.minimum(height, 0.0))
     slips = height[1:] < least[:-1]
     late = np.flatnonzero(slips & (height[:-1] > least[:-1]))
-    return _Pieces(x, cap, least, slips, late, np.concatenate([parts[::-1], parts]))
+    return _Segments(x, cap, least, slips, late, np.concatenate([parts[::-1], parts]))
 
 
 @dataclass(frozen=True)
@@ -191,12 +191,12 @@ class SteadyRolling:
     load: FloatArray
     """The integral of q / (mu E*) over the line in m^2: F_x / (mu E*)."""
     slip_length: FloatArray
-    """Length of the line in m that slips."""
+    """Slipping length of the line in m."""
 
 
 def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
     """
-    Steady rolling: F_x / (mu E*) and the length that slips.
+    Steady rolling: F_x / (mu E*) and the slipping length.
 
     Parameters
     ----------
@@ -229,25 +229,25 @@ def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
     whole = rise >= pressed.saturation
     load[whole], slipping[whole] = pressed.whole, 2.0 * a
     rows = np.flatnonzero((rise > 0.0) & ~whole)
-    found = _pieces(pressed, rise[rows])
-    if not found:
+    segments = _segments(pressed, rise[rows])
+    if not segments:
         return SteadyRolling(load, slipping)
-    steep = np.repeat(rise[rows], [each.late.size for each in found])
-    high = np.concatenate([each.x[each.late] for each in found])
-    low = np.concatenate([each.x[each.late + 1] for each in found])
-    floor = np.concatenate([each.least[each.late] for each in found])
+    steep = np.repeat(rise[rows], [each.late.size for each in segments])
+    high = np.concatenate([each.x[each.late] for each in segments])
+    low = np.concatenate([each.x[each.late + 1] for each in segments])
+    floor = np.concatenate([each.least[each.late] for each in segments])
     begins, _ = boundary(lambda x: pressed.cap(x) - steep * (a - x) > floor, high, low)
     width = begins - low
     fresh = (pressed.cap(begins[:, None] - width[:, None] * node) @ weight) * width
     first = 0
-    for i, one, each in zip(rows, rise[rows].tolist(), found, strict=True):
+    for i, one, each in zip(rows, rise[rows].tolist(), segments, strict=True):
         span = slice(first, first + each.late.size)
         first = span.stop
         start = np.where(each.slips, each.x[:-1], each.x[1:])
         start[each.late] = begins[span]
         parts = np.where(each.slips, each.parts, 0.0)
         parts[each.late] = fresh[span]
-        # the line load at the beginning of every piece, and the stick up to where it slips
+        # the line load at the start of every segment, and the stick part up to its slip
         q = np.minimum(each.least[:-1] + one * (a - each.x[:-1]), each.cap[:-1])
         q[0] = 0.0
         stuck = each.x[:-1] - start
@@ -274,7 +274,7 @@ def line_load(pressed: RollingLine, rise: FloatArray, x: FloatArray) -> FloatArr
     """
     t, cap = pressed.radius - x, pressed.cap(x)
     loads = np.zeros((rise.size, x.size))
-    for i, (one, each) in enumerate(zip(rise.tolist(), _pieces(pressed, rise), strict=True)):
+    for i, (one, each) in enumerate(zip(rise.tolist(), _segments(pressed, rise), strict=True)):
         before = np.searchsorted(-each.x, -x, side="right") - 1
         least = np.minimum(each.least[before], cap - one * t)
         loads[i] = np.clip(np.minimum(least, 0.0) + one * t, 0.0, cap)
@@ -283,16 +283,16 @@ def line_load(pressed: RollingLine, rise: FloatArray, x: FloatArray) -> FloatArr
 
 @dataclass(frozen=True)
 class RolledPath:
-    """A march along a path of creepages."""
+    """The result of a path of creepages."""
 
     load: FloatArray
     """F_x / (mu E*) in m^2 at the end of every row."""
     error: float
-    """How much of it halving the spacing of the springs still changed, over the integral of the cap."""
+    """Its change by the last halving of the spring spacing, over the integral of the cap."""
 
 
 _CHANGE = 1e-6
-"""At which the springs are close enough."""
+"""Change at which the spring spacing is fine enough."""
 _FEWEST, _CLOSEST = 256, 8192
 
 
@@ -345,7 +345,7 @@ def march(pressed: RollingLine, distance: FloatArray, rise: FloatArray, n: int) 
     """
     a = pressed.radius
     h = 2.0 * a / n
-    # a place for every spring; between two nodes the last one has left the contact
+    # one node per spring; between two nodes the last spring leaves the contact
     t: FloatArray = h * np.arange(n + 1.0)
     at_nodes = pressed.cap(a - t)
     q, phase = np.zeros(n + 1), 0.0
@@ -372,7 +372,7 @@ def march(pressed: RollingLine, distance: FloatArray, rise: FloatArray, n: int) 
 
 
 def _trapezoids(pressed: RollingLine, q: FloatArray, h: float, phase: float, rise: float) -> float:
-    """The integral of q over the contact, whose springs stand at phase + j h from the leading edge."""
+    """The integral of q over the contact, with springs at phase + j h from the leading edge."""
     if phase == 0.0:
         return float(h * (q.sum() - 0.5 * (q[0] + q[-1])))
     inside = q[:-1]

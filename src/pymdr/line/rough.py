@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from pymdr.units import FloatArray
 
 _BLOCK = 1 << 15
-"""Springs whose sums stay in the cache."""
+"""Number of springs whose sums fit into the cache."""
 
 
 @dataclass(frozen=True)
@@ -22,16 +22,16 @@ class SortedSprings:
     """
 
     stiffness: float
-    """Of each spring in N/m."""
+    """Stiffness of each spring in N/m."""
     depths: FloatArray
-    """At which each spring is met, in m; rising, from 0."""
+    """Depths in m at which the springs come into contact; rising, from 0."""
     forces: FloatArray
     """F in N at these depths."""
     energies: FloatArray
     """U in J at these depths."""
 
     def _below(self, depth: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The last spring that is met, the stiffness, and how much deeper it is."""
+        """The last spring in contact, the stiffness, and the depth beyond that spring."""
         last = np.maximum(np.searchsorted(self.depths, depth, side="right") - 1, 0)
         return last, self.stiffness * (last + 1.0), np.maximum(depth - self.depths[last], 0.0)
 
@@ -41,7 +41,7 @@ class SortedSprings:
         return np.asarray(self.forces[last] + k * deeper)
 
     def normal_stiffness(self, depth: ArrayLike) -> FloatArray:
-        """dF/dd in N/m on the way down at depths in m."""
+        """dF/dd in N/m for increasing depths in m."""
         given = np.asarray(depth, dtype=float)
         return np.asarray(np.where(given < 0.0, 0.0, self._below(given)[1]))
 
@@ -59,7 +59,7 @@ class SortedSprings:
 
 def sorted_springs(heights: FloatArray, stiffness: float) -> SortedSprings:
     """
-    Sort springs and sum what they carry.
+    Sort springs and sum their forces.
 
     Parameters
     ----------
@@ -93,13 +93,13 @@ def sorted_springs(heights: FloatArray, stiffness: float) -> SortedSprings:
     for start in range(1, n, _BLOCK):
         stop = min(start + _BLOCK, n)
         here, before = slice(start, stop), slice(start - 1, stop - 1)
-        apart = depths[here] - depths[before]
-        gain = stiffness * np.arange(start, stop) * apart
+        steps = depths[here] - depths[before]
+        gain = stiffness * np.arange(start, stop) * steps
         gain[0] += forces[start - 1]
         np.cumsum(gain, out=forces[here])
-        apart *= 0.5 * (forces[here] + forces[before])
-        apart[0] += energies[start - 1]
-        np.cumsum(apart, out=energies[here])
+        steps *= 0.5 * (forces[here] + forces[before])
+        steps[0] += energies[start - 1]
+        np.cumsum(steps, out=energies[here])
     return SortedSprings(stiffness, depths, forces, energies)
 
 

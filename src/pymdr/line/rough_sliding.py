@@ -1,4 +1,4 @@
-"""A spring with memory that a rough line passes again and again: its stationary forces, compiled."""
+"""A spring with memory under a periodic rough line: its stationary forces, compiled."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def _passage(
     sums: FloatArray,
 ) -> tuple[float, float]:
     """
-    One passage from a state (terms, then the deflection), which it leaves behind; sums of w and of what is dissipated.
+    One passage from a state (terms, then the deflection), which is updated; sums of w and of the dissipation.
 
-    `sums` takes those of the terms before every step.
+    `sums` accumulates the terms before every step.
     """
     terms = moduli.size
     stiff = equilibrium + dashpot
     for i in range(terms):
         stiff += moduli[i] * branch[i, MEAN]
     w = state[terms]
-    total = lost = 0.0
+    total = dissipated = 0.0
     for j in range(heights.size):
         bears = equilibrium * w
         for i in range(terms):
@@ -57,14 +57,14 @@ def _passage(
         w += move
         for i in range(terms):
             h, elastic = state[i], moduli[i] * move
-            lost += (
+            dissipated += (
                 branch[i, OWN] * h * h + elastic * (2.0 * branch[i, CROSS] * h + branch[i, MOVED] * elastic)
             ) / moduli[i]
             state[i] = branch[i, DECAY] * h + branch[i, MEAN] * elastic
-        lost += dashpot * move * move
+        dissipated += dashpot * move * move
         total += w
     state[terms] = w
-    return total, lost
+    return total, dissipated
 
 
 def stationary(
@@ -110,37 +110,37 @@ def stationary(
     fades = -np.expm1(-dt / relaxation.times)
     passed = -np.expm1(-length / (speed * relaxation.times))
     dashpot = relaxation.viscosity / dt
-    # from the highest place on, where springs are as deep as it is
+    # start at the highest point, whose height the springs have
     around = np.roll(heights, -1 - int(np.argmax(heights)))
     deepest = depth + float(around[-1])
     if deepest <= 0.0:
         return Stationary(0.0, 0.0)
 
     def passage(start: FloatArray) -> tuple[FloatArray, float, float]:
-        """By how much terms would still change, and the sums of a passage."""
+        """Change of the terms by a passage, and its sums."""
         state, sums = np.append(start, deepest), np.zeros(terms)
-        total, lost = _passage(
+        total, dissipated = _passage(
             around, depth, relaxation.equilibrium, dashpot, relaxation.moduli, branch, state, sums
         )
-        # the difference has no digits where little fades in a passage
+        # the difference cancels if little relaxes in a passage
         changed = np.where(passed > 0.5, state[:terms] - start, -fades * sums)
-        return changed / passed, total, lost
+        return changed / passed, total, dissipated
 
     size = relaxation.equilibrium + float((relaxation.moduli * branch[:, MEAN]).sum())
     size *= float(np.ptp(heights)) + deepest
     start = np.zeros(terms)
-    missed, total, lost = passage(start)
+    missed, total, dissipated = passage(start)
     for _ in range(_STEPS):
         if float(np.max(np.abs(missed), initial=0.0)) <= _SETTLED * size:
-            return Stationary(relaxation.equilibrium * total / heights.size, lost / length)
+            return Stationary(relaxation.equilibrium * total / heights.size, dissipated / length)
         probe = _PROBE * size
         slopes = np.array([(passage(start + probe * unit)[0] - missed) / probe for unit in np.eye(terms)]).T
         move = np.linalg.solve(slopes, -missed)
-        for share in 0.5 ** np.arange(12.0):
-            found, total, lost = passage(start + share * move)
-            if np.max(np.abs(found)) < np.max(np.abs(missed)):
+        for damping in 0.5 ** np.arange(12.0):
+            residual, total, dissipated = passage(start + damping * move)
+            if np.max(np.abs(residual)) < np.max(np.abs(missed)):
                 break
-        start, missed = start + share * move, found
+        start, missed = start + damping * move, residual
     raise ConvergenceError(
-        f"no stationary state of the springs under a rough line was found at {speed:g} m/s"
+        f"the springs under a rough line have no stationary state at {speed:g} m/s within the iterations"
     )

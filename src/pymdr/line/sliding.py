@@ -1,12 +1,12 @@
 """Sliding over an elastomer on the line: springs with memory that pass below a profile at a steady speed.
 
-A spring enters at x = a without deflection and leaves it behind; at the way s = a - x it is pressed in by w = d - g, so
-w' = dw/ds is g' in front of the tip and -g' behind it. Every term of the kernel bears h' = E w' - h / (v tau), and
-q = sum h + viscosity v w'. With E w' = h' + h / (v tau) the drag is a sum of parts that are none below 0,
+A spring enters at x = a without deflection; after the distance s = a - x its deflection is w = d - g, so that
+w' = dw/ds is g' in front of the tip and -g' behind it. Every term of the kernel obeys h' = E w' - h / (v tau), and
+q = sum h + viscosity v w'. With E w' = h' + h / (v tau) the drag is a sum of non-negative terms,
 
     F_x = int q dw = sum [h^2 / 2 E]_end + sum int h^2 / (E v tau) ds + viscosity v int w'^2 ds,
 
-so that nothing cancels, however slow or fast. Contact ends where q falls to 0.
+without cancellation at any speed. Contact ends where q decreases to 0.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pymdr.units import FloatArray, metres
 BoolArray = NDArray[np.bool_]
 
 NODES, FEWER = 16, 12
-"""Nodes of a panel, and those whose difference tells the error."""
+"""Nodes of a panel, and the second number for the error estimate."""
 _GRADES = 46
 _PANELS = 320
 """About how many halve toward weak kinks."""
@@ -55,12 +55,12 @@ def _radau(n: int) -> _Radau:
 
     inner, _ = roots_jacobi(n - 1, 1.0, 0.0)
     nodes = np.append(0.5 * (inner + 1.0), 1.0)
-    rule, share = gauss(n)
-    weights = share @ _lagrange(nodes, rule)
+    rule, fraction = gauss(n)
+    weights = fraction @ _lagrange(nodes, rule)
     points = np.append(0.0, nodes)
-    apart = points[:, None] - points + np.eye(n + 1)
-    barycentric = 1.0 / apart.prod(axis=1)
-    derivative = barycentric / barycentric[:, None] / apart
+    distances = points[:, None] - points + np.eye(n + 1)
+    barycentric = 1.0 / distances.prod(axis=1)
+    derivative = barycentric / barycentric[:, None] / distances
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
     return _Radau(nodes, weights, derivative[1:])
@@ -75,20 +75,20 @@ def _lagrange(points: FloatArray, at: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class SlidingLine:
-    """A profile at a depth, on panels between which g' is smooth, in the order in which springs pass them."""
+    """A profile at a depth, on panels on which g' is smooth, in the order in which springs pass them."""
 
     depth: float
     """d in m."""
     radius: float
-    """Where springs enter: the contact radius a in m."""
+    """Contact radius a in m, where springs enter."""
     begins: FloatArray
-    """Where panels begin: x in m, falling from a."""
+    """Starts x of the panels in m, decreasing from a."""
     widths: FloatArray
-    """Of the panels in m."""
+    """Widths of the panels in m."""
     slopes: FloatArray
-    """w' at the nodes of the panels: above 0 before the tip, below behind it; shape (panels, nodes)."""
+    """w' at the nodes of the panels: positive in front of the tip, negative behind it; shape (panels, nodes)."""
     knots: tuple[int, ...]
-    """The panels, counted from the tip, that begin at it or at a kink."""
+    """Indices, counted from the tip, of the panels that begin at the tip or at a kink."""
 
     @property
     def half(self) -> int:
@@ -106,7 +106,7 @@ class SlidingLine:
         widths, slopes = self.widths[self.half :], -self.slopes[self.half :]
         parts = widths * (slopes**2 @ _radau(slopes.shape[1]).weights)
         for knot in self.knots:
-            # what lies beyond the smallest panels is a power of the distance
+            # on the smallest panel the integrand is a power of the distance
             first, near, far = np.cumsum(widths[knot : knot + 3])
             low, high = slopes[knot + 1 : knot + 3, -1]
             if low > 0.0 and high > 0.0:
@@ -118,7 +118,7 @@ class SlidingLine:
 
     @property
     def convex(self) -> bool:
-        """Whether g' nowhere falls, so that springs which the profile has left it does not meet again."""
+        """Whether g' never decreases, so that the profile never meets free springs again."""
         behind = -self.slopes[self.half :].ravel()
         return bool(np.all(np.diff(behind) >= -1e-9 * behind.max(initial=0.0)))
 
@@ -190,7 +190,7 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
     before = _slopes(line, base, low, width, 1.0 - nodes, meets)
     if not (np.isfinite(behind).all() and np.isfinite(before).all()):
         raise ConvergenceError(
-            f"the contact ends at {metres(a)}, so close to a kink of the profile that rounding hides its slope: press harder"
+            f"the contact ends at {metres(a)}, so close to a kink of the profile that rounding hides its slope; increase the load"
         )
     return SlidingLine(
         depth,
@@ -203,12 +203,12 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
 
 
 def _some_grades(kinks: int) -> int:
-    """How often panels halve toward a weak kink: less for those of a curve through many samples."""
+    """Number of halvings of panels toward a weak kink: fewer for a curve through many samples."""
     return min(max(_PANELS // (2 * kinks), 2), _GRADES) if kinks else _GRADES
 
 
 def _graded(whole: float, marks: FloatArray, begin: int, end: int) -> FloatArray:
-    """Distances from a knot to the next, which halve so often toward both."""
+    """Distances from a knot to the next, halved a given number of times toward both."""
     first, last = (whole * 0.5 ** np.arange(1.0, number) for number in (begin, end))
     inside = marks[(marks > first[-1]) & (marks < whole - last[-1])]
     return np.unique(np.concatenate([[0.0, whole], first, whole - last, inside]))
@@ -219,26 +219,26 @@ def _slopes(
     base: FloatArray,
     low: FloatArray,
     width: FloatArray,
-    share: FloatArray,
+    fraction: FloatArray,
     meets: BoolArray,
 ) -> FloatArray:
-    """The slopes g' at shares of panels; its mean on those that meet a knot, where it may jump or have no bound."""
+    """The slopes g' at fractions of panels; the mean on panels at a knot, where g' may jump or be unbounded."""
     equivalent = line.equivalent
-    offset = low[:, None] + width[:, None] * share
+    offset = low[:, None] + width[:, None] * fraction
     offset[meets] = (low + 0.5 * width)[meets, None]
-    found = equivalent.slope(Place(np.repeat(base, share.size), offset.ravel())).reshape(offset.shape)
+    values = equivalent.slope(Place(np.repeat(base, fraction.size), offset.ravel())).reshape(offset.shape)
     ends = [equivalent.g(Place(base[meets], at[meets])) for at in (low, low + width)]
-    found[meets] = (np.maximum(ends[1] - ends[0], 0.0) / width[meets])[:, None]
-    return np.asarray(found)
+    values[meets] = (np.maximum(ends[1] - ends[0], 0.0) / width[meets])[:, None]
+    return np.asarray(values)
 
 
 def _rough(line: ElasticLine, left: float, points: FloatArray, n: int, depth: float) -> BoolArray:
-    """Panels on which a Gaussian rule misses by how much g rises."""
+    """Mask of the panels on which a Gaussian rule does not resolve the rise of g."""
     node, weight = gauss(n)
     width = np.diff(points)
     base = np.full(width.size, left)
-    nowhere = np.zeros(width.size, dtype=bool)
-    rise = (_slopes(line, base, points[:-1], width, node, nowhere) @ weight) * width
+    none = np.zeros(width.size, dtype=bool)
+    rise = (_slopes(line, base, points[:-1], width, node, none) @ weight) * width
     exact = np.diff(line.equivalent.g(Place(np.full(points.size, left), points)))
     missed = np.abs(rise - exact)
     return np.asarray(
@@ -255,13 +255,13 @@ class Slid:
     drag: float
     """The integral of q g' over the contact, F_x in N."""
     trailing: float
-    """Where contact ends: x in m, not above 0."""
+    """Position x of the trailing edge in m, not above 0."""
     panel: int
-    """The panel in which it does."""
-    share: float
-    """How much of the panel is in contact."""
+    """Index of the panel with the trailing edge."""
+    fraction: float
+    """Fraction of that panel in contact."""
     loads: FloatArray
-    """What the terms of the kernel bear there in N/m."""
+    """Line loads of the terms of the kernel there in N/m."""
 
 
 def slide(pressed: SlidingLine, relaxation: Relaxation, speed: float) -> Slid:
@@ -282,8 +282,8 @@ def slide(pressed: SlidingLine, relaxation: Relaxation, speed: float) -> Slid:
 
     Notes
     -----
-    Popov and Hess (2015), chapter 11. Radau collocation of every term on every panel; the slope of a term needs no more
-    nodes where it is far faster or slower than a panel is passed.
+    Popov and Hess (2015), chapter 11. Radau collocation of every term on every panel, which also resolves terms that are far
+    faster or slower than the passage of a panel.
 
     Examples
     --------
@@ -303,24 +303,26 @@ def slide(pressed: SlidingLine, relaxation: Relaxation, speed: float) -> Slid:
     at_nodes = np.array([values for values, _ in each]).reshape(len(each), *pressed.slopes.shape)
     at_begins = np.array([begins for _, begins in each]).reshape(len(each), pressed.widths.size)
     q = at_nodes.sum(axis=0) + dashpot * pressed.slopes
-    panel, share = _parting(pressed, rule, q)
+    panel, fraction = _trailing_panel(pressed, rule, q)
     # panels before, and the part of the last one
     node, weight = gauss(rule.nodes.size)
-    inner = _lagrange(np.append(0.0, rule.nodes), np.append(share * node, share))
+    inner = _lagrange(np.append(0.0, rule.nodes), np.append(fraction * node, fraction))
     last = inner @ np.concatenate([at_begins[:, panel, None], at_nodes[:, panel]], axis=1).T
-    steep = (_lagrange(rule.nodes, share * node) @ pressed.slopes[panel]) if dashpot else np.zeros(node.size)
-    width, part = pressed.widths[:panel], share * pressed.widths[panel]
+    steep = (
+        (_lagrange(rule.nodes, fraction * node) @ pressed.slopes[panel]) if dashpot else np.zeros(node.size)
+    )
+    width, part = pressed.widths[:panel], fraction * pressed.widths[panel]
     load = width @ (q[:panel] @ rule.weights) + part * (weight @ (last[:-1].sum(axis=1) + dashpot * steep))
     squares = (at_nodes[:, :panel] ** 2 @ rule.weights) @ width + part * (weight @ last[:-1] ** 2)
     drag = np.sum(0.5 * last[-1] ** 2 / moduli) + np.sum(squares * rates / moduli)
     if dashpot:
         turns = width @ (pressed.slopes[:panel] ** 2 @ rule.weights) + part * (weight @ steep**2)
         drag += dashpot * turns
-    return Slid(float(load), float(drag), float(pressed.begins[panel] - part), panel, share, last[-1])
+    return Slid(float(load), float(drag), float(pressed.begins[panel] - part), panel, fraction, last[-1])
 
 
 def _terms(relaxation: Relaxation, speed: float) -> tuple[FloatArray, FloatArray]:
-    """Moduli in Pa and rates 1 / (v tau) in 1/m; that of what does not relax is 0."""
+    """Moduli in Pa and rates 1 / (v tau) in 1/m; the rate of the equilibrium modulus is 0."""
     moduli, rates = relaxation.moduli, 1.0 / (speed * relaxation.times)
     if relaxation.equilibrium > 0.0:
         moduli, rates = np.append(relaxation.equilibrium, moduli), np.append(0.0, rates)
@@ -328,28 +330,28 @@ def _terms(relaxation: Relaxation, speed: float) -> tuple[FloatArray, FloatArray
 
 
 def _term(pressed: SlidingLine, rule: _Radau, modulus: float, rate: float) -> tuple[FloatArray, FloatArray]:
-    """What one term bears in N/m at the nodes of the panels, and where they begin."""
+    """Line load of one term in N/m at the nodes and at the starts of the panels."""
     matrix = rule.derivative[:, 1:] + (rate * pressed.widths)[:, None, None] * np.eye(rule.nodes.size)
     source = modulus * pressed.widths[:, None] * pressed.slopes
     before = np.broadcast_to(-rule.derivative[:, 0], source.shape)
     own, kept = np.moveaxis(np.linalg.solve(matrix, np.stack([source, before], axis=-1)), -1, 0)
     begins, h = [], 0.0
-    for fresh, share in zip(own[:, -1].tolist(), kept[:, -1].tolist(), strict=True):
+    for fresh, fraction in zip(own[:, -1].tolist(), kept[:, -1].tolist(), strict=True):
         begins.append(h)
-        h = fresh + share * h
+        h = fresh + fraction * h
     start = np.array(begins)
     return own + kept * start[:, None], start
 
 
-def _parting(pressed: SlidingLine, rule: _Radau, q: FloatArray) -> tuple[int, float]:
-    """The panel behind the tip in which q falls to 0, and how much of it is before that."""
+def _trailing_panel(pressed: SlidingLine, rule: _Radau, q: FloatArray) -> tuple[int, float]:
+    """The panel behind the tip in which q decreases to 0, and the fraction of it in contact."""
     below = (q[pressed.half :] < 0.0).any(axis=1)
     if not below.any():
         return pressed.widths.size - 1, 1.0
     panel = pressed.half + int(np.argmax(below))
 
-    def still(share: float) -> bool:
-        return float((_lagrange(rule.nodes, np.array([share])) @ q[panel])[0]) > 0.0
+    def still(fraction: float) -> bool:
+        return float((_lagrange(rule.nodes, np.array([fraction])) @ q[panel])[0]) > 0.0
 
     k = int(np.argmax(q[panel] < 0.0))
     low, high = (0.0 if k == 0 else float(rule.nodes[k - 1])), float(rule.nodes[k])
@@ -358,11 +360,11 @@ def _parting(pressed: SlidingLine, rule: _Radau, q: FloatArray) -> tuple[int, fl
     return panel, float(boundary(np.vectorize(still, otypes=[bool]), low, high)[0])
 
 
-def touches_again(
+def find_recontact(
     pressed: SlidingLine, line: ElasticLine, relaxation: Relaxation, speed: float, slid: Slid
 ) -> float | None:
     """
-    Where a profile meets springs again that it has left.
+    Position at which a profile meets free springs again.
 
     Parameters
     ----------
@@ -372,26 +374,26 @@ def touches_again(
     speed : float
         In m/s.
     slid : Slid
-        Of :func:`slide` for the same.
+        Result of :func:`slide` for the same arguments.
 
     Returns
     -------
     float or None
-        About x in m; None where it does not.
+        Approximate x in m; None without a second contact.
 
     Notes
     -----
-    Free springs keep q = 0. Theirs is a deflection that decays without a turn, so a profile whose g' nowhere falls never
-    meets them.
+    Free springs have q = 0, and their deflection decays monotonically, so a profile whose g' never decreases never meets
+    them.
     """
     if pressed.convex:
         return None
     rule = _radau(pressed.slopes.shape[1])
     moduli, rates = _terms(relaxation, speed)
     dashpot = relaxation.viscosity * speed
-    rest = (1.0 - slid.share) * pressed.widths[slid.panel]
-    pieces = np.append(rest * 0.5 ** np.append(_GRADES - 1.0, np.arange(_GRADES - 1.0, 0.0, -1.0)), 0.0)
-    widths = np.concatenate([pieces[pieces > 0.0], pressed.widths[slid.panel + 1 :]])
+    rest = (1.0 - slid.fraction) * pressed.widths[slid.panel]
+    rests = np.append(rest * 0.5 ** np.append(_GRADES - 1.0, np.arange(_GRADES - 1.0, 0.0, -1.0)), 0.0)
+    widths = np.concatenate([rests[rests > 0.0], pressed.widths[slid.panel + 1 :]])
     x, h = slid.trailing, slid.loads
     w = pressed.depth - float(line.equivalent.g(np.array([-x]))[0])
     for width in widths.tolist():
@@ -404,9 +406,9 @@ def touches_again(
         h = ((moduli * width)[:, None] * (inverse @ slope) + kept)[:, -1]
         free = w + width * np.linalg.solve(rule.derivative[:, 1:], slope)
         place = np.minimum(width * rule.nodes - x, pressed.radius)
-        apart = free - (pressed.depth - line.equivalent.g(place))
-        if np.any(apart < -1e-9 * pressed.depth):
-            return -float(place[np.argmin(apart)])
+        gap = free - (pressed.depth - line.equivalent.g(place))
+        if np.any(gap < -1e-9 * pressed.depth):
+            return -float(place[np.argmin(gap)])
         w, x = float(free[-1]), x - width
     return None
 

@@ -1,4 +1,4 @@
-"""Bodies that are not of revolution, direction by direction: their azimuthal mean, and integrals along their rays."""
+"""Bodies that are not axisymmetric: their azimuthal mean, and integrals along their rays."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ from pymdr.units import FloatArray, metres, shown
 
 _FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 32, 256
 _SAME = 1e-11
-"""Relative difference of two means up to which they are one."""
+"""Relative difference of two means at convergence."""
 _PER_STEP = 32
 _SPACING = math.log(4.0) / _PER_STEP
-"""Of the radii of a table, in their logarithm."""
+"""Spacing of the radii of a table, in their logarithm."""
 _FEWEST_NODES, _MOST_NODES = 32, 512
 _SAME_INTEGRAL = 1e-7
 _AT_ONCE = 200_000
-"""Points at which a gap is asked for in one call."""
+"""Largest number of points in one evaluation of a gap."""
 
 
 def azimuthal_mean(shape: Shape) -> Profile:
     """
     The mean over all directions, <f>(r) = int f(r cos phi, r sin phi) dphi / (2 pi).
 
-    The force of this profile of revolution at a depth is a lower bound of that of the shape: the pressure of a flat disk does on
-    both gaps the same work, and of all trial areas the true one bears most.
+    The force of this axisymmetric profile at a depth is a lower bound of that of the shape: the pressure of a flat disk does the
+    same work on both gaps, and of all trial areas the true one carries the largest force.
 
     Parameters
     ----------
     shape : Shape
-        A body that is not of revolution; it must not tilt.
+        A body that is not axisymmetric; it must not tilt.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def azimuthal_mean(shape: Shape) -> Profile:
     Raises
     ------
     ProblemError
-        If there is no such shape, or its grid is too small about the apex.
+        If it is not a shape, or its grid is too small about the apex.
 
     Notes
     -----
@@ -68,7 +68,7 @@ def azimuthal_mean(shape: Shape) -> Profile:
     """
     if not isinstance(shape, Shape):
         raise ProblemError(
-            f"azimuthal_mean: {shown(shape)} is no body with a gap f(x, y), such as Pyramid.vickers()"
+            f"azimuthal_mean: {shown(shape)} is not a body with a gap f(x, y), such as Pyramid.vickers()"
         )
     return _mean_of(shape)
 
@@ -106,7 +106,7 @@ def mean_error(shape: Shape) -> float:
 
 @lru_cache(maxsize=64)
 def _converged(shape: Function2D) -> tuple[int, float]:
-    """How many directions its mean takes, and what the last doubling changed."""
+    """Number of directions of the mean, and its relative change by the last doubling."""
     radii: FloatArray = np.logspace(-12.0, 0.0, 13)
     if math.isfinite(shape.reach):
         radii = shape.reach * np.array([1e-3, 1e-2, 0.1, 0.3, 0.6, 0.9])
@@ -122,22 +122,22 @@ def _converged(shape: Function2D) -> tuple[int, float]:
 
 
 def _refuse_saddle(shape: Function2D, radii: FloatArray) -> None:
-    """Refuse a gap that lies below its apex at all distances; below it at some, it may still be of use nearer to it."""
+    """Refuse a gap that is below its apex at all distances."""
     phi = _directions(_FEWEST_DIRECTIONS)
     gap = shape.gap_at(radii[:, None] * np.cos(phi), radii[:, None] * np.sin(phi))
     gap = gap[np.isfinite(gap).all(axis=1)]
-    told = gap[np.abs(gap).max(axis=1) > 0.0] if gap.size else gap
-    if told.size and np.all(told.min(axis=1) < -1e-6 * np.abs(told).max(axis=1)):
-        where = math.degrees(phi[int(np.argmin(told[0]))])
+    nonzero = gap[np.abs(gap).max(axis=1) > 0.0] if gap.size else gap
+    if nonzero.size and np.all(nonzero.min(axis=1) < -1e-6 * np.abs(nonzero).max(axis=1)):
+        where = math.degrees(phi[int(np.argmin(nonzero[0]))])
         raise ProblemError(
-            f"Function2D: along the direction of {where:.3g} degrees its gap lies below that of x = y = 0: the apex must be the "
-            "lowest point of the gap; give f about it, and growing away from the other body"
+            f"Function2D: in the direction of {where:.3g} degrees the gap is below that at x = y = 0; the apex must be the lowest point "
+            "of the gap: give f about it, and growing away from the other body"
         )
     if not gap.size:
         raise ProblemError(
-            "Function2D: its gap is not known on a circle about x = y = 0 of any radius from 1e-12 m to 1 m; let it give numbers there"
+            "Function2D: the gap is not finite on any circle about x = y = 0 with a radius from 1e-12 m to 1 m; it must be finite there"
             if math.isinf(shape.reach)
-            else f"Function2D: its gap is not known on circles about x = y = 0 within its reach of {metres(shape.reach)}"
+            else f"Function2D: the gap is not finite on circles about x = y = 0 within reach = {metres(shape.reach)}"
         )
 
 
@@ -154,7 +154,7 @@ def _(shape: Sampled2D) -> Profile:
     count = int(shape.reach / step * (1.0 + 1e-12))
     if count < 4:
         raise ProblemError(
-            f"Sampled2D: its apex lies {count} pixels from the edge of the grid; at least 4 are needed for a mean over directions"
+            f"Sampled2D: the apex is {count} pixels from the edge of the grid; at least 4 are needed for a mean over directions"
         )
     radius: FloatArray = step * np.arange(count + 1, dtype=float)
     directions = 2 ** math.ceil(math.log2(max(64.0, 8.0 * math.pi * count)))
@@ -266,8 +266,8 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
     if lowest < -1e-6 * float(values.max()):
         where = np.unravel_index(int(np.argmin(values)), values.shape)
         raise ProblemError(
-            f"{type(shape).__name__}: along the direction of {math.degrees(phi[where[1]]):.3g} degrees its gap lies below that of "
-            f"x = y = 0, within {metres(float(radii[where[0]]))}: the apex must be the lowest point of the gap; give f about it"
+            f"{type(shape).__name__}: in the direction of {math.degrees(phi[where[1]]):.3g} degrees the gap is below that at x = y = 0 "
+            f"within {metres(float(radii[where[0]]))}; the apex must be the lowest point of the gap: give f about it"
         )
     s = low + _SPACING * np.arange(values.shape[0])
     logarithmic = lowest > 0.0

@@ -22,13 +22,13 @@ from pymdr.mapping.callables import (
     tip_law,
     underflow_law,
 )
-from pymdr.mapping.resolving import SlopeSource, anchored, radii_beside
+from pymdr.mapping.resolving import SlopeSource, anchored, radii_next_to
 from pymdr.numerics.panels import TERMS, Panels, clenshaw
 from pymdr.numerics.roots import boundary
 from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
 
-_WANTED = 1e-12
+_WIDTH = 1e-12
 """Error of f', in parts of it, above which a panel is divided if that helps."""
 _DEEPEST = 40
 _STAIRS = 1e-9
@@ -40,12 +40,12 @@ _MOST = 1024
 _KINKED = 2.0**-6
 """Width of a panel, in parts of its distance from the breakpoint before it, from which kinks are looked for."""
 _SERIES = ("_low", "_high", "_series", "_error")
-_SURE, _LOST = 1e-10, 64.0
+_SURE, _CANCELLED = 1e-10, 64.0
 _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 2.0
 """Where on a panel beside a breakpoint f' is no smaller than by that factor."""
 _DIGITS = 1e6
-_SHARES = np.array([0.0 if j % 2 else 1.0 / (1.0 - j * j) for j in range(TERMS)])
+_INTEGRALS = np.array([0.0 if j % 2 else 1.0 / (1.0 - j * j) for j in range(TERMS)])
 """Integrals of the Chebyshev polynomials over a panel of length 1."""
 _MISSED = 16.0
 """Roundings of f and of a radius by which the rise of f may differ from the integral of its slope."""
@@ -72,7 +72,7 @@ class DerivedSource(SlopeSource):
         self.knots = profile.breakpoints
         self._polished = 0.0
         self._law: TipLaw | None = None
-        self._asked = 0.0
+        self._prepared_to = 0.0
         self._end = math.inf
         self._low: list[float] = []
         self._high: list[float] = []
@@ -83,7 +83,7 @@ class DerivedSource(SlopeSource):
         self._starts = np.zeros(0)
         self._scatters: dict[float, float] = {}
         self._steps = Steps(self._f)
-        self._found: set[float] = set()
+        self._detected: set[float] = set()
 
     @property
     def continued(self) -> float:
@@ -103,7 +103,7 @@ class DerivedSource(SlopeSource):
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets; NaN on the axis, unless a law stands for f there."""
-        r = radii_beside(self.knots, base, offset)
+        r = radii_next_to(self.knots, base, offset)
         outermost = float(r.max())
         if outermost > 0.0:
             self.foresee(outermost)
@@ -162,7 +162,7 @@ class DerivedSource(SlopeSource):
         """Kinks of f between two radii that were not named; panels end at them from then on."""
         found = find_kinks(self._f, low, high, of="value")
         if found:
-            self._found.update(found)
+            self._detected.update(found)
             self.knots = tuple(sorted({*self.knots, *found}))
             self._forget(min(found))
         return found
@@ -185,13 +185,13 @@ class DerivedSource(SlopeSource):
     def foresee(self, top: float) -> None:
         """Find the law of the tip where f cancels on radii far below `top`; it may need larger radii for that."""
         self._steps.refuse(top, self.knots)
-        if self._asked or self._law is not None:
+        if self._prepared_to or self._law is not None:
             return
         end = min([math.inf, *self.knots[:1], self.reach])
         self._law = underflow_law(self._f, top, end)
         if self._law is not None or not self._cancels(top):
             return
-        self._asked = top
+        self._prepared_to = top
         for most in (end, 1024.0 * top, 16.0 * top, top):
             try:
                 self._law = tip_law(self._f, min(most, end))
@@ -210,7 +210,7 @@ class DerivedSource(SlopeSource):
         with np.errstate(invalid="ignore"):
             noise, unit = np.maximum(measured, least), np.nanmax(least / np.abs(values[0]), initial=_EPS)
         told = (gap > _UNDERFLOW) | (noise > _UNDERFLOW)
-        return bool(np.any((40.0 * noise > _SURE * rise) & (noise > _LOST * unit * gap) & told))
+        return bool(np.any((40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & told))
 
     def rough(self, r: FloatArray) -> FloatArray:
         """About f' at radii in m, as parabolas have it."""
@@ -293,7 +293,7 @@ class DerivedSource(SlopeSource):
             series, error, right = found
             size = float(np.sum(np.abs(series)))
             middle = left + (0.25 if left == base and base > 0.0 else 0.5) * (right - left)
-            settled = error <= _WANTED * size or (size == 0.0 and self._hides_on(right - left, error))
+            settled = error <= _WIDTH * size or (size == 0.0 and self._hides_on(right - left, error))
             if not settled and error > _GAIN * before:
                 # finer panels only help where the misfit is more than rounding
                 noise = self._noise_beyond(base, right)
@@ -305,7 +305,7 @@ class DerivedSource(SlopeSource):
                 begins
                 and (
                     self._starts_steeply(series, left, right, base)
-                    or (base in self._found and self._misses_rise(series, error, left, right))
+                    or (base in self._detected and self._misses_rise(series, error, left, right))
                 )
             )
             if not settled and not searched and right - left < _KINKED * (left - base):
@@ -345,7 +345,7 @@ class DerivedSource(SlopeSource):
     def _misses_rise(self, series: FloatArray, error: float, low: float, high: float) -> bool:
         """Whether f rises by another height than its slope gives, as where another kink lies close beyond a breakpoint."""
         first, last = self._f(np.array([low, high]))
-        missed = abs(float(last - first - (high - low) * (series @ _SHARES)))
+        missed = abs(float(last - first - (high - low) * (series @ _INTEGRALS)))
         rounded = max(abs(first), abs(last)) + high * float(np.sum(np.abs(series)))
         return bool(missed > error * (high - low) + _MISSED * _EPS * rounded)
 

@@ -1,4 +1,4 @@
-"""The image of a resolved slope on panels of its own, with the error of every curve on every panel."""
+"""The image of a resolved slope on its own panels, with the error of every curve on every panel."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pymdr.mapping.bunches import Bunches, bunched
-from pymdr.mapping.charges import Charges
-from pymdr.mapping.quarters import NEAR
+from pymdr.mapping.abel_sums import AbelSums
+from pymdr.mapping.octave_panels import GAUSS_NODES
+from pymdr.mapping.panel_tree import PanelTree, panel_tree
 from pymdr.mapping.resolving import Slopes
 from pymdr.numerics.panels import (
     TERMS,
@@ -32,9 +32,9 @@ _WORK = 1 << 17
 _TOLERANCE = 4e-15
 _RATE_TOLERANCE = 1e-13
 _MANY = 2000
-"""Panels of a first division from which on errors may be larger, as those of averages over knots are."""
+"""Number of initial panels above which larger errors are accepted, as averages over knots have them."""
 _OF_MANY = 256.0
-"""How much larger."""
+"""Factor of these errors."""
 _SETTLED = 1e-9
 _GENERATIONS = 26
 _STEEP, _SPREAD = 8.0, 64.0
@@ -44,9 +44,9 @@ _MOST_PENDING = 400
 _SPREAD_AT = np.array([0.0, 0.2, 0.6, 1.0])
 _UNEVEN, _MATTERS = 4.0, 1e-12
 _TOGETHER = 4.0
-"""Errors of s in those of g, times g over its first moment."""
+"""Factor from the error of g, times g over its first moment, to that of s."""
 _FELT = 1e-14
-"""Error of g' that is felt as it is."""
+"""Error of g' up to which it is not propagated to integrals."""
 _FELT_NODES = 8
 _MOST_FELT = 1 << 18
 
@@ -68,15 +68,15 @@ class Image:
     """Largest values of g, g', m and s on every panel, without their powers, shape (P, 4)."""
     end_squared: float
     """s at the upper end in m^3."""
-    beside: FloatArray
-    """How well it is known with what f' begins at a breakpoint, as in `Slopes`, shape (P, 4)."""
+    onset_error: FloatArray
+    """Errors of the onset of f' at a breakpoint, as in `Slopes`, shape (P, 4)."""
 
     def take(self, index: Selection) -> Image:
-        """The image on some of the panels, the last one among them."""
+        """The image on some of the panels, including the last."""
         g, slope, moment, squared = (self.curve(name).take(index) for name in CURVES)
         panels = self.panels.take(index)
-        error, size, beside = self.error[index], self.size[index], self.beside[index]
-        return Image(panels, g, slope, moment, squared, error, size, self.end_squared, beside)
+        error, size, onset_error = self.error[index], self.size[index], self.onset_error[index]
+        return Image(panels, g, slope, moment, squared, error, size, self.end_squared, onset_error)
 
     def curve(self, name: str) -> Series:
         """One of the curves by its name."""
@@ -84,19 +84,19 @@ class Image:
         return curve
 
     @cached_property
-    def bunches(self) -> Bunches:
-        """The slope as charges, for integrals over it."""
-        return bunched(self.panels, self.slope)
+    def tree(self) -> PanelTree:
+        """The tree of the slope, for integrals over it."""
+        return panel_tree(self.panels, self.slope)
 
     @cached_property
     def felt(self) -> FloatArray:
         """
-        Errors of integrals of g' over the radii of a contact whose edge lies on a panel, relative to their absolute integrands.
+        Errors of integrals of g' over a contact whose edge is on a panel, relative to their absolute integrands.
 
         The largest of int_r^a |error of g'| K dx / int_r^a |g'| K dx for any r, with the kernel K of the pressure; shape (P,).
         """
         own = self.error[:, 1]
-        # an error of some panels is felt most from where they begin
+        # the effect of an error on a panel is largest from the start of the panel
         rough = np.flatnonzero(own > _FELT)
         if rough.size == 0 or rough.size * own.size > _MOST_FELT:
             return np.asarray(np.maximum.accumulate(own))
@@ -121,22 +121,22 @@ class Image:
             kernel = weights[beyond] * square ** (1.0 / n - 1.0)
             wrong = np.cumsum(np.sum(rest[beyond] * kernel, axis=1))
             whole = np.cumsum(np.sum(value[beyond] * kernel, axis=1))
-            share = np.divide(wrong, whole, where=whole > 0.0, out=np.zeros_like(whole))
-            worst[beyond] = np.maximum(worst[beyond], share)
+            ratio = np.divide(wrong, whole, where=whole > 0.0, out=np.zeros_like(whole))
+            worst[beyond] = np.maximum(worst[beyond], ratio)
         before = np.concatenate([[0.0], worst[:-1]])
         return np.asarray(np.maximum(np.maximum(before, own), _FELT))
 
 
-def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
+def map_panels(abel: AbelSums, panels: Panels, squared_below: float) -> Image:
     """
-    The image of a slope on panels that follow one another, divided where that is needed.
+    The image of a slope on adjacent panels, divided where needed.
 
     Parameters
     ----------
-    charges : Charges
-        The slope, resolved to the end of the panels.
+    abel : AbelSums
+        Integrals of the slope, resolved to the end of the panels.
     panels : Panels
-        First division, rooted behind breakpoints.
+        Initial panels, rooted after breakpoints.
     squared_below : float
         s at their lower end in m^3.
 
@@ -149,13 +149,13 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
     history = np.full(panels.count, math.inf)
     done: list[tuple[Panels, _Fitted]] = []
     for generation in range(_GENERATIONS + 1):
-        fit = _fit_image(charges, pending, u)
+        fit = _fit_image(abel, pending, u)
         worst = np.max(fit.error[:, :3] / fit.allowed, axis=1) / (_OF_MANY if panels.count > _MANY else 1.0)
         stalled = (worst > 0.25 * history) & (np.max(fit.error[:, :3], axis=1) < _SETTLED)
         fits = ((worst <= 1.0) | stalled) & fit.even
         fits |= (generation == _GENERATIONS) | (pending.begins & (generation >= _GRADED))
         fits |= pending.width <= 64.0 * np.finfo(float).eps * pending.low
-        # more panels than that are spent on noise only, whose size the errors tell
+        # more panels would only resolve noise, which the errors include
         fits |= pending.count > _MOST_PENDING + 2 * panels.count
         done.append((pending.take(fits), fit.take(fits)))
         rest = np.flatnonzero(~fits)
@@ -177,24 +177,24 @@ def map_panels(charges: Charges, panels: Panels, squared_below: float) -> Image:
     size = np.concatenate([fit.size for _, fit in done])[order]
     misfit = np.concatenate([fit.misfit for _, fit in done])[order]
     spread = np.concatenate([fit.spread for _, fit in done])[order]
-    squared, end, missed, stored, size[:, 3] = _squares(whole, slope, moment, squared_below, charges.exponent)
+    squared, end, missed, stored, size[:, 3] = _squares(whole, slope, moment, squared_below, abel.exponent)
     with np.errstate(divide="ignore", invalid="ignore"):
-        # s carries on what it has gathered below; errors of f' move g and g' together
+        # s accumulates its errors from below; errors of f' move g and g' together
         gathered = np.cumsum((misfit[:, 1] + misfit[:, 2]) * stored) + np.maximum.accumulate(
             missed * size[:, 3]
         )
         gathered += _TOGETHER * np.maximum.accumulate(spread * size[:, 0]) * size[:, 2]
         error[:, 3] = np.where(size[:, 3] > 0.0, gathered / size[:, 3], 0.0)
-    return Image(whole, g, slope, moment, squared, error, size, end, _beside(charges.slopes, whole))
+    return Image(whole, g, slope, moment, squared, error, size, end, _onset_errors(abel.slopes, whole))
 
 
-def _beside(slopes: Slopes, panels: Panels) -> FloatArray:
-    """The errors with which f' begins at the breakpoints of panels of the image, on all panels up to the next one."""
-    found = np.zeros((panels.count, 4))
-    source = np.flatnonzero(slopes.panels.begins & slopes.beside.any(axis=1))
+def _onset_errors(slopes: Slopes, panels: Panels) -> FloatArray:
+    """The errors of the onset of f' at breakpoints, on all panels of the image up to the next breakpoint."""
+    errors = np.zeros((panels.count, 4))
+    source = np.flatnonzero(slopes.panels.begins & slopes.onset_error.any(axis=1))
     for i in source.tolist():
-        found[panels.base == slopes.panels.base[i]] = slopes.beside[i]
-    return found
+        errors[panels.base == slopes.panels.base[i]] = slopes.onset_error[i]
+    return errors
 
 
 @lru_cache(maxsize=1)
@@ -223,20 +223,20 @@ class _Fitted:
     allowed: FloatArray
     even: BoolArray
     misfit: FloatArray
-    """What the series of g, g' and m miss, and the jumps of f' in g', shape (T, 3)."""
+    """Misfits of the series of g, g' and m, with the errors of the jumps of f' in g', shape (T, 3)."""
     spread: FloatArray
-    """What the errors of f' make of g, shape (T,)."""
+    """Error of g from those of f', shape (T,)."""
 
     def take(self, index: Selection) -> _Fitted:
         names = ("power", "coefficients", "error", "size", "allowed", "even", "misfit", "spread")
         return _Fitted(*(getattr(self, name)[index] for name in names))
 
 
-def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
+def _fit_image(abel: AbelSums, panels: Panels, u: FloatArray) -> _Fitted:
     offset = panels.offsets(u)
-    sums = charges.sums(panels, u)
+    sums = abel.sums(panels, u)
     values = np.stack([sums.g, sums.slope, sums.moment], axis=1)
-    power = _image_powers(charges, panels, offset, values)
+    power = _image_powers(abel, panels, offset, values)
     plain, steep = values.copy(), np.flatnonzero(power.any(axis=1))
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
         part = power[steep, :, None]
@@ -249,43 +249,50 @@ def _fit_image(charges: Charges, panels: Panels, u: FloatArray) -> _Fitted:
         error = np.where(size > 0.0, misfit / size, 0.0)
         at = panels.low[:, None] + panels.width[:, None] * _SPREAD_AT
         at[panels.begins, 0] = at[panels.begins, 1]
-        # where a power is divided out the series stands for ratios
+        # with a power divided out the series represents ratios
         parts = np.where(power[:, :1] != 0.0, (at / panels.high[:, None]) ** power[:, :1], 1.0) * size[:, :1]
-        rough = np.where(size[:, :1] > 0.0, charges.spread_error(panels.base, at) / parts, 0.0)
-        jumps = charges.jump_error(panels.base, at)
+        rough = np.where(size[:, :1] > 0.0, abel.spread_error(panels.base, at) / parts, 0.0)
+        jumps = abel.jump_error(panels.base, at)
         jumps = np.where(size[:, 1] > 0.0, np.max(jumps, axis=1) / np.max(np.abs(values[:, 1]), axis=1), 0.0)
-    # one that is rough at its end only, where the profile may end steeply, is divided all the same
+    # a panel that is rough only at its end, where the profile may end steeply, is divided
     known, spread = np.median(rough[:, 1:], axis=1), np.max(rough, axis=1)
     allowed = np.stack(
         [_TOLERANCE + 4.0 * known, _RATE_TOLERANCE + 64.0 * known + 4.0 * jumps, _TOLERANCE + 4.0 * known],
         axis=1,
     )
-    # values of one sign on a panel beside a breakpoint are of one order
+    # values of one sign on a panel after a breakpoint must be of one order of magnitude
     lowest, highest = plain.min(axis=2), plain.max(axis=2)
     one_sign = (lowest > 0.0) | (highest < 0.0)
     uneven = one_sign & (size > _SPREAD * np.min(np.abs(plain), axis=2))
     even = ~(panels.begins & uneven.any(axis=1))
-    # an error that matters at the lower end only is not claimed of a whole panel
+    # an error that matters only at the lower end is not assigned to a whole panel
     even &= ~((rough[:, 0] > _UNEVEN * np.max(rough[:, 1:], axis=1)) & (rough[:, 0] > _MATTERS))
     error[:, 1] += jumps
     misfit, error = error, error + spread[:, None] * np.array([1.0, 16.0, 1.0])
-    room = ((0, 0), (0, 1))
+    squared_column = ((0, 0), (0, 1))
     return _Fitted(
-        power, coefficients, np.pad(error, room), np.pad(size, room), allowed, even, misfit, spread
+        power,
+        coefficients,
+        np.pad(error, squared_column),
+        np.pad(size, squared_column),
+        allowed,
+        even,
+        misfit,
+        spread,
     )
 
 
-def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
-    """Powers of g, g' and m: local ones of steep panels, those of theory beside a breakpoint."""
+def _image_powers(abel: AbelSums, panels: Panels, offset: FloatArray, values: FloatArray) -> FloatArray:
+    """Powers of g, g' and m: local powers of steep panels, theoretical powers after a breakpoint."""
     first, last = values[:, :, 0], values[:, :, TERMS - 1]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = last / first
         power = np.log(ratio) / np.log(offset[:, TERMS - 1] / offset[:, 0])[:, None]
     steep = np.isfinite(power) & (ratio > 0.0) & ((ratio > _STEEP) | (ratio < 1.0 / _STEEP))
     answer = np.where(steep & ~panels.begins[:, None], power, 0.0)
-    source, begins = charges.slopes, {}
-    # the kernel makes a power of the distance from a breakpoint larger, and its derivative smaller, by that much
-    gain, loss = 0.5 * (1.0 + charges.exponent), 0.5 * (1.0 - charges.exponent)
+    source, begins = abel.slopes, {}
+    # the kernel raises a power of the distance from a breakpoint by `gain`; its derivative lowers it by `loss`
+    gain, loss = 0.5 * (1.0 + abel.exponent), 0.5 * (1.0 - abel.exponent)
     at = np.flatnonzero(source.panels.begins)
     begins = {float(source.panels.base[i]): int(i) for i in at}
     loaded = np.flatnonzero(source.size > 0.0)
@@ -295,7 +302,7 @@ def _image_powers(charges: Charges, panels: Panels, offset: FloatArray, values: 
         if i is None:
             continue
         p, jump = float(source.series.power[i]), float(source.jump[i])
-        if charges.tail.slope == 0.0 and i <= first_loaded:
+        if abel.tail.slope == 0.0 and i <= first_loaded:
             answer[t] = (p + gain, p - loss, p + gain)
         elif jump != 0.0:
             answer[t, 1] = -loss
@@ -315,7 +322,7 @@ def _halved(panels: Panels, worst: FloatArray) -> tuple[Panels, FloatArray]:
         panels.order,
     )
     if panels.order != 2.0:
-        # the half beside a breakpoint is like the whole, which tells nothing of rounding
+        # the half next to a breakpoint resembles the whole, which shows nothing about rounding
         worst = np.where(panels.begins, math.inf, worst)
     return twice, np.concatenate([worst, worst])
 
@@ -323,22 +330,22 @@ def _halved(panels: Panels, worst: FloatArray) -> tuple[Panels, FloatArray]:
 def _squares(
     panels: Panels, slope: Series, moment: Series, below: float, k: float
 ) -> tuple[Series, float, FloatArray, FloatArray, FloatArray]:
-    """S = 2 / (1 + k) int g' m dt as a series, its last value, its misfit, by how much it moves on panels, and its size."""
+    """S = 2 / (1 + k) int g' m dt as a series, its last value, its misfit, its variation on panels, and its size."""
     u = _squared_at()
     twice, n = 2.0 / (1.0 + k), panels.order
     increments = np.empty((panels.count, u.size))
-    # beside a breakpoint the integrand is a power of the variable times a smooth factor
+    # after a breakpoint the integrand is a power of the variable times a smooth factor
     power = slope.power + moment.power
     lead = np.where(panels.begins, n * power + (n - 1.0), 0.0)
     loaded = np.concatenate([[below > 0.0], moment.coefficients[:-1].any(axis=1)])
-    # beyond a breakpoint up to which something is gathered no digits are to be kept
+    # after a breakpoint with a positive s no relative precision is needed
     plain = (power == 0.0) & (~panels.begins | np.logical_or.accumulate(loaded))
     # other roots than the square root leave no polynomial
     plain &= ~panels.begins | (n == 2.0)
     increments[plain] = twice * _plain_increments(panels.take(plain), slope.take(plain), moment.take(plain))
     for exponent in np.unique(lead[~plain]):
         rows = np.flatnonzero((lead == exponent) & ~plain)
-        s, w = gauss(NEAR, exponent)
+        s, w = gauss(GAUSS_NODES, exponent)
         at = u[:, None] * s
         block = max(1, _WORK // at.size)
         for start in range(0, rows.size, block):
@@ -348,7 +355,7 @@ def _squares(
             begins = panels.begins[i]
             offset = panels.take(i).offsets(at.ravel())
             stretch = panels.take(i).stretch(offset)
-            # where a panel begins at a breakpoint, the power of the variable is in the weights
+            # on a panel that begins at a breakpoint the weights contain the power of the variable
             steep = np.where(
                 (power[i] != 0.0)[:, None] & ~begins[:, None], offset / panels.high[i][:, None], 1.0
             )
@@ -378,7 +385,7 @@ def _squares(
 
 
 def _plain_increments(panels: Panels, slope: Series, moment: Series) -> FloatArray:
-    """Integrals of g' m from the lower ends of panels on which all of it is a polynomial of the variable."""
+    """Integrals of g' m from the lower ends of panels on which it is a polynomial of the variable."""
     at, values, integrals = _product_rule()
     low, n = panels.root(panels.low)[:, None], panels.order
     span = panels.root(panels.high)[:, None] - low
@@ -391,16 +398,16 @@ def _plain_increments(panels: Panels, slope: Series, moment: Series) -> FloatArr
 
 @lru_cache(maxsize=1)
 def _product_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points that tell a product of two series and a line, the basis there, and its integrals up to `_squared_at`."""
+    """Points that determine a product of two series and a line, the basis there, and its integrals up to `_squared_at`."""
     n = 2 * TERMS
     u = _squared_at()
-    s, weights = gauss(NEAR)
+    s, weights = gauss(GAUSS_NODES)
     integrals = np.einsum("ijk,j,i->ki", basis(u[:, None] * s, n), weights, u)
     return nodes(n), basis(nodes(n)).T, to_coefficients(n).T @ integrals
 
 
 def joined_images(first: Image, second: Image) -> Image:
-    """Two stretches side by side."""
+    """Two adjacent images in one."""
     g, slope, moment, squared = (joined_series([first.curve(name), second.curve(name)]) for name in CURVES)
     return Image(
         joined([first.panels, second.panels]),
@@ -411,10 +418,10 @@ def joined_images(first: Image, second: Image) -> Image:
         np.concatenate([first.error, second.error]),
         np.concatenate([first.size, second.size]),
         second.end_squared,
-        np.concatenate([first.beside, second.beside]),
+        np.concatenate([first.onset_error, second.onset_error]),
     )
 
 
 def rooted_copy(panels: Panels, order: float) -> Panels:
-    """The same panels, with a root behind breakpoints."""
+    """The same panels, rooted after breakpoints."""
     return Panels(panels.base, panels.low, panels.high, panels.base > 0.0, order)

@@ -1,4 +1,4 @@
-"""The kernels of a power-law graded half-space, E(z) ~ z^k, on the line: what they are and how a slope acts by them.
+"""The kernels of a power-law graded half-space, E(z) ~ z^k, and the Abel integrals of a slope with them.
 
     g(x) = x^(1-k) int_0^x f' K dr,    K = (x^2 - r^2)^((k-1)/2),
     m(x) = int_0^x t^(1+k) g' dt = int_0^x f' r^2 K dr,
@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from pymdr.mapping.charges import Charges, Sums
-from pymdr.mapping.quarters import NEAR
+from pymdr.mapping.abel_sums import AbelSums, Sums
+from pymdr.mapping.octave_panels import GAUSS_NODES
 from pymdr.mapping.resolving import Slopes
 from pymdr.mapping.slopes import Tail
 from pymdr.numerics.panels import IndexArray, Panels
@@ -22,12 +22,12 @@ from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
 _HALFWAY = 0.7
-"""From there on 1 - s^2 tells more than s does."""
+"""s above which 1 - s^2 is the more precise argument."""
 _MILD = 0.6
-"""Below that |k| a root of a higher order makes the curves beside a breakpoint smoother still."""
+"""|k| below which a root of higher order makes curves after a breakpoint smoother."""
 _LEAST = float(np.finfo(float).tiny)
 _RATIO = 4.0
-"""Of the distances from x of the ends of a piece on which the kernel is smooth."""
+"""Ratio of the distances from x of the ends of a segment on which the kernel is smooth."""
 
 
 def arc_below(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
@@ -39,7 +39,7 @@ def arc_below(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
     s : ndarray
         From 0 to 1.
     rest : ndarray
-        1 - s^2, which keeps its digits beside s = 1.
+        1 - s^2, precise near s = 1.
     k : float
         Exponent of the grading.
 
@@ -61,7 +61,7 @@ def arc_below(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
 
 def arc_above(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
     """
-    What `arc_below` leaves of pi/2, which is arccos(s) for k = 0.
+    The difference of pi/2 and `arc_below`, which is arccos(s) for k = 0.
 
     Examples
     --------
@@ -75,13 +75,13 @@ def arc_above(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
     return np.asarray(0.5 * math.pi * np.where(s < _HALFWAY, inner, outer))
 
 
-def share_below(s: FloatArray, k: float) -> FloatArray:
+def fraction_below(s: FloatArray, k: float) -> FloatArray:
     """
     The integral int_0^s (1 - t^2)^((k-1)/2) dt, which is arcsin(s) for k = 0.
 
     Examples
     --------
-    >>> bool(abs(share_below(np.ones(1), 0.0)[0] - math.pi / 2) < 1e-15)
+    >>> bool(abs(fraction_below(np.ones(1), 0.0)[0] - math.pi / 2) < 1e-15)
     True
     """
     from scipy.special import beta, betainc
@@ -90,26 +90,26 @@ def share_below(s: FloatArray, k: float) -> FloatArray:
     return np.asarray(0.5 * beta(0.5, p) * betainc(0.5, p, s * s))
 
 
-def power_shares(n: float, k: float) -> tuple[float, float]:
+def power_fractions(n: float, k: float) -> tuple[float, float]:
     """
-    Moment and square integral of g = c x^n, in parts of x^(1+k) g and x^(1+k) g^2.
+    Moment and square integral of g = c x^n, over x^(1+k) g and x^(1+k) g^2.
 
     Examples
     --------
-    >>> power_shares(1.0, 0.0) == (1 / 2, 1 / 3)
+    >>> power_fractions(1.0, 0.0) == (1 / 2, 1 / 3)
     True
     """
     rise = 1.0 + k
     return n / (n + rise), 2.0 * n * n / (rise * (n + rise) * (2.0 * n + rise))
 
 
-def share_above(distance: FloatArray, k: float) -> FloatArray:
+def fraction_above(distance: FloatArray, k: float) -> FloatArray:
     """
-    The integral int_(1-d)^1 (1 - t^2)^((k-1)/2) dt, with the digits of d.
+    The integral int_(1-d)^1 (1 - t^2)^((k-1)/2) dt, to the precision of d.
 
     Examples
     --------
-    >>> bool(abs(share_above(np.ones(1), 0.0)[0] - math.pi / 2) < 1e-15)
+    >>> bool(abs(fraction_above(np.ones(1), 0.0)[0] - math.pi / 2) < 1e-15)
     True
     """
     from scipy.special import beta, betainc
@@ -120,10 +120,10 @@ def share_above(distance: FloatArray, k: float) -> FloatArray:
 
 def root_order(k: float) -> float:
     """
-    Which root of the distance from a breakpoint makes curves on a graded half-space smooth there.
+    Order of the root of the distance from a breakpoint in which curves on a graded half-space are smooth.
 
-    At distances d there are d^((1+k)/2) and, in g' times d^((1-k)/2), d^((1-k)/2): whole powers of the root for k = 0,
-    else powers of at least 2, or of at least 1 where offsets would underflow.
+    Curves contain the powers d^((1+k)/2) and d^((1-k)/2) of the distance d: integer powers of the root for k = 0, else powers
+    of at least 2, or of at least 1 where offsets would underflow.
 
     Examples
     --------
@@ -135,16 +135,16 @@ def root_order(k: float) -> float:
     return (4.0 if abs(k) < _MILD else 2.0) / (1.0 - abs(k))
 
 
-class GradedCharges(Charges):
+class GradedAbelSums(AbelSums):
     """
-    A resolved slope as it acts on places of the line of a graded half-space.
+    The Abel integrals of a resolved slope for a graded half-space.
 
     Parameters
     ----------
     slopes : Slopes
         f' on panels.
     tail : Tail
-        The power below the first of them.
+        The power law below the first panel.
     exponent : float
         k of the grading.
     """
@@ -152,8 +152,8 @@ class GradedCharges(Charges):
     def __init__(self, slopes: Slopes, tail: Tail, exponent: float) -> None:
         super().__init__(slopes, tail)
         self.exponent = exponent
-        # moments of quarters are those of the inverse square root
-        self.quarters = self.first = 0
+        # the moments of quarter octaves are for the inverse square root only
+        self.octave_count = self.first = 0
 
     def sums(self, panels: Panels, u: FloatArray) -> Sums:
         """g, m and g' on panels of shape (T,) at variables of shape (k,): each of shape (T, k)."""
@@ -168,10 +168,10 @@ class GradedCharges(Charges):
     def _root(self, square: FloatArray) -> FloatArray:
         return np.asarray(square ** (0.5 * (1.0 - self.exponent)))
 
-    def _share_above(self, distance: FloatArray) -> FloatArray:
-        return share_above(distance, self.exponent)
+    def _fraction_above(self, distance: FloatArray) -> FloatArray:
+        return fraction_above(distance, self.exponent)
 
-    def _add_beside(
+    def _add_adjacent(
         self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray, source: IndexArray
     ) -> None:
         self._add_near(totals, panels.base, panels.offsets(u), target, source)
@@ -179,7 +179,7 @@ class GradedCharges(Charges):
     def _through_root(
         self, shift: FloatArray, offset: FloatArray, source: IndexArray, low: FloatArray, high: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Integrals over low <= r - b <= high and r < x, by pieces that grow with their distance from x."""
+        """Integrals over low <= r - b <= high and r < x, on segments proportional to their distance from x."""
         inner = np.maximum((shift - high) + offset, 0.0).ravel()
         outer = np.maximum((shift - low) + offset, 0.0).ravel()
         row = np.arange(inner.size) // offset.shape[1]
@@ -190,10 +190,10 @@ class GradedCharges(Charges):
         )
         totals = np.zeros((3, inner.size))
         touching = np.flatnonzero((inner == 0.0) & (outer > 0.0))
-        apart = np.flatnonzero((inner > 0.0) & (outer > inner))
-        span = np.log(outer[apart]) - np.log(inner[apart])
+        separated = np.flatnonzero((inner > 0.0) & (outer > inner))
+        span = np.log(outer[separated]) - np.log(inner[separated])
         count = np.ceil(span / math.log(_RATIO)).astype(int).clip(1)
-        index = np.repeat(apart, count)
+        index = np.repeat(separated, count)
         step = np.arange(index.size) - np.repeat(np.cumsum(count) - count, count)
         # halves of the powers, which do not overflow
         each = 0.5 * np.repeat(span / count, count)
@@ -206,7 +206,7 @@ class GradedCharges(Charges):
         ):
             if not i.size:
                 continue
-            s, weights = gauss(NEAR, power)
+            s, weights = gauss(GAUSS_NODES, power)
             width = (end - begin)[:, None]
             gap = begin[:, None] + width * s
             t = row[i]
@@ -219,5 +219,5 @@ class GradedCharges(Charges):
             f = f * kernel
             for total, part in zip(totals, (f, f * (b + r) ** 2, curvature * kernel), strict=True):
                 total += np.bincount(i, part.sum(axis=1), total.size)
-        found = totals.reshape(3, *offset.shape)
-        return found[0], found[1], found[2]
+        result = totals.reshape(3, *offset.shape)
+        return result[0], result[1], result[2]

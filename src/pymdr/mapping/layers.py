@@ -93,20 +93,20 @@ class _Ply:
         """Minors at its top from those at its bottom, both of shape (6, n), times e^(-2 s t)."""
         z = s * self.thickness
         decay = np.exp(-2.0 * z)
-        shares = (decay, z * decay, 0.5 * z * z * decay, _tail(z, 3) / 8.0, _tail(z, 4) / 16.0)
-        return self._combined(np.stack(shares), bottom)
+        parts = (decay, z * decay, 0.5 * z * z * decay, _tail(z, 3) / 8.0, _tail(z, 4) / 16.0)
+        return self._combined(np.stack(parts), bottom)
 
     def returning(self, s: ComplexArray, bottom: ComplexArray) -> ComplexArray:
         """The part of them that does not grow as e^(2 s t)."""
         z = s * self.thickness
         decay = np.exp(-2.0 * z)
         back = decay * decay
-        shares = (decay, z * decay, 0.5 * z * z * decay, -decay * z / 4.0 - back / 16.0)
+        parts = (decay, z * decay, 0.5 * z * z * decay, -decay * z / 4.0 - back / 16.0)
         last = back / 32.0 - decay * (1.0 + 2.0 * z * z) / 16.0
-        return self._combined(np.stack((*shares, last)), bottom)
+        return self._combined(np.stack((*parts, last)), bottom)
 
-    def _combined(self, shares: ComplexArray, bottom: ComplexArray) -> ComplexArray:
-        return np.asarray(np.einsum("kn,kij,jn->in", shares, self.powers, bottom))
+    def _combined(self, parts: ComplexArray, bottom: ComplexArray) -> ComplexArray:
+        return np.asarray(np.einsum("kn,kij,jn->in", parts, self.powers, bottom))
 
 
 def _ply(thickness: float, shear: float, poisson: float) -> _Ply:
@@ -203,10 +203,10 @@ class Compliance:
             back = np.exp(-2.0 * z)
             cosh, sinh = 0.5 * (1.0 + back), 0.5 * (1.0 - back)
             third = 0.5 * (z * cosh - sinh)
-            shares = np.stack([cosh - 0.5 * z * sinh, sinh - third, 0.5 * z * sinh, third])
+            parts = np.stack([cosh - 0.5 * z * sinh, sinh - third, 0.5 * z * sinh, third])
             powers = np.stack([np.linalg.matrix_power(state, k) for k in range(4)])
             sliding, pressed = (
-                np.asarray(np.einsum("kn,kij,jn->in", shares, powers, y)) for y in (sliding, pressed)
+                np.asarray(np.einsum("kn,kij,jn->in", parts, powers, y)) for y in (sliding, pressed)
             )
             decay += z
         # of both together, without shear at the surface
@@ -318,17 +318,17 @@ class Kernel:
 
     def _reach(self, top: float) -> None:
         """Tabulate up to t = top."""
-        known, wanted = self._coefficients.shape[1], math.floor(math.log1p(top) / _STEP) + 1
-        if wanted <= known:
+        known, needed = self._coefficients.shape[1], math.floor(math.log1p(top) / _STEP) + 1
+        if needed <= known:
             return
-        ends = np.expm1(_STEP * np.arange(known, wanted + 1))
+        ends = np.expm1(_STEP * np.arange(known, needed + 1))
         middle, half = 0.5 * (ends[1:] + ends[:-1]), 0.5 * np.diff(ends)
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
         values = self._integrated((middle + half * u[:, None]).ravel()).reshape(_TERMS, -1)
         series = chebyshev.chebfit(u, values, _TERMS - 1)
         powers = _POWERS @ series
         self._coefficients = np.concatenate([self._coefficients, powers], axis=1)
-        low = np.expm1(_STEP * np.arange(wanted + 1))
+        low = np.expm1(_STEP * np.arange(needed + 1))
         self._starts, self._scales = low[:-1], 2.0 / np.diff(low)
 
     def __call__(self, t: FloatArray) -> FloatArray:

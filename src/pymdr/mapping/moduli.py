@@ -128,11 +128,11 @@ def _(body: Graded) -> SurfaceCompliances:
     unit = body.depth**k
     normal = unit * (1.0 - nu) / (2.0 * body.shear * grading_factor(k, nu))
     # tan((B - 1) pi/2) / tan(k pi/2): both vanish toward k = 0, and both grow toward k = -1 and 1
-    share = (1.0 - nu * (2.0 + k)) / ((1.0 - nu) * (1.0 + wave))
+    factor = (1.0 - nu * (2.0 + k)) / ((1.0 - nu) * (1.0 + wave))
     if k == 0.0:
-        ratio = share
+        ratio = factor
     elif abs(k) < 0.5:
-        ratio = math.tan(share * k * math.pi / 2.0) / math.tan(k * math.pi / 2.0)
+        ratio = math.tan(factor * k * math.pi / 2.0) / math.tan(k * math.pi / 2.0)
     else:
         away = math.tan((1.0 - abs(k)) * math.pi / 2.0)
         ratio = -math.copysign(away, k) / math.tan(wave * math.pi / 2.0)

@@ -28,95 +28,95 @@ from pymdr.units import FloatArray, metres
 
 _RESOLVED = 4e-15
 _SOFT = 1e-10
-"""Across knots of many samples: their rounding over their distance is no less."""
+"""Relative misfit allowed across knots of many samples, at least their rounding over their distance."""
 _AVERAGED = 4e-10
-"""The same where series average over knots."""
+"""Relative misfit allowed for averages over knots."""
 KNOTS_AVERAGED = TERMS**2
-"""Knots on a panel from which a polynomial fitted to the heights there is stable."""
+"""Least number of knots on a panel for a stable polynomial fit to the heights."""
 _BETTER = 0.5
-"""Part of the error of an average that halves of the panel must get below, or else knots are not averaged over."""
+"""Factor by which halving a panel must reduce the error of its average, or else knots are not averaged."""
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
-"""Of polynomials that are known, in parts of their largest value."""
+"""Relative rounding of known polynomials."""
 _SEARCHED = 512
-"""Points in a quarter of an octave at which the series are held against the slope: 2048 in an octave."""
+"""Points on a quarter octave at which series are compared with the slope."""
 _FEWEST = 48
 _GENERATIONS = 36
 _KINK_GENERATION = 5
 _ROUNDED, _ROUNDED_ALIKE = 2e-14, 1e-12
-"""Misfit, in parts of the slope, of what is taken for its rounding where dividing does not help; alike all over a panel."""
+"""Relative misfit that counts as rounding where dividing does not help; the second if it is uniform over a panel."""
 _STEEP = 8.0
-"""Ratio of the slopes at the ends of a panel from which its local power is divided out."""
+"""Ratio of the slopes at the ends of a panel above which its local power is divided out."""
 _SPREAD = 64.0
-"""Largest ratio of slopes on a panel beside a breakpoint."""
+"""Largest ratio of slopes on a panel after a breakpoint."""
 _GRADED = 18
-"""Quarterings of the first panel beside a breakpoint: radii that can still be told from it."""
+"""Largest number of times that the first panel after a breakpoint is quartered."""
 _SLIVER = 0.1
 FIRST = 2.0**0.25 - 1.0
-"""Width of the first panel beyond a breakpoint, in parts of its radius."""
+"""Width of the first panel after a breakpoint, over its radius."""
 _MOST_PANELS = 20_000
 _CORRECTIONS = 4
-"""Powers of the offset that follow the first one beside a breakpoint."""
+"""Number of powers of the offset that follow the first one after a breakpoint."""
 _SIMPLE = 1e-4
-"""Largest error of an exponent that is taken for the simple one beside it."""
+"""Largest error of an exponent that is rounded to the nearest simple one."""
 
 
 class SlopeSource(ABC):
-    """What a profile offers to be resolved."""
+    """The slope of a profile as the input of its resolution."""
 
     knots: tuple[float, ...]
     """Radii in m at which f' is not smooth."""
     moved: Set[float] = frozenset()
-    """Those in m that were named elsewhere, a little beside."""
+    """Knots in m that were declared at slightly different radii."""
     soft_knots: FloatArray = np.zeros(0)
-    """Radii in m at which a piecewise polynomial continues, which matters if they are few."""
+    """Smooth knots of a piecewise polynomial in m, which matter only if they are few."""
     reach: float
     """Largest radius in m."""
     known_everywhere: bool = False
-    """Whether f' may be asked up to the reach at no cost, as that of samples."""
+    """Whether f' is cheap to evaluate up to the reach, as for samples."""
     surveyed: bool = False
-    """Whether nothing narrow can hide between the points at which f' is asked."""
+    """Whether no narrow feature can hide between the points at which f' is evaluated."""
 
     fitted: str = ""
-    """What stands for the profile where it was fitted to samples, in words."""
+    """Description of the curve fitted to samples."""
 
     @abstractmethod
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' beside base + offset, and the offsets of the radii at which it was evaluated."""
+        """F' at base + offset, and the offsets of the radii at which it was evaluated."""
 
     @property
     def continued(self) -> float:
-        """Radius in m below which a law stands for the values of the profile; 0 if nowhere."""
+        """Radius in m below which a law replaces the values of the profile; 0 without a law."""
         return 0.0
 
     def polish(self, top: float) -> bool:
-        """Move breakpoints up to `top` in m to the kinks that they are named beside, each once; whether any has moved."""
+        """Move each breakpoint up to `top` in m once to the kink next to it; return whether any has moved."""
         return False
 
     def foresee(self, top: float) -> None:  # noqa: B027
         """Prepare for radii up to `top` in m."""
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About f' at radii in m."""
+        """Approximate f' at radii in m."""
         return self.sample(np.zeros(r.size), r)[0]
 
     def uncertainty(self, panels: Panels) -> FloatArray:
-        """Error of f' on panels that its samples do not show, shape (P,)."""
+        """Error of f' on panels that is invisible in its samples, shape (P,)."""
         return np.zeros(panels.count)
 
     def rounding(self, r: float) -> float:
-        """Scatter in m of the f that is differentiated around a radius in m; 0 where f' is given."""
+        """Scatter in m of a differentiated f near a radius in m; 0 where f' is given."""
         return 0.0
 
     def grain(self, panels: Panels) -> FloatArray:
-        """What the rounding of samples, or of numbers of few digits, makes of f' on panels; shape (P,)."""
+        """Error of f' on panels from the rounding of samples or of values with few digits; shape (P,)."""
         return np.zeros(panels.count)
 
-    def pieces(self, panels: Panels) -> tuple[BoolArray, Series, FloatArray]:
-        """On which panels f' is one known polynomial, shape (P,), and there its series and its largest size."""
+    def known_polynomials(self, panels: Panels) -> tuple[BoolArray, Series, FloatArray]:
+        """Mask of the panels on which f' is one known polynomial, shape (P,), with its series and its largest size there."""
         return np.zeros(panels.count, dtype=bool), Series(np.zeros(0), np.zeros((0, TERMS))), np.zeros(0)
 
     def averaged(self, panels: Panels) -> tuple[FloatArray, FloatArray]:
-        """Coefficients that average f' over many knots, shape (P, TERMS), and their error as integrals feel it; inf where few."""
+        """Coefficients that average f' over many knots, shape (P, TERMS), and their error in integrals; inf with few knots."""
         return np.zeros((panels.count, TERMS)), np.full(panels.count, math.inf)
 
     def rise(self, r: float) -> tuple[float, float]:
@@ -124,17 +124,17 @@ class SlopeSource(ABC):
         return math.nan, math.nan
 
     def kinks(self, low: float, high: float) -> list[float]:
-        """Radii between two others at which f' is not smooth, although nobody said so."""
+        """Undeclared radii between two others at which f' is not smooth."""
         return []
 
 
-def radii_beside(knots: tuple[float, ...], base: FloatArray, offset: FloatArray) -> FloatArray:
+def radii_next_to(knots: tuple[float, ...], base: FloatArray, offset: FloatArray) -> FloatArray:
     """
-    Radii in m as they are rounded, on the side of every knot on which they lie.
+    Rounded radii in m, each kept on its side of every knot.
 
     Examples
     --------
-    >>> (radii_beside((1.0,), np.array([1.0, 0.0]), np.array([1e-20, 1.0])) - 1.0).tolist()
+    >>> (radii_next_to((1.0,), np.array([1.0, 0.0]), np.array([1e-20, 1.0])) - 1.0).tolist()
     [2.220446049250313e-16, -1.1102230246251565e-16]
     """
     r = base + offset
@@ -160,11 +160,11 @@ class Slopes:
     jump_error: FloatArray
     """Error of that jump, shape (P,)."""
     blur: FloatArray
-    """Part of the error of a panel that begins at a breakpoint which beyond it nothing is left of, else 0; shape (P,)."""
-    beside: FloatArray
+    """Part of the error of a panel after a breakpoint that does not extend beyond the panel, else 0; shape (P,)."""
+    onset_error: FloatArray
     """
-    With which f' begins there: errors of the exponent and of the place in m, how far in m f may rise unseen, and by what
-    height in m; shape (P, 4).
+    Errors of the onset of f' there: of the exponent, of the place in m, and the width and height in m of a hidden rise of f;
+    shape (P, 4).
     """
 
     @property
@@ -176,11 +176,11 @@ class Slopes:
         )
 
 
-_MEASURED = ("error", "size", "jump", "jump_error", "blur", "beside")
+_MEASURED = ("error", "size", "jump", "jump_error", "blur", "onset_error")
 
 
 def joined_slopes(first: Slopes, second: Slopes) -> Slopes:
-    """Two stretches side by side."""
+    """Two adjacent sets of slopes in one."""
     return Slopes(
         joined([first.panels, second.panels]),
         joined_series([first.series, second.series]),
@@ -195,13 +195,13 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
     Parameters
     ----------
     base : float
-        Breakpoint in m from which offsets count, or 0.
+        Origin of the offsets: a breakpoint in m, or 0.
     low : float
         Offset in m of the lower end of the first panel.
     stop : float
         Radius in m, above the lower end and at most `end`.
     end : float
-        Radius in m that no panel passes; a sliver before it is given to its neighbour.
+        Largest radius in m of the panels; a sliver before it is merged with its neighbour.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
     if edges[-1] + base >= end * (1.0 - 1e-15) or edges.size < 2:
         edges = np.append(edges[edges + base < end], end - base)
     if math.isfinite(end):
-        # what is left before the end is no panel of its own
+        # a short rest before the end is merged
         step = edges[-1] - edges[-2]
         if end - base - edges[-1] < _SLIVER * step:
             edges[-1] = end - base
@@ -234,7 +234,7 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
 
 def anchored_between(base: float, low: float, knots: FloatArray, stop: float, end: float) -> Panels:
     """
-    As :func:`anchored`, divided at breakpoints, from each of which offsets count.
+    Like :func:`anchored`, divided at breakpoints, each of which is the origin of the next offsets.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ def anchored_between(base: float, low: float, knots: FloatArray, stop: float, en
     stop : float
         Radius in m that the last panel reaches.
     end : float
-        Radius in m that no panel passes.
+        Largest radius in m of the panels.
 
     Returns
     -------
@@ -274,7 +274,7 @@ def _row(base: float, edges: FloatArray) -> Panels:
 
 @dataclass(frozen=True)
 class Stopped:
-    """Why a stretch could not be resolved as it was cut."""
+    """Why panels could not be resolved: kinks on them, or the end of the profile."""
 
     kinks: list[float]
     end: float = math.inf
@@ -283,16 +283,16 @@ class Stopped:
 
 @lru_cache(maxsize=16)
 def _tested(count: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes and then the points at which series are held against the slope, and the basis at these."""
+    """Nodes followed by the test points of series, and the basis at the test points."""
     u_test = _jitter(count)
     return np.concatenate([nodes(), u_test]), basis(u_test).T
 
 
 def _jitter(count: int) -> FloatArray:
-    """Points in (0, 1), dense everywhere and on no grid: a Kronecker sequence."""
+    """Points in (0, 1) by a Kronecker sequence, on no regular grid."""
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
     inner = np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
-    # a kink beside the end of a panel is seen at the end only
+    # a kink next to the end of a panel is visible only at the end
     return np.concatenate([[1e-7, 1e-4], inner, [1.0 - 1e-4, 1.0 - 1e-7]])
 
 
@@ -303,17 +303,17 @@ def resolve(
     inner: float,
     kinks: Callable[[float, float], list[float]],
 ) -> Slopes | Stopped:
-    """Series of f' on panels, divided until they fit; what is divided beyond the radius that is needed is left."""
-    known, series, size = source.pieces(panels)
+    """Series of f' on panels, divided until they fit; divided panels beyond the needed radius are omitted."""
+    known, series, size = source.known_polynomials(panels)
     pending, family = panels.take(~known), np.flatnonzero(~known)
     sizes = felt = np.zeros(panels.count)
     sizes[known] = size
-    none, beside = np.zeros(size.size), np.zeros((size.size, 4))
-    done = [Slopes(panels.take(known), series, _ROUNDING * size, size, none, none, none, beside)]
-    asked: set[int] = set()
+    none, onset_error = np.zeros(size.size), np.zeros((size.size, 4))
+    done = [Slopes(panels.take(known), series, _ROUNDING * size, size, none, none, none, onset_error)]
+    searched: set[int] = set()
     unaveraged: list[float] = []
     soft = source.soft_knots.size > 0
-    alike = np.zeros(panels.count, dtype=bool)
+    uniform = np.zeros(panels.count, dtype=bool)
     averages = np.full(pending.count, math.inf)
     for generation in range(_GENERATIONS + 1):
         if not pending.count:
@@ -323,19 +323,19 @@ def resolve(
             return fit
         if generation == 0:
             sizes[family] = fit.size
-            # where f' all but vanishes its rounding is no less than farther in
+            # where f' is close to 0 its rounding is no less than further in
             felt = np.maximum.accumulate(np.maximum(sizes * panels.stop, inner)) / panels.stop
-        # a thin panel counts by the share that it can have in an integral with an inverse square root
-        share = np.sqrt(pending.width / panels.width[family])
+        # the weight of a thin panel is its largest fraction of an integral with an inverse square root
+        fraction = np.sqrt(pending.width / panels.width[family])
         allowed = np.maximum(
-            _RESOLVED * fit.size, 1e-17 * sizes[family] / np.maximum(share, 1e-300) * (generation > 3)
+            _RESOLVED * fit.size, 1e-17 * sizes[family] / np.maximum(fraction, 1e-300) * (generation > 3)
         )
         fits = (fit.error <= allowed) & fit.even
         hopeless = np.zeros(pending.count, dtype=bool)
         if soft:
             fit, better, error = _averaged(source, pending, fit)
             fits |= better | (fit.error <= np.maximum(_SOFT * fit.size, source.grain(pending)))
-            # what halves average no better is noise
+            # if halving does not improve the average, the rest is noise
             hopeless, averages = error > _BETTER * averages, error
         if generation >= 2 and not fits.all():
             rest = np.flatnonzero(~fits)
@@ -343,51 +343,51 @@ def resolve(
             rounded = np.maximum(8.0 * _noise(source, left), source.grain(left))
             fits[rest] |= (fit.error[rest] <= rounded) & fit.even[rest]
         if generation == _KINK_GENERATION:
-            # a radius that loses digits in sums makes stairs of f'; features are in few parts of a panel
+            # rounding is uniform over a panel, features are in few parts of it
             missed = np.bincount(family, np.where(fits, 0.0, pending.width), panels.count)
-            alike = missed >= 0.125 * (np.minimum(panels.stop, needed) - panels.start)
+            uniform = missed >= 0.125 * (np.minimum(panels.stop, needed) - panels.start)
         if generation >= _KINK_GENERATION:
-            rounded = np.where(alike[family], _ROUNDED_ALIKE, _ROUNDED)
+            rounded = np.where(uniform[family], _ROUNDED_ALIKE, _ROUNDED)
             fits |= (fit.error <= rounded * np.maximum(fit.size, felt[family])) & fit.even
         begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)
-        # what no panel resolves is felt like a jump
+        # an unresolved panel acts like a jump
         leap = np.where(last & ~fits, fit.error, 0.0)
         fits |= last | (begins & (generation >= _GRADED))
         taken = pending.take(fits)
         error = fit.error[fits] + source.uncertainty(taken)
-        beside = np.pad(fit.exponent_error[fits][:, None], ((0, 0), (0, 3)))
+        onset_error = np.pad(fit.exponent_error[fits][:, None], ((0, 0), (0, 3)))
         none = np.zeros(taken.count)
         done.append(
-            Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], none, beside)
+            Slopes(taken, fit.series.take(fits), error, fit.size[fits], none, leap[fits], none, onset_error)
         )
         rest = np.flatnonzero(~fits)
         if rest.size == 0:
             break
         soft = source.soft_knots.size > 0
         if generation == _KINK_GENERATION or soft:
-            # halves of a panel that holds many knots may average over them
-            few = rest[~_holds_many(source.soft_knots, pending.take(rest)) | hopeless[rest]]
+            # halves of a panel with many knots may average over them
+            few = rest[~_has_many_knots(source.soft_knots, pending.take(rest)) | hopeless[rest]]
             few = rest if generation == _KINK_GENERATION else few
-            unresolved = sorted(set(family[few].tolist()) - asked)
-            asked.update(unresolved)
+            unresolved = sorted(set(family[few].tolist()) - searched)
+            searched.update(unresolved)
             stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
-            found = _kinks_of(kinks, stretches)
-            if found and not soft:
-                return Stopped(found)
-            unaveraged += found
-            if found:
+            kinks_found = _kinks_of(kinks, stretches)
+            if kinks_found and not soft:
+                return Stopped(kinks_found)
+            unaveraged += kinks_found
+            if kinks_found:
                 rest = rest[~np.isin(family[rest], unresolved)]
         averages = np.concatenate([averages[rest], averages[rest]])
         pending, family = _divided(pending.take(rest), family[rest])
-        wanted = pending.start < needed
-        pending, family, averages = pending.take(wanted), family[wanted], averages[wanted]
+        relevant = pending.start < needed
+        pending, family, averages = pending.take(relevant), family[relevant], averages[relevant]
         if pending.count > _MOST_PANELS:
             place = metres(float(pending.start.min()))
             raise ConvergenceError(
-                f"the slope of the profile is not resolved beside r = {place}: it is rough there on every scale; give a "
-                "smooth profile, or name the radii where it is not smooth as breakpoints"
+                f"the slope of the profile is not resolved at r = {place}, where it is rough on every scale; give a smooth "
+                "profile, or declare the radii where it is not smooth as breakpoints"
             )
     if unaveraged:
         return Stopped(unaveraged)
@@ -395,7 +395,7 @@ def resolve(
 
 
 def _averaged(source: SlopeSource, panels: Panels, fit: _Fit) -> tuple[_Fit, BoolArray, FloatArray]:
-    """Fits with averages over knots in place of those that they are better than, which these are, and the errors of averages."""
+    """Fits replaced by averages over knots where these are better, the mask of these, and the errors of the averages."""
     coefficients, error = source.averaged(panels)
     better = (error < fit.error) & (error <= _AVERAGED * fit.size)
     series = Series(
@@ -406,7 +406,7 @@ def _averaged(source: SlopeSource, panels: Panels, fit: _Fit) -> tuple[_Fit, Boo
 
 
 def _in_order(done: list[Slopes]) -> Slopes:
-    """Panels that were resolved one after another, side by side."""
+    """Resolved panels in the order of their radii."""
     panels = joined([part.panels for part in done])
     order = np.lexsort((panels.low, panels.base))
     return Slopes(
@@ -416,8 +416,8 @@ def _in_order(done: list[Slopes]) -> Slopes:
     )
 
 
-def _holds_many(knots: FloatArray, panels: Panels) -> BoolArray:
-    """Whether halves of panels hold enough knots to average over."""
+def _has_many_knots(knots: FloatArray, panels: Panels) -> BoolArray:
+    """Whether halves of panels have enough knots for averages."""
     first, last = np.searchsorted(knots, [panels.start, panels.stop])
     return np.asarray(last - first >= 2 * KNOTS_AVERAGED)
 
@@ -426,16 +426,16 @@ def _kinks_of(
     kinks: Callable[[float, float], list[float]], stretches: Iterable[tuple[float, float]]
 ) -> list[float]:
     """All kinks in stretches that panels do not resolve."""
-    found: list[float] = []
+    located: list[float] = []
     for low, high in stretches:
         try:
-            found += [b for b in kinks(low, high) if low < b < high]
+            located += [b for b in kinks(low, high) if low < b < high]
         except ProblemError:
-            if not found:
+            if not located:
                 raise
-            # beyond kinks that are known now, panels are others
+            # the panels change at the kinks already located
             break
-    return found
+    return located
 
 
 @dataclass(frozen=True)
@@ -444,12 +444,12 @@ class _Fit:
     error: FloatArray
     size: FloatArray
     even: np.ndarray
-    """Whether values on a panel beside a breakpoint are of one order."""
+    """Whether values on a panel after a breakpoint are of one order of magnitude."""
     exponent_error: FloatArray
 
 
 def _fitted(source: SlopeSource, panels: Panels) -> _Fit | Stopped:
-    """Series of f' on panels, each held against it at as many points as are in it of 2048 an octave."""
+    """Series of f' on panels, each tested at a density of 2048 points per octave."""
     with np.errstate(divide="ignore"):
         halvings = np.floor(-np.log2(4.0 * np.log2(panels.stop / panels.start)))
     tests = np.maximum(_SEARCHED * 2.0 ** -np.maximum(halvings, 0.0), _FEWEST).astype(int)
@@ -473,13 +473,13 @@ def _fitted(source: SlopeSource, panels: Panels) -> _Fit | Stopped:
 
 def _fitted_at(source: SlopeSource, panels: Panels, tests: int) -> _Fit | Stopped:
     u, at_tests = _tested(tests)
-    wanted = panels.offsets(u)
+    targets = panels.offsets(u)
     base = np.repeat(panels.base, u.size)
-    values, actual = source.sample(base, wanted.ravel())
-    values, actual = values.reshape(wanted.shape), actual.reshape(wanted.shape)
+    values, actual = source.sample(base, targets.ravel())
+    values, actual = values.reshape(targets.shape), actual.reshape(targets.shape)
     size = np.max(np.abs(values), axis=1)
     if not np.isfinite(size).all():
-        return _end_of_definition(source, panels, values, wanted)
+        return _end_of_definition(source, panels, values, targets)
     power, exponent_error = _powers(panels, actual, values)
     plain, largest = values, size
     if power.any():
@@ -488,7 +488,7 @@ def _fitted_at(source: SlopeSource, panels: Panels, tests: int) -> _Fit | Stoppe
             plain = np.where(scale > 0.0, values / scale, 0.0)
     coefficients = plain[:, :TERMS] @ to_coefficients().T
     if panels.base.any():
-        # radii beside a breakpoint are rounded: the slope was asked where it was evaluated
+        # radii next to a breakpoint are rounded, so the nodes move
         moved = (actual - panels.low[:, None]) / panels.width[:, None] - u
         plain = plain - moved * (coefficients @ basis_slope(u).T)
         coefficients = plain[:, :TERMS] @ to_coefficients().T
@@ -496,18 +496,18 @@ def _fitted_at(source: SlopeSource, panels: Panels, tests: int) -> _Fit | Stoppe
     misfit -= plain[:, TERMS:]
     if plain is not values:
         largest = np.max(np.abs(plain), axis=1)
-    # where a power is divided out the series stands for ratios, and its error is that of the largest slope
+    # with a power divided out the series represents ratios, and the error is relative to the largest slope
     ratio = np.where((size > 0.0) & (largest > 0.0), largest, 1.0)
     error = np.max(np.abs(misfit, out=misfit), axis=1) / ratio * size
     even = ~panels.begins
-    beside = plain[~even]
-    one_sign = (np.min(beside, axis=1) > 0.0) | (np.max(beside, axis=1) < 0.0)
-    even[~even] = ~one_sign | (largest[~even] <= _SPREAD * np.min(np.abs(beside), axis=1))
+    adjacent = plain[~even]
+    one_sign = (np.min(adjacent, axis=1) > 0.0) | (np.max(adjacent, axis=1) < 0.0)
+    even[~even] = ~one_sign | (largest[~even] <= _SPREAD * np.min(np.abs(adjacent), axis=1))
     return _Fit(Series(power, coefficients), error, size, even, exponent_error)
 
 
 def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Local powers of steep slopes; that of a slope that begins at 0 beside its breakpoint, with its error."""
+    """Local powers of steep slopes, and the powers of slopes that begin at 0 after a breakpoint, with their errors."""
     first, last = values[:, 0], values[:, TERMS - 1]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = last / first
@@ -523,7 +523,7 @@ def _powers(panels: Panels, offset: FloatArray, values: FloatArray) -> tuple[Flo
 
 
 def _guessed(offset: FloatArray, values: FloatArray) -> FloatArray:
-    """About the exponents of slopes that start like offset^p, rows; 0 where they do not vanish or are no powers."""
+    """Estimated exponents of slopes that start like offset^p; 0 for others."""
     one_sign = (offset[:, 0] > 0.0) & (np.all(values > 0.0, axis=1) | np.all(values < 0.0, axis=1))
     with np.errstate(divide="ignore", invalid="ignore"):
         local = np.diff(np.log(np.abs(values[:, :4]))) / np.diff(np.log(offset[:, :4]))
@@ -536,7 +536,7 @@ def _guessed(offset: FloatArray, values: FloatArray) -> FloatArray:
 def _first_power(offset: FloatArray, values: FloatArray, guess: float) -> tuple[float, float]:
     """Exponent of a slope that starts like offset^p, and its error."""
     height, size = np.log(offset / offset[-1]), np.log(values / values[-1])
-    # log f' = const + p log(offset) + a series in the offset, no longer than it has to be
+    # log f' = const + p log(offset) + the shortest sufficient series in the offset
     series = np.exp(height)[:, None] ** np.arange(_CORRECTIONS + 1)
     rounding = np.finfo(float).eps * (1.0 + abs(guess))
     for count in range(1, _CORRECTIONS + 2):
@@ -547,16 +547,16 @@ def _first_power(offset: FloatArray, values: FloatArray, guess: float) -> tuple[
             break
     power = float(inverse[0] @ size)
     error = 4.0 * max(rest, rounding) * float(np.linalg.norm(inverse[0]))
-    # whole and simple powers are meant as such
+    # round to simple powers
     simple = round(power * 60.0) / 60.0
     near = abs(power - simple) < max(1e-9, min(error, _SIMPLE))
     return (simple, 0.0) if near else (power, error)
 
 
 def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
-    """Two panels for each: quarters beside a breakpoint, halves elsewhere."""
-    share = np.where(panels.begins, 0.25, 0.5)
-    middle = panels.low + share * panels.width
+    """Two panels for each: divided at a quarter after a breakpoint, at the middle elsewhere."""
+    fraction = np.where(panels.begins, 0.25, 0.5)
+    middle = panels.low + fraction * panels.width
     twice = Panels(
         np.concatenate([panels.base, panels.base]),
         np.concatenate([panels.low, middle]),
@@ -567,7 +567,7 @@ def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
 
 
 def _noise(source: SlopeSource, panels: Panels) -> FloatArray:
-    """Rounding of the slope on panels: its scatter about straight lines that are short to any profile."""
+    """Rounding of the slope on panels: its scatter about very short straight lines."""
     steps = np.linspace(-1.0, 1.0, 9)
     away = np.array([0.21, 0.5, 0.83])[:, None] + 1e-5 * steps
     offset = panels.offsets(np.broadcast_to(away.ravel(), (panels.count, away.size)))

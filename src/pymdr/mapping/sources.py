@@ -11,7 +11,7 @@ from numpy.polynomial import chebyshev
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables import Steps, TipLaw, check_consistency, find_kinks, polished, underflow_law
 from pymdr.mapping.derived import DerivedSource, rise_of
-from pymdr.mapping.resolving import KNOTS_AVERAGED, SlopeSource, radii_beside
+from pymdr.mapping.resolving import KNOTS_AVERAGED, SlopeSource, radii_next_to
 from pymdr.numerics.panels import TERMS, BoolArray, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
     Function,
@@ -30,7 +30,7 @@ _EPS = float(np.finfo(float).eps)
 _ROUNDED = 8.0
 """Roundings of f' by which a series may miss it."""
 _CHECKED_BEYOND = 1.5
-_FARTHER_OUT = 2.0**30
+_OUTWARD = 2.0**30
 _COSTLY_KNOTS = 4000
 _BETWEEN = np.array([0.0, 0.25, 0.5, 0.75])
 """Where between knots misfits are measured."""
@@ -91,7 +91,7 @@ class CurveSource(SlopeSource):
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
-        r = radii_beside(self.knots, base, offset)
+        r = radii_next_to(self.knots, base, offset)
         values = self.profile.gap_slope(r)
         below = r < self.continued
         if below.any() and self._law is not None:
@@ -136,7 +136,7 @@ class CurveSource(SlopeSource):
             check_consistency(self._f, slope, top / 1024.0, top, self.knots)
         except ProblemError:
             # unless it is the rounding of f that shows farther out only
-            farthest = min(_FARTHER_OUT * top, self.reach)
+            farthest = min(_OUTWARD * top, self.reach)
             check_consistency(self._f, slope, top / 1024.0, top, self.knots, farthest=farthest)
 
     def rise(self, r: float) -> tuple[float, float]:
@@ -172,7 +172,7 @@ class SplineSource(SlopeSource):
             self.soft_knots = inner
         self.reach = float(self.breaks[-1])
         if isinstance(profile.interpolation, SmoothingSpline):
-            self.fitted = f"of the fitted curve, off which the samples lie by {metres(profile.misfit)} (root mean square)"
+            self.fitted = f"of the fitted curve, with a misfit of {metres(profile.misfit)} (root mean square)"
 
     def grain(self, panels: Panels) -> FloatArray:
         """What the rounding of heights makes of f' on panels."""
@@ -180,7 +180,7 @@ class SplineSource(SlopeSource):
         heights = np.interp(panels.stop, self.breaks[:-1], self.heights)
         return np.asarray(_GRAIN * heights * inside / panels.width)
 
-    def pieces(self, panels: Panels) -> tuple[BoolArray, Series, FloatArray]:
+    def known_polynomials(self, panels: Panels) -> tuple[BoolArray, Series, FloatArray]:
         """Panels between neighbouring knots, on which f' is a parabola."""
         middle = panels.base + 0.5 * (panels.low + panels.high)
         i = np.clip(np.searchsorted(self.breaks, middle, side="right") - 1, 0, self.breaks.size - 2)
@@ -304,7 +304,7 @@ class SumSource(SlopeSource):
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' at the rounded radii, and their offsets."""
-        rounded = radii_beside(self.knots, base, offset) - base
+        rounded = radii_next_to(self.knots, base, offset) - base
         return np.asarray(sum(part.sample(base, rounded)[0] for part in self.parts)), rounded
 
     @property

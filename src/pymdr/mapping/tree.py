@@ -1,7 +1,7 @@
-"""How many panels of a slope act on many panels of the line: the tree of `charges`, compiled. Loads numba.
+"""Compiled tree sums of :mod:`~pymdr.mapping.abel_sums` for many panels. Loads numba.
 
-Neighbouring targets are groups: what lies at least a group's width below one acts on it as a polynomial. Nearer bunches of panels
-act on the places of each target by their nodes, and the nearest panels by a rule that takes out the square root.
+Neighbouring targets form groups. Sources at a distance of at least the width of a group act on it as a polynomial, nearer
+tree nodes on each target by their points, and the nearest panels by a quadrature rule that removes the square root.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ _STACK = 256
 
 
 class Tree(NamedTuple):
-    """Bunches of all levels in one, the panels first, and the series of the panels."""
+    """Nodes of all levels, the panels first, and the series of the panels."""
 
     first: IndexArray
-    """Where the bunches of every level begin, and where the last one ends, shape (L + 1,)."""
+    """Index of the first node of every level, and the total number of nodes, shape (L + 1,)."""
     base: FloatArray
     low: FloatArray
     high: FloatArray
     gap: FloatArray
-    """Distance from which the nodes of a bunch act, in m."""
+    """Least distance in m at which a node acts by its points."""
     offset: FloatArray
-    """Nodes as offsets in m, shape (B, n)."""
-    charges: FloatArray
-    """Those of f', f' r^2 and (r f')' at the nodes, shape (3, B, n)."""
+    """Points as offsets in m, shape (B, n)."""
+    strengths: FloatArray
+    """Source strengths of f', f' r^2 and (r f')' at the points, shape (3, B, n)."""
     coefficients: FloatArray
     """Chebyshev coefficients of f' on the panels, shape (P, m)."""
     power: FloatArray
-    """Whole powers that are divided out there, shape (P,)."""
+    """Integer powers divided out of the series, shape (P,)."""
 
 
 class Rules(NamedTuple):
@@ -65,7 +65,7 @@ def act(tree: Tree, base: FloatArray, offset: FloatArray) -> FloatArray:
     ----------
     tree : Tree
     base : ndarray, shape (T,)
-        From which the offsets of targets count, in m; targets rise.
+        Origin of the offsets of the targets in m; targets rise.
     offset : ndarray, shape (T, k)
 
     Returns
@@ -95,7 +95,7 @@ def _groups(
     far = np.empty((3, size))
     coefficients = np.empty((3, size))
     spare = np.empty((5, max(k, size)))
-    close = np.empty((2, 4 * tree.first[1] + 4), dtype=np.int64)
+    near_nodes = np.empty((2, 4 * tree.first[1] + 4), dtype=np.int64)
     start = 0
     while start < count:
         stop, b = start + 1, base[start]
@@ -113,7 +113,7 @@ def _groups(
             high = shift + ends[1, stop]
             stop += 1
         far[:] = 0.0
-        listed = _from_afar(tree, b, low, high, rules.points, far, close, spare)
+        near_count = _from_afar(tree, b, low, high, rules.points, far, near_nodes, spare)
         for j in range(3):
             for m in range(size):
                 total = 0.0
@@ -128,9 +128,17 @@ def _groups(
                     for m in range(size - 1, 0, -1):
                         last, before = coefficients[j, m] + twice * last - before, last
                     totals[t, j, i] += coefficients[j, 0] + 0.5 * twice * last - before
-            for i in range(listed):
+            for i in range(near_count):
                 _descend(
-                    tree, rules, close[0, i], close[1, i], base[t], ends[:, t], offset[t], totals[t], spare
+                    tree,
+                    rules,
+                    near_nodes[0, i],
+                    near_nodes[1, i],
+                    base[t],
+                    ends[:, t],
+                    offset[t],
+                    totals[t],
+                    spare,
                 )
         start = stop
 
@@ -143,13 +151,13 @@ def _from_afar(
     high: float,
     points: FloatArray,
     far: FloatArray,
-    close: FloatArray,
+    near_nodes: FloatArray,
     spare: FloatArray,
 ) -> int:
-    """Add what acts on a group from afar at its points; the bunches that are too close for that are listed, and counted."""
+    """Add the sums over distant nodes at the points of a group; list and count the nodes that are too close."""
     stack = np.empty((_STACK, 2), dtype=np.int64)
     stack[0, 0], stack[0, 1] = tree.first.size - 2, 0
-    waiting, listed, width = 1, 0, high - low
+    waiting, near_count, width = 1, 0, high - low
     place = low + width * points
     while waiting:
         waiting -= 1
@@ -162,11 +170,11 @@ def _from_afar(
         if distance >= tree.gap[j] and distance >= width:
             _by_nodes(tree, j, base, place, far, spare)
         elif level == 0 or tree.high[j] - tree.low[j] <= 0.5 * width:
-            close[0, listed], close[1, listed] = level, i
-            listed += 1
+            near_nodes[0, near_count], near_nodes[1, near_count] = level, i
+            near_count += 1
         else:
             waiting = _push_children(tree, level, i, stack, waiting)
-    return listed
+    return near_count
 
 
 @inner
@@ -190,7 +198,7 @@ def _descend(
     total: FloatArray,
     spare: FloatArray,
 ) -> None:
-    """Add what a bunch does to one target."""
+    """Add the sums over a node and its children at one target."""
     stack = np.empty((_STACK, 2), dtype=np.int64)
     stack[0, 0], stack[0, 1] = level, i
     waiting = 1
@@ -206,19 +214,19 @@ def _descend(
         elif level:
             waiting = _push_children(tree, level, i, stack, waiting)
         else:
-            _beside(tree, rules, j, base, offset, total, spare)
+            _add_adjacent(tree, rules, j, base, offset, total, spare)
 
 
 @inner
 def _by_nodes(
     tree: Tree, j: int, base: float, offset: FloatArray, total: FloatArray, spare: FloatArray
 ) -> None:
-    """Add what the nodes of a bunch do to places."""
+    """Add the sums over the points of a node at given places."""
     b = tree.base[j]
     shift = base - b
     for n in range(tree.offset.shape[1]):
         at = tree.offset[j, n]
-        f, moment, rate = tree.charges[0, j, n], tree.charges[1, j, n], tree.charges[2, j, n]
+        f, moment, rate = tree.strengths[0, j, n], tree.strengths[1, j, n], tree.strengths[2, j, n]
         if f == 0.0 and rate == 0.0:
             continue
         for i in range(offset.size):
@@ -229,7 +237,7 @@ def _by_nodes(
 
 
 @inner
-def _beside(
+def _add_adjacent(
     tree: Tree,
     rules: Rules,
     j: int,
@@ -238,7 +246,7 @@ def _beside(
     total: FloatArray,
     spare: FloatArray,
 ) -> None:
-    """Add what a panel does to places close to it, or on it, by r = x - v^2."""
+    """Add the integrals over a panel at places close to it, or on it, by r = x - v^2."""
     b, low, high = tree.base[j], tree.low[j], tree.high[j]
     shift = base - b
     degree = tree.coefficients.shape[1]

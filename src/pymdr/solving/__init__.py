@@ -1,1 +1,1 @@
-"""Check, map, solve, interpret: the method as one verb, and what is asked around it."""
+"""Check, map, solve, interpret: the method as one verb, and studies of contacts."""

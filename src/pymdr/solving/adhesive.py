@@ -16,7 +16,7 @@ from pymdr.interpretation.adhesion import (
     certify_stretched_disk,
     energy_assumption,
     is_always_open,
-    without_falls,
+    without_torn_rows,
 )
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.theories import theory_of
@@ -28,13 +28,13 @@ from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.normal import refuse_sideways
+from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.reach import assumptions, map_remark
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
+    LegProgress,
     Task,
-    Told,
     Walked,
     channels_at,
     solution,
@@ -44,28 +44,28 @@ from pymdr.solving.walk import (
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
-"""Machine stiffness in N/m that stands for a prescribed channel."""
+"""Machine stiffness in N/m equivalent to a prescribed channel."""
 _ROUNDING = 1e-12
 _PARAMETER = 4e-12
-"""Of itself: what a parameter from a table of states errs by."""
+"""Relative error of a parameter from a table of states."""
 
 
 @dataclass(frozen=True)
 class _State:
-    """Where the contact is between two legs."""
+    """State of the contact between two legs."""
 
     parameter: float | None = None
-    """None for a body that does not touch."""
+    """None out of contact."""
     known: bool = True
-    """Whether anybody knows where the body is: not after it was lost under a prescribed force."""
+    """Whether the position is known: not after the contact was lost under a prescribed force."""
     solved: bool = True
-    """Whether every row before could be solved: without one of them, what follows is not known."""
+    """Whether every row before could be solved."""
     dissipated: float = 0.0
 
 
 @dataclass(frozen=True)
 class _Rows:
-    """What a walk meets, one entry per row but for the last two."""
+    """Columns of a walk, one entry per row except for the last two."""
 
     parameter: FloatArray
     attached: BoolArray
@@ -74,7 +74,7 @@ class _Rows:
     force_rate: FloatArray
     """dF/ds in N/m."""
     control: FloatArray
-    """Stiffness in N/m of the machine that stands for the control."""
+    """Machine stiffness in N/m equivalent to the control."""
     indentation: FloatArray
     normal_force: FloatArray
     jumped: BoolArray
@@ -82,7 +82,7 @@ class _Rows:
     dissipated: FloatArray
     external_work: FloatArray
     solved: BoolArray
-    """Whether layers let the row, and every one before it, be solved."""
+    """Whether the row and every row before it could be solved on layers."""
     residual: FloatArray
     """One entry per leg."""
     jumps: Jumps
@@ -91,7 +91,7 @@ class _Rows:
 
 def solve_adhesive(task: Task) -> Result:
     """Map, walk and interpret."""
-    refuse_sideways(
+    refuse_tangential(
         task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
     )
     line = AdhesiveLine(task.contact)
@@ -103,20 +103,20 @@ def _step(
     line: AdhesiveLine,
     stiffness: float | None,
     state: _State,
-    asked: Stretch,
+    stretch: Stretch,
     kept: np.ndarray | None,
-    told: Told | None,
+    progress: LegProgress | None,
 ) -> tuple[_Rows, _State, Channels]:
-    """Step 2: states on the curve of the law, with jumps where it folds, up to the first row that layers do not allow."""
+    """Step 2: states on the curve of the law, with jumps at its folds, up to the first row that layers do not allow."""
     assert kept is None
-    values, k = asked.normal, _stiffness_of(asked, stiffness)
+    values, k = stretch.normal, _stiffness_of(stretch, stiffness)
     parts, end, count = [], state, 0
     if state.solved:
         track = _track(line, k, float(np.max(values)), state.parameter or 0.0)
         beyond = values > np.max(track.high)
         count = int(np.argmax(beyond)) if line.limit is not None and beyond.any() else values.size
     if count > 0:
-        rows, end = _followed(line, track, stiffness, state, replace(asked, normal=values[:count]))
+        rows, end = _followed(line, track, stiffness, state, replace(stretch, normal=values[:count]))
         parts.append(rows)
     if count < values.size:
         parts.append(_left_out(k, values[count:], end.dissipated))
@@ -126,13 +126,13 @@ def _step(
     return whole, end, here
 
 
-def _stiffness_of(asked: Stretch, stiffness: float | None) -> float:
-    """Stiffness in N/m of the machine that stands for the control of a leg."""
-    return _CONTROL.get(asked.controls.normal, math.inf if stiffness is None else stiffness)
+def _stiffness_of(stretch: Stretch, stiffness: float | None) -> float:
+    """Machine stiffness in N/m equivalent to the control of a leg."""
+    return _CONTROL.get(stretch.controls.normal, math.inf if stiffness is None else stiffness)
 
 
 def _track(line: AdhesiveLine, k: float, top: float, parameter: float) -> Track:
-    """The curve as far as a path needs it, or as far as layers allow."""
+    """The curve up to the largest target of a path, or as far as layers allow."""
     try:
         return line.track(k, top, parameter)
     except (ConvergenceError, ProblemError):
@@ -142,7 +142,7 @@ def _track(line: AdhesiveLine, k: float, top: float, parameter: float) -> Track:
 
 
 def _left_out(k: float, values: FloatArray, dissipated: float) -> _Rows:
-    """Rows that layers do not allow: nothing but what is prescribed."""
+    """Rows that layers do not allow: prescribed values only."""
     unknown, none = np.full(values.shape, math.nan), np.zeros(values.shape)
     no_row = np.zeros(0)
     return _Rows(
@@ -164,23 +164,23 @@ def _left_out(k: float, values: FloatArray, dissipated: float) -> _Rows:
 
 
 def _followed(
-    line: AdhesiveLine, track: Track, stiffness: float | None, state: _State, asked: Stretch
+    line: AdhesiveLine, track: Track, stiffness: float | None, state: _State, stretch: Stretch
 ) -> tuple[_Rows, _State]:
     """Rows that can be solved, and the state at their end."""
-    channel, values, k = asked.controls.normal, asked.normal, _stiffness_of(asked, stiffness)
+    channel, values, k = stretch.controls.normal, stretch.normal, _stiffness_of(stretch, stiffness)
     by_force = k == 0.0
     if by_force and state.parameter is None and state.known:
-        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.lost]))[0]))
-    history = _with_falls(line, follow(track, values, state.parameter))
+        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.pull_off]))[0]))
+    history = _with_tear_off_losses(line, follow(track, values, state.parameter))
     attached = history.attached
     s = np.where(attached, history.parameter, line.equilibria.start)
     states = line.equilibria.states(s)
     elastic, surface = line.equilibria.energies(s)
     slopes = line.equilibria.slopes(s)
-    found = _between_parameters(k, values, s, (states.indentation, states.normal_force), slopes)
-    force = np.where(attached, values if by_force else found[1], math.nan if by_force else 0.0)
+    between = _between_parameters(k, values, s, (states.indentation, states.normal_force), slopes)
+    force = np.where(attached, values if by_force else between[1], math.nan if by_force else 0.0)
     free_depth = np.full(values.shape, math.nan) if by_force else values
-    depth = np.where(attached, values if channel == "indentation" else found[0], free_depth)
+    depth = np.where(attached, values if channel == "indentation" else between[0], free_depth)
     machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
     energy = np.where(attached, elastic + surface, 0.0) + machine
     dissipated = state.dissipated + np.cumsum(history.dissipated)
@@ -195,11 +195,11 @@ def _followed(
         jumped=history.jumped,
         jump_dissipation=history.dissipated,
         dissipated=dissipated,
-        # what goes in is stored or lost; the energy balance holds this against quadrature
+        # work is stored or dissipated; the energy balance compares this with quadrature
         external_work=energy + dissipated,
         solved=np.ones(values.shape, dtype=bool),
         residual=np.array([energy_residual(track, history)]),
-        jumps=replace(history.jumps, step=asked.leg.first + history.jumps.step),
+        jumps=replace(history.jumps, step=stretch.leg.first + history.jumps.step),
     )
     end = _State(
         parameter=float(history.parameter[-1]) if attached[-1] else None,
@@ -216,37 +216,37 @@ def _between_parameters(
     at: tuple[FloatArray, FloatArray],
     rates: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
-    """Depth in m and force in N of a control that lies between those of two neighbouring parameters.
+    """Depth in m and force in N at a control between those of two adjacent parameters.
 
-    Beside a rim both change a lot over the rounding of s; from the state at s they are straight over such a distance.
+    Near a rim both change much within the rounding of s; they are linear in s over such a distance.
     """
     known = np.isfinite(rates[0]) & np.isfinite(rates[1])
     per_depth, per_force = (np.where(known, rate, 0.0) for rate in rates)
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.nan_to_num((control - under_control(k, *at)) / under_control(k, per_depth, per_force))
-    # at a fold the parameter is not better known than this
+    # at a fold the error of the parameter is not smaller than this
     width = _PARAMETER * np.abs(s)
     step = np.clip(step, -width, width)
     return at[0] + per_depth * step, at[1] + per_force * step
 
 
-def _with_falls(line: AdhesiveLine, history: History) -> History:
-    """The history with the energy lost where a dead load tore the contact off."""
+def _with_tear_off_losses(line: AdhesiveLine, history: History) -> History:
+    """The history with the energy dissipated where a dead load tore the contact off."""
     jumps = history.jumps
-    falls = np.isnan(jumps.loss)
-    if not falls.any():
+    torn = np.isnan(jumps.loss)
+    if not torn.any():
         return history
     loss = jumps.loss.copy()
-    loss[falls] = [
+    loss[torn] = [
         line.fallen(float(s), float(force))
-        for s, force in zip(jumps.before[falls], jumps.control[falls], strict=True)
+        for s, force in zip(jumps.before[torn], jumps.control[torn], strict=True)
     ]
     spent = np.bincount(jumps.step, weights=loss, minlength=history.control.size)
     return replace(history, jumps=replace(jumps, loss=loss), dissipated=spent.astype(float))
 
 
 def _visited(line: AdhesiveLine, rows: _Rows) -> Visited:
-    """What a path visits between its rows: the equilibria that lie on its stretches, and its jumps."""
+    """Equilibria that a path passes between its rows, and its jumps."""
     jumps, size = rows.jumps, rows.attached.size
     if is_always_open(line.line, line.law):
         none = np.zeros(0)
@@ -277,26 +277,26 @@ def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
     if values[0] >= 0.0:
         return
     raise PathError(
-        f"normal_force = {newtons(values[0])}: a body that does not touch cannot be pulled (the contact carries down "
-        f"to {newtons(pull_off)} once it is made); touch first, for example with load('0 N') >> ..."
+        f"normal_force = {newtons(values[0])}: a body out of contact cannot be pulled (in contact the limit is "
+        f"{newtons(pull_off)}); make contact first, for example with load('0 N') >> ..."
     )
 
 
-def _told(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str, ...]:
-    """The first jump into contact and the last out of it, in words."""
+def _jump_notes(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str, ...]:
+    """Notes on the first jump into contact and the last out of it."""
     jumps = taken(rows.jumps, known[rows.jumps.step])
     into, out = np.isnan(jumps.before), np.isnan(jumps.after)
     others = int(np.count_nonzero(rows.jumped & known)) - np.unique(jumps.step[into | out]).size
-    words: tuple[str, ...] = ()
-    for what, s in (("jumped into contact", jumps.after[into][:1]), ("pulled off", jumps.before[out][-1:])):
+    notes: tuple[str, ...] = ()
+    for event, s in (("jumped into contact", jumps.after[into][:1]), ("pulled off", jumps.before[out][-1:])):
         states = line.equilibria.states(s)
         for each in zip(states.indentation, states.normal_force, states.contact_radius, strict=True):
             d, force, a = map(float, each)
             smooth, load = float(line.line.depth(a)), float(line.line.force(a))
-            # a jump at 0 is met to rounding of its parts
+            # at a jump from 0 the sums leave rounding errors
             d, force = (0.0 if abs(x) <= _ROUNDING * size else x for x, size in ((d, smooth), (force, load)))
-            words += (f"{what} at d = {metres(d)}, F = {newtons(force)}, a = {metres(a)}",)
-    return (*words, f"the contact jumped in {others} other steps") if others > 0 else words
+            notes += (f"{event} at d = {metres(d)}, F = {newtons(force)}, a = {metres(a)}",)
+    return (*notes, f"the contact jumped in {others} other steps") if others > 0 else notes
 
 
 def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpretation:
@@ -305,8 +305,8 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
     equilibria = line.equilibria
     s = np.where(rows.attached, rows.parameter, equilibria.start)
     states = equilibria.states(s)
-    lost = ~rows.attached & rows.solved & np.isnan(rows.indentation)
-    blank = np.where(lost, math.nan, 0.0)
+    torn = ~rows.attached & rows.solved & np.isnan(rows.indentation)
+    blank = np.where(torn, math.nan, 0.0)
 
     def shown(values: FloatArray) -> FloatArray:
         return np.where(rows.attached, values, blank)
@@ -322,7 +322,7 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
         "normal_force": rows.normal_force,
         "contact_radius": a,
         "normal_stiffness": shown(stiffness_now),
-        "mean_pressure": np.where(lost, math.nan, mean_pressure(rows.normal_force, np.nan_to_num(a))),
+        "mean_pressure": np.where(torn, math.nan, mean_pressure(rows.normal_force, np.nan_to_num(a))),
         "elastic_energy": shown(elastic),
         "surface_energy": shown(surface),
         "external_work": rows.external_work,
@@ -338,15 +338,15 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
     certificate = _certificate(line, rows)
     said = theory.claim(line.law, task.contact.profile, line.line)
     claims = adhesive_claims(said, tuple(columns), certificate.disk, certificate.reason)
-    held = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
+    disks = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
     k = task.machine_stiffness
     machine = 0.0 if k is None else 0.5 * np.nan_to_num(rows.normal_force) ** 2 / k
     errors = adhesive_errors(line.line, equilibria, s, rows.control, columns, rows.jumps, machine)
-    claims = with_errors(claims, errors, map_remark(line.line, held))
+    claims = with_errors(claims, errors, map_remark(line.line, disks))
     balance = energy_assumption(float(np.max(rows.residual)))
     if not balance.met:
         claims = approximated(
-            claims, f"; work, energy and losses agree to {balance.measure:.1g} only", balance.measure
+            claims, f"; the energy balance has a relative residual of {balance.measure:.1g}", balance.measure
         )
     prescribed = {
         "indentation": np.isinf(rows.control),
@@ -357,28 +357,30 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
     claims = with_prescribed(claims, certificate.disk, prescribed)
     return Interpretation(
         columns=columns,
-        claims=without_falls(claims, lost),
+        claims=without_torn_rows(claims, torn),
         assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
-        notes=(*line.origin.notes, *line.unsmoothed, *_told(line, rows, certificate.disk)),
+        notes=(*line.origin.notes, *line.unsmoothed, *_jump_notes(line, rows, certificate.disk)),
         references=("sneddon", "popov-hess", *theory.references),
     )
 
 
 def _certificate(line: AdhesiveLine, rows: _Rows) -> Certificate:
-    """Which rows are disks that could be solved, and why others are not."""
-    found = certify_stretched_disk(line.line, _visited(line, rows), rows.solved.size, line.law)
-    if found.reason:
-        found = replace(found, reason="; ".join((found.reason, *line.unsmoothed)))
+    """The rows that are disks and could be solved, and the reason for the others."""
+    certificate = certify_stretched_disk(line.line, _visited(line, rows), rows.solved.size, line.law)
+    if certificate.reason:
+        certificate = replace(certificate, reason="; ".join((certificate.reason, *line.unsmoothed)))
     if rows.solved.all():
-        return found
+        return certificate
     assert line.limit is not None
     if not rows.solved.any():
         raise line.limit.error
     last = line.equilibria.states(np.array([line.end]))
     depth, force = metres(float(last.indentation[0])), newtons(float(last.normal_force[0]))
-    words = f"{line.limit.error}; the path is followed up to its first row beyond d = {depth}, F = {force}"
-    return Certificate(found.disk & rows.solved, "; ".join(w for w in (found.reason, words) if w))
+    reason = f"{line.limit.error}; the path is followed up to its first row beyond d = {depth}, F = {force}"
+    return Certificate(
+        certificate.disk & rows.solved, "; ".join(w for w in (certificate.reason, reason) if w)
+    )
 
 
 def _status(rows: _Rows, disk: BoolArray) -> Status:

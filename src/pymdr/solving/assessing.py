@@ -18,7 +18,7 @@ from pymdr.problem.schedule import ends_only, known_legs, total_rows
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Status
 from pymdr.solving.study import Study
-from pymdr.solving.verb import asked, solve
+from pymdr.solving.verb import check_request, solve
 from pymdr.units import QuantityLike
 
 if TYPE_CHECKING:
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SHORT = 100_000
-"""Rows that are followed in no time."""
+"""Largest number of rows for which the whole path is followed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Assessment(Study):
-    """What can be claimed of a contact along a path, before its history is solved."""
+    """Claims for a contact along a path, before its history is solved."""
 
     data: xr.Dataset
     """Largest indentation (m), normal force (N) and contact radius (m) that the path reaches, as far as they are known."""
     rows: int
     """Number of rows that :func:`solve` keeps."""
     quantities: int
-    """Number of quantities over them."""
+    """Number of quantities over these rows."""
     status: Status
-    """How the solution ends, or how that of the visited rows does."""
+    """Status of the solution, or of the solution of the visited rows."""
 
-    what: ClassVar = "an assessment"
+    subject: ClassVar = "an assessment"
 
     @property
     def largest(self) -> dict[str, float]:
@@ -51,11 +51,11 @@ class Assessment(Study):
 
     @property
     def memory(self) -> int:
-        """Bytes that the arrays of the result take; solving a long history takes about twice as much."""
+        """Bytes of the arrays of the result; solving a long history needs about twice as much."""
         return 8 * self.rows * self.quantities
 
     def groups(self) -> dict[str, dict[str, float]]:
-        """What the path reaches."""
+        """The largest values along the path."""
         return {"the path reaches": self.largest}
 
     def _remarks(self) -> list[str]:
@@ -108,7 +108,7 @@ def assess(
     """
     import xarray as xr
 
-    stiffness, kept = asked(contact, path, machine_stiffness, keep)
+    stiffness, kept = check_request(contact, path, machine_stiffness, keep)
     rows = total_rows(path) if kept is None else kept.size
     laws = contact.adhesion is not None or contact.friction is not None
     whole = solver is None and (not laws or total_rows(path) <= _SHORT)

@@ -18,30 +18,30 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_WHO = "azimuthal_profile"
+_PREFIX = "azimuthal_profile"
 _DRAWN = 400
 
 
 @dataclass(frozen=True, kw_only=True)
 class AzimuthalProfile(Study):
-    """A bump as a body of revolution; its CSV file is one that :func:`pymdr.read_profile` and case files read."""
+    """A bump as a body of revolution; :func:`pymdr.read_profile` and case files read its CSV file."""
 
     data: xr.Dataset
     """Over the radius ``r``: the heights ``f`` and their ``scatter``, in m."""
     profile: Sampled
-    """The azimuthal mean with its scatter, which :class:`pymdr.Contact` takes."""
+    """The azimuthal mean with its scatter, for :class:`pymdr.Contact`."""
     centre: tuple[float, float]
     """x and y in m of the apex."""
     radii: tuple[float, float]
-    """Principal radii of curvature of its cap in m, the smaller first; inf where it is flat."""
+    """Principal radii of curvature of its cap in m, the smaller first; inf if it is flat."""
     below_summit: float
     """
-    How far in m the apex of the mean, from which indentations of the profile are counted, lies below the highest height of the bump, from
-    which :func:`pymdr.press` and :class:`pymdr.Sampled2D` count: d there is d - below_summit of the profile.
+    Distance in m of the apex of the mean, the origin of indentations of the profile, below the highest height of the bump, the origin in
+    :func:`pymdr.press` and :class:`pymdr.Sampled2D`: an indentation d there is d - below_summit of the profile.
     """
     topography: Topography
 
-    what: ClassVar = "a mean profile"
+    subject: ClassVar = "a mean profile"
 
     def _remarks(self) -> list[str]:
         x, y = (metres(one) for one in self.centre)
@@ -53,8 +53,8 @@ class AzimuthalProfile(Study):
             f"{metres(float(self.profile.height[-1]))} lower",
             f"principal radii of its cap {low} and {high}",
             f"heights at one radius scatter by {scatter} (root mean square)",
-            f"its apex is {below} below the highest height: the force on the mean profile at an indentation of d - {below} is a lower "
-            "bound of that on the bump at d from its highest height, as press counts: rigorous, if it does not tilt",
+            f"its apex is {below} below the highest height: the force on the mean profile at an indentation of d - {below} is a rigorous "
+            "lower bound of that on the bump at d below its highest height (as in press) if it does not tilt",
         ]
 
     def _figure(self) -> Figure:
@@ -83,29 +83,28 @@ def azimuthal_profile(
     Parameters
     ----------
     topography : Topography
-        None of its heights missing.
+        Without missing heights.
     centre : pair of quantities, optional
-        x and y in m of the axis. Unless given, it is the vertex of the paraboloid that lies nearest to the cap, the half of the reach.
+        x and y in m of the axis. By default the vertex of the paraboloid fitted to the cap, up to half of the reach.
     reach : quantity, optional
-        The last radius in m; unless given, the distance from the apex to the nearest edge.
+        The last radius in m; by default the distance from the apex to the nearest edge.
 
     Returns
     -------
     AzimuthalProfile
-        Its ``profile`` has a sample for every pixel of the radius; the standard deviation of heights at one radius is its scatter.
+        Its ``profile`` has one sample per pixel; its scatter is the standard deviation of heights at one radius.
 
     Raises
     ------
     ProblemError
-        If the surface is not one bump: its apex is within 8 pixels of the edge or falls not to all sides, heights at one radius
-        scatter by more than 15 % of what the mean falls, besides noise, or a second summit stands out by more than a tenth of that, and
-        than the noise. The message says which.
+        If the surface is not one bump: its apex is within 8 pixels of the edge or not a summit, heights at one radius scatter by more
+        than 15 % of the height of the mean, without noise, or a second summit is higher than a tenth of that and than the noise.
 
     Notes
     -----
     The force on the mean profile is a lower bound of that on the body with the plane at the same height, whatever the centre (Shield 1967
-    with Barber 1974), of second order in what it differs from a body of revolution by, as long as it does not tilt. Indentations of
-    the profile are counted from its own apex, `below_summit` deeper than those of :func:`pymdr.press`.
+    with Barber 1974), second-order accurate in the asymmetry, if it does not tilt. Indentations of
+    the profile are relative to its own apex, `below_summit` deeper than those of :func:`pymdr.press`.
 
     Examples
     --------
@@ -119,41 +118,41 @@ def azimuthal_profile(
     """
     if not isinstance(topography, Topography):
         raise ProblemError(
-            f"{_WHO}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
+            f"{_PREFIX}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
         )
-    heights = topography.complete(_WHO)
+    heights = topography.complete(_PREFIX)
     middle = None
     if centre is not None:
         given = to_si_array(centre, "m", name="centre")
         if given.shape != (2,) or np.any(given <= 0.0) or np.any(given >= topography.size):
             raise ProblemError(
-                f"{_WHO}: centre = {shown(centre)}; x and y of a place within the patch are needed"
+                f"{_PREFIX}: centre = {shown(centre)}; give x and y of a point within the patch"
             )
         middle = (float(given[0]), float(given[1]))
     last = None if reach is None else to_si(reach, "m", name="reach")
     if last is not None and not last > 0.0:
-        raise ProblemError(f"{_WHO}: reach = {shown(reach)}; it must be above 0 m")
+        raise ProblemError(f"{_PREFIX}: reach = {shown(reach)}; it must be above 0 m")
     try:
-        found = mean_profile(heights, topography.spacing, middle, last)
+        bump = mean_profile(heights, topography.spacing, middle, last)
     except ProblemError as error:
-        raise ProblemError(f"{_WHO}: {error}") from error
+        raise ProblemError(f"{_PREFIX}: {error}") from error
     import xarray as xr
 
-    columns = {"f": found.height, "scatter": found.scatter}
+    columns = {"f": bump.height, "scatter": bump.scatter}
     return AzimuthalProfile(
         data=xr.Dataset(
             {name: ("r", values, {"units": "m"}) for name, values in columns.items()},
-            coords={"r": ("r", found.radius, {"units": "m"})},
+            coords={"r": ("r", bump.radius, {"units": "m"})},
         ),
         notes=topography.steps,
-        profile=Sampled(found.radius, found.height, scatter=found.scatter),
-        centre=found.centre,
-        radii=_radii(found),
-        below_summit=found.below_summit,
+        profile=Sampled(bump.radius, bump.height, scatter=bump.scatter),
+        centre=bump.centre,
+        radii=_radii(bump),
+        below_summit=bump.below_summit,
         topography=topography,
     )
 
 
-def _radii(found: MeanProfile) -> tuple[float, float]:
-    sharp, blunt = (1.0 / bend if bend > 0.0 else float("inf") for bend in found.curvatures)
+def _radii(bump: MeanProfile) -> tuple[float, float]:
+    sharp, blunt = (1.0 / bend if bend > 0.0 else float("inf") for bend in bump.curvatures)
     return sharp, blunt

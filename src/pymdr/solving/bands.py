@@ -1,4 +1,4 @@
-"""Bands: what the scatter of a sampled profile does to every quantity."""
+"""Bands: the effect of the scatter of a sampled profile on every quantity."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 BAND_NOTE = (
     "bands are the results for the profile lowered and raised by its scatter: a sensitivity, not a confidence "
-    "interval; NaN where such a profile is not a disk contact or not known far enough"
+    "interval; NaN where the contact of such a profile is not a disk or exceeds its known part"
 )
 OFFSET_NOTE = (
-    "the scatter is the same at every sample, so that lowered and raised by it the profile moves as a whole and the bands have "
-    "no width; the scatter of the heights above the axis, which is 0 there, gives them one"
+    "the scatter is the same at every sample, so it shifts the whole profile and the bands have zero width; give the scatter of "
+    "the heights relative to the axis, which is 0 there"
 )
 
 
@@ -36,7 +36,7 @@ def scatter_of(profile: Profile) -> bool:
 
 
 def band_note(profile: Profile) -> str:
-    """What the bands of a profile with a scatter mean."""
+    """The note that explains the bands of a profile with a scatter."""
     return BAND_NOTE if any(np.ptp(scatter) > 0.0 for scatter in _scatters(profile)) else OFFSET_NOTE
 
 
@@ -64,7 +64,7 @@ def with_bands(result: Result, solve: Callable[[Contact], Result]) -> Result:
         )
         if np.array_equal(values[0], values[1]) and np.array_equal(values[0], values[2]):
             continue
-        known = ~np.isnan(values).any(axis=0)  # the resistance of bodies apart is infinite
+        known = ~np.isnan(values).any(axis=0)  # the resistance out of contact is infinite
         columns[f"{name}_low"] = np.where(known, values.min(axis=0), math.nan)
         columns[f"{name}_high"] = np.where(known, values.max(axis=0), math.nan)
     return replace(
@@ -85,17 +85,17 @@ def _shifted_solution(result: Result, sign: float, solve: Callable[[Contact], Re
 
 @lru_cache(maxsize=256)
 def shifted(profile: Profile, sign: float) -> Profile:
-    """The profile moved by its scatter; the same value each time, so that its curve and its map are made once."""
+    """The profile moved by its scatter; cached, so that its curve and its map are computed once."""
     if isinstance(profile, Sum):
         return Sum(tuple(shifted(part, sign) for part in profile.parts))
     if not isinstance(profile, Sampled) or profile.scatter is None:
         return profile
-    # the scatter stays: it weighs the samples of a smoothing spline as it does for the profile itself
+    # the scatter stays: it weights the samples of a smoothing spline
     return replace(profile, height=profile.height + sign * profile.scatter)
 
 
 def _mean_claims(claims: Mapping[str, Claim], *, adhesive: bool) -> dict[str, Claim]:
-    """A profile with scatter is the azimuthal mean of a body that is not quite one of revolution."""
+    """Claims of a profile with scatter, the azimuthal mean of a body that is not quite axisymmetric."""
     reason = (
         "exact for the mean profile; for the measured body, whose azimuthal mean it is, the force at a given "
         "indentation, counted from the apex of the mean and not from the highest summit, is a rigorous lower bound, second-order "

@@ -25,24 +25,24 @@ from pymdr.units import QuantityLike, shown
 if TYPE_CHECKING:
     from multiprocessing.context import BaseContext
 
-_SHARES = 8
-"""Shares of the work for every process."""
+_BLOCKS = 8
+"""Blocks of the work per process."""
 _MANY = 4
-"""Contacts for every process from which on some are solved in this one first, to see how long they take."""
+"""Contacts per process from which on the first are solved in this process, to measure how long they take."""
 _SHORT = 1.0
-"""Work in s that starting a process does not pay for."""
+"""Work in s below which no process is started."""
 
 
 class _Parcel(NamedTuple):
-    """Pickled answers, and where their arrays lie in which shared memory."""
+    """Pickled answers, and the ends of their arrays in a shared memory."""
 
     head: bytes
     memory: str
     ends: list[int]
 
 
-class Asked(NamedTuple):
-    """A contact, its path, and the machine in N/m."""
+class Request(NamedTuple):
+    """A contact, its path, and the machine stiffness in N/m."""
 
     contact: Contact
     path: LoadingPath
@@ -70,10 +70,10 @@ def solve_batch(
     machine_stiffness, keep
         As for :func:`solve`.
     workers : int
-        Number of processes, this one among them; work of less than a second stays in this one. Where the others are no
-        copies of this one (beside other threads, on Windows and macOS, from Python 3.14 on) they import the script that calls,
-        which then does so below ``if __name__ == "__main__":``. All rows of long histories take time to bring back: ``keep``
-        makes them light. With `threadpoolctl` installed linear algebra takes one thread in each.
+        Number of processes including this one; work of less than a second stays in this one. Processes that cannot be forked
+        (with other threads, on Windows and macOS, from Python 3.14 on) import the calling script, which then must call below
+        ``if __name__ == "__main__":``. Long histories take time to transfer: reduce them with ``keep``. With `threadpoolctl`
+        installed linear algebra uses one thread per process.
     throw : bool
         Whether the first error ends the batch; otherwise errors take the place of results.
     progress : callable, optional
@@ -87,8 +87,8 @@ def solve_batch(
     Raises
     ------
     ProblemError
-        If there are other numbers of paths than of contacts, `workers` is no whole number above 0, or another process ends
-        before it has answered.
+        If the numbers of paths and contacts differ, `workers` is not a whole number above 0, or another process ends before it
+        has answered.
     PymdrError
         The first error, if `throw`.
 
@@ -100,30 +100,30 @@ def solve_batch(
     >>> round(forces[1] / forces[0], 12)
     2.0
     """
-    for name, given in (("contacts", contacts), ("path", path)):
-        if not isinstance(given, Iterable | LoadingPath):
+    for name, yielded in (("contacts", contacts), ("path", path)):
+        if not isinstance(yielded, Iterable | LoadingPath):
             raise ProblemError(
-                f"solve_batch: {name} = {shown(given)}; a list is needed, such as [Contact(profile, body)]"
+                f"solve_batch: {name} = {shown(yielded)}; a list is needed, such as [Contact(profile, body)]"
             )
-    pieces = list(contacts)
-    paths = [path] * len(pieces) if isinstance(path, LoadingPath) else list(path)
-    if len(paths) != len(pieces):
+    bodies = list(contacts)
+    paths = [path] * len(bodies) if isinstance(path, LoadingPath) else list(path)
+    if len(paths) != len(bodies):
         raise ProblemError(
-            f"solve_batch: {len(paths)} paths for {len(pieces)} contacts; give one path for all, or one for each"
+            f"solve_batch: {len(paths)} paths for {len(bodies)} contacts; give one path for all, or one for each"
         )
-    asked = [Asked(*both, machine_stiffness) for both in zip(pieces, paths, strict=True)]
+    requests = [Request(*both, machine_stiffness) for both in zip(bodies, paths, strict=True)]
     answers: list[Result | PymdrError] = []
-    for answer in solutions(asked, {"keep": keep}, workers):
+    for answer in solutions(requests, {"keep": keep}, workers):
         if throw and isinstance(answer, PymdrError):
             raise answer
         answers.append(answer)
         if progress is not None:
-            progress(len(answers), len(pieces))
+            progress(len(answers), len(bodies))
     return answers
 
 
 def solutions(
-    asked: Sequence[Asked], options: Mapping[str, Any], workers: int
+    requests: Sequence[Request], options: Mapping[str, Any], workers: int
 ) -> Iterator[Result | PymdrError]:
     """
     Results of contacts along their paths, or why there is none, in order and one by one.
@@ -131,88 +131,89 @@ def solutions(
     Raises
     ------
     ProblemError
-        If `workers` is no whole number above 0.
+        If `workers` is not a whole number above 0.
     """
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
     if workers == 1:
-        return (_solve_quietly(one, options) for one in asked)
-    return _solve_apart(asked, options, workers)
+        return (_solve_quietly(one, options) for one in requests)
+    return _solve_parallel(requests, options, workers)
 
 
-def _solve_apart(
-    asked: Sequence[Asked], options: Mapping[str, Any], workers: int
+def _solve_parallel(
+    requests: Sequence[Request], options: Mapping[str, Any], workers: int
 ) -> Iterator[Result | PymdrError]:
     """Solve in several processes, unless all of it is short."""
-    workers = min(workers, len(asked))
+    workers = min(workers, len(requests))
     done = 0
-    if workers < 2 or len(asked) >= _MANY * workers:
-        # the first one is not timed: it loads what the others find ready
-        for done, one in enumerate(asked, 1):
+    if workers < 2 or len(requests) >= _MANY * workers:
+        # the first one is not timed: it loads and compiles
+        for done, one in enumerate(requests, 1):
             start = time.perf_counter()
             answer = _solve_quietly(one, options)
-            needed = (len(asked) - done) * (time.perf_counter() - start)
+            needed = (len(requests) - done) * (time.perf_counter() - start)
             yield answer
             if workers > 1 and done > 1 and needed > _SHORT:
                 break
-    if done < len(asked):
-        yield from _solve_shared(asked[done:], options, workers)
+    if done < len(requests):
+        yield from _solve_in_processes(requests[done:], options, workers)
 
 
-def _solve_shared(
-    asked: Sequence[Asked], options: Mapping[str, Any], workers: int
+def _solve_in_processes(
+    requests: Sequence[Request], options: Mapping[str, Any], workers: int
 ) -> Iterator[Result | PymdrError]:
     """
     Solve in this process and in others, in order.
 
-    This one solves what cannot be sent, such as a lambda, and shares of the rest, which neither wait for a process to start
-    nor are sent back.
+    This process solves what cannot be pickled, such as a lambda, and blocks of the rest.
     """
     from concurrent.futures import Future, ProcessPoolExecutor
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import resource_tracker
 
-    travels = {key: _can_travel(path) for key, path in {id(one.path): one.path for one in asked}.items()}
-    goes = [travels[id(one.path)] and _can_travel(one.contact) for one in asked]
-    away = [i for i, can in enumerate(goes) if can]
-    here = deque([i] for i, can in enumerate(goes) if not can)
-    size = max(1, math.ceil(len(asked) / (_SHARES * workers)))
-    shares = deque(away[first : first + size] for first in range(0, len(away), size))
+    path_picklable = {
+        key: _is_picklable(path) for key, path in {id(one.path): one.path for one in requests}.items()
+    }
+    picklable = [path_picklable[id(one.path)] and _is_picklable(one.contact) for one in requests]
+    remote = [i for i, sendable in enumerate(picklable) if sendable]
+    here = deque([i] for i, sendable in enumerate(picklable) if not sendable)
+    size = max(1, math.ceil(len(requests) / (_BLOCKS * workers)))
+    blocks = deque(remote[first : first + size] for first in range(0, len(remote), size))
     answers: dict[int, Result | PymdrError] = {}
     sent: deque[tuple[list[int], Future[_Parcel]]] = deque()
-    given = 0
+    yielded = 0
     # one tracker of shared memory for all processes, or each would clean up after itself too early
     resource_tracker.ensure_running()
     with (
         _one_thread(),
         ProcessPoolExecutor(workers - 1, _start_context(), initializer=_stay_in_one_thread) as pool,
     ):
-        while given < len(asked):
-            while shares and len(sent) < workers:
-                share = shares.popleft()
-                sent.append((share, pool.submit(_solve_share, [asked[i] for i in share], options)))
-            own = here or shares
+        while yielded < len(requests):
+            while blocks and len(sent) < workers:
+                block = blocks.popleft()
+                sent.append((block, pool.submit(_solve_block, [requests[i] for i in block], options)))
+            own = here or blocks
             waits = not own
             for i in own.popleft() if own else []:
-                answers[i] = _solve_quietly(asked[i], options)
+                answers[i] = _solve_quietly(requests[i], options)
             while sent and (sent[0][1].done() or waits):
-                share, parcel = sent.popleft()
+                block, parcel = sent.popleft()
                 try:
                     received = _received(parcel.result())
                 except BrokenProcessPool as error:
                     raise ProblemError(
-                        f"workers = {workers}: a process ended before it had answered, for want of memory or because the script "
-                        'starts it while it is imported; call it below `if __name__ == "__main__":`, or with workers=1'
+                        f"workers = {workers}: a process ended before it had answered: the memory is too small, or the script "
+                        'starts it while it is imported; reduce workers, or call it below `if __name__ == "__main__":`'
                     ) from error
-                for i, answer in zip(share, received, strict=True):
-                    answers[i] = _with_its_own(answer, asked[i])
+                for i, answer in zip(block, received, strict=True):
+                    answers[i] = _with_its_own(answer, requests[i])
                 waits = False
-            while given in answers:
-                yield answers.pop(given)
-                given += 1
+            while yielded in answers:
+                yield answers.pop(yielded)
+                yielded += 1
 
 
-def _with_its_own(answer: Result | PymdrError, one: Asked) -> Result | PymdrError:
+def _with_its_own(answer: Result | PymdrError, one: Request) -> Result | PymdrError:
     """An answer of another process with the contact and the path of the caller."""
     return replace(answer, contact=one.contact, path=one.path) if isinstance(answer, Result) else answer
 
@@ -221,9 +222,8 @@ def _start_context() -> BaseContext:
     """
     How processes are started.
 
-    A copy of this one (a fork, where Python does so by itself) has all loaded at once. It is made only where no other thread of
-    Python may hold a lock that the copy never sees released; the threads of OpenBLAS are begun anew in a copy, and compiled
-    kernels use none.
+    A fork (where it is the default) has everything loaded. It is used only without other Python threads, whose locks would never
+    be released in it; OpenBLAS restarts its threads in a fork, and compiled kernels use none.
     """
     import multiprocessing
     import threading
@@ -251,7 +251,7 @@ def _stay_in_one_thread() -> None:
     _one_thread()
 
 
-def _can_travel(value: Contact | LoadingPath) -> bool:
+def _is_picklable(value: Contact | LoadingPath) -> bool:
     try:
         pickle.dumps(value)
     except (AttributeError, TypeError, pickle.PicklingError, ProblemError):
@@ -259,16 +259,16 @@ def _can_travel(value: Contact | LoadingPath) -> bool:
     return True
 
 
-def _solve_share(asked: Sequence[Asked], options: Mapping[str, Any]) -> _Parcel:
-    """Solve some contacts; the paths, which the caller has, do not go back."""
-    answers = [_solve_quietly(one, options) for one in asked]
+def _solve_block(requests: Sequence[Request], options: Mapping[str, Any]) -> _Parcel:
+    """Solve some contacts; the paths, which the caller has, are not sent back."""
+    answers = [_solve_quietly(one, options) for one in requests]
     return _sent(
         [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
     )
 
 
 def _sent(answers: list[Result | PymdrError]) -> _Parcel:
-    """Answers with their arrays in shared memory: a pipe would take longer than to solve them again."""
+    """Answers with their arrays in shared memory, which is much faster than a pipe."""
     from multiprocessing.shared_memory import SharedMemory
 
     arrays: list[pickle.PickleBuffer] = []
@@ -276,10 +276,10 @@ def _sent(answers: list[Result | PymdrError]) -> _Parcel:
     ends = [0, *accumulate(array.raw().nbytes for array in arrays)]
     memory = SharedMemory(create=True, size=max(ends[-1], 1))
     assert memory.buf is not None
-    room = memoryview(memory.buf)
+    view = memoryview(memory.buf)
     for array, (start, end) in zip(arrays, pairwise(ends), strict=True):
-        room[start:end] = array.raw()
-    room.release()
+        view[start:end] = array.raw()
+    view.release()
     memory.close()
     return _Parcel(head, memory.name, ends)
 
@@ -298,8 +298,8 @@ def _received(parcel: _Parcel) -> list[Result | PymdrError]:
     return answers
 
 
-def _solve_quietly(asked: Asked, options: Mapping[str, Any]) -> Result | PymdrError:
+def _solve_quietly(request: Request, options: Mapping[str, Any]) -> Result | PymdrError:
     try:
-        return solve(asked.contact, asked.path, machine_stiffness=asked.machine_stiffness, **options)
+        return solve(request.contact, request.path, machine_stiffness=request.machine_stiffness, **options)
     except PymdrError as error:
         return error

@@ -1,4 +1,4 @@
-"""Which line of springs is as stiff as a rough surface in three dimensions: lambda, measured."""
+"""Calibration of lambda: the line of springs that is as stiff as a rough surface in three dimensions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import scipy
 from pymdr.errors import ProblemError
 from pymdr.independent.engines import Engine
 from pymdr.interpretation.rough import (
-    FITTED_SHARES,
+    FITTED_FRACTIONS,
     PUBLISHED,
     calibration_claims,
     rough_assumptions,
@@ -33,18 +33,18 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-_WHO = "calibrate_coefficient"
+_PREFIX = "calibrate_coefficient"
 _UNIT = Elastic(1.0, 0.0)
 _LINES = 100
-_SHARES = (0.015, 0.985)
-"""Of the stiffness of full contact, between which loads are chosen by Geike's line."""
+_FRACTIONS = (0.015, 0.985)
+"""Range of the stiffness of Geike's line at the loads, relative to full contact."""
 _BEYOND = 1.6
-"""Of the largest load: surfaces fill their contact later than lines."""
+"""Factor of the largest load, because surfaces approach full contact more slowly than lines."""
 _LOADS, _FEWEST = 12, 3
 _BAND = (16.0, 84.0)
 _DENSE, _AROUND = 400, 4.0
 _WIDEST = 3.0
-"""Largest factor of the heights that is looked for."""
+"""Largest factor of the heights."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,11 +53,11 @@ class LineCalibration(Study):
     Stiffness of a rough square in three dimensions, that of its lines and of the power law, over the load F/(E* L h).
 
     ``stiffness`` is k/(E* L), with ``_low`` and ``_high``, the 16th and 84th percentiles; ``line_stiffness`` is that of Geike's line,
-    ``fitted_stiffness`` that of the line with the fitted lambda, ``power_law`` eq. (16). ``area`` is the true area of contact over
-    that of the square, ``line_share`` the share of the springs that are in contact, which is no area.
+    ``fitted_stiffness`` that of the line with the fitted lambda, ``power_law`` eq. (16). ``area`` is the true contact area over that
+    of the square, ``line_share`` the fraction of springs in contact, which is not an area.
     """
 
-    what: ClassVar[str] = "a calibration"
+    subject: ClassVar[str] = "a calibration"
     columns: ClassVar[Mapping[str, Column]] = {
         "load": Column("F/E*Lh", ""),
         "stiffness": Column("k/E*L", ""),
@@ -69,7 +69,7 @@ class LineCalibration(Study):
         "area": Column("area", ""),
         "line_share": Column("line share", ""),
     }
-    told: ClassVar[tuple[str, ...]] = (
+    summary_claims: ClassVar[tuple[str, ...]] = (
         "stiffness",
         "line_stiffness",
         "fitted_stiffness",
@@ -83,17 +83,17 @@ class LineCalibration(Study):
         return float(self.data.attrs["coefficient"])
 
     def _remarks(self) -> list[str]:
-        told = self.data.attrs
-        low, high = told["coefficients"]
+        attrs = self.data.attrs
+        low, high = attrs["coefficients"]
         return [
-            f"H = {told['hurst']:g}, {told['bandwidth']:.4g} shortest waves in the side, {told['realisations']} surfaces of {told['pixels']} x "
-            f"{told['pixels']} pixels ({told['engine']}), {_LINES} lines",
-            f"lambda = {self.coefficient:.3g}; of single surfaces from {low:.3g} to {high:.3g}; rms misfit {100.0 * told['misfit']:.2g} %, largest "
-            f"{100.0 * told['largest_misfit']:.2g} %",
+            f"H = {attrs['hurst']:g}, {attrs['bandwidth']:.4g} shortest waves in the side, {attrs['realisations']} surfaces of {attrs['pixels']} x "
+            f"{attrs['pixels']} pixels ({attrs['engine']}), {_LINES} lines",
+            f"lambda = {self.coefficient:.3g}; of single surfaces from {low:.3g} to {high:.3g}; rms misfit {100.0 * attrs['misfit']:.2g} %, largest "
+            f"{100.0 * attrs['largest_misfit']:.2g} %",
         ]
 
     def _figure(self) -> Figure:
-        """Stiffness against load, all over that in three dimensions, and the area beside the share of the springs."""
+        """Stiffness against load, its ratios to that in three dimensions, and the area with the fraction of springs in contact."""
         from pymdr.presentation.plot import calibration_study
 
         return calibration_study(self.data)
@@ -109,24 +109,24 @@ def calibrate_coefficient(
     progress: Callable[[int, int], None] | None = None,
 ) -> LineCalibration:
     """
-    Find the lambda with which lines of springs are as stiff as a rough square in three dimensions.
+    Fit the lambda with which lines of springs are as stiff as a rough square in three dimensions.
 
-    Realisations of the surface are pressed by boundary elements on a half-space that is free around them, without friction and adhesion.
-    Another lambda scales the heights of a line by sqrt(lambda/pi), so that k(F; lambda) = k(F sqrt(pi/lambda); pi). Fitted are the geometric
-    means of the stiffness at a given force, from 0.03 to 0.85 of that of full contact, by least squares of their logarithms.
+    Realisations of the surface are pressed on a half-space by boundary elements, without friction and adhesion, as punches.
+    lambda scales the heights of a line by sqrt(lambda/pi), so that k(F; lambda) = k(F sqrt(pi/lambda); pi). The fit
+    minimises the squared differences of the logarithms of mean stiffnesses, from 0.03 to 0.85 of full contact.
 
     Parameters
     ----------
     surface : RoughSurface
-        A square. Neither its height nor its size matter.
+        A square; its height and size have no effect.
     realisations : int, optional
-        Surfaces that are pressed.
+        Number of surfaces.
     points : int, optional
-        Pixels along a side, at least 4 for the shortest wave, and so many unless given.
+        Pixels along a side, at least 4 per shortest wavelength, which is the default.
     engine : str or Engine, optional
-        As of :func:`pymdr.press`.
+        As for :func:`pymdr.press`.
     keep : path, optional
-        Folder in which every load of every surface is kept as it is found: a run that was ended goes on from there.
+        Folder of solved loads, from which an interrupted run continues.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -137,7 +137,7 @@ def calibrate_coefficient(
     Raises
     ------
     ProblemError
-        If the surface is no square, a number is not above 0, or too few loads are in the range.
+        If the surface is not a square, a number is not above 0, or too few loads are in the range.
     MissingExtraError
         If the package of the engine is not installed.
     FileError
@@ -146,8 +146,8 @@ def calibrate_coefficient(
     Notes
     -----
     Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301; Popov and Hess (2015), section 10.7.
-    lambda grows with H and differs from one surface to the next by a factor of two; from 32 to 128 waves in the side no growth with the
-    bandwidth was told from that.
+    lambda increases with H and varies between surfaces by a factor of two; within that, no dependence on the bandwidth was found
+    from 32 to 128 waves per side.
 
     Examples
     --------
@@ -158,12 +158,12 @@ def calibrate_coefficient(
     True
     """
     if not isinstance(surface, RoughSurface):
-        raise ProblemError(f"{_WHO}: {shown(surface)} is not a RoughSurface")
+        raise ProblemError(f"{_PREFIX}: {shown(surface)} is not a RoughSurface")
     if surface.size[0] != surface.size[1]:
-        raise ProblemError(f"{_WHO}: the patch is a rectangle; lines are calibrated on a square")
+        raise ProblemError(f"{_PREFIX}: the patch is a rectangle; lines are calibrated on a square")
     if isinstance(realisations, bool) or not isinstance(realisations, int) or realisations < 1:
         raise ProblemError(
-            f"{_WHO}: realisations = {shown(realisations)}; a whole number from 1 on is needed"
+            f"{_PREFIX}: realisations = {shown(realisations)}; a whole number from 1 on is needed"
         )
     side, unit = surface.longer_side, surface.longer_side * surface.rms
     full = full_contact_stiffness(side, side) / side
@@ -184,11 +184,11 @@ def calibrate_coefficient(
         area.append(pressed["contact_area"].values / side**2)
         package = pressed.data.attrs["engine"]
     mean, low, high = _summed(np.array(stiffness))
-    inside = (mean > FITTED_SHARES[0] * full) & (mean < FITTED_SHARES[1] * full)
+    inside = (mean > FITTED_FRACTIONS[0] * full) & (mean < FITTED_FRACTIONS[1] * full)
     if int(inside.sum()) < _FEWEST:
         raise ProblemError(
-            f"{_WHO}: {int(inside.sum())} of {forces.size} loads are between {FITTED_SHARES[0]:g} and {FITTED_SHARES[1]:g} of full contact; at least "
-            f"{_FEWEST} are needed: take a shorter shortest wave"
+            f"{_PREFIX}: {int(inside.sum())} of {forces.size} loads are between {FITTED_FRACTIONS[0]:g} and {FITTED_FRACTIONS[1]:g} of full contact (limit "
+            f"{_FEWEST}); use a shorter shortest wavelength"
         )
     dense = np.geomspace(forces[0] / _AROUND, forces[-1] * _AROUND, _DENSE)
     geike = _line(surface, dense, GEIKE)["stiffness"]
@@ -240,19 +240,19 @@ def _loads(surface: RoughSurface, full: float) -> FloatArray:
     """F/(E* L h) from few contacts to almost full contact of Geike's line."""
     dense = np.geomspace(1e-6, 1e3, 2 * _DENSE)
     stiffness = _line(surface, dense * surface.longer_side * surface.rms, GEIKE)["stiffness"]
-    ends = np.interp([share * full for share in _SHARES], stiffness, np.log(dense))
+    ends = np.interp([fraction * full for fraction in _FRACTIONS], stiffness, np.log(dense))
     loads = np.exp(np.linspace(ends[0], ends[1] + math.log(_BEYOND), _LOADS))
-    # the last bits differ with the threads of linear algebra, and a folder knows its work by its loads
+    # rounded, because the last bits depend on the number of threads and loads identify a folder
     return np.array([float(f"{load:.6g}") for load in loads])
 
 
 def _line(surface: RoughSurface, forces: FloatArray, coefficient: float) -> dict[str, FloatArray]:
     """k/(E* L) of lines with its band."""
-    found = press_rough(
+    result = press_rough(
         surface, _UNIT, normal_force=forces, realisations=_LINES, coefficient=coefficient, workers=1
     )
     return {
-        f"stiffness{end}": found[f"normal_stiffness{end}"].values / surface.longer_side
+        f"stiffness{end}": result[f"normal_stiffness{end}"].values / surface.longer_side
         for end in ("", "_low", "_high")
     }
 
@@ -271,12 +271,12 @@ def _fitted(forces: FloatArray, stiffness: FloatArray, dense: FloatArray, geike:
         return float(np.mean((np.interp(np.log(forces) - stretch, at, line) - np.log(stiffness)) ** 2))
 
     most = math.log(_WIDEST)
-    found = scipy.optimize.minimize_scalar(
+    minimum = scipy.optimize.minimize_scalar(
         misfit, bounds=(-most, most), method="bounded", options={"xatol": 1e-6}
     )
-    return GEIKE * math.exp(2.0 * float(found.x))
+    return GEIKE * math.exp(2.0 * float(minimum.x))
 
 
 def _part(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:
-    """Of one surface among all."""
+    """The progress of one surface among all."""
     return lambda i, n: progress(done * n + i, total * n)

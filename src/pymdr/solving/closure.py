@@ -17,7 +17,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.result import Reading, Result, Status
-from pymdr.solving.walk import Task, held_rows
+from pymdr.solving.walk import Task, prescribed_rows
 from pymdr.units import metres, shown
 
 if TYPE_CHECKING:
@@ -34,24 +34,24 @@ def is_curve(contact: Contact) -> bool:
     return isinstance(contact.profile, ForceCurve)
 
 
-def refuse_curve(contact: Contact, who: str, why: str) -> None:
+def refuse_curve(contact: Contact, prefix: str, why: str) -> None:
     """
-    Refuse what a force curve does not determine, and what is no contact.
+    Refuse contacts that are known by a force curve only, and values that are not contacts.
 
     Raises
     ------
     ProblemError
     """
     if not isinstance(contact, Contact):
-        raise ProblemError(f"{who}: {shown(contact)} is not a Contact; write Contact(profile, body)")
+        raise ProblemError(f"{prefix}: {shown(contact)} is not a Contact; write Contact(profile, body)")
     if is_curve(contact):
         raise ProblemError(
-            f"{who}: the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"
+            f"{prefix}: the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"
         )
 
 
 def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
-    """Follow a law on the line of a force curve, and keep what the curve determines, with claims."""
+    """Follow a law on the line of a force curve; keep the quantities that the curve determines, with claims."""
     curve = task.contact.profile
     assert isinstance(curve, ForceCurve)
     try:
@@ -73,50 +73,50 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         closure_of(curve),
         data["indentation"].values,
         again,
-        sideways=result.contact.friction is not None,
-        held=held_rows(task),
+        sheared=result.contact.friction is not None,
+        prescribed=prescribed_rows(task),
     )
-    kept = data.drop_vars([name for name in data if not _is_told(str(name), claims)])
+    kept = data.drop_vars([name for name in data if not _is_determined(str(name), claims)])
     return replace(
         result,
-        data=kept.map(lambda column: _where_told(column, claims.get(str(column.name)))),
+        data=kept.map(lambda column: _where_determined(column, claims.get(str(column.name)))),
         claims=claims,
         status=Status.OF_A_CURVE if result.status is Status.COMPLETED else result.status,
         references=(*result.references, "closure"),
     )
 
 
-def _is_told(name: str, claims: Mapping[str, Claim]) -> bool:
-    """Whether a column is a time, or something that the points tell."""
+def _is_determined(name: str, claims: Mapping[str, Claim]) -> bool:
+    """Whether a column is a time, or determined by the points of the curve."""
     return name in _TIMES or (name in OF_THE_CURVE and (name not in claims or claims[name].readable))
 
 
-def _where_told(column: DataArray, claim: Claim | None) -> DataArray:
-    """A column, NaN in the rows that the points do not tell."""
+def _where_determined(column: DataArray, claim: Claim | None) -> DataArray:
+    """A column, NaN in the rows that the points do not determine."""
     if claim is None or claim.where.all():
         return column
     return column.where(column["step"].copy(data=claim.where))
 
 
 def reading_of(reading: Reading) -> Reading:
-    """How a result of a force curve is read: without fields on its line, which is no picture of it."""
-    words = "the line of a force curve is no picture of the contact; equivalent_profile(contact.profile).g(x) gives it"
+    """The reading of a result of a force curve, without fields on its line."""
+    reason = "the line of a force curve does not show the shape of the contact; equivalent_profile(contact.profile).g(x) gives the line"
     return replace(
         reading,
         line_fields=(),
         plots=curve_plots,
-        elsewhere={**reading.elsewhere, **dict.fromkeys(reading.line_fields, words)},
+        elsewhere={**reading.elsewhere, **dict.fromkeys(reading.line_fields, reason)},
     )
 
 
 def curve_plots(result: Result, row: int) -> Plots:
-    """Figures: the points with their curve, the line, and what was solved."""
+    """Figures: the points with their curve, the line, and the solution."""
     from pymdr.presentation.plot import CurveData, FigureData, Plots, closure_figures, closure_overview
 
     curve = result.contact.profile
     assert isinstance(curve, ForceCurve)
     remembers = result.contact.remembers
-    # bodies with a memory have no one modulus: the curve is drawn as it was taken
+    # bodies with memory have no single modulus: the curve is drawn as given
     modulus = (
         curve.modulus
         if remembers

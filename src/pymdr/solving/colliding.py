@@ -32,10 +32,10 @@ from pymdr.solving.reach import Springs
 from pymdr.units import FloatArray, metres, written
 
 _LEVELS = 400
-"""Samples of a stretch between which a mass might come to rest."""
+"""Samples of a stretch for the search of a rest."""
 _GROWTH, _TRIES = 1.5, 200
 _SHALLOW = 1e-6
-"""Of the depth of an impact: a first touch."""
+"""Depth of a first touch relative to that of an impact."""
 
 
 @dataclass(frozen=True)
@@ -53,13 +53,13 @@ class Course:
     radius: FloatArray
     """In m."""
     sticks: bool = False
-    """Whether the bodies do not part."""
-    lost: float = 0.0
-    """Energy in J that jumps take until the bodies part, whether they do or not."""
+    """Whether the bodies do not separate."""
+    jump_loss: float = 0.0
+    """Energy in J dissipated by jumps up to separation, even if the bodies stick."""
     deepest: int = 0
     """Row of the turning point."""
     branches: int = 1
-    """Of the curve under a prescribed indentation, as far as it was traced."""
+    """Number of branches of the traced curve under a prescribed indentation."""
     jumps_in: bool = False
     """Whether the contact is made by a jump that loses energy."""
 
@@ -109,13 +109,13 @@ def motion(
     mass, speed : float
         In kg and m/s.
     depths : tuple of float
-        At which half of the energy is stored and all of it, in m.
+        Depths in m at which half of the energy and all of it is stored.
     rows : int
         Moves, a multiple of 4.
     """
-    energy, shares = 0.5 * mass * speed * speed, np.linspace(0.0, 1.0, rows // 4 + 1)
-    into = move(potential, mass, energy, 0.0, depths[0], shares)
-    rest = stop(potential, mass, energy, *depths, shares)
+    energy, fractions = 0.5 * mass * speed * speed, np.linspace(0.0, 1.0, rows // 4 + 1)
+    into = move(potential, mass, energy, 0.0, depths[0], fractions)
+    rest = stop(potential, mass, energy, *depths, fractions)
     time = np.append(into.time, into.time[-1] + rest.time[1:])
     depth = np.append(into.parameter, rest.parameter[1:])
     velocity = np.append(into.speed, rest.speed[1:])
@@ -129,11 +129,11 @@ def motion(
 def stopping_depths(
     contact: Contact, line: ElasticLine, mass: float, speed: FloatArray
 ) -> tuple[Potential, FloatArray, FloatArray]:
-    """The potential, and the depths in m at which half of the energy is stored and all of it."""
+    """The potential, and the depths in m at which half of the energy and all of it is stored."""
     energy = 0.5 * mass * speed * speed
     potential = elastic_potential(line, math.inf)
     try:
-        high, stored = reaching(potential, line, contact.profile, float(np.max(energy)))
+        high, stored = depth_storing(potential, line, contact.profile, float(np.max(energy)))
         if stored < np.max(energy):
             known = math.sqrt(2.0 * stored / mass)
             raise PathError(
@@ -142,7 +142,7 @@ def stopping_depths(
             )
         deepest = depths_of_energy(potential, energy, high)
     except (ProblemError, ConvergenceError):
-        # where no disk bears from the first touch on there is no potential
+        # without a disk from the first touch on there is no potential
         disks_down_to(contact, line, _SHALLOW * _first_depth(line, float(np.max(energy))), "an impact")
         raise
     largest = float(np.max(deepest))
@@ -152,14 +152,14 @@ def stopping_depths(
 
 
 def contact_times(potential: Potential, mass: float, half: FloatArray, deepest: FloatArray) -> FloatArray:
-    """Contact times in s of elastic impacts, one per depth in m at which half of the energy is stored and all of it."""
+    """Contact times in s of elastic impacts, one per pair of depths in m at which half of the energy and all of it is stored."""
     knots = np.array(potential.knots)
     energy = potential.along(deepest).energy
     columns = [np.zeros(half.size), *(np.minimum(knot, half) for knot in knots), half]
     into = passing_times(potential, mass, energy, np.stack(columns, axis=1))
     kinetic = energy - potential.along(half).energy
-    share = (potential.along(knots).energy - potential.along(half).energy[:, None]) / kinetic[:, None]
-    angles = np.arcsin(np.sqrt(np.clip(share, 0.0, 1.0)))
+    fraction = (potential.along(knots).energy - potential.along(half).energy[:, None]) / kinetic[:, None]
+    angles = np.arcsin(np.sqrt(np.clip(fraction, 0.0, 1.0)))
     ends = (np.zeros((half.size, 1)), np.full((half.size, 1), 0.5 * math.pi))
     rest = stopping_times(
         potential, mass, kinetic, half, deepest, np.concatenate([ends[0], angles, ends[1]], axis=1)
@@ -168,18 +168,20 @@ def contact_times(potential: Potential, mass: float, half: FloatArray, deepest: 
 
 
 def _first_depth(line: ElasticLine, energy: float) -> float:
-    """A depth in m at which the search for one that stores an energy in J may begin."""
+    """A start in m for the search of a depth that stores an energy in J."""
 
-    def reached(a: float, d0: float) -> bool:
+    def stores_enough(a: float, d0: float) -> bool:
         return bool(line.energy(np.array([a]))[0] >= energy)
 
-    a = min(line.rough_radius(reached), line.edge, 0.5 * line.reach)
+    a = min(line.rough_radius(stores_enough), line.edge, 0.5 * line.reach)
     d = float(line.depth(np.array([a]))[0])
     return d if 0.0 < d < math.inf else a
 
 
-def reaching(potential: Potential, line: ElasticLine, profile: Profile, energy: float) -> tuple[float, float]:
-    """A depth in m that stores an energy in J, or the largest one that is known, and what it stores."""
+def depth_storing(
+    potential: Potential, line: ElasticLine, profile: Profile, energy: float
+) -> tuple[float, float]:
+    """A depth in m that stores an energy in J, or the largest known one, and the energy stored there."""
     top = math.inf
     if isinstance(profile, Sphere | Ellipsoid):
         height = profile.radius if isinstance(profile, Sphere) else profile.height
@@ -187,17 +189,17 @@ def reaching(potential: Potential, line: ElasticLine, profile: Profile, energy: 
     depth = min(_first_depth(line, energy), top)
     for _ in range(_TRIES):
         at = np.array([depth])
-        # the end of a profile is looked at only by those that go there
+        # check the end of a profile only if it is reached
         if line.edge > line.reach and not states_at_depth(line, at).contact_radius[0] < line.reach:
-            reach = (1.0 - 1e-12) * line.reach
-            turns = () if line.rises else line.turning_points(reach)
-            depth = top = min(top, float(np.max(line.depth(np.array([*turns, reach])))))
+            end = (1.0 - 1e-12) * line.reach
+            turns = () if line.rises else line.turning_points(end)
+            depth = top = min(top, float(np.max(line.depth(np.array([*turns, end])))))
             at = np.array([depth])
         stored = float(potential.along(at).energy[0])
         if stored >= energy or depth >= top:
             return depth, stored
         depth = min(2.0 * depth, top)
-    raise ProblemError("impact: no depth was found at which the bodies come to rest")
+    raise ProblemError("impact: the search for the depth of rest did not converge")
 
 
 class _Rows(NamedTuple):
@@ -211,12 +213,12 @@ class _Rows(NamedTuple):
 
 
 _UP, _DOWN, _TOUCH = range(3)
-_FREE, _NOWHERE = -1, -2
+_FREE, _UNKNOWN = -1, -2
 
 
 @dataclass(frozen=True)
 class _Stretch:
-    """A part of a branch that is passed at one sum of energies."""
+    """A part of a branch with constant total energy."""
 
     begin: float
     end: float
@@ -232,7 +234,7 @@ class _EndError(Exception):
 
 def collide(line: AdhesiveLine, mass: float, speed: float, rows: int) -> Course:
     """
-    The impact of bodies that attract each other, with jumps where the curve folds under a prescribed indentation.
+    An impact with adhesion, with jumps at the folds of the curve under a prescribed indentation.
 
     Parameters
     ----------
@@ -240,7 +242,7 @@ def collide(line: AdhesiveLine, mass: float, speed: float, rows: int) -> Course:
     mass, speed : float
         In kg and m/s.
     rows : int
-        Moves of the history, about.
+        Approximate number of moves of the history.
 
     Returns
     -------
@@ -251,38 +253,40 @@ def collide(line: AdhesiveLine, mass: float, speed: float, rows: int) -> Course:
     PathError
         If the profile ends before the bodies come to rest.
     """
-    track, stretches, turn, lost, free = walked(line, 0.5 * mass * speed * speed)
+    track, stretches, turn, jump_loss, free = walked(line, 0.5 * mass * speed * speed)
     potential = _potential(track)
-    shares = np.linspace(0.0, 1.0, max(2, rows // (4 if len(stretches) < 3 else 2 * len(stretches))) + 1)
+    fractions = np.linspace(0.0, 1.0, max(2, rows // (4 if len(stretches) < 3 else 2 * len(stretches))) + 1)
     parts = [_Rows(*np.array([[0.0], [track.touch], [speed], [0.0], [0.0]]))]
     now, deepest = 0.0, 0
     for i, each in enumerate(stretches):
         rested = i > 0 and stretches[i - 1].rests
-        for j, (passage, back) in enumerate(_passages(potential, mass, each, rested, shares)):
+        for j, (passage, back) in enumerate(_passages(potential, mass, each, rested, fractions)):
             order = slice(None, None, -1 if back else 1)
             s = passage.parameter[order]
             time = passage.time[-1] - passage.time[::-1] if back else passage.time
             here = potential.along(s)
             sign = -1.0 if i > turn else 1.0
             radius = line.equilibria.states(s).contact_radius
-            found = _Rows(now + time, here.depth, sign * passage.speed[order], here.force, radius)
-            # only a jump makes two rows of one time
-            parts.append(taken(found, slice(1 if rested or j else 0, None)))
+            rows_of_passage = _Rows(now + time, here.depth, sign * passage.speed[order], here.force, radius)
+            # only a jump has two rows at one time
+            parts.append(taken(rows_of_passage, slice(1 if rested or j else 0, None)))
             now += float(time[-1])
         if i == turn:
             deepest = sum(part.time.size for part in parts) - 1
     if free is not None:
-        away = -math.sqrt(2.0 * free / mass)
-        parts.append(_Rows(*np.array([[now], [float(parts[-1].depth[-1])], [away], [0.0], [0.0]])))
-    rows_found = joined(parts)
+        separation_velocity = -math.sqrt(2.0 * free / mass)
+        parts.append(
+            _Rows(*np.array([[now], [float(parts[-1].depth[-1])], [separation_velocity], [0.0], [0.0]]))
+        )
+    rows_joined = joined(parts)
     return Course(
-        rows_found.time,
-        rows_found.depth,
-        rows_found.velocity,
-        rows_found.force,
-        rows_found.radius,
+        rows_joined.time,
+        rows_joined.depth,
+        rows_joined.velocity,
+        rows_joined.force,
+        rows_joined.radius,
         sticks=free is None,
-        lost=lost,
+        jump_loss=jump_loss,
         deepest=deepest,
         branches=track.low.size,
         jumps_in=float(track.jumps[_TOUCH].loss[0]) > 0.0,
@@ -298,13 +302,13 @@ def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], i
     Track
         Under a prescribed indentation.
     list of _Stretch
-        The last one of a body that sticks ends at rest.
+        For bodies that stick the last one ends at rest.
     int
-        The stretch at whose end the bodies are deepest.
+        The stretch that ends at the largest indentation.
     float
-        What the jumps take in J until the bodies part.
+        Energy in J dissipated by jumps up to separation.
     float or None
-        Kinetic energy in J after they part; None if they stick.
+        Kinetic energy in J after separation; None if they stick.
     """
     bare = _bare_depth(line, kinetic)
     first = float(line.equilibria.states(np.array([line.natural_radius])).indentation[0])
@@ -321,15 +325,15 @@ def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], i
                     f"impact: the bodies would not come to rest before the end: {error}"
                 ) from error
             bound, top = top, 0.5 * (last + top)
-    raise ProblemError("impact: no depth was found at which the bodies come to rest")
+    raise ProblemError("impact: the search for the depth of rest did not converge")
 
 
 def _bare_depth(line: AdhesiveLine, kinetic: float) -> float:
-    """A depth in m about that of the body without adhesion."""
+    """Approximate depth in m without adhesion."""
     bare = line.line
     assert isinstance(bare, ElasticLine)
     potential = elastic_potential(bare, 0.0)
-    high, stored = reaching(potential, bare, line.contact.profile, kinetic)
+    high, stored = depth_storing(potential, bare, line.contact.profile, kinetic)
     return high if stored < kinetic else float(depths_of_energy(potential, np.array([kinetic]), high)[0])
 
 
@@ -346,11 +350,11 @@ def _walked(track: Track, kinetic: float) -> tuple[Track, list[_Stretch], int, f
     potential = _potential(track)
     jump = track.jumps[_TOUCH]
     branch, s = int(jump.to[0]), float(jump.after[0])
-    lost = float(jump.loss[0])
-    total = kinetic + track.curve.free_energy(track.touch) - lost
+    jump_loss = float(jump.loss[0])
+    total = kinetic + track.curve.free_energy(track.touch) - jump_loss
     stretches: list[_Stretch] = []
     while True:
-        if branch == _NOWHERE:
+        if branch == _UNKNOWN:
             raise _EndError
         top = float(track.top[branch])
         rest = _rest(potential, s, top, total)
@@ -358,9 +362,9 @@ def _walked(track: Track, kinetic: float) -> tuple[Track, list[_Stretch], int, f
         if rest is not None:
             break
         up = track.jumps[_UP]
-        if up.to[branch] == _NOWHERE:
+        if up.to[branch] == _UNKNOWN:
             raise _EndError
-        lost += float(up.loss[branch])
+        jump_loss += float(up.loss[branch])
         total -= float(up.loss[branch])
         branch, s = int(up.to[branch]), float(up.after[branch])
     turn = len(stretches) - 1
@@ -372,10 +376,10 @@ def _walked(track: Track, kinetic: float) -> tuple[Track, list[_Stretch], int, f
             stretches.append(_Stretch(s, bottom if rest is None else rest, total, rest is not None))
             stuck = rest is not None
         down = track.jumps[_DOWN]
-        lost += float(down.loss[branch])
+        jump_loss += float(down.loss[branch])
         total -= float(down.loss[branch])
         branch, s = int(down.to[branch]), float(down.after[branch])
-    return track, stretches, turn, lost, None if stuck or total < 0.0 else total
+    return track, stretches, turn, jump_loss, None if stuck or total < 0.0 else total
 
 
 def _rest(
@@ -386,7 +390,7 @@ def _rest(
     energy = potential.along(s).energy
     over = energy >= total
     if leaving:
-        # at rest where it begins, to rounding
+        # at rest at its start, to rounding
         over[: 1 + int(np.argmin(over[1:]))] = False
     if not over.any():
         return None
@@ -397,25 +401,25 @@ def _rest(
 
 
 def _passages(
-    potential: Potential, mass: float, stretch: _Stretch, leaves_rest: bool, shares: FloatArray
+    potential: Potential, mass: float, stretch: _Stretch, leaves_rest: bool, fractions: FloatArray
 ) -> list[tuple[Passage, bool]]:
     """The passages of a stretch, and whether each is followed from its end."""
     begin, end, total = stretch.begin, stretch.end, stretch.total
     middle = [begin, end]
-    found: list[tuple[Passage, bool]] = []
+    passages: list[tuple[Passage, bool]] = []
     if leaves_rest:
-        middle[0] = _halfway(potential, end, begin, total)
-        found.append((stop(potential, mass, total, middle[0], begin, shares), True))
+        middle[0] = _half_energy_parameter(potential, end, begin, total)
+        passages.append((stop(potential, mass, total, middle[0], begin, fractions), True))
     if stretch.rests:
-        middle[1] = _halfway(potential, begin, end, total)
-    found.append((move(potential, mass, total, middle[0], middle[1], shares), False))
+        middle[1] = _half_energy_parameter(potential, begin, end, total)
+    passages.append((move(potential, mass, total, middle[0], middle[1], fractions), False))
     if stretch.rests:
-        found.append((stop(potential, mass, total, middle[1], end, shares), False))
-    return found
+        passages.append((stop(potential, mass, total, middle[1], end, fractions), False))
+    return passages
 
 
-def _halfway(potential: Potential, begin: float, rest: float, total: float) -> float:
-    """A parameter from which on the force stops a body until it rests, with half of the kinetic energy there."""
+def _half_energy_parameter(potential: Potential, begin: float, rest: float, total: float) -> float:
+    """A parameter from which on the force decelerates a body to rest, with half of the kinetic energy."""
     s = begin + (rest - begin) * np.linspace(0.0, 1.0, _LEVELS + 1)[:-1]
     here = potential.along(s)
     inward = math.copysign(1.0, rest - begin) * np.sign(here.rate)

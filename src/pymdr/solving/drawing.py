@@ -1,4 +1,4 @@
-"""What the figures of a result are drawn from, law by law."""
+"""Data of the figures of a result, law by law."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def normal_plots(result: Result, row: int) -> Plots:
-    """Figures of a contact whose states depend on nothing but the load."""
+    """Figures of a contact without memory, friction and adhesion."""
     from pymdr.presentation.plot import Plots, normal_figures, normal_overview
 
     line = _line_of(result)
@@ -87,7 +87,7 @@ def frictional_memory_plots(result: Result, row: int) -> Plots:
 
 
 def plots_with_conduction(plots: Callable[[Result, int], Plots], result: Result, row: int) -> Plots:
-    """The figures of a law, and one of what flows through the contact."""
+    """The figures of a law, and one of heat and current flow."""
     from pymdr.presentation.plot import conduction_figure
 
     drawn = plots(result, row)
@@ -129,7 +129,7 @@ def _figure_data(
         field=(lambda name, r: result.field(name, r, row)) if row >= 0 else None,
         gap=result.surface.gap_function,
         bands=result.bands,
-        # springs that act on one another are no picture of independent ones
+        # coupled springs are not drawn as independent ones
         on_line=bool(result.reading.line_fields) and result.contact.layered is None,
         layers=_layers(result),
         field_at=result.field,
@@ -146,7 +146,7 @@ def _figure_data(
 
 
 def infinite_in(result: Result, step: int) -> tuple[float, ...]:
-    """Radii in m inside the contact at which the pressure of a step is infinite; none where it is no disk."""
+    """Radii in m inside the contact at which the pressure of a step is infinite; empty if it is not a disk."""
     if not result.claims["contact_radius"].where[step]:
         return ()
     kinks = np.array([*result.contact.profile.breakpoints, *result.surface.marks(step)])
@@ -155,13 +155,13 @@ def infinite_in(result: Result, step: int) -> tuple[float, ...]:
 
 
 def _deflection(surface: MemorySurface, row: int, position: FloatArray) -> FloatArray:
-    """How far in m springs at positions are pressed in a row, those that left the contact too."""
+    """Deflection in m of springs at positions in a row, in and out of contact."""
     state = surface.line_state(row)
     return along_line(state, state.deflection, np.abs(position))
 
 
 def _layers(result: Result) -> LayersDrawn | None:
-    """The layers of a body, and what half-spaces of its top and of its base would bear."""
+    """The layers of a body, and the forces of half-spaces of its top layer and of its base."""
     from pymdr.presentation.plot import LayersDrawn
 
     body = result.contact.layered
@@ -171,10 +171,10 @@ def _layers(result: Result) -> LayersDrawn | None:
     deepest = float(np.nanmax(known, initial=0.0))
     depth = deepest * np.linspace(0.0, 1.0, 101) ** 2
     half_spaces = {}
-    for words, solid in (("half-space of the top layer", body.top), ("half-space of the base", body.base)):
+    for label, solid in (("half-space of the top layer", body.top), ("half-space of the base", body.base)):
         if deepest > 0.0 and not isinstance(solid, Rigid):
             line = springs_of(replace(result.contact, body=solid, counterbody=Rigid(), adhesion=None))
-            half_spaces[words] = (depth, normal_force(line, states_at_depth(line, depth)))
+            half_spaces[label] = (depth, normal_force(line, states_at_depth(line, depth)))
     return LayersDrawn(
         thickness=tuple(layer.thickness for layer in body.layers),
         materials=tuple(
@@ -191,17 +191,19 @@ def _line_of(result: Result) -> Line | None:
 
 
 def _extent(result: Result, line: Line) -> float | None:
-    """Radius up to which a refused profile is drawn: twice that of the disk that the path asks for."""
-    asked = {
+    """Radius up to which a refused profile is drawn: twice that of the disk at the largest target of the path."""
+    targets = {
         name: max(
             (float(np.max(v)) for leg in legs(result.path) if (v := getattr(leg, name, None)) is not None),
             default=0.0,
         )
         for name in ("indentation", "travel", "normal_force")
     }
-    depth = max(asked["indentation"], asked["travel"])
+    depth = max(targets["indentation"], targets["travel"])
     try:
-        states = states_at_depth(line, depth) if depth > 0.0 else states_at_force(line, asked["normal_force"])
+        states = (
+            states_at_depth(line, depth) if depth > 0.0 else states_at_force(line, targets["normal_force"])
+        )
     except PymdrError:
         return None
     radius = float(np.asarray(states.contact_radius))
@@ -209,7 +211,7 @@ def _extent(result: Result, line: Line) -> float | None:
 
 
 def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:
-    """Quantities at any indentation up to the largest, where the profile rises and nothing depends on the path."""
+    """Quantities at any indentation up to the largest, if the profile increases."""
     known = np.zeros(1)
     if {"indentation", "contact_radius"} <= set(result.data):
         solved = np.isfinite(result.data["contact_radius"].values)
@@ -229,7 +231,7 @@ def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, 
 
 
 def _branches(result: Result, line: Line) -> Branches | None:
-    """All equilibria with the jumps of the path, for figures; None where nothing ever touches."""
+    """All equilibria with the jumps of the path, for figures; None without contact."""
     names = ("indentation", "normal_force", "contact_radius", "cohesive_radius", "travel")
     rows = {name: result.data[name].values for name in names if name in result.data}
     radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]
@@ -237,6 +239,6 @@ def _branches(result: Result, line: Line) -> Branches | None:
     if not (touched and {"indentation", "normal_force"} <= rows.keys()):
         return None
     complete = bool(result.claims["contact_radius"].where.all())
-    # on the line on which it was solved
+    # on the same line as in the solution
     line = line.under(finite(line.equivalent))
     return branches_of(result.contact, line, result.path, rows, result.machine_stiffness, complete=complete)

@@ -1,4 +1,4 @@
-"""From a law of adhesion to its curve of equilibrium states, traced far enough for what is asked of it."""
+"""The curve of equilibrium states of an adhesive contact, traced as far as needed."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from pymdr.units import FloatArray, metres, written
 
 _GROWTH, _BEYOND, _TRIES = 1.5, 1.2, 60
 _FAINTEST = 1e-140
-"""Radius in m below which a contact is none: its energies have no number."""
+"""Radius in m below which energies underflow."""
 
 
 @dataclass
 class AdhesiveLine:
     """
-    A contact with adhesion on the line: its curve, traced farther when a path asks for more of it.
+    A contact with adhesion on the line, with its curve, which is extended when a path needs it.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class AdhesiveLine:
     line: Line = field(init=False)
     equilibria: Equilibria = field(init=False)
     limit: Limit | None = field(init=False, default=None)
-    """The largest smooth contact that layers allow, once :meth:`is_limited` has looked for it."""
+    """The largest smooth contact on layers, after :meth:`is_limited`."""
     _tracks: dict[float, tuple[float, Track]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -72,7 +72,7 @@ class AdhesiveLine:
 
     @cached_property
     def _first_radius(self) -> float:
-        """A radius in m about that of the contact under no load, where d0 is the opening of the edge."""
+        """Approximate contact radius in m without load, where d0 is the opening of the edge."""
         line, work = self.line, self.law.work
         radius = line.rough_radius(lambda a, d0: d0 >= float(jkr_opening(line, a, work)))
         if radius < _FAINTEST:
@@ -80,11 +80,11 @@ class AdhesiveLine:
         return radius
 
     def _faint(self) -> ProblemError:
-        """What is wrong with an adhesion that only holds contacts too small for any number."""
+        """The error for adhesive contacts too small for floating-point numbers."""
         return ProblemError(
-            f"adhesion: a work of {written(self.law.work, 'J/m^2', 3)} holds contacts below a radius of {_FAINTEST:g} m only, as the "
-            f"body is the stiffer the smaller a contact is (exponent {self.line.exponent:g}): its pull is nothing; leave the adhesion "
-            "out, or give an exponent nearer to 0"
+            f"adhesion: a work of {written(self.law.work, 'J/m^2', 3)} gives contact radii below {_FAINTEST:g} m, because "
+            f"the body is stiffer for smaller contacts (exponent {self.line.exponent:g}): its pull is negligible; leave the adhesion "
+            "out, or use an exponent closer to 0"
         )
 
     @cached_property
@@ -108,11 +108,11 @@ class AdhesiveLine:
 
     @property
     def _widest(self) -> float:
-        """The largest contact radius in m that layers allow, as far as that is known."""
+        """The largest contact radius in m that layers allow, if it is known."""
         return math.inf if self.limit is None else float(self.line.place(self.limit.depth).x)
 
     def is_limited(self) -> bool:
-        """Whether layers allow contacts up to some size only; from then on none is followed beyond it."""
+        """Whether layers limit the size of contacts; the limit is stored and then applies to all curves."""
         if self.limit is None and isinstance(self.line, LayeredLine):
             limit = self.line.limit(lambda *_: False)
             self.limit = limit if limit is not None and limit.depth > 0.0 else None
@@ -127,7 +127,7 @@ class AdhesiveLine:
         machine_stiffness : float
             k in N/m: inf for indentations, 0 for forces.
         top : float
-            Largest value of the control coordinate that is asked for.
+            Largest requested value of the control coordinate.
         at_least : float
             Parameter in m that the curve must include.
 
@@ -140,42 +140,42 @@ class AdhesiveLine:
         PathError
             If the profile ends before the value is reached.
         ConvergenceError, ProblemError
-            If layers do not allow so large a contact.
+            If layers do not allow such a large contact.
         """
         stop, track = self._tracks.get(machine_stiffness, (0.0, None))
         if track is not None and stop >= at_least and track.high[-1] >= top:
             return track
         stop = self._stop(machine_stiffness, top, at_least)
-        # the theories of cohesive zones ask for a profile that rises as far as it is followed
+        # theories of cohesive zones need a profile that increases up to the end
         equilibria_of(self.law, self.contact.profile, self.line, stop)
         made = self.traced(stop, machine_stiffness)
         self._tracks[machine_stiffness] = (stop, made)
         return made
 
     def traced(self, stop: float, machine_stiffness: float) -> Track:
-        """The curve up to a parameter in m, or the reason why no state on it is stable."""
+        """The curve up to a parameter in m; raise if no state on it is stable."""
         try:
             return trace(under_machine(self.equilibria, stop, machine_stiffness))
         except PathError as error:
             if self.limit is not None:
                 raise self.limit.error from error
-            held = {math.inf: "a prescribed indentation", 0.0: "a prescribed force"}.get(
+            control = {math.inf: "a prescribed indentation", 0.0: "a prescribed force"}.get(
                 machine_stiffness, f"a machine of {written(machine_stiffness, 'N/m', 6)}"
             )
             raise self.too_short(
-                f"no state of the contact is stable under {held}", machine_stiffness
+                f"no state of the contact is stable under {control}", machine_stiffness
             ) from error
 
     def fallen(self, parameter: float, force: float) -> float:
         """
-        Energy in J that a contact loses when a dead load tears it off, as far as the bodies can touch.
+        Energy in J dissipated when a dead load tears a contact off.
 
-        That is U + F (d_c - d), with the last indentation d_c < d at which any contact is held; what the load gains
-        on its way beyond, where nothing pulls it back, is its own fall.
+        That is U + F (d_c - d), with the smallest indentation d_c < d of any contact; the work of the load after separation
+        is not included.
         """
         depth, energy = self._depth_and_energy(parameter)
         deepest = self.track(math.inf, depth, parameter)
-        last, _ = self._depth_and_energy(deepest.lost)
+        last, _ = self._depth_and_energy(deepest.pull_off)
         return energy + force * (min(last, depth) - depth)
 
     def _depth_and_energy(self, parameter: float) -> tuple[float, float]:
@@ -184,13 +184,13 @@ class AdhesiveLine:
         return float(self.equilibria.states(s).indentation[0]), float(elastic[0] + surface[0])
 
     def too_short(self, why: str, machine_stiffness: float) -> PathError:
-        """What is wrong where no stable state is known, with the remedy."""
-        reach = min(self.line.equivalent.reach, self.line.equivalent.edge)
+        """The error if no stable state is known, with the remedy."""
+        last = min(self.line.equivalent.reach, self.line.equivalent.edge)
         remedy = "lower the work of adhesion"
         if machine_stiffness < math.inf:
             remedy += ", hold the indentation, or use a stiffer machine"
-        if math.isfinite(reach):
-            remedy = f"the profile is known up to r = {metres(reach)}: extend it, or {remedy}"
+        if math.isfinite(last):
+            remedy = f"the profile is known up to r = {metres(last)}: extend it, or {remedy}"
         return PathError(f"{why}; {remedy}")
 
     def _stop(self, machine_stiffness: float, top: float, at_least: float) -> float:
@@ -198,7 +198,7 @@ class AdhesiveLine:
         end = self.end
         wanted = _BEYOND * max(self.natural_radius, at_least)
         curve = under_machine(self.equilibria, wanted, machine_stiffness)
-        # a path that only pulls still needs the stable states from which it falls
+        # a path without approach still needs the stable states from which it jumps
         for _ in range(_TRIES):
             if wanted >= end or curve.slope(np.array([wanted / _BEYOND]))[0] > 0.0:
                 break
@@ -206,10 +206,9 @@ class AdhesiveLine:
         wanted = min(wanted, end)
         goal = max(top, float(curve.control(np.array([wanted]))[0]))
         stop = parameter_reaching(curve.control, goal, at_least=wanted, limit=end)
-        reached = float(curve.control(np.array([stop]))[0])
-        if reached >= top:
+        if curve.control(np.array([stop]))[0] >= top:
             return stop
-        # the control may fall again before the profile ends
+        # the control may decrease before the profile ends
         largest = self._highest(curve, wanted, stop)
         if largest >= top:
             return stop
@@ -227,7 +226,7 @@ class AdhesiveLine:
         )
 
     def _highest(self, curve: Curve, low: float, high: float) -> float:
-        """The largest control on a stretch of the curve."""
+        """The largest control on a part of the curve."""
         s = np.unique(
             np.concatenate([np.linspace(low, high, 801), [k for k in curve.knots if low < k < high]])
         )
@@ -239,13 +238,13 @@ class AdhesiveLine:
 
     @property
     def end(self) -> float:
-        """The largest parameter in m that is followed."""
-        # contacts of layers are solved one by one: none is that no path needs
+        """The largest parameter in m of curves."""
+        # contacts of layers are solved one by one: avoid unneeded ones
         return self._deepest if self.contact.layered is None else min(self.equilibria.limit, self._widest)
 
     @cached_property
     def _deepest(self) -> float:
-        """The last parameter in m of the curve, or of a sphere that one before it is pressed in by its radius."""
+        """The last parameter in m of the curve, or for a sphere the one before an indentation of its radius."""
         profile, limit = self.contact.profile, self.equilibria.limit
         if not isinstance(profile, Sphere):
             return limit
@@ -256,25 +255,25 @@ class AdhesiveLine:
 
 
 def finite(equivalent: EquivalentProfile) -> EquivalentProfile:
-    """A closed form short of the radius at which it is infinite, as that of a sphere is at R."""
-    reach = equivalent.reach
-    if reach == math.inf or equivalent.edge <= reach or math.isfinite(equivalent.g(np.array([reach]))[0]):
+    """A closed form up to just before the radius at which it is infinite, as that of a sphere at R."""
+    last = equivalent.reach
+    if last == math.inf or equivalent.edge <= last or math.isfinite(equivalent.g(np.array([last]))[0]):
         return equivalent
-    return SumLine((equivalent,), equivalent.edge, (1.0 - 1e-4) * reach, equivalent.exponent)
+    return SumLine((equivalent,), equivalent.edge, (1.0 - 1e-4) * last, equivalent.exponent)
 
 
 def _refuse_endless(equivalent: EquivalentProfile) -> None:
-    """The opening of an adhesive edge grows like a^((1-k)/2): a flatter power never stops it."""
+    """Refuse profiles flatter than the opening of an adhesive edge, which grows like a^((1-k)/2)."""
     opening = 0.5 * (1.0 - equivalent.exponent)
     if isinstance(equivalent, PowerLine) and equivalent.n <= opening:
         raise ProblemError(
-            f"the tip rises like r^{equivalent.n:g}, not faster than the opening of an adhesive edge, which grows like "
-            f"r^{opening:g}: the contact would spread without end; adhesion needs an exponent above {opening:g}"
+            f"the tip rises like r^{equivalent.n:g}, not faster than the opening of an adhesive edge, r^{opening:g}: the contact "
+            f"would spread without limit; adhesion needs an exponent above {opening:g}"
         )
 
 
 def _refuse_hollow(profile: Profile, line: Line, radius: float, remedies: Sequence[str]) -> None:
-    """Adhesive contact begins at the axis; a profile that is lower elsewhere begins on a ring."""
+    """Refuse profiles that are lowest off the axis, whose contact would start as a ring."""
     equivalent = line.equivalent
     top = min(equivalent.reach, equivalent.edge, 2.0 * radius)
     if equivalent.rises or not equivalent.turning_points(top):

@@ -15,7 +15,7 @@ from pymdr.interpretation.certificate import (
     Certificate,
     certify_disk,
     certify_history,
-    noise_words,
+    noise_remark,
     with_rings,
 )
 from pymdr.interpretation.friction import (
@@ -61,8 +61,8 @@ from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
+    LegProgress,
     Task,
-    Told,
     Walked,
     channels_at,
     solution,
@@ -75,15 +75,15 @@ from pymdr.units import FloatArray, QuantityLike, metres, newtons, to_si
 _REFINED = 200_000
 """Rows up to which a leg is refined."""
 _MEASURED = ("shift", "tangential_force", "slip_work")
-"""What tells whether a leg is refined enough."""
+"""Quantities whose change decides whether a leg is refined enough."""
 _SLOWEST = 0.5
-"""By how much the changes of a leg are said to fall from one refinement to the next, where it is not known to be more."""
+"""Assumed ratio of the changes of two successive refinements, where no smaller one was measured."""
 _SETTLED = 1e-9
-"""Of the largest value of a leg: what a refinement may leave."""
+"""Tolerance of a refinement, relative to the largest value of a leg."""
 _RUNS = 64
-"""Runs up to which rows that need refinement are followed apart from those that do not."""
+"""Largest number of runs in which rows that need refinement are separated from the others."""
 _ROUNDED = 8.0 * float(np.finfo(float).eps)
-"""Of the depth: what rounding leaves of where slip ends."""
+"""Rounding error of the depth at which slip ends, relative to the depth."""
 _CHUNK = 2_000_000
 """Rows between two calls of `progress`."""
 
@@ -103,14 +103,14 @@ _FOLLOWED = (
 
 @dataclass(frozen=True)
 class _Rows:
-    """What a walk gives."""
+    """Columns of a walk."""
 
     followed: _Followed
     normal_force: FloatArray
     parts: np.ndarray
-    """One entry per leg: the parts of every move, 0 where nothing had to be divided."""
+    """One entry per leg: parts of every move, 0 where no move was divided."""
     missed: FloatArray
-    """One row per row: what is left of the errors of what is measured, in SI units."""
+    """One row per row: remaining errors of the measured quantities in SI units."""
     forced: BoolArray
     dragged: BoolArray
     """Rows whose normal and tangential forces are prescribed."""
@@ -118,7 +118,7 @@ class _Rows:
 
 @dataclass
 class _FrictionLaw:
-    """The stack, on curves that are made anew when a leg goes deeper."""
+    """The stack, on curves that are rebuilt when a leg goes deeper."""
 
     contact: Contact
     mapped: Springs
@@ -126,48 +126,48 @@ class _FrictionLaw:
     friction: float
     curves: ElasticCurves
     deepest: float = -math.inf
-    """What the curves reach, in m."""
+    """Largest depth of the curves in m."""
     certificate: Certificate | None = None
     missed: FloatArray = field(default_factory=lambda: np.zeros(len(_MEASURED)))
-    """What is left of the errors of what is measured so far, in SI units."""
+    """Remaining errors of the measured quantities so far, in SI units."""
 
     def step(
-        self, stack: FrictionState, asked: Stretch, kept: np.ndarray | None, told: Told | None
+        self, stack: FrictionState, stretch: Stretch, kept: np.ndarray | None, progress: LegProgress | None
     ) -> tuple[_Rows, FrictionState, Channels]:
         """Step 2: the stack, from the state of the leg before."""
-        if asked.by_force:
-            refuse_tension(asked.leg, asked.normal)
-        self.deepen([asked])
-        found: list[tuple[_Followed, FloatArray]] = []
+        if stretch.by_force:
+            refuse_tension(stretch.leg, stretch.normal)
+        self.deepen([stretch])
+        spans: list[tuple[_Followed, FloatArray]] = []
         parts = 0
-        for span, together in _runs(asked, self._leg(asked)):
-            some, own = asked.taken(span), within(kept, span.start, span.stop - span.start)
+        for span, together in _runs(stretch, self._leg(stretch)):
+            some, own = stretch.taken(span), within(kept, span.start, span.stop - span.start)
             if together:
                 rows, stack, divided, error = self._follow_refined(some, stack)
                 rows, parts = taken(rows, own), max(parts, divided)
                 self.missed = self.missed + error
             else:
-                rows, stack = self._follow_in_parts(some, self._leg(some), stack, own, told)
-            found.append((rows, np.tile(self.missed, (rows["shift"].size, 1))))
-        followed, missed = (joined(each) for each in zip(*found, strict=True))
-        leg = self._leg(asked)
+                rows, stack = self._follow_in_parts(some, self._leg(some), stack, own, progress)
+            spans.append((rows, np.tile(self.missed, (rows["shift"].size, 1))))
+        followed, missed = (joined(each) for each in zip(*spans, strict=True))
+        leg = self._leg(stretch)
         force = taken(leg.normal, kept) if leg.by_normal_force else self._forces(followed["indentation"])
         forced, dragged = (np.full(force.size, by) for by in (leg.by_normal_force, leg.by_tangential_force))
         gathered = _Rows(followed, force, np.array([parts]), missed, forced, dragged)
         return gathered, stack, self._channels(leg, stack)
 
-    def deepen(self, asked: Sequence[Stretch]) -> None:
-        """Go as deep as some legs ask, those under a force last."""
+    def deepen(self, stretches: Sequence[Stretch]) -> None:
+        """Extend the curves to the depth of some legs, those under a force last."""
         line = self.mapped.line
         # not the largest travel: most of it may go into the machine
-        depths = [deepest_of(line, [self._leg(rows)]) for rows in asked]
+        depths = [deepest_of(line, [self._leg(rows)]) for rows in stretches]
         deepest = max(depths, default=-math.inf)
         if deepest <= self.deepest:
             return
         self.deepest = deepest
-        forced = [rows for rows in asked if rows.by_force]
+        forced = [rows for rows in stretches if rows.by_force]
         by_force = float(np.max(forced[0].normal)) if forced and not math.isfinite(deepest) else None
-        with asked[depths.index(deepest)].leg.named():
+        with stretches[depths.index(deepest)].leg.named():
             refuse_unreachable(
                 line, self.contact.profile, states_at_depth(line, np.array([deepest])), by_force
             )
@@ -177,8 +177,8 @@ class _FrictionLaw:
                 _refuse_lifted(line, rows.normal)
         self.curves = curves_down_to(line, deepest)
 
-    def _leg(self, asked: Stretch) -> FrictionLeg:
-        return friction_leg(self.mapped.line, asked, self.machine_stiffness)
+    def _leg(self, stretch: Stretch) -> FrictionLeg:
+        return friction_leg(self.mapped.line, stretch, self.machine_stiffness)
 
     def _follow(
         self, leg: FrictionLeg, stack: FrictionState, kept: np.ndarray | None = None
@@ -187,49 +187,49 @@ class _FrictionLaw:
 
     def _follow_in_parts(
         self,
-        asked: Stretch,
+        stretch: Stretch,
         leg: FrictionLeg,
         stack: FrictionState,
         kept: np.ndarray | None,
-        told: Told | None,
+        progress: LegProgress | None,
     ) -> tuple[_Followed, FrictionState]:
-        """One leg, in parts where somebody watches its progress."""
+        """One leg, in parts if its progress is reported."""
         size = leg.normal.size
-        chunk = size if told is None else _CHUNK
-        found: list[_Followed] = []
+        chunk = size if progress is None else _CHUNK
+        chunks: list[_Followed] = []
         for first in range(0, size, chunk):
-            if first and told is not None:
-                told(asked.first + first)
+            if first and progress is not None:
+                progress(stretch.first + first)
             span = slice(first, first + chunk)
             part = replace(leg, normal=leg.normal[span], tangential=leg.tangential[span])
             history = self._follow(part, stack, within(kept, first, part.normal.size))
-            self._refuse_stopped(history, part, asked.row(first + history.stopped))
-            found.append(_followed(history))
+            self._refuse_stopped(history, part, stretch.row(first + history.stopped))
+            chunks.append(_followed(history))
             stack = history.state
-        return joined(found), stack
+        return joined(chunks), stack
 
     def _follow_refined(
-        self, asked: Stretch, stack: FrictionState
+        self, stretch: Stretch, stack: FrictionState
     ) -> tuple[_Followed, FrictionState, int, FloatArray]:
         """
         A leg that moves a shift together with a load or with the travel of a machine.
 
-        Between rows the stack goes straight in (indentation, shift), so the moves are divided until that changes nothing.
+        Between rows the stack moves along a straight line in (indentation, shift); the moves are divided until the result converges.
 
         Returns
         -------
         _Followed
-            Its own rows.
+            The rows of the leg.
         FrictionState
-            At its end.
+            At the end of the leg.
         int
             Parts of every move.
         ndarray
-            What is left of the errors of what is measured in SI units, if they go on falling as they did.
+            Remaining errors of the measured quantities in SI units, extrapolated from their decrease.
         """
 
         def run(parts: int) -> tuple[FrictionHistory, FrictionLeg, np.ndarray]:
-            finer = refined(asked, parts)
+            finer = refined(stretch, parts)
             leg = self._leg(finer.rows)
             return self._follow(leg, stack, finer.own), leg, finer.own
 
@@ -247,7 +247,7 @@ class _FrictionLaw:
             history, parts, before = finer, factor * parts, change
             if factor * leg.normal.size > _REFINED:
                 break
-        self._refuse_stopped(history, leg, asked.row(int(np.searchsorted(own, history.stopped))))
+        self._refuse_stopped(history, leg, stretch.row(int(np.searchsorted(own, history.stopped))))
         return _followed(history), history.state, parts, error * _sizes(history)
 
     def _refuse_stopped(self, history: FrictionHistory, leg: FrictionLeg, where: str) -> None:
@@ -258,7 +258,7 @@ class _FrictionLaw:
             pressed = leg.normal[i] if leg.by_normal_force else float(self._forces(leg.normal[[i]])[0])
             raise PathError(
                 f"tangential_force = {newtons(leg.tangential[i])} in {where}: friction carries at most mu F_N = "
-                f"{newtons(self.friction * pressed if pressed else 0.0)} there, beyond which the bodies slide apart; "
+                f"{newtons(self.friction * pressed if pressed else 0.0)} there; "
                 "reduce it, or move the body with shift(...)"
             )
         raise PathError(f"{where} cannot be followed: {history.ending.value}")
@@ -294,34 +294,34 @@ def solve_frictional(task: Task) -> Result:
 
 
 def _foreseen(path: LoadingPath) -> list[Stretch]:
-    """The largest targets of a path, where they are known before it is followed, that of the force last."""
-    found: dict[str, Stretch] = {}
+    """The largest targets of a path that are known in advance, that of the force last."""
+    largest: dict[str, Stretch] = {}
     for leg in planned(path):
         channel = leg.controls.normal
         target = None if isinstance(leg.leg, Cycle) else getattr(leg.leg, channel, None)
         if target is not None:
             most = np.array([max(float(np.max(target)), 0.0)])
-            if channel not in found or most > found[channel].normal:
-                found[channel] = Stretch(leg, most, np.zeros(1))
-    return sorted(found.values(), key=lambda rows: rows.by_force)
+            if channel not in largest or most > largest[channel].normal:
+                largest[channel] = Stretch(leg, most, np.zeros(1))
+    return sorted(largest.values(), key=lambda rows: rows.by_force)
 
 
 def _followed(history: FrictionHistory) -> _Followed:
     return {name: getattr(history, name) for name in _FOLLOWED}
 
 
-def _runs(asked: Stretch, leg: FrictionLeg) -> list[tuple[slice, bool]]:
+def _runs(stretch: Stretch, leg: FrictionLeg) -> list[tuple[slice, bool]]:
     """
     Rows in a run, and whether they move a shift together with a load or a travel.
 
-    Only these need rows between their own: the stack is exact in all others. Many short runs are one.
+    Only these need rows in between: the stack is exact for all others. Many short runs are merged into one.
     """
-    size = asked.normal.size
-    if leg.by_tangential_force or not (leg.by_normal_force or leg.normal is not asked.normal):
+    size = stretch.normal.size
+    if leg.by_tangential_force or not (leg.by_normal_force or leg.normal is not stretch.normal):
         return [(slice(0, size), False)]
     moves = [
         np.diff(values, prepend=start) != 0.0
-        for values, start in zip((asked.normal, asked.tangential), asked.start, strict=True)
+        for values, start in zip((stretch.normal, stretch.tangential), stretch.start, strict=True)
     ]
     together = moves[0] & moves[1]
     ends = np.flatnonzero(np.diff(together)) + 1
@@ -339,9 +339,11 @@ def _refuse_lifted(line: ElasticLine, force: FloatArray) -> None:
         )
 
 
-def disks_down_to(contact: Contact, line: ElasticLine, deepest: float, who: str = "friction") -> Certificate:
+def disks_down_to(
+    contact: Contact, line: ElasticLine, deepest: float, subject: str = "friction"
+) -> Certificate:
     """
-    The certificate of all depths from the first touch on, of which tractions are sums of pressures.
+    The certificate of all depths from the first touch on, whose pressures add up to the tractions.
 
     Raises
     ------
@@ -351,8 +353,8 @@ def disks_down_to(contact: Contact, line: ElasticLine, deepest: float, who: str 
     certificate = certify_history(line, deepest)
     if not certificate.disk.all():
         raise RefusedError(
-            f"{who} needs a contact that is a disk at every depth up to {metres(deepest)}: "
-            f"{certificate.reason}{noise_words(contact.profile, line.equivalent, deepest)}"
+            f"{subject} needs a contact that is a disk at every depth up to {metres(deepest)}: "
+            f"{certificate.reason}{noise_remark(contact.profile, line.equivalent, deepest)}"
         )
     return certificate
 
@@ -366,7 +368,7 @@ def _change(coarse: FrictionHistory, fine: FrictionHistory) -> FloatArray:
 
 
 def _sizes(history: FrictionHistory) -> FloatArray:
-    """The largest value of each of what is measured, above 0."""
+    """The largest value of each measured quantity, above 0."""
     largest = [float(np.max(np.abs(getattr(history, name)), initial=0.0)) for name in _MEASURED]
     return np.maximum(largest, math.ulp(0.0))
 
@@ -374,7 +376,7 @@ def _sizes(history: FrictionHistory) -> FloatArray:
 def _columns(task: Task, mapped: Springs, rows: _Rows) -> dict[str, FloatArray]:
     line, followed = mapped.line, rows.followed
     states = states_at_depth(line, followed["indentation"])
-    # a table of a(d) rounds otherwise than the line
+    # a table of a(d) and the line round differently
     stick = np.minimum(followed["stick_radius"], states.contact_radius)
     columns = {
         "indentation": followed["indentation"],
@@ -409,13 +411,13 @@ def _interpret(
     for name in (*TANGENTIAL_QUANTITIES, *TANGENTIAL_FIELDS):
         left = missed[{"dissipated_energy": "slip_work", "shift": "shift"}.get(name, "tangential_force")]
         if (largest := float(left.max(initial=0.0))) > EXACT_WITHIN and name in claims:
-            remark = f"; what lies between rows that move a load and a shift is followed to {largest:.1g} of the largest value"
+            remark = f"; rows that move a load and a shift at once are integrated with an error of {largest:.1g} of the largest value"
             own = of_own_size(left, columns[name]) if name in columns else left
             claims |= approximated({name: claims[name]}, remark, own)
     at_deepest = states_at_depth(mapped.line, np.array([max(law.deepest, 0.0)]))
     rounded = {"dissipated_energy": _slip_work_error(mapped.line, columns)}
     if float(rounded["dissipated_energy"].max(initial=0.0)) > EXACT_WITHIN:
-        remark = "; what slips is so thin a rim of the contact that rounding of the depth counts"
+        remark = "; the slip annulus is so thin that rounding of the depth matters"
         claims |= approximated(
             {"dissipated_energy": claims["dissipated_energy"]}, remark, rounded["dissipated_energy"]
         )
@@ -437,28 +439,28 @@ def _interpret(
 def _in_frame(
     contact: Contact, mapped: Springs, columns: Mapping[str, FloatArray], claim: Claim, dragged: BoolArray
 ) -> dict[str, Claim]:
-    """The claim of the tangential force with the measured error of the frame, which prescribed forces do not have."""
-    share = frame_error(contact, mapped.moduli)
-    if not share or claim.level is not Level.APPROXIMATE:
+    """The claim of the tangential force with the measured error of the frame, 0 for prescribed forces."""
+    fraction = frame_error(contact, mapped.moduli)
+    if not fraction or claim.level is not Level.APPROXIMATE:
         return {}
     assert contact.friction is not None
     carried = contact.friction.coefficient * np.maximum.accumulate(np.abs(columns["normal_force"]))
     pulled = np.abs(columns["tangential_force"])
     with np.errstate(divide="ignore", invalid="ignore"):
-        own = np.where(dragged | (pulled == 0.0), 0.0, share * carried / pulled)
+        own = np.where(dragged | (pulled == 0.0), 0.0, fraction * carried / pulled)
     return approximated({"tangential_force": claim}, "", np.fmin(own, 1.0))
 
 
 def _missed(rows: _Rows) -> dict[str, FloatArray]:
-    """What is left of errors, of the largest value of a path: that of the shift counts for the tangential force."""
+    """Remaining errors relative to the largest value of a path; the tangential force includes the error of the shift."""
     sizes = [float(np.max(np.abs(rows.followed[name]), initial=0.0)) for name in _MEASURED]
-    shares = rows.missed / np.maximum(sizes, math.ulp(0.0))
-    found = dict(zip(_MEASURED, shares.T, strict=True))
-    return found | {"tangential_force": np.maximum(found["shift"], found["tangential_force"])}
+    relative = rows.missed / np.maximum(sizes, math.ulp(0.0))
+    errors = dict(zip(_MEASURED, relative.T, strict=True))
+    return errors | {"tangential_force": np.maximum(errors["shift"], errors["tangential_force"])}
 
 
 def _slip_work_error(line: ElasticLine, columns: Mapping[str, FloatArray]) -> FloatArray:
-    """Of the slip work: it goes as the third power of the depth down to which springs slip, which rounding of the whole ends."""
+    """Relative error of the slip work by rounding of the depth down to which springs slip."""
     depth, work = columns["indentation"], columns["dissipated_energy"]
     if not work.size or not work.max() > 0.0:
         return np.zeros(work.shape)
@@ -466,12 +468,12 @@ def _slip_work_error(line: ElasticLine, columns: Mapping[str, FloatArray]) -> Fl
     down = np.where(slips, depth - np.where(slips, line.depth(columns["stick_radius"]), depth), 0.0)
     deepest = np.maximum.accumulate(np.maximum(depth, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.fmin(_ROUNDED * deepest / np.maximum.accumulate(down), 1.0)
-    return np.where(work > 0.0, share, 0.0)
+        error = np.fmin(_ROUNDED * deepest / np.maximum.accumulate(down), 1.0)
+    return np.where(work > 0.0, error, 0.0)
 
 
 def frictional_assumptions(contact: Contact, mapped: Springs, radii: FloatArray) -> tuple[Assumption, ...]:
-    """What the model assumes, with the similarity that friction needs."""
+    """Assumptions of the model, including the elastic similarity that friction needs."""
     assert contact.friction is not None
     listed = assumptions(contact, mapped, radii)
     similar = similarity_assumption(mapped.moduli.dundurs_beta, contact.friction.coefficient)
@@ -479,32 +481,32 @@ def frictional_assumptions(contact: Contact, mapped: Springs, radii: FloatArray)
 
 
 def pressed_joint(
-    asked: str,
-    lacks: str,
+    prefix: str,
+    meaningless: str,
     contact: Contact,
     normal_force: QuantityLike | None,
     indentation: QuantityLike | None,
 ) -> tuple[Springs, float, float, Certificate]:
-    """The line, depth in m, coefficient and certificate of a joint under a constant load; `lacks` is what mu 0 has not."""
+    """The line, depth in m, coefficient and certificate of a joint under a constant load; `meaningless` is what mu 0 has not."""
     if contact.friction is None:
-        raise ProblemError(f"{asked}: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
+        raise ProblemError(f"{prefix}: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
     mu = contact.friction.coefficient
     if not 0.0 < mu < math.inf:
-        raise ProblemError(f"{asked}: mu = {mu:g} has no {lacks}; it must be above 0 and finite")
-    one_load(asked, normal_force, indentation)
+        raise ProblemError(f"{prefix}: mu = {mu:g} has no {meaningless}; it must be above 0 and finite")
+    one_load(prefix, normal_force, indentation)
     mapped = map_to_springs(contact)
     line = mapped.line
     if indentation is not None:
-        d = float(within_range(to_si(indentation, "m", name="indentation"), "m", f"{asked}: indentation"))
+        d = float(within_range(to_si(indentation, "m", name="indentation"), "m", f"{prefix}: indentation"))
     else:
         assert normal_force is not None
         force = float(
-            within_range(to_si(normal_force, "N", name="normal_force"), "N", f"{asked}: normal_force")
+            within_range(to_si(normal_force, "N", name="normal_force"), "N", f"{prefix}: normal_force")
         )
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
     by_force = None if indentation is not None else force
     refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)
     if d <= 0.0:
         given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
-        raise ProblemError(f"{asked}: the load {given!r} must be above 0 {unit}; press the bodies together")
+        raise ProblemError(f"{prefix}: the load {given!r} must be above 0 {unit}; press the bodies together")
     return mapped, d, mu, disks_down_to(contact, line, d)

@@ -1,4 +1,4 @@
-"""How hot a contact becomes, by a current through it or by its own friction."""
+"""Heating of a contact by an electric current or by friction."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ _GIVEN = {"temperature": "K", "resistance": "ohm", "voltage": "V", "current": "A
 
 @dataclass(frozen=True, kw_only=True)
 class JouleHeating(Study):
-    """The hottest place of contacts that carry a current."""
+    """The largest temperature of contacts with an electric current."""
 
     data: xr.Dataset
     """
     Over ``step``: temperature (K) of the bodies, voltage (V), largest_temperature (K) and temperature_rise (K) above that of the
-    bodies; where the cold resistance is known also current (A), cold_resistance and hot_resistance (ohm).
+    bodies; with a cold resistance also current (A), cold_resistance and hot_resistance (ohm).
     """
-    what: ClassVar = "a contact that carries a current"
+    subject: ClassVar = "Joule heating"
     columns: ClassVar = {
         "voltage": Column("voltage", "V"),
         "current": Column("current", "A"),
@@ -62,10 +62,10 @@ class JouleHeating(Study):
         "largest_temperature": Column("hottest", "K"),
         "temperature_rise": Column("rise", "K"),
     }
-    told: ClassVar = ("largest_temperature",)
+    summary_claims: ClassVar = ("largest_temperature",)
 
     def _figure(self) -> Figure:
-        """Rise of the hottest place against voltage, with that of metals at any voltage."""
+        """Largest temperature rise against voltage, with that of metals."""
         from pymdr.presentation.plot import joule_study
 
         temperature = float(self.data["temperature"][0])
@@ -81,9 +81,9 @@ def joule_heating(
     current: ArrayQuantityLike | None = None,
 ) -> JouleHeating:
     """
-    Temperature of the hottest place of a contact that carries a current.
+    Largest temperature of a contact with an electric current.
 
-    T_max^2 = T0^2 + V^2/(4 L) with a voltage V, whatever the shape of the contact, L = 2.443e-8 V^2/K^2; with a current
+    T_max^2 = T0^2 + V^2/(4 L) with a voltage V for any shape of the contact, L = 2.443e-8 V^2/K^2; with a current
     I R0 = 2 T0 sqrt(L) arccos(T0/T_max), which stays below pi T0 sqrt(L), R0 the cold resistance.
 
     Parameters
@@ -92,27 +92,27 @@ def joule_heating(
         The cold resistance R0 in ohm, above 0, or a result of :func:`~pymdr.solve` that has an ``electrical_resistance``, row by
         row. Needed with a current.
     temperature : array_like or quantity
-        T0 of both bodies in K, above 0; "20 degC" is read too.
+        T0 of both bodies in K, above 0; also as "20 degC".
     voltage, current : array_like or quantity
         The voltage V between the bodies, or the current I through the contact, at least 0; exactly one.
 
     Returns
     -------
     JouleHeating
-        One row for each entry; what is given once holds for all.
+        One row per entry; single values apply to all rows.
 
     Raises
     ------
     ProblemError
-        If both or none of voltage and current are given, a current without a resistance, rows of different numbers, a temperature
-        or a resistance that is not above 0, or a current at which no temperature is large enough.
+        If both or none of voltage and current are given, a current without a resistance, columns of different lengths, a temperature
+        or a resistance that is not above 0, or a current beyond the limit pi T0 sqrt(L)/R0.
     NotValidError
         If the resistance of the result is not valid.
 
     Notes
     -----
-    Kohlrausch (1900); Holm (1967), Electric Contacts. Both bodies obey rho lambda = L T; for those that say both it is measured
-    among the assumptions.
+    Kohlrausch (1900); Holm (1967), Electric Contacts. Both bodies obey rho lambda = L T; the assumptions check
+    it if both are given.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def joule_heating(
         raise ProblemError(f"{_JOULE}: give exactly one of voltage and current")
     if current is not None and resistance is None:
         raise ProblemError(
-            f"{_JOULE}: how hot a current makes a contact depends on its resistance; give it, or the voltage"
+            f"{_JOULE}: with a current the temperature depends on the resistance; give resistance, or voltage"
         )
     claim, rows = None, None
     if isinstance(resistance, Result):
@@ -136,13 +136,15 @@ def joule_heating(
         rows = one_row(resistance, "ohm", _JOULE, "resistance")
     given = {"temperature": one_row(temperature, "K", _JOULE, "temperature")}
     given |= {} if rows is None else {"resistance": rows}
-    name, unit, asked = ("voltage", "V", voltage) if current is None else ("current", "A", current)
-    assert asked is not None
-    given[name] = one_row(asked, unit, _JOULE, name)
+    name, unit, values = ("voltage", "V", voltage) if current is None else ("current", "A", current)
+    assert values is not None
+    given[name] = one_row(values, unit, _JOULE, name)
     columns = _joule_columns(_as_rows(given))
     t0 = columns["temperature"]
     law = wiedemann_franz(resistance.contact, t0) if isinstance(resistance, Result) else None
-    unmeasured = "that the bodies obey rho lambda = L T is not measured: they do not say both thermal_conductivity and resistivity"
+    unmeasured = (
+        "rho lambda = L T is not checked: the bodies do not have both thermal_conductivity and resistivity"
+    )
     where = np.ones(t0.size, dtype=bool)
     return JouleHeating(
         data=_labelled(columns, JouleHeating.columns, "step", np.arange(t0.size)),
@@ -153,7 +155,7 @@ def joule_heating(
 
 
 def _as_rows(given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Columns of one length, above 0 where they have to be."""
+    """Columns of one length, with checked signs."""
     size = max(values.size for values in given.values())
     for name, values in given.items():
         if values.size not in (1, size):
@@ -163,14 +165,14 @@ def _as_rows(given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
         low, unit = float(np.nanmin(values, initial=math.inf)), _GIVEN[name]
         if name in ("voltage", "current") and low < 0.0:
             raise ProblemError(
-                f"{_JOULE}: {name} = {low:.6g} {unit}: it must be at least 0 {unit}, in whatever direction it flows"
+                f"{_JOULE}: {name} = {low:.6g} {unit}: it must be at least 0 {unit} in either direction"
             )
         if name in ("temperature", "resistance") and not low > 0.0:
             raise ProblemError(f"{_JOULE}: {name} = {low:.6g} {unit}: it must be above 0 {unit}")
         if not np.isfinite(values).all():
             raise ProblemError(
-                f"{_JOULE}: the bodies do not touch at row {int(np.argmin(np.isfinite(values)))}, or nobody knows how; take rows at "
-                "which they do, such as result['electrical_resistance'][1:]"
+                f"{_JOULE}: the bodies are not in contact in row {int(np.argmin(np.isfinite(values)))}, or their contact is unknown; use rows "
+                "in contact, such as result['electrical_resistance'][1:]"
             )
     return {name: np.broadcast_to(values, (size,)).copy() for name, values in given.items()}
 
@@ -198,7 +200,7 @@ def _joule_columns(given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
 
 
 def _voltage(t0: FloatArray, cold: FloatArray, current: FloatArray) -> FloatArray:
-    """The voltage in V that drives a current, or why none does."""
+    """The voltage in V of a current; raise if there is none."""
     scale = 2.0 * math.sqrt(LORENZ) * t0
     load = current * cold
     worst = int(np.argmax(load / scale))
@@ -206,8 +208,8 @@ def _voltage(t0: FloatArray, cold: FloatArray, current: FloatArray) -> FloatArra
     if not load[worst] < most:
         raise ProblemError(
             f"{_JOULE}: the current {written(float(current[worst]), 'A')} over a cold resistance of "
-            f"{written(float(cold[worst]), 'ohm')} (row {worst}) is I R0 = {written(float(load[worst]), 'V')}, and must stay below "
-            f"pi T0 sqrt(L) = {written(float(most), 'V')}, toward which the temperature has no bound; the contact carries less than "
+            f"{written(float(cold[worst]), 'ohm')} (row {worst}) gives I R0 = {written(float(load[worst]), 'V')} (limit "
+            f"pi T0 sqrt(L) = {written(float(most), 'V')}, at which the temperature diverges); reduce the current below "
             f"{written(float(most / cold[worst]), 'A')}"
         )
     return np.asarray(scale * np.tan(load / scale))
@@ -231,15 +233,15 @@ class FrictionalHeat(Study):
 
     data: xr.Dataset
     """
-    Over ``speed`` (m/s): largest_temperature_rise and mean_temperature_rise (K) over the contact, heat (W) that both bodies carry
-    away, peclet_number of the body that moves fastest for its size.
+    Over ``speed`` (m/s): largest_temperature_rise and mean_temperature_rise (K) over the contact, heat (W) into both bodies,
+    and the largest peclet_number.
     """
     surface: xr.Dataset
     """
     Over ``speed`` and ``r`` (m): temperature_rise (K) of the surface in the contact and around it. Empty for a force curve, whose
-    shape nobody knows.
+    shape is unknown.
     """
-    what: ClassVar = "a contact that slides"
+    subject: ClassVar = "frictional heating"
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "largest_temperature_rise": Column("largest rise", "K"),
@@ -247,7 +249,7 @@ class FrictionalHeat(Study):
         "heat": Column("heat", "W"),
         "peclet_number": Column("Pe", ""),
     }
-    told: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
+    summary_claims: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
 
     def _figure(self) -> Figure:
         """Largest and mean rise against speed, and the rise over the radius."""
@@ -264,16 +266,16 @@ def frictional_heat(
     indentation: QuantityLike | None = None,
 ) -> FrictionalHeat:
     """
-    Temperature rise of a contact that slides slowly and steadily against its own friction.
+    Temperature rise of a contact in slow steady sliding with friction.
 
-    T = mu v E* (d - f)/(2 (lambda_1 + lambda_2)) in the contact, exact as the Peclet numbers Pe = v a/(2 kappa) of the bodies that
-    move below it go to 0; both bodies have one temperature far away.
+    T = mu v E* (d - f)/(2 (lambda_1 + lambda_2)) in the contact, exact in the limit of small Peclet numbers Pe = v a/(2 kappa) of the
+    bodies that move relative to it; both bodies have one temperature far away.
 
     Parameters
     ----------
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite. Both bodies have a ``thermal_conductivity``, and every body that moves
-        below the contact a ``thermal_diffusivity``: the body that always rubs with the same place is left without it.
+        relative to the contact a ``thermal_diffusivity``; leave it out for the body that always rubs at the same place.
     speed : array_like or quantity
         Speeds v of sliding in m/s, above 0, one row.
     normal_force, indentation : quantity
@@ -291,8 +293,8 @@ def frictional_heat(
 
     Notes
     -----
-    Popov and Hess (2015), chapter 8: heat and pressure act through the same 1/R, so that what the pressure displaces the heat
-    warms; of any shape, a :class:`~pymdr.ForceCurve` too. A body that carries nothing away is one of a very small conductivity.
+    Popov and Hess (2015), chapter 8: temperature and displacement have the same kernel 1/R, so that they are proportional for any
+    shape, including a :class:`~pymdr.ForceCurve`. Give an insulating body a very small conductivity.
 
     Examples
     --------
@@ -325,9 +327,9 @@ def frictional_heat(
         "heat": mu * load * v,
         "peclet_number": np.max(list(peclet.values()), axis=0),
     }
-    shares = {"body": pair.one / pair.both, "counterbody": pair.other / pair.both}
-    # the kernel exp(-v (R + x)/(2 kappa))/R of a body that moves lacks v/(2 kappa) in the mean; its share enters twice
-    drift = np.sum([shares[which] * pe for which, pe in peclet.items()], axis=0)
+    fractions = {"body": pair.one / pair.both, "counterbody": pair.other / pair.both}
+    # the kernel exp(-v (R + x)/(2 kappa))/R of a moving body lacks v/(2 kappa) in the mean; its fraction enters twice
+    drift = np.sum([fractions[which] * pe for which, pe in peclet.items()], axis=0)
     largest = drift * load / (math.pi * a * d * line.modulus)
     taken = {"largest_temperature_rise": largest}
     curve = is_curve(contact)
@@ -335,7 +337,7 @@ def frictional_heat(
     if not curve:
         mean, error = mean_displacement(line, a, d)
         columns["mean_temperature_rise"] = v * unit * mean
-        # what is uneven in the kernel has no mean over the contact
+        # the odd part of the kernel has no mean over the contact
         taken["mean_temperature_rise"] = largest * d / mean
     why = (
         "the area of a contact is not in its force curve; give the shape itself as a profile" if curve else ""
@@ -373,21 +375,24 @@ def frictional_heat(
             slow_sliding(float(columns["peclet_number"].max())),
         ),
         notes=mapped.notes
-        + tuple(f"the {name} has no thermal_diffusivity: it rests below the contact" for name in still),
+        + tuple(
+            f"the {name} has no thermal_diffusivity: it does not move relative to the contact"
+            for name in still
+        ),
         contact=contact,
     )
 
 
 def _moving(contact: Contact) -> dict[str, float]:
-    """Diffusivities in m^2/s of the bodies that move below the contact."""
-    found = {
+    """Diffusivities in m^2/s of the bodies that move relative to the contact."""
+    moving = {
         name: body.thermal_diffusivity
         for name, body in (("body", contact.body), ("counterbody", contact.counterbody))
         if body.thermal_diffusivity is not None
     }
-    if not found:
+    if not moving:
         raise ProblemError(
-            f"{_RUBBING}: no body has a thermal_diffusivity, and one at least moves below the contact: give it, as in "
-            "Elastic(..., thermal_diffusivity='12 mm^2/s'), to every body that does, so that it is known whether sliding is slow"
+            f"{_RUBBING}: no body has a thermal_diffusivity, which is needed to check that sliding is slow: give it to every body that moves "
+            "relative to the contact, as in Elastic(..., thermal_diffusivity='12 mm^2/s')"
         )
-    return found
+    return moving

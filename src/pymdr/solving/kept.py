@@ -1,4 +1,4 @@
-"""Work in many parts that a folder keeps as they are finished, so that a killed run goes on where it was."""
+"""A folder of finished parts of a long computation, so that an interrupted run can be continued."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ _FIRST = "first_part"
 
 class KeptParts:
     """
-    A folder of the finished parts of one work, which are numbered from 0.
+    A folder of the finished parts of one computation, numbered from 0.
 
     Parameters
     ----------
     folder : path
-        Made unless it is there.
+        Created if it does not exist.
     work : mapping
-        What the work is, as it could stand in a JSON file: a folder of another work, or of another version of pymdr, is refused.
+        Identity of the computation, JSON-serialisable; a folder of another computation or version of pymdr is refused.
 
     Raises
     ------
     FileError
-        If the folder cannot be made, or holds the parts of another work.
+        If the folder cannot be created, or contains parts of another computation.
     """
 
     def __init__(self, folder: str | os.PathLike[str], work: Mapping[str, Any]) -> None:
         from pymdr.presentation.files import named_file
 
         self.folder = named_file(folder, "write")
-        asked = {**work, "version": version("pymdr")}
-        self.mark = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+        identity = {**work, "version": version("pymdr")}
+        self.mark = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -57,13 +57,13 @@ class KeptParts:
         from pymdr.presentation.files import read_dataset
 
         for file in self._files():
-            found = read_dataset(file)
-            if found.attrs.get(_MARK) != self.mark:
+            part = read_dataset(file)
+            if part.attrs.get(_MARK) != self.mark:
                 raise FileError(
-                    f"{file} is a part of another work: something that was asked, or the version of pymdr, has changed since; take "
+                    f"{file} belongs to another computation: its arguments, or the version of pymdr, have changed; use "
                     "another folder, or empty this one"
                 )
-            yield int(found.attrs[_FIRST]), found
+            yield int(part.attrs[_FIRST]), part
 
     def keep(self, first: int, finished: xr.Dataset) -> None:
         """Write finished parts, whole or not at all."""

@@ -1,4 +1,4 @@
-"""The laws that a contact may follow: one row for each, from which `solve`, results and figures read."""
+"""The laws of contact, one row each: how `solve`, results and figures treat them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _WITHOUT_FRICTION = dict.fromkeys(
 
 @dataclass(frozen=True)
 class Law:
-    """How contacts of a kind are solved, and how their results are read."""
+    """How one kind of contact is solved, and how its results are read."""
 
     covers: Callable[[Contact, Rings | None], bool]
     history: Callable[[Task], Result]
@@ -165,11 +165,11 @@ LAWS = (
         Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, normal_plots, _WITHOUT_FRICTION),
     ),
 )
-"""In order: the first that covers a contact and a solver is taken."""
+"""In order: the first that covers a contact and a solver applies."""
 
 
 def law_of(contact: Contact, solver: Rings | None) -> Law:
-    """The law of a contact; of a force curve it gives what the curve determines."""
+    """The law of a contact; for a force curve, restricted to what the curve determines."""
     law = next(law for law in LAWS if law.covers(contact, solver))
     if is_curve(contact):
         if solver is not None:
@@ -179,17 +179,17 @@ def law_of(contact: Contact, solver: Rings | None) -> Law:
 
 
 def _with_fluxes(reading: Reading, contact: Contact, solver: Rings | None) -> Reading:
-    """A reading with the fields of what flows through the contact, or with what to do to have them."""
+    """A reading with the fields of heat and current flow, or with the reason why there are none."""
     elsewhere, carried = dict(reading.elsewhere), dict(reading.carried)
     for each in CONDUCTIONS:
         if not is_carried(contact.body, contact.counterbody, each.carrier):
-            words = f"no body says what it conducts; give both {each.carrier}, as in Elastic('210 GPa', 0.3, {each.carrier}=...)"
-            elsewhere |= dict.fromkeys((each.quantity, each.field), words)
+            reason = f"the bodies have no conductivity; give both {each.carrier}, as in Elastic('210 GPa', 0.3, {each.carrier}=...)"
+            elsewhere |= dict.fromkeys((each.quantity, each.field), reason)
         elif solver is not None:
-            elsewhere[each.field] = "boundary elements solve no flux; leave solver=Rings() out"
+            elsewhere[each.field] = "boundary elements do not solve for the flux; leave solver=Rings() out"
         elif is_shape(contact):
             elsewhere[each.field] = (
-                "the contact is no disk, and how its flux is distributed is not offered; its whole is"
+                "the contact is not a disk; only the total flux is available, not its distribution"
             )
         else:
             carried[each.field] = partial(_flux, each.carrier)

@@ -62,7 +62,7 @@ class FrictionLoop(Study):
     ``coefficient`` too where several coefficients of friction were given. The scatter of a sampled profile adds the
     ends of their bands, such as ``damping_ratio_low`` and ``damping_ratio_high``."""
 
-    what: ClassVar = "a friction loop"
+    subject: ClassVar = "a friction loop"
     columns: ClassVar = {
         "coefficient": Column("mu", ""),
         "amplitude": Column("amplitude", "m"),
@@ -72,7 +72,7 @@ class FrictionLoop(Study):
         "secant_stiffness": Column("stiffness", "N/m"),
         "stick_ratio": Column("stick", ""),
     }
-    told: ClassVar = ("dissipated_per_cycle",)
+    summary_claims: ClassVar = ("dissipated_per_cycle",)
 
     @property
     def claim(self) -> Claim:
@@ -312,7 +312,7 @@ def _study(
     claims = with_errors(claims, {name: error} if error.max() > EXACT_WITHIN else {}, map_remark(line, state))
     if isinstance(contact.profile, ForceCurve):
         known = closure_of(contact.profile)
-        claims = closure_claims(claims, known, np.full(u.shape, d), sideways=True)
+        claims = closure_claims(claims, known, np.full(u.shape, d), sheared=True)
     met = frictional_assumptions(contact, mapped, np.array([a]))
     told = dict.fromkeys(columns, claims[name])
     told["amplitude" if given is not None else "force_amplitude"] = Claim(

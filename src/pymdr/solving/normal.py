@@ -13,7 +13,7 @@ from pymdr.interpretation.accuracy import normal_errors, with_errors
 from pymdr.interpretation.certificate import (
     certify_disk,
     describe_ranges,
-    noise_words,
+    noise_remark,
     valid_ranges,
     with_rings,
 )
@@ -49,8 +49,8 @@ from pymdr.solving.reach import Mapped, assumptions, g_samples, map_remark, map_
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
+    LegProgress,
     Task,
-    Told,
     Walked,
     channels_at,
     solution,
@@ -64,11 +64,11 @@ from pymdr.units import FloatArray, newtons
 class _Rows:
     states: DiskStates
     prescribed: FloatArray
-    """The force where it is prescribed, else nan."""
+    """The force where it is prescribed, else NaN."""
     moved: BoolArray
-    """Whether the indentation is prescribed: not where a machine with a stiffness travels."""
+    """Whether the indentation is prescribed."""
     solved: BoolArray
-    """Whether layers let the row be solved; the others hold what is prescribed, and no contact."""
+    """Whether the row could be solved on layers; other rows contain the prescribed values only."""
 
 
 def solve_normal(task: Task) -> Result:
@@ -80,25 +80,25 @@ def solve_normal(task: Task) -> Result:
 
 
 def _step(
-    task: Task, line: Line, _: None, asked: Stretch, kept: np.ndarray | None, told: Told | None
+    task: Task, line: Line, _: None, stretch: Stretch, kept: np.ndarray | None, progress: LegProgress | None
 ) -> tuple[_Rows, None, Channels]:
-    """Step 2: every row is a state of the line under what is prescribed, without memory."""
-    targets, machine = asked.normal, task.machine_stiffness
-    if asked.by_force:
-        refuse_tension(asked.leg, targets)
+    """Step 2: every row is a state of the line at the prescribed value, without memory."""
+    targets, machine = stretch.normal, task.machine_stiffness
+    if stretch.by_force:
+        refuse_tension(stretch.leg, targets)
     compliance = 0.0
-    if asked.controls.normal == "travel" and machine is not None:
+    if stretch.controls.normal == "travel" and machine is not None:
         compliance = 1.0 / machine
-    states, solved = _states(line, targets, asked.by_force, compliance)
+    states, solved = _states(line, targets, stretch.by_force, compliance)
     if solved.any():
-        most = float(np.max(targets[solved])) if asked.by_force else None
+        most = float(np.max(targets[solved])) if stretch.by_force else None
         refuse_unreachable(line, task.contact.profile, states.take(solved), most)
     here = dict.fromkeys(("indentation", "normal_force", "travel"), math.nan)
     if solved[-1]:
         last = states.take(slice(-1, None))
         here = channels_at(float(last.indentation[0]), float(normal_force(line, last)[0]), machine)
-    prescribed = targets if asked.by_force else np.full(targets.size, math.nan)
-    moved = np.full(targets.size, not asked.by_force and compliance == 0.0)
+    prescribed = targets if stretch.by_force else np.full(targets.size, math.nan)
+    moved = np.full(targets.size, not stretch.by_force and compliance == 0.0)
     return taken(_Rows(states, prescribed, moved, solved), kept), None, here
 
 
@@ -106,10 +106,9 @@ def _states(
     line: Line, targets: FloatArray, by_force: bool, compliance: float
 ) -> tuple[DiskStates, BoolArray]:
     """
-    States under what is prescribed, and which of them could be solved.
+    States at the prescribed values, and which of them could be solved.
 
-    On layers contacts beyond some size cannot be: too wide for the equation, not resolved, or where the profile falls. The others
-    are solved all the same.
+    On layers, contacts beyond some size cannot be solved: too wide for the equation, not resolved, or where the profile decreases.
     """
 
     def solve(values: FloatArray, deepest: float = math.inf) -> DiskStates:
@@ -135,16 +134,16 @@ def _states(
         Place(np.zeros(targets.shape), np.zeros(targets.shape)),
         np.zeros(targets.shape),
     )
-    found = solve(targets[solved], limit.depth)
-    states.indentation[solved] = found.indentation
-    states.place.base[solved], states.place.offset[solved] = found.place.base, found.place.offset
-    states.edge_excess[solved] = found.edge_excess
+    below = solve(targets[solved], limit.depth)
+    states.indentation[solved] = below.indentation
+    states.place.base[solved], states.place.offset[solved] = below.place.base, below.place.offset
+    states.edge_excess[solved] = below.edge_excess
     return states, solved
 
 
 def check_normal_path(path: LoadingPath) -> None:
-    """Refuse what a contact without friction and adhesion cannot follow."""
-    refuse_sideways(path, "the contact has no friction: add Contact(..., friction=Coulomb(0.3))")
+    """Refuse paths that a contact without friction and adhesion cannot follow."""
+    refuse_tangential(path, "the contact has no friction: add Contact(..., friction=Coulomb(0.3))")
     for leg in planned(path):
         force = getattr(leg.leg, "normal_force", None)
         if force is not None and not isinstance(leg.leg, Cycle):
@@ -152,8 +151,8 @@ def check_normal_path(path: LoadingPath) -> None:
                 refuse_tension(leg, np.atleast_1d(force))
 
 
-def refuse_sideways(path: LoadingPath, why: str) -> None:
-    """Refuse legs of a tangential channel."""
+def refuse_tangential(path: LoadingPath, why: str) -> None:
+    """Refuse legs that prescribe a tangential channel."""
     for leg in planned(path):
         for name in named_channels(leg.leg):
             if name in TANGENTIAL_CHANNELS:
@@ -162,7 +161,7 @@ def refuse_sideways(path: LoadingPath, why: str) -> None:
 
 
 def refuse_tension(leg: Planned, force: FloatArray) -> None:
-    """Refuse negative forces; the row is told where the path gives every row."""
+    """Refuse negative forces; name the row where the path gives every row."""
     lowest = int(np.argmin(force))
     if force[lowest] < 0.0:
         given = isinstance(leg.leg, Path)
@@ -171,7 +170,7 @@ def refuse_tension(leg: Planned, force: FloatArray) -> None:
             f"normal_force = {newtons(float(force[lowest]))}{where}: without adhesion the force cannot be below 0 N; "
             "unload to 0 N, or lift off with indent(...)"
             + (
-                "; in a record, begin where the bodies touch and set what noise takes below to 0 N"
+                "; in a measured record, begin at the contact point and set negative noise to 0 N"
                 if given
                 else ""
             )
@@ -221,11 +220,11 @@ def _claims(contact: Contact, line: Line, rows: _Rows) -> tuple[dict[str, Claim]
         assert limit is not None
         if not rows.solved.any():
             raise limit.error
-        reason = "; ".join(words for words in (reason, str(limit.error)) if words)
+        reason = "; ".join(text for text in (reason, str(limit.error)) if text)
     claims = normal_claims(
         disk,
         reason,
-        _range_words(contact, line, states, disk),
+        _range_text(contact, line, states, disk),
         bodies_of(line),
     )
     claims = with_rings(claims, certificate) | {"force_lower_bound": bound_claim(disk)}
@@ -239,7 +238,7 @@ def _claims(contact: Contact, line: Line, rows: _Rows) -> tuple[dict[str, Claim]
 def _bound(
     line: LayeredLine, rows: _Rows, disk: BoolArray, force: FloatArray, claim: Claim
 ) -> tuple[FloatArray, Claim]:
-    """The lower bound of the force where the contact is no disk, with its claim."""
+    """The lower bound of the force where the contact is not a disk, with its claim."""
     states, open_ = rows.states, ~(disk | np.isfinite(rows.prescribed))
     radius = np.where(rows.solved, states.contact_radius, math.nan)
     bound, error = force.copy(), np.zeros(force.shape) if claim.error is None else claim.error.copy()
@@ -249,12 +248,12 @@ def _bound(
     ]
 
 
-def _range_words(contact: Contact, line: Line, states: DiskStates, disk: BoolArray) -> str:
-    """For which loads the contact is a disk, if it is not for all, and what may be done about it."""
+def _range_text(contact: Contact, line: Line, states: DiskStates, disk: BoolArray) -> str:
+    """The loads at which the contact is a disk, if not at all of them, and the remedy."""
     if disk.all() or not isinstance(line, ElasticLine):
         return ""
     deepest = float(np.max(states.indentation))
-    remedy = noise_words(contact.profile, line.equivalent, deepest)
+    remedy = noise_remark(contact.profile, line.equivalent, deepest)
     if math.isfinite(line.equivalent.edge):
         deepest = max(4.0 * deepest, 4.0 * float(np.max(np.abs(g_samples(line)))))
     ranges = valid_ranges(line, deepest)

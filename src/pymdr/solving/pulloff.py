@@ -17,7 +17,7 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, jkr_opening, maugis_parameter, tabor_parameter
 from pymdr.line.adhesion.equivalent_line import States
-from pymdr.line.following import Jumps, Track, Way, pressed, pulled, turning_points, under_machine
+from pymdr.line.following import Jumps, Route, Track, pressed, pulled, turning_points, under_machine
 from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -41,35 +41,34 @@ _COST = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class PullOff(Study):
-    """The last stable state of a contact that is pulled apart, and the state that it jumps into when it touches."""
+    """The last stable state of a contact in retraction, and the state after the jump into contact."""
 
     data: xr.Dataset
     """
     Single numbers: normal_force (N), indentation, contact_radius and travel (m) of the last state, dissipated_energy (J);
     jump_in_indentation (m), jump_in_force (N) and jump_in_radius (m); largest_pull (N); machine_stiffness (N/m).
     """
-    what: ClassVar = "a pull-off"
+    subject: ClassVar = "a pull-off"
 
     normal_force = number("normal_force", "Force in N, below 0.")
     indentation = number("indentation", "In m.")
     contact_radius = number("contact_radius", "In m.")
     travel = number(
         "travel",
-        "Travel of the machine in m; the indentation under displacement control, nan under a dead load.",
+        "Travel of the machine in m; the indentation under displacement control, NaN under a dead load.",
     )
     dissipated_energy = number(
         "dissipated_energy",
-        "Energy lost in the jump out of contact in J; under a dead load as far down as the bodies can touch, without its "
-        "further fall.",
+        "Energy dissipated in the jump out of contact in J; under a dead load without the work of its fall after separation.",
     )
     jump_in_indentation = number(
-        "jump_in_indentation", "Indentation in m after the jump into contact at the first touch."
+        "jump_in_indentation", "Indentation in m after the jump into contact at first touch."
     )
     jump_in_force = number("jump_in_force", "Force in N after that jump.")
     jump_in_radius = number("jump_in_radius", "Contact radius in m after that jump.")
     largest_pull = number(
         "largest_pull",
-        "Lowest force in N on the way from the pressed contact to the loss: what a test rig reports as adhesion.",
+        "Lowest force in N between the pressed state and the loss of contact: what test rigs report as adhesion.",
     )
     machine_stiffness = number("machine_stiffness", "In N/m; inf is displacement control, 0 a dead load.")
 
@@ -100,7 +99,7 @@ def pull_off(
     contact: Contact, *, machine_stiffness: QuantityLike = math.inf, pressed_to: QuantityLike | None = None
 ) -> PullOff:
     """
-    Where a contact with adhesion is lost when it is pulled, and what it jumps into when it touches.
+    Loss of an adhesive contact in retraction, and its state after the jump into contact.
 
     Stable states satisfy dD/da > 0 for the travel D = d + F/k of the machine (Popov and Hess 2015, chapter 4).
 
@@ -111,8 +110,8 @@ def pull_off(
     machine_stiffness : quantity, optional
         k in N/m: inf (the default) is displacement control, 0 a dead load.
     pressed_to : quantity, optional
-        Indentation in m up to which the machine presses before it pulls, for wavy profiles whose pull-off depends on
-        it; unless given, it presses until the contact is as large as that of the unloaded body.
+        Indentation in m before the retraction, for wavy profiles whose pull-off depends on it; by default that of the
+        unloaded contact.
 
     Returns
     -------
@@ -123,7 +122,7 @@ def pull_off(
     ProblemError
         If the contact has no adhesion, or the stiffness is negative.
     PathError
-        If the profile ends before the state from which the contact is pulled.
+        If the profile ends before the state at the start of the retraction.
 
     Examples
     --------
@@ -143,13 +142,13 @@ def pull_off(
     d, force, radius = _numbers(state)
     jump = _numbers(touched)
     lowest = _lowest_force(line, pull)
-    lost = pull.loss if stiffness > 0.0 else line.fallen(pull.last, force)
+    loss = pull.loss if stiffness > 0.0 else line.fallen(pull.last, force)
     values = {
         "normal_force": force,
         "indentation": d,
         "contact_radius": radius,
         "travel": d + force / stiffness if stiffness > 0.0 else math.nan,
-        "dissipated_energy": lost,
+        "dissipated_energy": loss,
         **dict(zip(("jump_in_indentation", "jump_in_force", "jump_in_radius"), jump, strict=True)),
         "largest_pull": float(line.equilibria.states(np.array([lowest])).normal_force[0]),
         "machine_stiffness": stiffness,
@@ -190,7 +189,7 @@ def _single(values: Mapping[str, float]) -> xr.Dataset:
 def _errors(
     line: AdhesiveLine, track: Track, at: tuple[float, float, float], values: Mapping[str, float]
 ) -> dict[str, float]:
-    """Relative errors of the state that is lost, of the one into which the contact jumps, and of the lowest force."""
+    """Relative errors of the last state, the state after the jump into contact, and the lowest force."""
     k = values["machine_stiffness"]
     last, into, lowest = at
     turning = track.turning[1:-1].tolist()
@@ -198,28 +197,30 @@ def _errors(
     def errors(s: float, stiffness: float, folds: bool) -> dict[str, float]:
         return fold_errors(line.line, line.equilibria, s, stiffness, folds=folds)
 
-    lost = errors(last, k, last in turning)
+    at_loss = errors(last, k, last in turning)
     jumped = errors(into, k, False)
     pull = errors(lowest, 0.0, True)
     event = Jumps(*(np.array([each]) for each in (0, 0.0, last, math.nan, values["dissipated_energy"])))
     return {
-        **lost,
+        **at_loss,
         "dissipated_energy": loss_error(line.line, line.equilibria, event, k),
         "jump_in_indentation": jumped["indentation"],
         "jump_in_force": jumped["normal_force"],
         "jump_in_radius": jumped["contact_radius"],
-        "largest_pull": max(pull["normal_force"], lost["normal_force"] if lowest == last else 0.0),
+        "largest_pull": max(pull["normal_force"], at_loss["normal_force"] if lowest == last else 0.0),
     }
 
 
 def _claims(line: AdhesiveLine, values: Mapping[str, float], errors: Mapping[str, float]) -> dict[str, Claim]:
-    """Those of the law, with the errors of the map at these states."""
+    """The claims of the law, with the errors of the map at these states."""
     everywhere = np.ones(1, dtype=bool)
     level, reason, source = theory_of(line.law).claim(line.law, line.contact.profile, line.line)
     claim = Claim(level, reason, source, everywhere)
-    held = {name: np.array([error]) for name, error in errors.items()}
+    relative_errors = {name: np.array([error]) for name, error in errors.items()}
     states = states_at_depth(line.line, np.array([max(values["jump_in_indentation"], 0.0)]))
-    claims = with_errors(dict.fromkeys(held, claim), held, map_remark(line.line, states))
+    claims = with_errors(
+        dict.fromkeys(relative_errors, claim), relative_errors, map_remark(line.line, states)
+    )
     if values["machine_stiffness"] == 0.0:
         why = "a dead load has no travel"
         claims["travel"] = Claim(Level.NOT_VALID, why, source, ~everywhere)
@@ -234,17 +235,17 @@ def _adhesive(contact: Contact) -> AdhesiveLine:
     return AdhesiveLine(contact)
 
 
-def _lowest_force(line: AdhesiveLine, way: Way) -> float:
-    """The parameter of the lowest force on the stretches of a pull: at one of their ends or at a fold of the force."""
-    curve = under_machine(line.equilibria, float(np.max(way.begin)), 0.0)
+def _lowest_force(line: AdhesiveLine, passage: Route) -> float:
+    """The parameter of the lowest force in a retraction: at an end of a stretch or at a fold of the force."""
+    curve = under_machine(line.equilibria, float(np.max(passage.begin)), 0.0)
     folds, _ = turning_points(curve.slope, curve.start, curve.stop, curve.knots)
-    visited = (folds[:, None] > way.end) & (folds[:, None] < way.begin)
-    s = np.concatenate([folds[visited.any(axis=1)], way.begin, way.end])
+    visited = (folds[:, None] > passage.end) & (folds[:, None] < passage.begin)
+    s = np.concatenate([folds[visited.any(axis=1)], passage.begin, passage.end])
     return float(s[np.argmin(curve.control(s))])
 
 
 def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
-    """Radius of curvature in m of a tip that begins like a parabola, g = x^2 / R; None for others."""
+    """Radius of curvature in m of a parabolic tip, g = x^2 / R; None for others."""
     if profile.tip_radius is not None:
         return profile.tip_radius
     x = line.natural_radius * np.array([1e-4, 2e-4])
@@ -252,8 +253,8 @@ def _tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
     return float(x[0] ** 2 / g[0]) if g[0] > 0.0 and abs(g[1] / g[0] - 4.0) < 1e-3 else None
 
 
-def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> tuple[Track, Way]:
-    """The curve under a machine, and the way on it to the state from which it is pulled."""
+def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> tuple[Track, Route]:
+    """The curve under a machine, and the approach to the state at the start of the retraction."""
 
     def measure(s: FloatArray) -> FloatArray:
         return s if pressed_to is None else line.equilibria.states(s).indentation
@@ -279,11 +280,11 @@ def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | No
         return track, pressed(track, measure, target)
     except PathError as error:
         raise line.too_short(
-            "the contact would jump beyond the end of the profile when it is pressed", stiffness
+            "the contact would jump beyond the end of the profile in approach", stiffness
         ) from error
 
 
-def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way, pull: Way) -> None:
+def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Route, pull: Route) -> None:
     if is_always_open(line.line, line.law):
         return
 
@@ -312,20 +313,20 @@ def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Way
 
 
 def _first_touch(line: AdhesiveLine, track: Track, stiffness: float) -> float:
-    """Parameter in m of the state into which a free body jumps."""
+    """Parameter in m of the state after the jump into contact."""
     into = track.jumps[2]
     if into.to[0] < 0:
-        raise line.too_short("no state is known into which the body could jump when it touches", stiffness)
+        raise line.too_short("no stable state is known after first touch", stiffness)
     return float(into.after[0])
 
 
 @dataclass(frozen=True, kw_only=True)
 class AdhesionRegime(Study):
-    """Which law of adhesion a contact asks for, and what the simpler ones cost."""
+    """The appropriate law of adhesion of a contact, and the errors of the simpler ones."""
 
     data: xr.Dataset
     """
-    Over ``law``: pull_off_force (N) under a dead load, and error, its relative difference from that of MaugisDugdale, nan where
+    Over ``law``: pull_off_force (N) under a dead load, and error, its relative difference from that of MaugisDugdale, NaN if
     there is none; tabor and maugis.
     """
     regime: str
@@ -335,20 +336,20 @@ class AdhesionRegime(Study):
     contacts: Mapping[str, Contact]
     """The contact under every law."""
 
-    what: ClassVar = "a regime of adhesion"
+    subject: ClassVar = "a regime of adhesion"
     columns: ClassVar = {
         "law": Column("law", ""),
         "pull_off_force": Column("pull-off", "N"),
         "error": Column("error", ""),
     }
-    told: ClassVar = ("pull_off_force",)
+    summary_claims: ClassVar = ("pull_off_force",)
 
     tabor = number(
         "tabor",
-        "Tabor's parameter with the range of the law for z0; nan for a tip that is not round. For graded bodies the opening of "
-        "the edge at the pull-off under a dead load over that range, scaled as Tabor's is for homogeneous ones.",
+        "Tabor's parameter with the range of the law for z0; NaN for a tip that is not round. For graded bodies the ratio of the "
+        "opening of the edge at the pull-off under a dead load to that range, scaled to agree for homogeneous bodies.",
     )
-    maugis = number("maugis", "Maugis' parameter; nan for a tip that is not round.")
+    maugis = number("maugis", "Maugis' parameter; NaN for a tip that is not round.")
 
     @property
     def pull_off_force(self) -> dict[str, float]:
@@ -357,7 +358,7 @@ class AdhesionRegime(Study):
 
     @property
     def error(self) -> dict[str, float]:
-        """Relative error of the pull-off force of the simpler laws against MaugisDugdale, as far as there is one."""
+        """Relative error of the pull-off force of the simpler laws against MaugisDugdale, if there is one."""
         return {name: value for name, value in self._by_law("error").items() if math.isfinite(value)}
 
     def _by_law(self, name: str) -> dict[str, float]:
@@ -404,7 +405,7 @@ def _edges(result: Result) -> FloatArray:
 
 def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> AdhesionRegime:
     """
-    Which law of adhesion a contact asks for.
+    The appropriate law of adhesion of a contact.
 
     mu = (R work^2 / (E*^2 z0^3))^(1/3) (Tabor 1977), lambda = 2 sigma0 (9 R / (16 pi work E*^2))^(1/3)
     (Maugis 1992), with sigma0 = work / range. The laws are compared by their pull-off forces.
@@ -414,7 +415,7 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     contact : Contact
         With a law of adhesion, for its work.
     range : quantity, optional
-        Range of the attraction in m, typically 0.2 to 0.5 nm between clean solids; that of the law unless given.
+        Range of the attraction in m, typically 0.2 to 0.5 nm between clean solids; by default that of the law.
 
     Returns
     -------
@@ -448,8 +449,8 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         "DMT": DMT(law.work, range=distance),
     }
     contacts = {name: replace(contact, adhesion=other) for name, other in laws.items()}
-    lost = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
-    force = {name: one.normal_force for name, one in lost.items()}
+    pull_offs = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
+    force = {name: one.normal_force for name, one in pull_offs.items()}
     error = {name: force[name] / force["MaugisDugdale"] - 1.0 for name in ("JKR", "DMT")}
     best = min(error, key=lambda name: abs(error[name]))
     line = AdhesiveLine(replace(contact, adhesion=JKR(law.work)))
@@ -458,43 +459,43 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     if radius is not None:
         tabor = float(tabor_parameter(radius, modulus, law.work, distance))
         maugis = float(maugis_parameter(radius, modulus, law.work, stress))
-    return _found(
+    return _regime_of_laws(
         contacts,
-        lost,
+        pull_offs,
         {"tabor": tabor, "maugis": maugis},
         {"MaugisDugdale": 0.0, **error},
         laws[best if abs(error[best]) <= _COST else "MaugisDugdale"],
     )
 
 
-def _found(
+def _regime_of_laws(
     contacts: Mapping[str, Contact],
-    lost: Mapping[str, PullOff],
+    pull_offs: Mapping[str, PullOff],
     parameters: Mapping[str, float],
     error: Mapping[str, float],
     recommended: AdhesionLaw,
 ) -> AdhesionRegime:
-    """Forces, parameters and claims; without errors where no theory of the transition is known."""
+    """The regime from the pull-offs of all laws; without errors if no theory of the transition is known."""
     import xarray as xr
 
-    everywhere, maugis = np.ones(len(lost), dtype=bool), parameters["maugis"]
+    everywhere, maugis = np.ones(len(pull_offs), dtype=bool), parameters["maugis"]
     simpler = {name: value for name, value in error.items() if name != "MaugisDugdale"}
     columns = {
-        "pull_off_force": ("law", [one.normal_force for one in lost.values()], {"units": "N"}),
-        "error": ("law", [simpler.get(name, math.nan) for name in lost], {"units": ""}),
+        "pull_off_force": ("law", [one.normal_force for one in pull_offs.values()], {"units": "N"}),
+        "error": ("law", [simpler.get(name, math.nan) for name in pull_offs], {"units": ""}),
     }
     single = {name: ((), value, {"units": ""}) for name, value in parameters.items()}
-    numerics = [one.claims["normal_force"].error for one in lost.values()]
+    numerics = [one.claims["normal_force"].error for one in pull_offs.values()]
     if error:
         reason = "each law against MaugisDugdale, which is exact for a constant stress up to its range"
         size = [
             abs(error[name]) + (0.0 if own is None else float(own[0]))
-            for name, own in zip(lost, numerics, strict=True)
+            for name, own in zip(pull_offs, numerics, strict=True)
         ]
         whole: FloatArray | None = np.minimum(size, 1.0)
     else:
         whole = None
-        reason = "each law by itself: no theory of the transition between them is known for graded bodies"
+        reason = "each law separately: no theory of the transition is known for graded bodies"
     force = Claim(Level.APPROXIMATE, reason, SOURCES["maugis"], everywhere, whole)
     defined = Claim(
         Level.EXACT, "by its definition, for a round tip", SOURCES["tabor"], np.ones(1, dtype=bool)
@@ -509,13 +510,13 @@ def _found(
             error=None,
         )
     return AdhesionRegime(
-        data=xr.Dataset(columns | single, coords={"law": list(lost)}),
+        data=xr.Dataset(columns | single, coords={"law": list(pull_offs)}),
         regime=_regime(maugis, simpler),
         recommended=recommended,
         contacts=contacts,
         claims={"pull_off_force": force, "tabor": defined, "maugis": defined},
-        assumptions=lost["JKR"].assumptions,
-        notes=lost["JKR"].notes,
+        assumptions=pull_offs["JKR"].assumptions,
+        notes=pull_offs["JKR"].notes,
         contact=contacts[type(recommended).__name__],
     )
 
@@ -524,12 +525,12 @@ def _graded_regime(contact: Contact, work: float, distance: float) -> AdhesionRe
     """The regime of a graded body, for which no theory of the transition is known."""
     laws: dict[str, AdhesionLaw] = {"JKR": JKR(work), "DMT": DMT(work, range=distance)}
     contacts = {name: replace(contact, adhesion=law) for name, law in laws.items()}
-    lost = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
-    opening = float(jkr_opening(AdhesiveLine(contacts["JKR"]).line, lost["JKR"].contact_radius, work))
+    pull_offs = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
+    opening = float(jkr_opening(AdhesiveLine(contacts["JKR"]).line, pull_offs["JKR"].contact_radius, work))
     tabor = opening / (distance * math.sqrt(2.0 * math.pi) * (9.0 * math.pi / 8.0) ** (1.0 / 6.0))
     maugis = 2.0 * (9.0 / (16.0 * math.pi)) ** (1.0 / 3.0) * tabor
-    return _found(
-        contacts, lost, {"tabor": tabor, "maugis": maugis}, {}, laws["JKR" if maugis > 1.0 else "DMT"]
+    return _regime_of_laws(
+        contacts, pull_offs, {"tabor": tabor, "maugis": maugis}, {}, laws["JKR" if maugis > 1.0 else "DMT"]
     )
 
 
@@ -542,7 +543,7 @@ def _range(law: AdhesionLaw, given: QuantityLike | None) -> float:
         return distance
     if own is None:
         raise ProblemError(
-            f"adhesion_regime: {type(law).__name__} states no range of the attraction; give "
+            f"adhesion_regime: {type(law).__name__} has no range of attraction; give "
             "adhesion_regime(contact, range='0.3 nm')"
         )
     return float(own)

@@ -1,4 +1,4 @@
-"""Step 1 of every solution, and what lies beyond what is known of a profile."""
+"""Step 1 of every solution, and refusals of loads beyond the known part of a profile."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from pymdr.units import FloatArray, metres, newtons
 
 @dataclass(frozen=True)
 class Mapped:
-    """Step 1: the line, the moduli of the surfaces and what was said on the way."""
+    """Step 1: the line, the moduli of the surfaces and notes."""
 
     line: Line
     moduli: EffectiveModuli
@@ -38,14 +38,14 @@ class Mapped:
 
 @dataclass(frozen=True)
 class Springs(Mapped):
-    """The same, where the springs of the line do not act on one another."""
+    """Step 1 with independent springs."""
 
     line: ElasticLine
 
 
 def map_to_springs(contact: Contact) -> Springs:
     """
-    Step 1 for what needs independent springs.
+    Step 1 for laws that need independent springs.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def map_to_line(contact: Contact) -> Mapped:
 
 
 def notes_of(profile: Profile) -> tuple[str, ...]:
-    """What was done to a profile before it was mapped, in words."""
+    """Notes on the preparation of a profile before it was mapped."""
     if isinstance(profile, ForceCurve):
         return closure_of(profile).notes
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
@@ -78,10 +78,10 @@ def notes_of(profile: Profile) -> tuple[str, ...]:
     return curves + offsets
 
 
-def one_load(asked: str, normal_force: object, indentation: object) -> None:
-    """Refuse both and none of a load and a depth."""
+def one_load(prefix: str, normal_force: object, indentation: object) -> None:
+    """Require exactly one of a load and an indentation."""
     if (normal_force is None) == (indentation is None):
-        raise ProblemError(f"{asked}: give exactly one of normal_force and indentation")
+        raise ProblemError(f"{prefix}: give exactly one of normal_force and indentation")
 
 
 def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: float | None = None) -> None:
@@ -92,19 +92,19 @@ def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: 
     """
     parts = [part for part in getattr(profile, "parts", (profile,)) if not isinstance(part, FlatPunch)]
     deepest = float(np.max(states.indentation))
-    asked = f"indentation = {metres(deepest)}" if force is None else f"normal_force = {newtons(force)}"
+    target = f"indentation = {metres(deepest)}" if force is None else f"normal_force = {newtons(force)}"
     equivalent = line.equivalent
     if profile.edge < equivalent.reach or (profile.edge == equivalent.reach and np.isfinite(deepest)):
         return
     whole = parts[0] if len(parts) == 1 else None
     if isinstance(whole, Sphere) and not deepest < whole.radius:
         raise PathError(
-            f"{asked}: a sphere cannot be pressed in by its radius, {metres(whole.radius)}; "
+            f"{target}: a sphere cannot be pressed in by its radius, {metres(whole.radius)}; "
             "reduce the indentation or the load"
         )
     if isinstance(whole, Ellipsoid) and not deepest < whole.height:
         raise PathError(
-            f"{asked}: an ellipsoid cannot be pressed in by its semi-axis, {metres(whole.height)}; "
+            f"{target}: an ellipsoid cannot be pressed in by its semi-axis, {metres(whole.height)}; "
             "reduce the indentation or the load"
         )
     if np.max(states.contact_radius) < equivalent.reach and np.isfinite(deepest):
@@ -113,18 +113,18 @@ def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: 
         known = closure_of(profile)
         most = known.largest_force * line.modulus / profile.modulus
         raise PathError(
-            f"{asked}: the force curve ends at an indentation of {metres(known.deepest)} (normal force {newtons(most)} of these "
+            f"{target}: the force curve ends at an indentation of {metres(known.deepest)} (normal force {newtons(most)} of these "
             "bodies) and is not extrapolated; reduce the indentation or the load"
         )
     largest = _largest_allowed(line)
     raise PathError(
-        f"{asked}: the contact would pass r = {metres(equivalent.reach)}, the last radius at which the profile is known "
+        f"{target}: the contact would pass r = {metres(equivalent.reach)}, the last radius at which the profile is known "
         f"(it is not extrapolated); {largest}reduce the indentation or the load"
     )
 
 
 def _largest_allowed(line: Line) -> str:
-    """The largest indentation and force that the known profile allows, in words."""
+    """Text with the largest indentation and force that the known profile allows."""
     equivalent = line.equivalent
     if isinstance(equivalent.rises, bool) and equivalent.rises:
         return ""
@@ -135,23 +135,23 @@ def _largest_allowed(line: Line) -> str:
 
 
 def map_remark(line: Line, states: DiskStates) -> str:
-    """What a mapped profile rests on besides its values, in words; nothing for closed forms."""
+    """Remark on the assumptions of a mapped profile, empty for closed forms."""
     equivalent = line.equivalent
     deepest = float(np.max(states.indentation, initial=0.0))
-    words = equivalent.rests_on()
+    remarks = equivalent.rests_on()
     searched = equivalent.searched_to(deepest) if deepest > 0.0 else 0.0
     if np.isfinite(searched) and searched > float(np.max(states.contact_radius)):
-        words = (*words, f"no other contact was found out to r = {metres(searched)}")
-    return "".join(f"; {each}" for each in words)
+        remarks = (*remarks, f"no other contact exists up to r = {metres(searched)}")
+    return "".join(f"; {each}" for each in remarks)
 
 
 def g_samples(line: Line) -> FloatArray:
-    """Values of g in m over its whole extent."""
+    """Values of g in m over its whole domain."""
     return line.equivalent.g(np.linspace(0.0, min(line.equivalent.edge, line.equivalent.reach), 65))
 
 
 def half_space_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:
-    """What the model of half-spaces assumes, measured on the largest of some contact radii in m."""
+    """Assumptions of the half-space model, measured on the largest of some contact radii in m."""
     a = float(np.nanmax(radii, initial=0.0))
     if a == 0.0:
         return ()
@@ -166,10 +166,10 @@ def half_space_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) 
 def assumptions(
     contact: Contact, mapped: Mapped, radii: FloatArray, excess: FloatArray | None = None
 ) -> tuple[Assumption, ...]:
-    """What the model assumes, measured on the largest of some contact radii in m, with the excess of its edge in m."""
+    """Assumptions of the model, measured on the largest of some contact radii in m, with the excess of its edge in m."""
     listed = half_space_assumptions(contact, mapped, radii)
     if listed and isinstance(mapped.line, LayeredLine):
-        # at a sharp edge the radius stays, and the excess grows
+        # at a sharp edge the radius is constant and the excess grows
         widest = np.where(radii == np.nanmax(radii), 0.0 if excess is None else excess, -math.inf)
         at = int(np.nanargmax(widest))
         listed += base_assumption(mapped.line, float(radii[at]), float(widest[at]))

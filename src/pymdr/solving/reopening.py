@@ -35,7 +35,7 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     Parameters
     ----------
     file : path
-        Or the folder that ``pymdr run`` wrote, whose ``result.nc`` is read.
+        Or the folder that ``pymdr run`` wrote; its ``result.nc`` is read.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The same history by boundary elements on rings, without the method."""
+"""The history of a contact by boundary elements on rings, instead of the MDR."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ from pymdr.solving.memory import (
 )
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
-from pymdr.solving.walk import Channels, Interpretation, Task, Told, Walked, solution, walk
+from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
 from pymdr.units import FloatArray
 
 _FEWEST = 20
-"""Rings below which more of them, and not fewer, tell how far they err."""
+"""Number of rings below which the comparison uses more rings, not fewer."""
 _FEWER = 0.618
-"""Part of the rings that tells how far all of them err: one whose edges lie elsewhere."""
+"""Ratio of the numbers of rings in the comparison that estimates the error; chosen so that no edges coincide."""
 _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
     "indentation": lambda s: s.indentation,
     "normal_force": lambda s: s.force,
@@ -51,11 +51,11 @@ _QUANTITIES: dict[str, Callable[[RingSolution], float]] = {
 
 
 def solve_by_rings(task: Task) -> Result:
-    """The same history by boundary elements on rings, without the method."""
+    """The history of a contact by boundary elements on rings, instead of the MDR."""
     contact, rings = task.contact, _checked(task)
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"solve: the rings know homogeneous half-spaces and layers only, and the bodies are graded (exponent {exponent:g}); "
+            f"solve: the rings cover homogeneous half-spaces and layers only, and the bodies are graded (exponent {exponent:g}); "
             "leave solver=Rings() out"
         )
     walked = walk(task, None, partial(_step, contact, rings))
@@ -77,7 +77,7 @@ def solve_by_rings(task: Task) -> Result:
 
 
 def _assumptions(contact: Contact, mapped: Mapped, columns: dict[str, FloatArray]) -> tuple[Assumption, ...]:
-    """Of layers that slide on their base too, if the contacts are disks, of which the line knows the stress there."""
+    """Assumptions; on layers that slide on their base also the stress there, which is known for disks."""
     a, line = columns["contact_radius"], mapped.line
     disks = np.isclose(columns["contact_area"], np.pi * a * a, rtol=1e-9, atol=0.0)
     if contact.layered is None or not disks.all():
@@ -102,25 +102,25 @@ def _step(
     contact: Contact,
     rings: Rings,
     _: None,
-    asked: Stretch,
+    stretch: Stretch,
     kept: np.ndarray | None,
-    told: Told | None,
+    progress: LegProgress | None,
 ) -> tuple[dict[str, FloatArray], None, Channels]:
     """Row by row, without memory."""
-    if asked.by_force:
-        refuse_tension(asked.leg, asked.normal)
-    found: list[RingSolution | None] = []
-    for target in asked.normal:
-        if found and told is not None:
-            told(len(found))
-        found += ring_solutions(contact, np.array([target]), asked.by_force, rings)
+    if stretch.by_force:
+        refuse_tension(stretch.leg, stretch.normal)
+    solutions: list[RingSolution | None] = []
+    for target in stretch.normal:
+        if solutions and progress is not None:
+            progress(len(solutions))
+        solutions += ring_solutions(contact, np.array([target]), stretch.by_force, rings)
     rows = {
-        name: np.array([0.0 if solution is None else value(solution) for solution in found])
+        name: np.array([0.0 if solution is None else value(solution) for solution in solutions])
         for name, value in _QUANTITIES.items()
     }
-    if not asked.by_force:
-        free = np.array([solution is None for solution in found])
-        rows["indentation"] = np.where(free, asked.normal, rows["indentation"])
+    if not stretch.by_force:
+        free = np.array([solution is None for solution in solutions])
+        rows["indentation"] = np.where(free, stretch.normal, rows["indentation"])
     here = {name: float(rows[name][-1]) for name in ("indentation", "normal_force")}
     return taken(rows, kept), None, here
 
@@ -128,7 +128,7 @@ def _step(
 def ring_solutions(
     contact: Contact, targets: FloatArray, by_force: bool, rings: Rings
 ) -> list[RingSolution | None]:
-    """Elastic contacts at some indentations in m, or forces in N; None where nothing is touched."""
+    """Elastic contacts at some indentations in m, or forces in N; None out of contact."""
     surface, modulus = _pressed(contact)
     return solve_steps(contact.profile, modulus, targets, by_force, rings, surface)
 
@@ -139,20 +139,20 @@ def adhesive_disks(
     """
     Contacts of some radii in m, pulled at their edges by a work of adhesion in J/m^2.
 
-    Where a corner of the profile holds the edge, which is pulled less, they have the indentations in m that are given.
+    Where the edge is at a corner of the profile, the indentation in m is prescribed instead.
     """
     surface, modulus = _pressed(contact)
     profile, gap = contact.profile, gap_of(contact.profile)
     marks = () if isinstance(profile, Sampled) else tuple(profile.breakpoints)
     corners = np.array([*marks, profile.edge])
     for a, d in zip(radii.tolist(), depths.tolist(), strict=True):
-        held = bool(np.any(np.abs(corners - a) <= 1e-9 * a))
-        solve, asked = (solve_disk, d) if held else (solve_adhesion, work)
-        yield solve(gap, a, asked, modulus, n=rings.n, breakpoints=marks, surface=surface)
+        at_corner = bool(np.any(np.abs(corners - a) <= 1e-9 * a))
+        solve, prescribed = (solve_disk, d) if at_corner else (solve_adhesion, work)
+        yield solve(gap, a, prescribed, modulus, n=rings.n, breakpoints=marks, surface=surface)
 
 
 def _pressed(contact: Contact) -> tuple[Surface, float]:
-    """What is pressed, and its E* in Pa; of layers that of the top one."""
+    """The surface and its E* in Pa; for layers that of the top layer."""
     layered = contact.layered
     if layered is None:
         return HALF_SPACE, effective_moduli(contact.body, contact.counterbody).normal
@@ -163,19 +163,19 @@ def _pressed(contact: Contact) -> tuple[Surface, float]:
 @dataclass(frozen=True)
 class _Remembered:
     solutions: np.ndarray
-    """(rows,) of RingSolution, None before anything was touched."""
+    """(rows,) of RingSolution, None before contact."""
     change: FloatArray
-    """What the extrapolation to steps without length changed."""
+    """Change by the extrapolation to zero step length."""
     answer: FloatArray
     """The force in N, or the indentation in m under prescribed forces."""
     coarse: FloatArray
-    """What fewer rings make of it."""
+    """The same with fewer rings."""
     prescribed: FloatArray
-    """The indentation where it is prescribed, else nan."""
+    """The indentation where it is prescribed, else NaN."""
 
 
 def solve_memory_by_rings(task: Task) -> Result:
-    """The history of bodies that remember, by rings of which each does."""
+    """The history of bodies with memory, by boundary elements on rings."""
     rings = _checked(task)
     walked = _walk_memory(task, rings)
     rows = walked.rows
@@ -189,7 +189,7 @@ def solve_memory_by_rings(task: Task) -> Result:
         walked,
         Interpretation(
             columns=columns,
-            claims=ring_memory_claims(rings.n, rows.change, _made_otherwise(rows)),
+            claims=ring_memory_claims(rings.n, rows.change, _discretization_error(rows)),
             assumptions=assumptions_with_memory(task.contact, columns["contact_radius"]),
             status=Status.BY_RINGS,
             notes=notes_of(task.contact.profile),
@@ -202,17 +202,17 @@ def solve_memory_by_rings(task: Task) -> Result:
     )
 
 
-def _made_otherwise(rows: _Remembered) -> FloatArray:
-    """What fewer rings tell, of the largest force, or indentation where forces are prescribed."""
-    apart, forced = np.abs(rows.answer - rows.coarse), np.isnan(rows.prescribed)
+def _discretization_error(rows: _Remembered) -> FloatArray:
+    """Difference by fewer rings, relative to the largest force, or indentation where forces are prescribed."""
+    difference, forced = np.abs(rows.answer - rows.coarse), np.isnan(rows.prescribed)
     for own in (forced, ~forced):
-        apart[own] /= float(np.max(np.abs(rows.answer[own]), initial=0.0)) or 1.0
-    return later_too(apart, np.ones(apart.size))
+        difference[own] /= float(np.max(np.abs(rows.answer[own]), initial=0.0)) or 1.0
+    return later_too(difference, np.ones(difference.size))
 
 
 def _depths(rows: _Remembered) -> FloatArray:
-    found = [np.nan if one is None else one.indentation for one in rows.solutions]
-    return np.where(np.isnan(rows.prescribed), np.nan_to_num(found), rows.prescribed)
+    depths = [np.nan if one is None else one.indentation for one in rows.solutions]
+    return np.where(np.isnan(rows.prescribed), np.nan_to_num(depths), rows.prescribed)
 
 
 def _walk_memory(task: Task, rings: Rings) -> Walked[_Remembered]:
@@ -225,26 +225,28 @@ def _step_with_memory(
     relaxation: Relaxation,
     rings: Rings,
     state: tuple[RingMemory | None, RingMemory | None] | None,
-    asked: Stretch,
+    stretch: Stretch,
     kept: np.ndarray | None,
-    told: Told | None,
+    progress: LegProgress | None,
 ) -> tuple[_Remembered, tuple[RingMemory | None, RingMemory | None], Channels]:
-    if asked.by_force:
-        refuse_tension(asked.leg, asked.normal)
-    refuse_sudden(asked, relaxation)
+    if stretch.by_force:
+        refuse_tension(stretch.leg, stretch.normal)
+    refuse_sudden(stretch, relaxation)
     touched = state is not None and state[0] is not None
-    start = asked.start[0] if touched else min(asked.start[0], 0.0)
-    time, target = np.append(asked.begin, times_of(asked)), np.append(start, asked.normal)
+    start = stretch.start[0] if touched else min(stretch.start[0], 0.0)
+    time, target = np.append(stretch.begin, times_of(stretch)), np.append(start, stretch.normal)
     before = (None, None) if state is None else state
     other = Rings(max(round(_FEWER * rings.n), _FEWEST) if rings.n > _FEWEST else 2 * rings.n)
     leg, compared = (
-        follow_rings(contact.profile, relaxation, time, target, asked.by_force, one, each)
+        follow_rings(contact.profile, relaxation, time, target, stretch.by_force, one, each)
         for one, each in zip(before, (rings, other), strict=True)
     )
-    solutions = np.empty(asked.normal.size, dtype=object)
+    solutions = np.empty(stretch.normal.size, dtype=object)
     solutions[:] = leg.solutions
     answer, coarse = (
-        np.array([0.0 if one is None else (one.indentation if asked.by_force else one.force) for one in rows])
+        np.array(
+            [0.0 if one is None else (one.indentation if stretch.by_force else one.force) for one in rows]
+        )
         for rows in (leg.solutions, compared.solutions)
     )
     rows = _Remembered(
@@ -252,7 +254,7 @@ def _step_with_memory(
         leg.change,
         answer,
         coarse,
-        np.full(solutions.size, np.nan) if asked.by_force else asked.normal,
+        np.full(solutions.size, np.nan) if stretch.by_force else stretch.normal,
     )
     last = leg.solutions[-1]
     here = {"indentation": float(_depths(rows)[-1]), "normal_force": 0.0 if last is None else last.force}
@@ -260,7 +262,7 @@ def _step_with_memory(
 
 
 def ring_history_with_memory(task: Task) -> RingHistory:
-    """What fields of a contact with memory are computed from, followed again."""
+    """The history from which fields of a contact with memory are computed, solved again."""
     assert isinstance(task.solver, Rings)
     rows = _walk_memory(task, task.solver).rows
     return RingHistory(task.contact.profile, tuple(rows.solutions), _depths(rows))

@@ -1,4 +1,4 @@
-"""Rolling with creep: the force that friction carries while one body rolls on another."""
+"""Rolling with creep: the friction force of a body that rolls on another."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from pymdr.interpretation.rolling import (
     LAWS,
     calibrated_modulus,
     creep_error,
-    has_known_error,
     rolling_claims,
     saturation_error,
+    unknown_error_reason,
 )
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
@@ -47,7 +47,7 @@ _LARGEST = 2.0
 """A creepage is a difference of speeds over their mean."""
 _CURVE, _POSITIONS = 65, 201
 _BEYOND = 1.25
-"""Of the saturation: how far curves are drawn."""
+"""End of the curves relative to the saturation."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,18 +57,18 @@ class Rolling(Study):
     data: xr.Dataset
     """
     Over ``creepage``, or over ``distance`` (m) rolled along a path: creep_force (N), traction_coefficient F_x/F_N; of
-    steady rolling slip_length (m) on the line, and saturation_creepage, from which on all slips; inf where nothing
-    short of an infinite creepage makes all springs slip.
+    steady rolling slip_length (m) on the line, and saturation_creepage, from which on all springs
+    slip; inf if they never do.
     """
     springs: xr.Dataset | None
     """
-    Of steady rolling, over ``creepage`` and ``x`` (m) on the line, rolling toward +x: line_load and cap (N/m). A step of
-    the calculation and not the traction of the surface. None along a path.
+    For steady rolling, over ``creepage`` and ``x`` (m) on the line, rolling toward +x: line_load and cap (N/m). They are an
+    intermediate step, not the traction of the surface. None along a path.
     """
     curves: xr.Dataset
-    """Steady creep_force (N) over ``creepage`` up to beyond saturation by every ``law`` that the contact allows."""
+    """Steady creep_force (N) over ``creepage`` up to beyond saturation by every applicable ``law``."""
 
-    what: ClassVar = "a rolling contact"
+    subject: ClassVar = "a rolling contact"
     columns: ClassVar = {
         "distance": Column("rolled", "m"),
         "creepage": Column("creepage", ""),
@@ -76,15 +76,17 @@ class Rolling(Study):
         "traction_coefficient": Column("F_x/F_N", ""),
         "slip_length": Column("slip", "m"),
     }
-    told: ClassVar = ("creep_force",)
+    summary_claims: ClassVar = ("creep_force",)
 
     def _remarks(self) -> list[str]:
         if "saturation_creepage" not in self.data:
             return []
-        return [f"all slips from a creepage of {written(float(self.data['saturation_creepage']), '')} on"]
+        return [
+            f"all springs slip from a creepage of {written(float(self.data['saturation_creepage']), '')} on"
+        ]
 
     def _figure(self) -> Figure:
-        """Creep curves by all laws that are allowed, and the load of the springs below its cap; or the path."""
+        """Creep curves by all applicable laws, and the load of the springs with its cap; or the path."""
         from pymdr.presentation.plot import rolling_study
 
         return rolling_study(self.data, self.curves, self.springs)
@@ -129,20 +131,20 @@ def rolling(
     Parameters
     ----------
     contact : Contact
-        With ``friction=Coulomb(mu)``, mu above 0 and finite. Its g must rise.
+        With ``friction=Coulomb(mu)``, mu above 0 and finite. Its g must increase.
     creepage : array_like
         The creepage zeta, difference of the speeds of the surfaces over the speed of rolling, one row; of either sign.
     normal_force, indentation : quantity
         The constant load in N, or depth in m; exactly one.
     direction : str, optional
-        "longitudinal", or "lateral": the springs do not tell them apart, their calibration and claims do.
+        "longitudinal", or "lateral": different in calibration and claims, equal for the springs.
     law : str, optional
-        "plain", the springs of the method; or "calibrated", C G/2 in the place of G* with C = C11 or C22 of Kalker, which
-        makes xi that of Shen, Hedrick and Elkins, C G a^2 zeta/(3 mu F_N): for round tips of elastically similar,
+        "plain", the springs of the method; or "calibrated", C G/2 in place of G* with C = C11 or C22 of Kalker, so that
+        xi is that of Shen, Hedrick and Elkins, C G a^2 zeta/(3 mu F_N): for round tips of elastically similar,
         isotropic bodies.
     path : array_like or quantity, optional
-        Distances rolled in m, rising, above 0, one for every creepage: a creepage holds from the distance before up to its
-        own, from a contact without traction on. Unless given, rolling is steady.
+        Distances rolled in m, increasing, above 0, one per creepage, which applies from the distance before up to its own,
+        starting without traction. By default rolling is steady.
 
     Returns
     -------
@@ -152,7 +154,7 @@ def rolling(
     ------
     ProblemError
         If the contact has no friction, both or none of the loads are given, a creepage is beyond 2, the direction or the law
-        is unknown, the calibration does not hold for the contact, or the distances do not rise.
+        is unknown, the calibration does not hold for the contact, or the distances do not increase.
 
     Notes
     -----
@@ -172,8 +174,8 @@ def rolling(
 
     if not isinstance(contact, Contact):
         raise ProblemError(f"rolling: {contact!r} is not a Contact; write Contact(profile, body)")
-    refuse_curve(contact, "rolling", "rolling asks where its surfaces touch")
-    _check_words(direction, law)
+    refuse_curve(contact, "rolling", "rolling needs the contact area")
+    _check_options(direction, law)
     zeta = _creepages(creepage)
     mapped, d, mu, certificate = pressed_joint("rolling", "creep force", contact, normal_force, indentation)
     states = states_at_depth(mapped.line, np.array([d]))
@@ -188,7 +190,7 @@ def rolling(
     claims = {name: replace(claim, reason=claim.reason + remark) for name, claim in claims.items()}
     notes = mapped.notes
     if scatter_of(contact.profile):
-        notes += ("the scatter of the samples is smoothed by and makes no bands here",)
+        notes += ("the scatter of the samples only weights the smoothing: there are no bands here",)
     if path is None:
         arrays = _steady(pressed, rise, zeta, modulus)
         coordinates = {"creepage": ("creepage", zeta, {"units": ""})}
@@ -196,15 +198,15 @@ def rolling(
     else:
         if law != "plain":
             raise ProblemError(
-                f"rolling: law={law!r} holds for steady rolling: Kalker's coefficients say nothing of how the force builds up "
-                "along a path; take law='plain', or leave the path out"
+                f"rolling: law={law!r} is for steady rolling: Kalker's coefficients do not describe transients; "
+                "use law='plain', or leave the path out"
             )
         distance = _distances(path, zeta)
         arrays, missed = _along(pressed, rise, zeta, distance)
         coordinates = {"distance": ("distance", distance, {"units": "m"})}
         springs = None
         claims = {name: claims[name] for name in claims if name not in ("slip_length", "saturation_creepage")}
-        notes += (f"the march along the path errs by about {missed:.1g} of mu F_N",)
+        notes += (f"the integration along the path has an error of about {missed:.1g} of mu F_N",)
     attributes = {
         "normal_force": pressed.load,
         "indentation": d,
@@ -228,28 +230,28 @@ def _errors(
     contact: Contact, pressed: _Pressed, direction: str, zeta: FloatArray, rise: FloatArray
 ) -> dict[str, FloatArray]:
     """Relative errors of the law against the exact theory of rolling, as far as they are known."""
-    if has_known_error(contact, pressed.mapped.moduli):
+    if unknown_error_reason(contact, pressed.mapped.moduli):
         return {}
     size, line = np.abs(zeta), pressed.line
     modulus = calibrated_modulus(contact, pressed.mapped.moduli, direction)
     # the springs carry mu E* rise x 2 a^2 before any of them slips
     known = modulus * size / pressed.unit
-    share, calibrated = (steady_rolling(line, np.abs(each)).load / line.whole for each in (rise, known))
-    # a sphere is a paraboloid but for the square of a/R
+    fraction, calibrated = (steady_rolling(line, np.abs(each)).load / line.whole for each in (rise, known))
+    # a sphere is a paraboloid to the order (a/R)^2
     radius = contact.profile.curvature_radius or line.radius
     other = 0.0 if isinstance(contact.profile, Paraboloid) else (line.radius / radius) ** 2
-    force = creep_error(share, calibrated, 2.0 * line.radius**2 * known / line.whole) + other
+    force = creep_error(fraction, calibrated, 2.0 * line.radius**2 * known / line.whole) + other
     ratio = float(np.max(known) / np.max(np.abs(rise))) if np.any(rise) else 1.0
     whole = np.full(zeta.shape, min(saturation_error(ratio) + other, 1.0))
     force = np.minimum(force, 1.0)
     return {"creep_force": force, "saturation_creepage": whole}
 
 
-def _check_words(direction: str, law: str) -> None:
+def _check_options(direction: str, law: str) -> None:
     if direction == "spin":
         raise ProblemError(
-            "rolling: direction='spin' is not given by the method: springs on one line are not turned about the normal; "
-            "take 'longitudinal' or 'lateral'"
+            "rolling: direction='spin' is not covered: springs on one line have no spin; "
+            "use 'longitudinal' or 'lateral'"
         )
     for name, given, known in (("direction", direction, DIRECTIONS), ("law", law, LAWS)):
         if given not in known:
@@ -261,8 +263,8 @@ def _creepages(given: ArrayQuantityLike) -> FloatArray:
     if np.any(np.abs(zeta) > _LARGEST):
         worst = float(zeta[np.argmax(np.abs(zeta))])
         raise ProblemError(
-            f"rolling: creepage = {worst:g} is beyond {_LARGEST:g}, the largest difference of two speeds over their mean; "
-            "give it as a number and not in per cent"
+            f"rolling: creepage = {worst:g} (limit {_LARGEST:g}, the largest difference of two speeds over their mean); "
+            "give it as a number, not in per cent"
         )
     return zeta
 
@@ -277,7 +279,7 @@ def _distances(given: ArrayQuantityLike, zeta: FloatArray) -> FloatArray:
     if falling.size:
         i = int(falling[0])
         raise ProblemError(
-            f"rolling: path[{i}] = {metres(float(distance[i]))} does not rise; distances must rise from above 0 m"
+            f"rolling: path[{i}] = {metres(float(distance[i]))} does not increase; distances must increase from above 0 m"
         )
     return distance
 
@@ -292,14 +294,14 @@ _Arrays = dict[str, tuple[tuple[str, ...] | str, FloatArray | float, dict[str, s
 
 
 def _steady(pressed: _Pressed, rise: FloatArray, zeta: FloatArray, modulus: float) -> _Arrays:
-    # equal and opposite creepages are one
+    # opposite creepages have the same solution
     size, which = np.unique(np.abs(rise), return_inverse=True)
-    found = steady_rolling(pressed.line, size)
-    force = np.sign(zeta) * pressed.unit * found.load[which]
+    solution = steady_rolling(pressed.line, size)
+    force = np.sign(zeta) * pressed.unit * solution.load[which]
     return {
         "creep_force": ("creepage", force, {"units": "N"}),
         "traction_coefficient": ("creepage", force / pressed.load, {"units": ""}),
-        "slip_length": ("creepage", found.slip_length[which], {"units": "m"}),
+        "slip_length": ("creepage", solution.slip_length[which], {"units": "m"}),
         "saturation_creepage": ((), pressed.unit / modulus * pressed.line.saturation, {"units": ""}),
     }
 
@@ -307,13 +309,13 @@ def _steady(pressed: _Pressed, rise: FloatArray, zeta: FloatArray, modulus: floa
 def _along(
     pressed: _Pressed, rise: FloatArray, zeta: FloatArray, distance: FloatArray
 ) -> tuple[_Arrays, float]:
-    found = rolled_path(pressed.line, distance, rise)
-    force = pressed.unit * found.load
+    solution = rolled_path(pressed.line, distance, rise)
+    force = pressed.unit * solution.load
     return {
         "creepage": ("distance", zeta, {"units": ""}),
         "creep_force": ("distance", force, {"units": "N"}),
         "traction_coefficient": ("distance", force / pressed.load, {"units": ""}),
-    }, found.error
+    }, solution.error
 
 
 def _springs(pressed: _Pressed, rise: FloatArray, zeta: FloatArray) -> xr.Dataset:
@@ -334,7 +336,7 @@ def _springs(pressed: _Pressed, rise: FloatArray, zeta: FloatArray) -> xr.Datase
 
 
 def _curves(contact: Contact, pressed: _Pressed, direction: str, largest: float) -> xr.Dataset:
-    """Creep forces by every law that the contact allows."""
+    """Creep forces by every applicable law."""
     import xarray as xr
 
     moduli = {"plain": pressed.mapped.moduli.tangential}

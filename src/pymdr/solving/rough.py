@@ -47,15 +47,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _States = tuple[FloatArray, FloatArray]
-_WHO = "press_rough"
+_PREFIX = "press_rough"
 _BAND = (16.0, 84.0)
-"""Percentiles of the realisations: one standard deviation to both sides, if logarithms are normal."""
+"""Percentiles of the realisations: plus and minus one standard deviation of a log-normal distribution."""
 _COPIES = 7
-"""Arrays of the length of a line that one realisation holds at a time."""
+"""Arrays of the length of a line that one realisation needs at a time."""
 _CURVE, _DECADES_BELOW, _DECADES_ABOVE = 61, 3.0, 1.0
 _DRAWN = 2000
 _END = 0.98
-"""Of half the line of a ball, from where on springs must not be in contact."""
+"""Fraction of half the line of a ball beyond which springs must not be in contact."""
 _RESPONSES = ("indentation", "normal_force", "normal_stiffness", "elastic_energy")
 
 
@@ -70,23 +70,23 @@ class RoughLine:
     """lambda."""
     points: int
     radius: float | None
-    """Of the ball in m that bears the roughness; None for a nominally flat patch."""
+    """Radius in m of a rough ball; None for a nominally flat patch."""
 
     @property
     def length(self) -> float:
-        """Of the line: that of the stiffness of full contact, or of the patch under a ball."""
+        """Length of the line in m: that of the stiffness of full contact, or of the patch under a ball."""
         if self.radius is not None:
             return self.surface.longer_side
         return full_contact_stiffness(*self.surface.size)
 
     @property
     def rms(self) -> float:
-        """Of the line."""
+        """Root mean square height of the line in m."""
         return self.surface.rms * math.sqrt(self.coefficient / math.pi)
 
     @property
     def scale(self) -> float:
-        """The force in N at which d = h in full contact, or for the smooth ball, where roughness ceases to matter."""
+        """The force in N at which d = h in full contact, or for the smooth ball, above which roughness does not matter."""
         if self.radius is not None:
             return 4.0 / 3.0 * self.modulus * math.sqrt(self.radius) * math.sqrt(self.surface.rms) ** 3
         return self.modulus * self.length * self.rms
@@ -114,7 +114,7 @@ class RoughLine:
         self, realisation: int = 0, *, indentation: QuantityLike, points: int = 400
     ) -> ForceCurve:
         """
-        F(d) of a realisation as a profile: friction, memory and impacts follow from it.
+        F(d) of a realisation as a profile, for friction, memory and impacts.
 
         Parameters
         ----------
@@ -122,13 +122,13 @@ class RoughLine:
         indentation : quantity
             The deepest d in m, from the highest summit.
         points : int, optional
-            Of the curve, denser toward the first touch.
+            Number of points, denser toward first touch.
 
         Returns
         -------
         ForceCurve
-            For bodies of E* = ``modulus``; forces of others follow as E*. It is as approximate as the line, and by how much a single
-            line errs is not known: so are the errors of its points.
+            For bodies of E* = ``modulus``; forces are proportional to E*. It is as approximate as the line; the errors of its
+            points are NaN, because the error of a single line is not known.
 
         Raises
         ------
@@ -160,10 +160,10 @@ class RoughLine:
         ends = np.abs(self.places) >= 0.5 * _END * self.length
         return float(heights.max() - heights[ends].max())
 
-    def _refuse_end(self, depth: FloatArray, reach: float) -> None:
-        if np.any(depth > reach):
+    def _refuse_end(self, depth: FloatArray, last: float) -> None:
+        if np.any(depth > last):
             raise PathError(
-                f"{_WHO}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
+                f"{_PREFIX}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
                 f"{metres(self.length)} long; press it less, or make RoughSurface.size larger"
             )
 
@@ -177,7 +177,7 @@ class RoughLine:
         rows : ndarray
             In N, or in m.
         by_force : bool
-            Which of the two.
+            Whether rows are forces.
         grid : ndarray
             In N.
 
@@ -186,37 +186,37 @@ class RoughLine:
         tuple of ndarray
         """
         heights = self.heights(realisation)
-        reach = self.reach(heights)
+        last = self.reach(heights)
         springs = self._sorted(heights)
         depth = springs.indentation(rows) if by_force else rows
-        self._refuse_end(depth, reach)
+        self._refuse_end(depth, last)
         drawn = springs.indentation(grid)
-        found = (depth, springs.force(depth), springs.normal_stiffness(depth), springs.energy(depth))
-        return np.array(found), np.where(drawn > reach, np.nan, springs.normal_stiffness(drawn))
+        responses = (depth, springs.force(depth), springs.normal_stiffness(depth), springs.energy(depth))
+        return np.array(responses), np.where(drawn > last, np.nan, springs.normal_stiffness(drawn))
 
 
 @dataclass(frozen=True, kw_only=True)
 class RoughContact(Study):
-    """Force, indentation and stiffness of a rough contact, as means of logarithms over realisations with bands."""
+    """Force, indentation and stiffness of a rough contact, as geometric means over realisations with bands."""
 
     data: xr.Dataset
     """
     Over ``normal_force`` (N), or over ``indentation`` (m) below the highest summit: the other of the two, normal_stiffness
     (N/m) and elastic_energy (J), each a geometric mean over the realisations, with ``_low`` and ``_high``, their 16th and
-    84th percentiles; power_law_stiffness and fitted_stiffness (N/m) of the closed form; of a ball hertz_stiffness (N/m); of bodies that
-    say what they conduct thermal_conductance (W/K) and electrical_resistance (ohm), by the stiffness.
+    84th percentiles; power_law_stiffness and fitted_stiffness (N/m) of the closed form; for a ball hertz_stiffness (N/m); for
+    bodies with conductivities thermal_conductance (W/K) and electrical_resistance (ohm), from the stiffness.
     """
     curves: xr.Dataset
     """normal_stiffness (N/m) with its band over ``normal_force`` (N), from few contacts to many, for the figure."""
     springs: xr.Dataset
     """
-    The first realisation, over ``x`` (m): height (m) of its springs, thinned, with the indentation (m) of the middle row. A step of the
-    calculation, not a cut of the surface.
+    The first realisation, over ``x`` (m): height (m) of its springs, thinned, with the indentation (m) of the middle row. It is an
+    intermediate step, not a section of the surface.
     """
     line: RoughLine
-    """The lines themselves, by realisation; their ``force_curve`` is a profile."""
+    """The lines by realisation; their ``force_curve`` is a profile."""
 
-    what: ClassVar = "a rough contact"
+    subject: ClassVar = "a rough contact"
     columns: ClassVar = {
         "normal_force": Column("F_N", "N"),
         "indentation": Column("depth", "m"),
@@ -230,16 +230,16 @@ class RoughContact(Study):
         "thermal_conductance": Column("conductance", "W/K"),
         "electrical_resistance": Column("resistance", "ohm"),
     }
-    told: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
+    summary_claims: ClassVar = ("normal_stiffness", "power_law_stiffness", "fitted_stiffness")
 
     def _remarks(self) -> list[str]:
-        told = self.data.attrs
+        attrs = self.data.attrs
         lines = [
-            f"geometric means of {told['realisations']} lines of {told['points']} springs; low and high are the 16th and 84th percentiles"
+            f"geometric means of {attrs['realisations']} lines of {attrs['points']} springs; low and high are the 16th and 84th percentiles"
         ]
-        if "crossover_force" in told:
-            return [*lines, f"below {newtons(told['crossover_force'])} roughness softens the ball"]
-        return [*lines, f"full contact has {written(told['full_contact_stiffness'], 'N/m')}"]
+        if "crossover_force" in attrs:
+            return [*lines, f"below {newtons(attrs['crossover_force'])} roughness softens the ball"]
+        return [*lines, f"full contact has {written(attrs['full_contact_stiffness'], 'N/m')}"]
 
     def _figure(self) -> Figure:
         """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""
@@ -269,29 +269,28 @@ def press_rough(
 
     The surface is replaced by lines of springs whose heights have the spectrum C1D = lambda q C2D and random phases. The
     stiffness of all springs is that of full contact, k_c = 1.15230 E* L for a square, so that k tends to it:
-    F = (k_c/n) sum (d - s_i), k = k_c times the share of springs in contact. Numbers are means of logarithms over the
-    realisations, at the force or the indentation that is given.
+    F = (k_c/n) sum (d - s_i), k = k_c times the fraction of springs in contact. Results are geometric means over
+    the realisations at the given force or indentation.
 
     Parameters
     ----------
     surface : RoughSurface
     body : Elastic or TransverselyIsotropic
     counterbody : Elastic, TransverselyIsotropic or Rigid, optional
-        Rigid unless given.
+        Rigid by default.
     normal_force, indentation : array_like or quantity
         Forces in N, or depths in m below the highest summit of each line; exactly one, one row, above 0.
     realisations : int, optional
-        Lines of the ensemble.
+        Number of lines of the ensemble.
     coefficient : float, optional
-        lambda; pi, of Geike, unless given. It only scales the heights of the line, by sqrt(lambda/pi).
+        lambda; by default pi (Geike). It scales the heights of the line by sqrt(lambda/pi).
     points : int, optional
-        Springs of a line; 16 for the shortest wave unless given.
+        Springs of a line; by default 16 per shortest wavelength.
     radius : quantity, optional
-        That of a ball in m, whose x^2/R is superposed with the line; the surface is then as long as its size, its springs have
+        Radius of a ball in m, whose x^2/R is added to the line; the line is then as long as the surface, its springs have
         E* per length, and the contact must end within it.
     workers : int, optional
-        Threads; unless given as many as the machine has, and no more than half its memory holds. The numbers do not depend
-        on it.
+        Threads; by default as many as cores, within half of the memory. The numbers do not depend on it.
 
     Returns
     -------
@@ -301,15 +300,15 @@ def press_rough(
     ------
     ProblemError
         If both or none of the loads are given, one is not above 0, a body is graded or viscoelastic, there are too few
-        points, or more than the memory of this machine holds.
+        points, or the memory is too small.
     PathError
         If the contact of a ball reaches the end of its line.
 
     Notes
     -----
     Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, whose closed form
-    k = C/(H + 1) E* L (F/(L h E*))^(1/(1 + H)) is given beside with C = 1.9412 as published and with 1.45, where each has been held
-    against boundary elements. Contact area, pressures, gaps and adhesion are not on the line.
+    k = C/(H + 1) E* L (F/(L h E*))^(1/(1 + H)) is included with C = 1.9412 as published and with 1.45, where each has been compared
+    with boundary elements. Contact area, pressures, gaps and adhesion are not given by the line.
 
     Examples
     --------
@@ -319,31 +318,33 @@ def press_rough(
     >>> (pressed["normal_stiffness"] / pressed.data.attrs["full_contact_stiffness"]).values.round(2).tolist()
     [0.04, 0.13, 1.0]
     """
-    asked = rough_line(surface, body, counterbody, coefficient=coefficient, points=points, radius=radius)
-    one_load(_WHO, normal_force, indentation)
+    line = rough_line(surface, body, counterbody, coefficient=coefficient, points=points, radius=radius)
+    one_load(_PREFIX, normal_force, indentation)
     by_force = normal_force is not None
     given, unit = (normal_force, "N") if by_force else (indentation, "m")
     name = "normal_force" if by_force else "indentation"
     assert given is not None
-    rows = one_row(given, unit, _WHO, name)
+    rows = one_row(given, unit, _PREFIX, name)
     if np.any(rows <= 0.0):
-        raise ProblemError(f"{_WHO}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}")
+        raise ProblemError(
+            f"{_PREFIX}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}"
+        )
     count = _whole("realisations", realisations)
-    threads = min(count, _most_workers(asked) if workers is None else _whole("workers", workers))
-    _refuse_too_large(asked, count, threads, rows.size)
-    grid = _grid(asked, rows if by_force else None)
+    threads = min(count, _most_workers(line) if workers is None else _whole("workers", workers))
+    _refuse_too_large(line, count, threads, rows.size)
+    grid = _grid(line, rows if by_force else None)
 
     def work(realisation: int) -> _States:
-        # what is no number is refused below
+        # numbers that are not finite are refused below
         with np.errstate(over="ignore", under="ignore"):
-            return asked.states(realisation, rows, by_force, grid)
+            return line.states(realisation, rows, by_force, grid)
 
     states, drawn = (np.array(part) for part in zip(*_in_turn(work, count, threads), strict=True))
-    lost = ~np.all(np.isfinite(states) & (states > 0.0), axis=(0, 1))
-    if lost.any():
+    invalid = ~np.all(np.isfinite(states) & (states > 0.0), axis=(0, 1))
+    if invalid.any():
         raise ProblemError(
-            f"{_WHO}: {name} = {written(float(rows[np.argmax(lost)]), unit)} has an energy that is no floating-point number; "
-            f"forces of the order of {newtons(asked.scale)} are those of this surface"
+            f"{_PREFIX}: {name} = {written(float(rows[np.argmax(invalid)]), unit)} has an energy outside the range of floating-point numbers; "
+            f"use forces of the order of {newtons(line.scale)}"
         )
     bands = _summed(states)
     columns = {
@@ -353,29 +354,29 @@ def press_rough(
         for end, values in bands.items()
     }
     force = rows if by_force else columns["normal_force"]
-    claims = rough_claims(surface, name, np.ones(rows.shape, dtype=bool), asked.radius is not None)
-    laws, closed = _closed_forms(asked, force, columns["normal_stiffness"])
-    lengths = {end: columns[f"normal_stiffness{end}"] / (2.0 * asked.modulus) for end in bands}
+    claims = rough_claims(surface, name, np.ones(rows.shape, dtype=bool), line.radius is not None)
+    laws, closed = _closed_forms(line, force, columns["normal_stiffness"])
+    lengths = {end: columns[f"normal_stiffness{end}"] / (2.0 * line.modulus) for end in bands}
     conducted = conduction_of_stiffness(body, counterbody or Rigid(), lengths, claims["normal_stiffness"])
     columns, claims = columns | conducted[0], claims | conducted[1]
     curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
-    curves |= _closed_forms(asked, grid, curves["normal_stiffness"])[1]
+    curves |= _closed_forms(line, grid, curves["normal_stiffness"])[1]
     attributes: dict[str, float | int] = {
-        "modulus": asked.modulus,
-        "points": asked.points,
+        "modulus": line.modulus,
+        "points": line.points,
         "realisations": count,
-        "coefficient": asked.coefficient,
-        "line_length": asked.length,
+        "coefficient": line.coefficient,
+        "line_length": line.length,
     }
-    if asked.radius is None:
-        attributes["full_contact_stiffness"] = asked.modulus * asked.length
+    if line.radius is None:
+        attributes["full_contact_stiffness"] = line.modulus * line.length
     else:
-        attributes |= {"radius": asked.radius, "crossover_force": asked.scale}
+        attributes |= {"radius": line.radius, "crossover_force": line.scale}
     return RoughContact(
         data=_labelled(name, rows, columns | closed, attributes),
         curves=_labelled("normal_force", grid, curves, attributes),
-        springs=_springs(asked, float(np.median(states[0, 0]))),
-        line=asked,
+        springs=_springs(line, float(np.median(states[0, 0]))),
+        line=line,
         claims=claims | laws,
         assumptions=rough_assumptions(surface),
         notes=(),
@@ -392,7 +393,7 @@ def rough_line(
     radius: QuantityLike | None = None,
 ) -> RoughLine:
     """
-    The lines of springs of a rough surface between two bodies, as :func:`press_rough` takes them.
+    The lines of springs of a rough surface between two bodies, as used by :func:`press_rough`.
 
     Parameters
     ----------
@@ -422,27 +423,27 @@ def rough_line(
     """
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
-            f"{_WHO}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
+            f"{_PREFIX}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
             "shortest='10 um')"
         )
     other = Rigid() if counterbody is None else counterbody
     for one in (body, other):
         if isinstance(one, Graded | Viscoelastic):
             raise ProblemError(
-                f"{_WHO}: a {type(one).__name__} body: rough lines are known for homogeneous elastic half-spaces; take Elastic or "
+                f"{_PREFIX}: a {type(one).__name__} body: rough lines are for homogeneous elastic half-spaces; use Elastic or "
                 "TransverselyIsotropic"
             )
     modulus = effective_moduli(body, other).normal
     factor = line_coefficient(coefficient)
     ball = None if radius is None else to_si(radius, "m", name="radius")
     if ball is not None and not ball > 0.0:
-        raise ProblemError(f"{_WHO}: radius = {metres(ball)}; it must be above 0 m")
+        raise ProblemError(f"{_PREFIX}: radius = {metres(ball)}; it must be above 0 m")
     number = default_points(surface) if points is None else _whole("points", points)
     return RoughLine(surface, modulus, factor, number, ball)
 
 
 def line_coefficient(given: float | None) -> float:
-    """The lambda of a line: that of Geike unless given."""
+    """The lambda of a line, by default that of Geike."""
     factor = GEIKE if given is None else to_si(given, "", name="coefficient")
     if not factor > 0.0:
         raise ProblemError(f"coefficient = {factor:g}; the lambda of C1D = lambda q C2D is above 0")
@@ -451,29 +452,29 @@ def line_coefficient(given: float | None) -> float:
 
 def _whole(name: str, value: int) -> int:
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-        raise ProblemError(f"{_WHO}: {name} = {shown(value)}; a whole number from 1 on is needed")
+        raise ProblemError(f"{_PREFIX}: {name} = {shown(value)}; a whole number from 1 on is needed")
     return int(value)
 
 
-def _most_workers(asked: RoughLine) -> int:
-    """As many as the machine has, or as its memory holds lines."""
-    held = memory_of_machine() / (8.0 * _COPIES * asked.points)
-    return max(1, math.floor(min(os.cpu_count() or 1, 0.5 * held)))
+def _most_workers(line: RoughLine) -> int:
+    """The number of cores, limited by the memory."""
+    lines = memory_of_machine() / (8.0 * _COPIES * line.points)
+    return max(1, math.floor(min(os.cpu_count() or 1, 0.5 * lines)))
 
 
-def _refuse_too_large(asked: RoughLine, count: int, threads: int, rows: int) -> None:
-    """Refuse what is too coarse, or more than the memory holds, before any work."""
-    refuse_coarse(asked.surface, asked.points)
-    needed = 8.0 * (_COPIES * asked.points * threads + 8.0 * count * (rows + _CURVE))
+def _refuse_too_large(line: RoughLine, count: int, threads: int, rows: int) -> None:
+    """Refuse lines that are too coarse or need too much memory, before any work."""
+    refuse_coarse(line.surface, line.points)
+    needed = 8.0 * (_COPIES * line.points * threads + 8.0 * count * (rows + _CURVE))
     if needed > memory_of_machine():
         raise ProblemError(
-            f"{_WHO}: {count} lines of {asked.points:.3g} springs, {threads} at a time, take about {needed / 1e9:.3g} GB, more "
-            f"than the {memory_of_machine() / 1e9:.3g} GB of this machine; take fewer workers or points, or a longer shortest wavelength"
+            f"{_PREFIX}: {count} lines of {line.points:.3g} springs, {threads} at a time, need about {needed / 1e9:.3g} GB (limit "
+            f"{memory_of_machine() / 1e9:.3g} GB, the memory of this machine); use fewer workers or points, or a longer shortest wavelength"
         )
 
 
 def _in_turn(work: Callable[[int], _States], count: int, threads: int) -> list[_States]:
-    """The answers of all realisations in their order."""
+    """The results of all realisations in order."""
     if threads == 1:
         return [work(i) for i in range(count)]
     with ThreadPoolExecutor(threads) as pool:
@@ -481,25 +482,25 @@ def _in_turn(work: Callable[[int], _States], count: int, threads: int) -> list[_
 
 
 def _summed(values: FloatArray) -> dict[str, FloatArray]:
-    """Geometric means and the band over the first axis, by the end of their names."""
+    """Geometric means and the band over the first axis, by the suffix of their names."""
     low, high = np.percentile(values, _BAND, axis=0)
     return {"": np.exp(np.log(values).mean(axis=0)), "_low": low, "_high": high}
 
 
-def _grid(asked: RoughLine, rows: FloatArray | None) -> FloatArray:
-    """Forces from few contacts to many, with those that are asked for."""
-    low, high = asked.scale * 10.0**-_DECADES_BELOW, asked.scale * 10.0**_DECADES_ABOVE
+def _grid(line: RoughLine, rows: FloatArray | None) -> FloatArray:
+    """Forces from few contacts to many, including the requested ones."""
+    low, high = line.scale * 10.0**-_DECADES_BELOW, line.scale * 10.0**_DECADES_ABOVE
     if rows is not None:
         low, high = min(low, float(rows.min())), max(high, float(rows.max()))
     return np.geomspace(low, high, _CURVE)
 
 
 def _closed_forms(
-    asked: RoughLine, force: FloatArray, stiffness: FloatArray
+    line: RoughLine, force: FloatArray, stiffness: FloatArray
 ) -> tuple[dict[str, Claim], dict[str, FloatArray]]:
-    """The power law with both constants where each is claimed; of a ball the one of Hertz."""
-    surface, modulus = asked.surface, asked.modulus
-    ball = asked.radius is not None
+    """The power law with both constants in their ranges of validity; for a ball also that of Hertz."""
+    surface, modulus = line.surface, line.modulus
+    ball = line.radius is not None
     claims = power_law_claims(surface, stiffness / (modulus * surface.longer_side), ball)
     columns = {}
     for name, constant in (("power_law_stiffness", PUBLISHED), ("fitted_stiffness", FITTED)):
@@ -508,10 +509,10 @@ def _closed_forms(
                 force, surface.hurst, surface.rms, surface.longer_side, modulus, constant
             )
             columns[name] = np.where(claims[name].where, law, np.nan)
-    if asked.radius is not None:
-        columns["hertz_stiffness"] = np.cbrt(6.0 * modulus**2 * asked.radius * force)
+    if line.radius is not None:
+        columns["hertz_stiffness"] = np.cbrt(6.0 * modulus**2 * line.radius * force)
         exact = Claim(
-            Level.EXACT, "of the smooth ball, 2 E* a", SOURCES["hertz"], np.ones(force.shape, dtype=bool)
+            Level.EXACT, "for the smooth ball, 2 E* a", SOURCES["hertz"], np.ones(force.shape, dtype=bool)
         )
         claims["hertz_stiffness"] = exact
     return claims, columns
@@ -533,17 +534,17 @@ def _labelled(
     )
 
 
-def _springs(asked: RoughLine, depth: float) -> xr.Dataset:
-    """The springs of the first line, thinned to the highest of every few, and how deep the plane is."""
+def _springs(line: RoughLine, depth: float) -> xr.Dataset:
+    """The springs of the first line, thinned to the highest of each group, and the height of the plane."""
     import xarray as xr
 
-    heights = asked.heights(0)
+    heights = line.heights(0)
     every = -(-heights.size // _DRAWN)
     size = heights.size // every * every
     highest = heights[:size].reshape(-1, every).argmax(axis=1) + np.arange(0, size, every)
     return xr.Dataset(
         {"height": ("x", heights[highest], {"units": "m"})},
-        coords={"x": ("x", asked.places[highest], {"units": "m"})},
+        coords={"x": ("x", line.places[highest], {"units": "m"})},
         attrs={"plane": float(heights.max()) - depth}
-        | ({} if asked.radius is None else {"radius": asked.radius}),
+        | ({} if line.radius is None else {"radius": line.radius}),
     )

@@ -18,12 +18,12 @@ from pymdr.solving.rough import RoughLine, line_coefficient
 from pymdr.solving.sliding import SlidingFriction, labelled_over_speed, positive_load, positive_speeds
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown
 
-_WHO = "rough_sliding_friction"
+_PREFIX = "rough_sliding_friction"
 _PER_WAVE = 64
 """Places per shortest wave."""
 _STEEP = 0.3
 _MOST_WAVES = 4096
-"""Of a line: every speed passes over 64 places of the shortest one some ten times."""
+"""Largest number of waves of a line; every speed passes about ten times over 64 places per shortest wave."""
 
 
 def rough_sliding_friction(
@@ -37,27 +37,27 @@ def rough_sliding_friction(
     realisation: int = 0,
 ) -> SlidingFriction:
     """
-    Coefficient of friction of a rigid rough surface that slides steadily over an elastomer, by its line of independent springs.
+    Coefficient of friction of a rigid rough surface in steady sliding over an elastomer, by its line of independent springs.
 
-    The line has the spectrum C1D = lambda q C2D, repeats itself after the longer side of the surface and is as stiff as the patch
-    in full contact: L1 = k_c/E*. A spring that touches it follows it, w = d + z(v t); a free one creeps back. F_N = L1 <q> and
+    The line has the spectrum C1D = lambda q C2D, is periodic with the longer side of the surface and as stiff as the patch in full contact,
+    L1 = k_c/E*. A spring in contact follows it, w = d + z(v t); a free one recovers. F_N = L1 <q> and
     F_x = L1 <q z'> are means over a passage.
 
     Parameters
     ----------
     surface : RoughSurface
-        Of at most 4096 shortest wavelengths along its longer side.
+        With at most 4096 shortest wavelengths along its longer side.
     body : Viscoelastic
-        With a modulus that is left in the end.
+        With an equilibrium modulus.
     speed : array_like or quantity
         Speeds v in m/s, above 0, one row.
     normal_force, indentation : quantity
         The constant load on the patch in N, or the depth of the mean of the line below the surface in m, which may be
         below 0; exactly one.
     coefficient : float, optional
-        lambda; pi, of Geike, unless given. It only scales the heights of the line, by sqrt(lambda/pi).
+        lambda; by default pi (Geike). It scales the heights of the line by sqrt(lambda/pi).
     realisation : int, optional
-        Which line of the ensemble, from 0 on.
+        Number of the line in the ensemble, from 0 on.
 
     Returns
     -------
@@ -67,12 +67,12 @@ def rough_sliding_friction(
     Raises
     ------
     ProblemError
-        If the surface is no RoughSurface or has too many waves, the body is not Viscoelastic or relaxes to nothing, a speed is not
-        above 0, both or none of the loads are given, or no spring is touched.
+        If the surface is not a RoughSurface or has too many waves, the body is not Viscoelastic or relaxes completely, a speed is not
+        above 0, both or none of the loads are given, or no spring is in contact.
 
     Notes
     -----
-    Popov and Hess (2015), chapters 10 and 11. A number for one line of random phases: take several realisations.
+    Popov and Hess (2015), chapters 10 and 11. The result is for one line of random phases: average over several realisations.
 
     Examples
     --------
@@ -85,8 +85,8 @@ def rough_sliding_friction(
     """
     relaxation = _relaxation(surface, body)
     factor = line_coefficient(coefficient)
-    force, depth = positive_load(_WHO, normal_force, indentation, deep=-np.inf)
-    v = positive_speeds(_WHO, speed)
+    force, depth = positive_load(_PREFIX, normal_force, indentation, deep=-np.inf)
+    v = positive_speeds(_PREFIX, speed)
     n = _PER_WAVE * modes_of(surface)
     fine, coarse = (
         _states(
@@ -101,7 +101,7 @@ def rough_sliding_friction(
     )
     if not np.all(fine[:, 0] > 0.0):
         raise ProblemError(
-            f"{_WHO}: at the indentation {shown(indentation)} no spring is touched; press the line in deeper"
+            f"{_PREFIX}: at the indentation {shown(indentation)} no spring is in contact; increase it"
         )
     load, drag, where = fine.T
     columns = {
@@ -127,22 +127,22 @@ def rough_sliding_friction(
 def _relaxation(surface: RoughSurface, body: Material) -> Relaxation:
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
-            f"{_WHO}: {surface!r} is not a RoughSurface; profiles of revolution are for sliding_friction"
+            f"{_PREFIX}: {surface!r} is not a RoughSurface; use sliding_friction for profiles of revolution"
         )
     if modes_of(surface) > _MOST_WAVES:
         raise ProblemError(
-            f"{_WHO}: the longer side, {metres(surface.longer_side)}, has {modes_of(surface)} of the shortest waves, more than "
-            f"{_MOST_WAVES}; take a smaller patch, or longer waves"
+            f"{_PREFIX}: the longer side, {metres(surface.longer_side)}, has {modes_of(surface)} of the shortest waves (limit "
+            f"{_MOST_WAVES}); use a smaller patch, or longer waves"
         )
     if not isinstance(body, Viscoelastic):
         raise ProblemError(
-            f"{_WHO}: {body!r} is not Viscoelastic: elastic bodies lose nothing below a line that passes"
+            f"{_PREFIX}: {body!r} is not Viscoelastic, and elastic bodies dissipate nothing below a moving line"
         )
     relaxation = None if isinstance(body.shear, PowerLawRheology) else relaxation_of(body)
     if relaxation is None or relaxation.rubbery == 0.0:
         raise ProblemError(
-            f"{_WHO}: the body relaxes to nothing, and a rough line sinks into it for ever; take a rheology with a modulus that "
-            "is left in the end"
+            f"{_PREFIX}: the body relaxes completely, so a rough line sinks in without limit; use a rheology with an "
+            "equilibrium modulus"
         )
     return relaxation
 
@@ -170,7 +170,7 @@ def _states(
         if deep is None:
             assert force is not None
             pressure = force / length
-            # the mean of q is E*_inf times that of w, which is no less than the depth
+            # the mean of q is E*_inf times that of w, which is at least the depth
             most = highest + pressure / relaxation.rubbery
 
             def missed(into: float) -> float:
@@ -180,7 +180,7 @@ def _states(
 
             into = float(brentq(missed, 0.0, most * (1.0 + 1e-9), xtol=1e-14 * most, rtol=1e-13))
             deep = into - highest
-        found = stationary(heights, period, deep, relaxation, speed)
-        return found.pressure * length, found.drag * length, deep
+        state = stationary(heights, period, deep, relaxation, speed)
+        return state.pressure * length, state.drag * length, deep
 
     return np.array([one(float(speed)) for speed in speeds])

@@ -1,4 +1,4 @@
-"""The power spectrum of a measured surface, and the randomly rough surface that stands for it."""
+"""The power spectrum of a measured surface, and the equivalent randomly rough surface."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_WHO = "power_spectrum"
+_PREFIX = "power_spectrum"
 _PIXELS_PER_WAVE = 4
-"""Shorter waves are mixed with those that pixels do not see."""
+"""Shortest resolved wave in pixels; shorter ones are aliased."""
 _FEWEST_PIXELS = 32
 _BAND = (0.16, 0.84)
 _MOST_DIRECTED, _MOST_RATIO = 2.0, 2.0
-"""A few long waves make most of the height of a patch without roll-off, and chance makes them up to half as large again."""
+"""Limits of anisotropy and of the ratio of rms heights, which are dominated by a few random long waves."""
 _MOST_INTERPOLATED = 0.1
-"""Share of the pixels up to which a law is fitted."""
+"""Largest fraction of interpolated pixels for a fit."""
 _BIAS, _HURST_BIAS = 5.0, 0.25
-"""By how much interpolated pixels lower the spectrum, and change H, at most, in their share: 256 x 256 pixels, gaps of 1 to 60 pixels."""
+"""Largest relative decrease of the spectrum and change of H per fraction of interpolated pixels (256 x 256 pixels, gaps of 1 to 60)."""
 _DEVIATIONS = 2.0
-"""Standard deviations by which an exponent may be above 1 and still be taken for 1."""
+"""Standard deviations by which an exponent may exceed 1."""
 
 
 @dataclass(frozen=True)
@@ -52,21 +52,21 @@ class SelfAffineFit:
     hurst: float
     """H."""
     hurst_error: float
-    """Its standard deviation, of chance and of what bins lie off the law, and by how much interpolated pixels may change it."""
+    """Its standard deviation, by chance and by deviations from the law, plus the effect of interpolated pixels."""
     roll_off: float | None
-    """Wavelength in m above which the spectrum is flat; None if none is told from the heights."""
+    """Wavelength in m above which the spectrum is flat; None if the heights show none."""
     roll_off_error: float
     """Relative standard deviation of the roll-off; 0 without one."""
     shortest: float
     """Shortest wavelength in m at which the law holds."""
     longest: float
-    """Longest wavelength in m at which it does."""
+    """Longest wavelength in m at which the law holds."""
     scatter: float
-    """Standard deviation of ln C2D about the law beyond what chance makes."""
+    """Standard deviation of ln C2D about the law beyond chance."""
     rms: float
-    """Root mean square of the heights in m, of the patch as it is."""
+    """Root mean square of the heights of the patch in m."""
     law_rms: float
-    """That of the law in m, taken from the longer side down to the shortest wavelength."""
+    """Root mean square height of the law in m, from the longer side down to the shortest wavelength."""
     size: tuple[float, float]
     """Sides of the patch in m."""
 
@@ -82,7 +82,7 @@ class SelfAffineFit:
         Parameters
         ----------
         shortest : quantity, optional
-            Its shortest wavelength in m, that of the fit unless given; below that one the law is extrapolated.
+            Its shortest wavelength in m, by default that of the fit; the law is extrapolated below it.
         seed : int, optional
 
         Returns
@@ -96,9 +96,8 @@ class SelfAffineFit:
         """
         if not self.is_self_affine:
             raise NotValidError(
-                f"a RoughSurface has an exponent H above 0 and at most 1, and this spectrum has {self.hurst:.3g} +- "
-                f"{self.hurst_error:.2g}: it falls as no self-affine surface does; look at its figure, and at what tip, noise and "
-                "trends have done to it"
+                f"the spectrum has H = {self.hurst:.3g} +- {self.hurst_error:.2g}, and a RoughSurface needs 0 < H <= 1: "
+                "check its figure for effects of tip, noise and trends"
             )
         return RoughSurface(
             hurst=min(self.hurst, 1.0),
@@ -112,21 +111,21 @@ class SelfAffineFit:
 
 @dataclass(frozen=True, kw_only=True)
 class PowerSpectrum(Study):
-    """The radially averaged power spectrum of a surface, and the self-affine law that it follows on a range."""
+    """The radially averaged power spectrum of a surface, and its self-affine law on a range."""
 
     data: xr.Dataset
     """
     Over ``wave_number`` (1/m), eight in a decade: wavelength (m), power_spectrum (m^4) with ``_low`` and ``_high``, 16th and 84th
-    percentiles of what chance makes, waves, how many independent ones were averaged, and law (m^4), nan beyond its range. In the
+    percentiles of random realisations, waves, the number of independent averaged waves, and law (m^4), NaN beyond its range. In the
     attributes: rms (m), shortest_resolved (m).
     """
     rings: xr.Dataset
-    """All that was measured: power_spectrum (m^4) over ``wave_number`` (1/m), unresolved waves among them."""
+    """All data: power_spectrum (m^4) over ``wave_number`` (1/m), including unresolved waves."""
     topography: Topography
     found: SelfAffineFit | None
-    """The fit; None if no range holds one."""
+    """The fit; None if the law holds on no range."""
 
-    what: ClassVar = "a power spectrum"
+    subject: ClassVar = "a power spectrum"
     columns: ClassVar = {
         "wave_number": Column("q", "m^-1"),
         "wavelength": Column("wavelength", "m"),
@@ -135,11 +134,11 @@ class PowerSpectrum(Study):
         "power_spectrum_high": Column("high", "m^4"),
         "law": Column("law", "m^4"),
     }
-    told: ClassVar = ("power_spectrum", "law")
+    summary_claims: ClassVar = ("power_spectrum", "law")
 
     @property
     def fit(self) -> SelfAffineFit:
-        """The self-affine fit; refused where no range holds one."""
+        """The self-affine fit; raise if the law holds on no range."""
         self.claims["law"].require("law")
         assert self.found is not None
         return self.found
@@ -150,7 +149,7 @@ class PowerSpectrum(Study):
             fit = self.found
             lines += [
                 f"H = {fit.hurst:.3f} +- {fit.hurst_error:.3f} from {metres(fit.shortest)} to {metres(fit.longest)}",
-                "no roll-off is told from the heights"
+                "the heights show no roll-off"
                 if fit.roll_off is None
                 else f"roll-off at {metres(fit.roll_off)} +- {100.0 * fit.roll_off_error:.2g} %",
             ]
@@ -174,18 +173,18 @@ def power_spectrum(
     The radially averaged power spectrum of a surface, and its self-affine law.
 
     C2D = |z(q)|^2/(4 pi^2 A), with h^2 = 2 pi int C2D q dq, as means over rings and over eight bins a decade of the wave number. The law
-    ln C2D = c - 2 (1 + H) ln max(1, q/q_r) is fitted to the logarithms on the widest range on which no bin lies off it by more than
-    a quarter besides its scatter by chance.
+    ln C2D = c - 2 (1 + H) ln max(1, q/q_r) is fitted to the logarithms on the widest range on which no bin deviates by more than a
+    quarter beyond chance.
 
     Parameters
     ----------
     topography : Topography
-        At least 32 x 32 heights, none of them missing. Trends are in the spectrum: take them off by :meth:`~pymdr.Topography.detrend`.
+        At least 32 x 32 heights, without missing ones. Remove trends by :meth:`~pymdr.Topography.detrend`.
     periodic : bool, optional
-        Whether the patch is one period of the surface. If not, a Hann window in both directions weights the heights, since the jump
-        from one edge to the other would be in the spectrum.
+        Whether the patch is one period of the surface. If not, a Hann window in both directions weights the heights to suppress
+        the jump from one edge to the other.
     tip_radius : quantity, optional
-        That of the tip in m with which it was measured: shorter waves than it can have resolved (:meth:`~pymdr.Topography.tip_cutoff`) are left out.
+        Radius in m of the tip of the measurement: shorter waves than it can resolve (:meth:`~pymdr.Topography.tip_cutoff`) are left out.
 
     Returns
     -------
@@ -195,14 +194,14 @@ def power_spectrum(
     Raises
     ------
     ProblemError
-        If there are too few heights, some are missing, all are alike, or nothing is left that a tip can have resolved.
+        If there are too few heights, some are missing, all are equal, or no wave is resolved by the tip.
 
     Notes
     -----
     Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001; the tip: Sanner et al. (2022), Appl. Surf. Sci. Adv. 7,
-    100190. Waves shorter than four pixels are left out, since waves that pixels do not see are folded into them. Heights that were
-    filled by interpolation have no short waves: a share of them lowers the spectrum by up to five times that share (where deep pixels
-    are missing; by the share itself where any are), which its claim says. No law is fitted beyond 10 %.
+    100190. Waves shorter than four pixels are left out because of aliasing. Interpolated heights have no short waves: a
+    fraction of them lowers the spectrum by up to five times that fraction (if deep pixels are missing; by the fraction itself for random
+    ones), as the claim states. No law is fitted above 10 %.
 
     Examples
     --------
@@ -218,18 +217,18 @@ def power_spectrum(
     """
     if not isinstance(topography, Topography):
         raise ProblemError(
-            f"{_WHO}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
+            f"{_PREFIX}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
         )
-    heights = topography.complete(_WHO)
+    heights = topography.complete(_PREFIX)
     if min(heights.shape) < _FEWEST_PIXELS:
         raise ProblemError(
-            f"{_WHO}: {heights.shape[0]} x {heights.shape[1]} heights; at least {_FEWEST_PIXELS} x {_FEWEST_PIXELS} are needed for waves "
+            f"{_PREFIX}: {heights.shape[0]} x {heights.shape[1]} heights; at least {_FEWEST_PIXELS} x {_FEWEST_PIXELS} are needed for waves "
             "of several lengths"
         )
     rms = float(np.std(heights))
     if rms <= np.finfo(float).eps * float(np.max(np.abs(heights))):
         raise ProblemError(
-            f"{_WHO}: all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum"
+            f"{_PREFIX}: all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum"
         )
     pixel = _PIXELS_PER_WAVE * float(topography.spacing.max())
     tip = 0.0 if tip_radius is None else topography.tip_cutoff(tip_radius)
@@ -239,7 +238,7 @@ def power_spectrum(
     filled = interpolated_fraction(topography)
     if filled > _MOST_INTERPOLATED:
         law = None
-    found = None if law is None else _fit(bins, law, topography, rms, filled)
+    fit = None if law is None else _fit(bins, law, topography, rms, filled)
     data = _columns(bins, law, resolved)
     data.attrs |= {"rms": rms, "shortest_resolved": resolved}
     whole = (2.0 * math.pi / resolved, 2.0 * math.pi / float(topography.size.max()))
@@ -247,9 +246,9 @@ def power_spectrum(
         data=data,
         rings=_labelled({"power_spectrum": (rings.spectrum, "m^4")}, np.exp(rings.log_q)),
         topography=topography,
-        found=found,
-        claims=_claims(topography, data, periodic, tip > pixel, resolved, found),
-        assumptions=_assumptions(rings, found, whole),
+        found=fit,
+        claims=_claims(topography, data, periodic, tip > pixel, resolved, fit),
+        assumptions=_assumptions(rings, fit, whole),
         notes=topography.steps,
     )
 
@@ -262,7 +261,7 @@ def _fit(bins: Bins, law: Law, topography: Topography, rms: float, filled: float
     roll_off = 2.0 * math.pi / math.exp(law.corner) if law.rolled else None
     law_rms = math.nan
     if hurst > 0.0:
-        # of the same spectrum with an rms height of 1 m; beyond H = 1 its waves are those of H = 1 to a few percent
+        # the same spectrum with an rms height of 1 m; beyond H = 1 its waves agree with those of H = 1 to a few percent
         like = RoughSurface(min(hurst, 1.0), 1.0, topography.size, shortest, roll_off)
         place = bins.log_q[law.first]
         law_rms = math.sqrt(math.exp(float(law.log_c(place))) / float(like.spectrum_2d(math.exp(place))))
@@ -285,11 +284,11 @@ def _columns(bins: Bins, law: Law | None, resolved: float) -> xr.Dataset:
 
     spectrum = np.exp(bins.log_c)
     seen = np.exp(bins.high) <= 2.0 * math.pi / resolved * (1.0 + 1e-9)
-    ends = [bins.waves / gammaincinv(bins.waves, share) for share in reversed(_BAND)]
+    ends = [bins.waves / gammaincinv(bins.waves, fraction) for fraction in reversed(_BAND)]
     along = np.full(spectrum.size, np.nan)
     if law is not None:
-        held = slice(law.first, law.last + 1)
-        along[held] = np.exp(law.log_c(bins.log_q[held]))
+        fitted = slice(law.first, law.last + 1)
+        along[fitted] = np.exp(law.log_c(bins.log_q[fitted]))
     q = np.exp(bins.log_q)
     values = {
         "wavelength": (2.0 * math.pi / q, "m"),
@@ -317,52 +316,50 @@ def _claims(
     periodic: bool,
     by_tip: bool,
     resolved: float,
-    found: SelfAffineFit | None,
+    fit: SelfAffineFit | None,
 ) -> dict[str, Claim]:
     nx, ny = topography.heights.shape
     how = "taken for one period of the surface" if periodic else "weighted by a Hann window"
-    limit = "what its tip can have resolved" if by_tip else f"{_PIXELS_PER_WAVE} pixels"
+    limit = "the resolution of the tip" if by_tip else f"{_PIXELS_PER_WAVE} pixels"
     reason = (
-        f"of one patch of {nx} x {ny} pixels, {how}; waves are resolved down to {metres(resolved)}, {limit}; the band is what chance "
-        "makes of a Gaussian surface"
+        f"of one patch of {nx} x {ny} pixels, {how}; waves are resolved down to {metres(resolved)}, {limit}; the band is the random "
+        "variation of a Gaussian surface"
     )
     filled = interpolated_fraction(topography)
-    interpolated = f"{100.0 * filled:.2g} % of the pixels were not measured but interpolated"
+    interpolated = f"{100.0 * filled:.2g} % of the pixels were interpolated"
     if filled > 0.0:
-        reason += f"; {interpolated}, and have no short waves: it is up to {100.0 * min(_BIAS * filled, 1.0):.2g} % too low"
+        reason += f"; {interpolated}, and have no short waves: the spectrum is up to {100.0 * min(_BIAS * filled, 1.0):.2g} % too low"
     source = SOURCES["tip" if by_tip else "spectrum"]
     spectrum = Claim(Level.APPROXIMATE, reason, source, np.isfinite(data["power_spectrum"].values))
     claims = dict.fromkeys(("power_spectrum", "power_spectrum_low", "power_spectrum_high"), spectrum)
     where = np.isfinite(data["law"].values)
-    share = f"{100.0 * WITHIN:g} %"
-    if found is None:
+    percent = f"{100.0 * WITHIN:g} %"
+    if fit is None:
         why = (
-            f"{interpolated}, more than {100.0 * _MOST_INTERPOLATED:g} %, and bend the spectrum; crop the surface to what was measured by "
+            f"{interpolated}, more than {100.0 * _MOST_INTERPOLATED:g} %, and distort the spectrum; crop the surface to the measured part by "
             "topography.fill_missing('crop'), or measure it again"
             if filled > _MOST_INTERPOLATED
-            else f"on no range of {FEWEST_BINS} bins does the spectrum follow a power law, flat above a roll-off or not, to {share}"
+            else f"the spectrum follows a power law, with or without a roll-off, on no range of {FEWEST_BINS} bins to {percent}"
         )
         claims["law"] = Claim(Level.NOT_VALID, why, SOURCES["spectrum"], where)
         return claims
-    kind = (
-        "self-affine" if found.is_self_affine else "a power law, but of no self-affine surface (0 < H <= 1),"
-    )
+    kind = "self-affine" if fit.is_self_affine else "a power law, but not self-affine (0 < H <= 1),"
     fitted = (
-        f"{kind} from {metres(found.shortest)} to {metres(found.longest)}, ends that are known to a bin (a third): no bin lies off by "
-        f"more than {share} besides its scatter; beyond chance by {100.0 * found.scatter:.2g} % (standard deviation)"
+        f"{kind} from {metres(fit.shortest)} to {metres(fit.longest)}, with ends known to one bin (a third): no bin deviates by "
+        f"more than {percent} beyond its scatter; beyond chance by {100.0 * fit.scatter:.2g} % (standard deviation)"
     )
     claims["law"] = Claim(Level.APPROXIMATE, fitted, SOURCES["spectrum"], where)
     return claims
 
 
 def _assumptions(
-    rings: Rings, found: SelfAffineFit | None, whole: tuple[float, float]
+    rings: Rings, fit: SelfAffineFit | None, whole: tuple[float, float]
 ) -> tuple[Assumption, ...]:
-    ends = whole if found is None else (2.0 * math.pi / found.shortest, 2.0 * math.pi / found.longest)
-    words = "largest over smallest mean of the spectrum by direction"
-    told = [Assumption("isotropy", words, anisotropy(rings, ends[1], ends[0]), _MOST_DIRECTED)]
-    if found is not None and math.isfinite(found.law_rms):
-        ratio = max(found.law_rms / found.rms, found.rms / found.law_rms)
-        words = "rms height of the law over that of the heights, or the reverse"
-        told.append(Assumption("one law", words, ratio, _MOST_RATIO))
-    return tuple(told)
+    ends = whole if fit is None else (2.0 * math.pi / fit.shortest, 2.0 * math.pi / fit.longest)
+    text = "largest over smallest mean of the spectrum by direction"
+    listed = [Assumption("isotropy", text, anisotropy(rings, ends[1], ends[0]), _MOST_DIRECTED)]
+    if fit is not None and math.isfinite(fit.law_rms):
+        ratio = max(fit.law_rms / fit.rms, fit.rms / fit.law_rms)
+        text = "rms height of the law over that of the heights, or the reverse"
+        listed.append(Assumption("one law", text, ratio, _MOST_RATIO))
+    return tuple(listed)

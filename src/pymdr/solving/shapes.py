@@ -1,4 +1,4 @@
-"""Bodies that are not of revolution, along a path: exact ellipses, pyramids, and bound and estimate of any other."""
+"""Bodies that are not of revolution, along a path: exact ellipses, pyramids, bounds and estimates for others."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ from pymdr.solving.reach import refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
+    LegProgress,
     Task,
-    Told,
     Walked,
     channels_at,
     solution,
@@ -58,7 +58,7 @@ _STEPS = 200
 _SETTLED = 1e-13
 _FINE = 160
 _ALIKE = 1e-6
-"""By how much more than a disk an ellipse must bear."""
+"""Relative margin by which an ellipse must exceed a disk."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +77,11 @@ class Pressed:
         return self.law.at(depth, self.disks(depth))
 
     def disks(self, depth: FloatArray) -> FloatArray:
-        """Radii in m of the disks of the lower bound about the apex."""
+        """Radii in m of the disks of the lower bound, centred at the apex."""
         return states_at_depth(self.bound, depth).contact_radius
 
     def bounds(self, depth: FloatArray) -> LowerBound:
-        """The lower bound of the force over E*: where the law is not known, the best of ellipses."""
+        """The lower bound of the force over E*: the best ellipse where the law is not known."""
         disks = states_at_depth(self.bound, depth)
         force = normal_force(self.bound, disks) / self.modulus
         error = np.full(force.shape, 2.0 * mean_error(self.shape))
@@ -102,9 +102,9 @@ class _Rows:
     indentation: FloatArray
     states: ShapeStates
     radius: FloatArray
-    """Of the disk of the bound."""
+    """Radius in m of the disk of the bound."""
     prescribed: FloatArray
-    """The force where it is prescribed, else nan."""
+    """The force where it is prescribed, else NaN."""
     moved: BoolArray
     """Whether the indentation is prescribed."""
 
@@ -130,59 +130,66 @@ def solve_shape(task: Task) -> Result:
             f"solve: the rings of solver=Rings() are of revolution, and {type(task.contact.profile).__name__} is not; leave it out"
         )
     check_normal_path(task.path)
-    found = pressed(task.contact)
-    walked = walk(task, None, partial(_step, task, found))
-    return solution(task, walked, _interpret(task, found, walked))
+    pressed_shape = pressed(task.contact)
+    walked = walk(task, None, partial(_step, task, pressed_shape))
+    return solution(task, walked, _interpret(task, pressed_shape, walked))
 
 
 def _step(
-    task: Task, found: Pressed, _: None, asked: Stretch, kept: np.ndarray | None, told: Told | None
+    task: Task,
+    pressed_shape: Pressed,
+    _: None,
+    stretch: Stretch,
+    kept: np.ndarray | None,
+    progress: LegProgress | None,
 ) -> tuple[_Rows, None, Channels]:
-    targets, stiffness = asked.normal, task.machine_stiffness
+    targets, stiffness = stretch.normal, task.machine_stiffness
     moved = False
-    if asked.by_force:
-        refuse_tension(asked.leg, targets)
-        start = states_at_force(found.bound, targets)
-        depth = _depths(found, start.indentation, targets, None)
-    elif asked.controls.normal == "travel" and stiffness is not None and math.isfinite(stiffness):
-        start = states_at_travel(found.bound, targets, stiffness)
-        depth = _depths(found, start.indentation, targets, 1.0 / stiffness)
+    if stretch.by_force:
+        refuse_tension(stretch.leg, targets)
+        start = states_at_force(pressed_shape.bound, targets)
+        depth = _depths(pressed_shape, start.indentation, targets, None)
+    elif stretch.controls.normal == "travel" and stiffness is not None and math.isfinite(stiffness):
+        start = states_at_travel(pressed_shape.bound, targets, stiffness)
+        depth = _depths(pressed_shape, start.indentation, targets, 1.0 / stiffness)
     else:
         moved, depth = True, targets
-    disks = states_at_depth(found.bound, depth)
-    most = float(np.max(targets)) if asked.by_force else None
-    refuse_unreachable(found.bound, found.mean, disks, most)
-    states = found.at(depth)
-    force = float(targets[-1]) if asked.by_force else found.modulus * float(states.force[-1])
+    disks = states_at_depth(pressed_shape.bound, depth)
+    most = float(np.max(targets)) if stretch.by_force else None
+    refuse_unreachable(pressed_shape.bound, pressed_shape.mean, disks, most)
+    states = pressed_shape.at(depth)
+    force = float(targets[-1]) if stretch.by_force else pressed_shape.modulus * float(states.force[-1])
     here = channels_at(float(depth[-1]), force, stiffness)
-    if math.isnan(force):  # nothing is known of it, and a leg that holds it cannot be followed
+    if math.isnan(force):  # a leg that holds an unknown force cannot be followed
         here = {"indentation": float(depth[-1]), "normal_force": math.nan, "travel": math.nan}
     rows = _Rows(
         np.asarray(depth, dtype=float),
         states,
         disks.contact_radius,
-        targets if asked.by_force else np.full(targets.size, math.nan),
+        targets if stretch.by_force else np.full(targets.size, math.nan),
         np.full(targets.size, moved),
     )
     return taken(rows, kept), None, here
 
 
-def _depths(found: Pressed, start: FloatArray, targets: FloatArray, compliance: float | None) -> FloatArray:
+def _depths(
+    pressed_shape: Pressed, start: FloatArray, targets: FloatArray, compliance: float | None
+) -> FloatArray:
     """
-    Depths at which the force, or with the compliance of a machine the travel, is as asked.
+    Depths at prescribed forces, or at prescribed travels of a machine with a compliance.
 
-    The bound bears less than the body, so that its depths are no smaller; the force being convex, Newton's steps from there do not
+    The bound carries less than the body, so its depths are not smaller; the force is convex, so Newton's steps from there do not
     pass the root.
     """
     d = np.array(start, dtype=float)
-    asked = (d > 0.0) & (targets > 0.0)
-    d[~asked] = np.minimum(d[~asked], 0.0) if compliance is None else targets[~asked]
-    if not asked.any():
+    touching = (d > 0.0) & (targets > 0.0)
+    d[~touching] = np.minimum(d[~touching], 0.0) if compliance is None else targets[~touching]
+    if not touching.any():
         return d
-    x, target = d[asked], targets[asked]
+    x, target = d[touching], targets[touching]
     for _ in range(_STEPS):
-        states = found.at(x)
-        force, stiffness = found.modulus * states.force, found.modulus * states.stiffness
+        states = pressed_shape.at(x)
+        force, stiffness = pressed_shape.modulus * states.force, pressed_shape.modulus * states.stiffness
         if np.isnan(force).any():
             _refuse_unknown(float(x[np.isnan(force)][0]))
         if compliance is None:
@@ -191,26 +198,28 @@ def _depths(found: Pressed, start: FloatArray, targets: FloatArray, compliance: 
             step = (x + compliance * force - target) / (1.0 + compliance * stiffness)
         new = np.clip(x - step, 0.1 * x, 2.0 * x)
         if np.all(np.abs(new - x) <= _SETTLED * x):
-            d[asked] = new
+            d[touching] = new
             return d
         x = new
-    raise ConvergenceError(f"no indentation found for what is asked; the last is {metres(float(x[-1]))}")
+    raise ConvergenceError(
+        f"no indentation was found for the prescribed force or travel; the last iterate is {metres(float(x[-1]))}"
+    )
 
 
 def _refuse_unknown(depth: float) -> NoReturn:
     raise PathError(
-        f"at an indentation of {metres(depth)} there is no estimate of the force, and its lower bound alone gives no indentation for "
-        "a prescribed force or travel: prescribe the indentation, or a smaller load"
+        f"at an indentation of {metres(depth)} there is no estimate of the force, and the lower bound alone gives no indentation for "
+        "a prescribed force or travel; prescribe the indentation, or a smaller load"
     )
 
 
-def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Interpretation:
-    rows, shape, modulus = walked.rows, found.shape, found.modulus
+def _interpret(task: Task, pressed_shape: Pressed, walked: Walked[_Rows]) -> Interpretation:
+    rows, shape, modulus = walked.rows, pressed_shape.shape, pressed_shape.modulus
     states, d = rows.states, rows.indentation
     by_force = np.isfinite(rows.prescribed)
     force = np.where(by_force, rows.prescribed, modulus * states.force)
     prescribed = {"indentation": rows.moved, "normal_force": by_force}
-    bounds = found.bounds(d)
+    bounds = pressed_shape.bounds(d)
     states = states.above(bounds.force)
     claims = shape_claims(shape, states, bounds, prescribed)
     columns: dict[str, FloatArray] = {
@@ -221,7 +230,7 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Interpretat
         "force_lower_bound": modulus * bounds.force,
         "force_estimate": modulus * states.estimate,
     }
-    axes = found.law.semi_axes(d)
+    axes = pressed_shape.law.semi_axes(d)
     if axes is not None:
         columns |= _of_ellipse(*axes, force)
     if task.machine_stiffness is not None:
@@ -229,8 +238,8 @@ def _interpret(task: Task, found: Pressed, walked: Walked[_Rows]) -> Interpretat
     return Interpretation(
         columns=with_travel(task, columns),
         claims=claims,
-        assumptions=(*_assumed(task.contact, found, rows), *thickness_assumption(task.contact, 0.0)),
-        status=_status(found.law, claims),
+        assumptions=(*_assumed(task.contact, pressed_shape, rows), *thickness_assumption(task.contact, 0.0)),
+        status=_status(pressed_shape.law, claims),
         notes=(),
         references=shape_theory(shape).references,
         conducting=0.5 * states.stiffness,
@@ -249,14 +258,14 @@ def _of_ellipse(a_x: FloatArray, a_y: FloatArray, force: FloatArray) -> dict[str
     }
 
 
-def _assumed(contact: Contact, found: Pressed, rows: _Rows) -> tuple[Assumption, ...]:
-    """What the model assumes, measured where the contact is largest."""
+def _assumed(contact: Contact, pressed_shape: Pressed, rows: _Rows) -> tuple[Assumption, ...]:
+    """Assumptions of the model, measured where the contact is largest."""
     beta = effective_moduli(contact.body, contact.counterbody).dundurs_beta
     longest = rows.states.longest
     size = float(np.nanmax(np.where(np.isnan(longest), rows.radius, longest), initial=0.0))
     if size == 0.0:
         return ()
-    return shape_assumptions(*found.law.slopes(rows.indentation, size), beta)
+    return shape_assumptions(*pressed_shape.law.slopes(rows.indentation, size), beta)
 
 
 def _status(law: ShapeLaw, claims: dict[str, Claim]) -> Status:
@@ -267,7 +276,7 @@ def _status(law: ShapeLaw, claims: dict[str, Claim]) -> Status:
 
 
 def shape_surface(result: Result) -> FieldReader:
-    """What fields are computed from; of elliptic paraboloids only."""
+    """The surface from which fields are computed, for elliptic paraboloids only."""
     shape, data = result.contact.profile, result.data
     assert isinstance(shape, EllipticParaboloid)
     d, a_x, a_y, force = (
@@ -278,7 +287,7 @@ def shape_surface(result: Result) -> FieldReader:
 
 
 def _trial(bound: LowerBound, disk: float) -> tuple[float, float, float, float, float]:
-    """Where the lower bound is taken: centre, semi-axes and direction of the first."""
+    """The ellipse or disk of the lower bound: centre, semi-axes and direction of the first."""
     best = bound.ellipses
     if best is None:
         return 0.0, 0.0, disk, disk, 0.0
@@ -295,25 +304,25 @@ def shape_plots(result: Result, row: int) -> Plots:
     """Figures: force with its bound and its estimate, and the contact in plan."""
     from pymdr.presentation.plot import FigureData, Plots, ShapeData, shape_figures, shape_overview
 
-    found = pressed(result.contact)
-    shape, data = found.shape, result.data
+    pressed_shape = pressed(result.contact)
+    shape, data = pressed_shape.shape, result.data
     deepest = float(np.nanmax(data["indentation"].values, initial=0.0))
     depth = deepest * np.linspace(0.0, 1.0, _FINE) ** 2
-    bound = found.bounds(depth).force
-    states = found.at(depth).above(bound)
+    bound = pressed_shape.bounds(depth).force
+    states = pressed_shape.at(depth).above(bound)
     d = np.array([float(data["indentation"].values[row]) if row >= 0 else deepest])
-    disk = float(found.disks(d)[0])
-    axes = found.law.semi_axes(d)
-    longest = float(np.nanmax(found.at(d).longest, initial=disk))
+    disk = float(pressed_shape.disks(d)[0])
+    axes = pressed_shape.law.semi_axes(d)
+    longest = float(np.nanmax(pressed_shape.at(d).longest, initial=disk))
     drawn = ShapeData(
         depth=depth,
-        force=found.modulus * states.force,
-        bound=found.modulus * bound,
-        estimate=found.modulus * states.estimate,
-        source=found.law.source,
+        force=pressed_shape.modulus * states.force,
+        bound=pressed_shape.modulus * bound,
+        estimate=pressed_shape.modulus * states.estimate,
+        source=pressed_shape.law.source,
         gap=shape.gap_at,
         level=float(d[0]),
-        trial=_trial(found.bounds(d), disk),
+        trial=_trial(pressed_shape.bounds(d), disk),
         axes=None if axes is None else (float(axes[0][0]), float(axes[1][0])),
         extent=1.5 * max(longest, disk),
         across=(lambda r: result.field("pressure", r, row, angle="90 deg")) if row >= 0 else None,
@@ -325,6 +334,6 @@ def shape_plots(result: Result, row: int) -> Plots:
         gap=lambda r: shape.gap_at(r, 0.0 * r),
         bands={},
         on_line=False,
-        modulus=found.modulus,
+        modulus=pressed_shape.modulus,
     )
     return Plots(shown, drawn.drawn_by(shape_overview), drawn.drawn_by(shape_figures))

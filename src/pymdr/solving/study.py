@@ -1,4 +1,4 @@
-"""What answers to questions without a path have in common: labelled columns, claims, and how they read."""
+"""The common part of studies, which answer questions without a path: labelled columns, claims, summary, files."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 
 
 TextTable = tuple[tuple[list[str], list[str]], list[list[str]]]
-"""Words and units of columns, and rows of cells."""
+"""Labels and units of columns, and rows of cells."""
 _SHOWN = 40
-"""Rows of a summary."""
+"""Largest number of rows of a summary."""
 
 
 class Column(NamedTuple):
     """A column of the summary."""
 
-    words: str
+    label: str
     unit: str
     """The SI unit."""
 
@@ -45,20 +45,20 @@ class Answer:
 
     data: xr.Dataset
     claims: Mapping[str, Claim] = field(default_factory=dict)
-    """How far each quantity can be trusted."""
+    """Validity and error of each quantity."""
     assumptions: tuple[Assumption, ...] = ()
     """Conditions of the model, measured."""
     notes: tuple[str, ...] = ()
-    """What was said on the way."""
+    """Remarks on the computation."""
     contact: Contact | None = None
-    """What was studied, where it is one contact."""
+    """The contact, if the study is about one."""
     references: tuple[str, ...] = ()
     """Keys of the sources that :meth:`cite` names."""
 
     columns: ClassVar[Mapping[str, Column]] = {}
-    """Of the summary, by quantity."""
-    told: ClassVar[tuple[str, ...]] = ()
-    """The quantities whose claims the summary shows; all unless given."""
+    """Columns of the summary, by quantity."""
+    summary_claims: ClassVar[tuple[str, ...]] = ()
+    """The quantities whose claims the summary shows; all by default."""
     claims_of_rows: ClassVar[bool] = True
     """Whether the claims are about the rows of the data, whose tables then show their errors."""
 
@@ -77,16 +77,16 @@ class Answer:
         return tuple(SOURCES[key] for key in self.references)
 
     def plot(self) -> Figure:
-        """What a person wants to see first; conditions that are not met stand below it."""
+        """The overview figure, with the conditions that are not met below it."""
         from pymdr.presentation.plot import with_unmet
 
         return with_unmet(self._figure(), self.assumptions)
 
     def _figure(self) -> Figure:
-        """The figure itself; unless a study has its own, the columns of its summary over its rows."""
+        """The figure; by default the columns of the summary over the rows."""
         from pymdr.presentation.plot import columns_study
 
-        return columns_study(self.data, {name: column.words for name, column in self.columns.items()})
+        return columns_study(self.data, {name: column.label for name, column in self.columns.items()})
 
     def groups(self) -> dict[str, dict[str, float]]:
         """Single numbers in SI units under headings, by the names of their quantities."""
@@ -98,39 +98,39 @@ class Answer:
 
     @property
     def _shown_claims(self) -> dict[str, Claim]:
-        return {name: self.claims[name] for name in self.told or self.claims if name in self.claims}
+        return {name: self.claims[name] for name in self.summary_claims or self.claims if name in self.claims}
 
     def summary(self) -> str:
-        """The numbers with units, how far to trust them, and the conditions of the model that are not met."""
+        """The numbers with units, their claims, and the conditions of the model that are not met."""
         from pymdr.presentation.text import study_summary
 
         return study_summary(*self._said())
 
     def _said(self) -> StudyText:
-        """What the summary says, as text or as HTML."""
-        words, cells = self._table()
+        """Content of the summary, for text and HTML."""
+        header, cells = self._table()
         rows = max(self.data.sizes.values(), default=1)
         cut = [f"{len(cells)} of {rows} rows"] if len(cells) == _SHOWN < rows else []
         remarks = [*cut, *self._remarks()]
-        return self.groups(), (words, cells), remarks, self._shown_claims, self.assumptions, self.notes
+        return self.groups(), (header, cells), remarks, self._shown_claims, self.assumptions, self.notes
 
     def _table(self) -> TextTable:
-        """Words and units, and the numbers."""
-        found = self._columns()
-        names = [name for name in self.columns if name in found]
+        """Labels, units and cells of the summary."""
+        columns = self._columns()
+        names = [name for name in self.columns if name in columns]
         for name in names:
-            found[name] = found[name][_some_rows(found[name].size)]
-        texts = {name for name in names if found[name].dtype.kind == "U"}
-        units = ["" if name in texts else good_unit(found[name], self.columns[name].unit) for name in names]
+            columns[name] = columns[name][_some_rows(columns[name].size)]
+        texts = {name for name in names if columns[name].dtype.kind == "U"}
+        units = ["" if name in texts else good_unit(columns[name], self.columns[name].unit) for name in names]
         values = [
-            found[name] if name in texts else from_si(found[name], self.columns[name].unit, unit)
+            columns[name] if name in texts else from_si(columns[name], self.columns[name].unit, unit)
             for name, unit in zip(names, units, strict=True)
         ]
         rows = [[_cell(value) for value in row] for row in zip(*values, strict=True)]
-        return ([self.columns[name].words for name in names], units), rows
+        return ([self.columns[name].label for name in names], units), rows
 
     def _columns(self) -> dict[str, np.ndarray]:
-        """Quantities in SI units, one entry for each row; single numbers only where there are no others."""
+        """Quantities in SI units, one entry per row; single numbers only if there are no arrays."""
         import xarray as xr
 
         names = [
@@ -142,7 +142,7 @@ class Answer:
         return {name: np.atleast_1d(array.values.ravel()) for name, array in zip(names, arrays, strict=True)}
 
     def _repr_html_(self) -> str:
-        """The same as tables, for notebooks."""
+        """The summary as HTML tables, for notebooks."""
         from pymdr.presentation.html import study_html
 
         return study_html(*self._said())
@@ -169,28 +169,28 @@ class Answer:
         write_dataset(self._stored(), file)
 
     def _stored(self) -> xr.Dataset:
-        """What a file keeps: the data, and the rest as JSON."""
+        """Content of a file: the data, and the rest as JSON."""
         from pymdr.presentation.files import study_json
 
-        told = study_json(self.claims, self.assumptions, self.notes)
-        return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=told)
+        as_json = study_json(self.claims, self.assumptions, self.notes)
+        return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=as_json)
 
     def to_csv(
         self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = False
     ) -> None:
         """
-        Write the columns to a CSV file, one row per row, with units in their names.
+        Write the columns to a CSV file, with units in their names.
 
-        A quantity that is approximate has a column of its relative errors beside it, empty where they are not known.
+        An approximate quantity has an adjacent column of relative errors, empty where they are not known.
 
         Parameters
         ----------
         file : path
             For example "study.csv".
         units : mapping of str to str, optional
-            Name of a quantity -> unit; SI units unless given.
+            Name of a quantity -> unit; SI units by default.
         about : bool
-            Whether the version, claims, assumptions and notes stand above the header, in lines that begin with ``#``.
+            Whether to write the version, claims, assumptions and notes above the header, in lines that begin with ``#``.
         """
         from pymdr.presentation.tables import write_csv
 
@@ -198,7 +198,7 @@ class Answer:
 
     def to_xlsx(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
         """
-        Write the same to a spreadsheet; what the numbers rest on is its second sheet.
+        Write the same to a spreadsheet; the second sheet has the claims, assumptions and sources.
 
         Parameters
         ----------
@@ -210,14 +210,14 @@ class Answer:
         Raises
         ------
         MissingExtraError
-            Without openpyxl, which the extra ``xlsx`` brings.
+            If openpyxl (the extra ``xlsx``) is not installed.
         """
         from pymdr.presentation.tables import write_xlsx
 
         write_xlsx(self._written(units), self._about(), file)
 
     def _written(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
-        """What is written, by the titles of its columns."""
+        """Columns of a table, by their titles."""
         from pymdr.presentation.tables import with_error_columns
 
         written: dict[str, np.ndarray] = {}
@@ -236,26 +236,26 @@ class Answer:
         )
 
     def _others(self) -> dict[str, str]:
-        """What else a table rests on, by kind."""
+        """Other information of a table, by kind."""
         from pymdr.presentation.text import number_lines
 
         single = number_lines(self.groups() if self.data.dims else {})
-        return {f"{heading} {words}": value for heading, rows in single for words, value in rows}
+        return {f"{heading} {label}": value for heading, rows in single for label, value in rows}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study(Answer):
     """Quantities over the rows of a request, or single numbers, each with its claim."""
 
-    what: ClassVar[str]
-    """What was studied, for messages."""
+    subject: ClassVar[str]
+    """Name of the study in messages."""
 
     def __getitem__(self, name: str) -> xr.DataArray:
         if one_name(name) in self.claims:
             self.claims[name].require(name)
         if name not in self.data.variables:
             known = ", ".join(map(str, self.data.variables))
-            raise QuantityError(f"no quantity {shown(name)}; {self.what} has {known}")
+            raise QuantityError(f"no quantity {shown(name)}; {self.subject} has {known}")
         return self.data[name]
 
     def _ipython_key_completions_(self) -> list[str]:
@@ -294,7 +294,7 @@ class Study(Answer):
 
 
 def _some_rows(count: int) -> np.ndarray:
-    """All rows of a short table, and some of a long one, evenly."""
+    """All rows of a short table, evenly spaced rows of a long one."""
     return np.unique(np.linspace(0, count - 1, min(count, _SHOWN)).round().astype(int))
 
 
@@ -304,14 +304,14 @@ def _cell(value: float | str) -> str:
     return "-" if np.isnan(value) else f"{value:.4g}"
 
 
-def number(name: str, words: str) -> property:
+def number(name: str, doc: str) -> property:
     """A single number of the data in SI units, as an attribute."""
-    return property(lambda study: float(study.data[name]), doc=words)
+    return property(lambda study: float(study.data[name]), doc=doc)
 
 
-def one_row(given: ArrayQuantityLike, unit: str, who: str, name: str) -> FloatArray:
+def one_row(given: ArrayQuantityLike, unit: str, prefix: str, name: str) -> FloatArray:
     """One row of numbers in SI units."""
     values = np.atleast_1d(to_si_array(given, unit, name=name))
     if values.ndim != 1 or values.size == 0:
-        raise ProblemError(f"{who}: {name} = {shown(given)}; one row of numbers is needed")
+        raise ProblemError(f"{prefix}: {name} = {shown(given)}; one row of numbers is needed")
     return values

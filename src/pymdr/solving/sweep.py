@@ -28,7 +28,7 @@ from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
 from pymdr.quantities import quantity
 from pymdr.result import Result, Status
-from pymdr.solving.batch import Asked, solutions
+from pymdr.solving.batch import Request, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.study import Study
 from pymdr.solving.verb import read_stiffness
@@ -40,13 +40,13 @@ if TYPE_CHECKING:
 
 _MACHINE, _PATH = "machine_stiffness", "path"
 _BETWEEN_WRITES = 2.0
-"""Seconds: what a killed sweep loses."""
+"""Time between writes in s."""
 _LEVELS = (Level.EXACT, Level.APPROXIMATE, Level.NOT_VALID)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep(Study):
-    """What the points of a grid of parameters give; the contact is that of which parameters were changed."""
+    """Results over a grid of parameters of a contact."""
 
     data: xr.Dataset
     """
@@ -54,11 +54,11 @@ class Sweep(Study):
     ``refusal`` (why a point has no result) over the parameters.
     """
     claims: Mapping[str, Claim]
-    """Of every quantity the weakest one of all points; `where` says of every point, flattened, whether it can be read, and `error`
-    the largest relative error among its rows."""
+    """The weakest claim of every quantity; `where` and `error` are over the flattened points: whether the quantity can be read, and
+    its largest relative error."""
 
-    what: ClassVar = "this sweep"
-    told: ClassVar = (
+    subject: ClassVar = "this sweep"
+    summary_claims: ClassVar = (
         "normal_force",
         "contact_radius",
         "indentation",
@@ -68,18 +68,18 @@ class Sweep(Study):
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """The names of what was swept, the dimensions of the grid."""
+        """Names of the swept parameters, the dimensions of the grid."""
         return tuple(str(name) for name in self.data["status"].dims)
 
     @property
     def failed(self) -> int:
-        """How many points have no result."""
+        """Number of points without a result."""
         return int((self.data["refusal"].values != "").sum())
 
     def _remarks(self) -> list[str]:
-        """What was swept, and the range of the largest values of the quantities."""
+        """Swept parameters, and the range of the largest values of the quantities."""
         total = self.data["status"].size
-        lines = [f"{total} points over", *(f"  {name}: {words}" for name, words in self._ranges().items())]
+        lines = [f"{total} points over", *(f"  {name}: {text}" for name, text in self._ranges().items())]
         if self.failed:
             refusals = self.data["refusal"].values.ravel()
             first = int(np.argmax(refusals != ""))
@@ -105,10 +105,10 @@ class Sweep(Study):
         return {name: _range(self.data[name]) for name in self.parameters}
 
     def _others(self) -> dict[str, str]:
-        return {f"sweep over {name}": words for name, words in self._ranges().items()}
+        return {f"sweep over {name}": text for name, text in self._ranges().items()}
 
     def _largest(self, name: str) -> FloatArray:
-        """Over the path, of every point that has one."""
+        """Largest value over the path, of every point that has one."""
         values = self.data[name].values.reshape(-1, self.data.sizes["step"])
         return np.asarray(np.nanmax(values[~np.isnan(values).all(axis=1)], axis=1, initial=-math.inf))
 
@@ -143,7 +143,7 @@ class _Axis(NamedTuple):
     name: str
     values: list[Any]
     unit: str | None
-    """Of numbers."""
+    """Unit of numbers, None for parts."""
 
 
 def sweep(
@@ -171,11 +171,11 @@ def sweep(
     machine_stiffness, keep
         As for :func:`solve`.
     quantities : sequence of str, optional
-        What is kept, such as ``["indentation", "normal_force"]``; unless given, everything.
+        Quantities to keep, such as ``["indentation", "normal_force"]``; all by default.
     workers : int
         Number of processes; the numbers do not depend on it.
     folder : path, optional
-        Where finished points are kept: the same call goes on where a killed one was.
+        Folder of finished points; the same call continues an interrupted one.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -187,21 +187,20 @@ def sweep(
     Raises
     ------
     ProblemError
-        If the contact has no parameter of a name, nothing is swept, a name has no values, or the result is more than half of
-        what the memory holds.
+        If the contact has no such parameter, `over` or one of its entries is empty, or the result exceeds half of the memory.
     UnitError
-        If a value is no quantity of the right kind.
+        If a value has the wrong unit.
     FileError
         If the folder cannot be written or holds another sweep.
     PymdrError
-        What the first point says, if no point can be solved.
+        The error of the first point, if no point can be solved.
 
     Examples
     --------
     >>> import pymdr as mdr
     >>> ball = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5))
-    >>> found = mdr.sweep(ball, mdr.indent("1 um"), {"profile.radius": ["1 mm", "4 mm"], "body.young": ["1 MPa", "3 MPa"]})
-    >>> (found["normal_force"].isel(step=-1) / found["normal_force"][0, 0, -1]).values.round(12).tolist()
+    >>> swept = mdr.sweep(ball, mdr.indent("1 um"), {"profile.radius": ["1 mm", "4 mm"], "body.young": ["1 MPa", "3 MPa"]})
+    >>> (swept["normal_force"].isel(step=-1) / swept["normal_force"][0, 0, -1]).values.round(12).tolist()
     [[1.0, 3.0], [2.0, 6.0]]
     """
     if not isinstance(contact, Contact):
@@ -215,17 +214,17 @@ def sweep(
         None if folder is None else KeptParts(folder, _identity(contact, path, axes, machine, keep, wanted))
     )
     if kept is not None:
-        for first, found in kept.parts():
-            answers.read(first, found)
+        for first, block in kept.parts():
+            answers.read(first, block)
     missing = np.flatnonzero(~answers.known)
-    asked = [_point(contact, path, machine, axes, points[i]) for i in missing]
-    ready = [one for one in asked if not isinstance(one, PymdrError)]
-    found_ones = solutions(ready, {"keep": keep}, workers)
+    requests = [_point(contact, path, machine, axes, points[i]) for i in missing]
+    ready = [one for one in requests if not isinstance(one, PymdrError)]
+    results = solutions(ready, {"keep": keep}, workers)
     written_at, first = time.monotonic(), 0
-    for k, (i, one) in enumerate(zip(missing, asked, strict=True)):
-        answers.add(int(i), one if isinstance(one, PymdrError) else next(found_ones))
-        apart = k + 1 == missing.size or missing[k + 1] != i + 1
-        if kept is not None and (apart or time.monotonic() - written_at > _BETWEEN_WRITES):
+    for k, (i, one) in enumerate(zip(missing, requests, strict=True)):
+        answers.add(int(i), one if isinstance(one, PymdrError) else next(results))
+        is_last = k + 1 == missing.size or missing[k + 1] != i + 1
+        if kept is not None and (is_last or time.monotonic() - written_at > _BETWEEN_WRITES):
             kept.keep(int(missing[first]), answers.block(int(missing[first]), int(i) + 1))
             written_at, first = time.monotonic(), k + 1
         if progress is not None:
@@ -272,12 +271,12 @@ def _axis(contact: Contact, name: str, values: Any) -> _Axis:
 
 def _point(
     contact: Contact, path: LoadingPath, machine: float | None, axes: Sequence[_Axis], values: Sequence[Any]
-) -> Asked | PymdrError:
-    """What is asked at a point, or why it cannot be."""
+) -> Request | PymdrError:
+    """The request at a point, or its error."""
     chosen = {axis.name: value for axis, value in zip(axes, values, strict=True)}
     path, machine = chosen.pop(_PATH, path), chosen.pop(_MACHINE, machine)
     try:
-        return Asked(with_parameters(contact, chosen), path, machine)
+        return Request(with_parameters(contact, chosen), path, machine)
     except PymdrError as error:
         return error
 
@@ -293,7 +292,7 @@ def _identity(
     swept = [part for axis in axes for part in axis.values if isinstance(part, Profile)]
     if any(has_callables(profile) for profile in (contact.profile, *swept)):
         raise ProblemError(
-            "sweep: folder= cannot tell whether a Function is the same as that of the run before; leave the folder out, or "
+            "sweep: folder= cannot compare a Function with that of an earlier run; leave the folder out, or "
             "sample the function as a profile"
         )
     return {
@@ -309,7 +308,7 @@ def _identity(
 
 
 class _Answers:
-    """What is known of the points of a sweep, as they come in."""
+    """The points of a sweep that are known so far."""
 
     def __init__(self, points: int, quantities: Sequence[str] | None) -> None:
         self.wanted = None if quantities is None else set(quantities)
@@ -321,7 +320,7 @@ class _Answers:
         self.claims = np.full(points, "{}", dtype=object)
 
     def add(self, i: int, answer: Result | PymdrError) -> None:
-        """Take the answer of a point."""
+        """Add the result or error of a point."""
         self.known[i] = True
         if isinstance(answer, PymdrError):
             self.refusal[i] = str(answer)
@@ -349,8 +348,8 @@ class _Answers:
             size = 8.0 * self.known.size * rows * (len(self.columns) + 1)
             if size > 0.5 * memory_of_machine():
                 raise ProblemError(
-                    f"sweep: {self.known.size} points of {rows} rows take more than half of the memory of this machine; give "
-                    "keep= for fewer rows, or quantities= for fewer columns"
+                    f"sweep: {self.known.size} points of {rows} rows need {size / 1e9:.3g} GB (limit {0.5 * memory_of_machine() / 1e9:.3g} GB, half of the "
+                    "memory); give keep= for fewer rows, or quantities= for fewer columns"
                 )
             self.columns[name] = np.full((self.known.size, rows), math.nan)
         if self.columns[name].shape[1] != rows:
@@ -360,7 +359,7 @@ class _Answers:
         return self.columns[name]
 
     def block(self, first: int, end: int) -> xr.Dataset:
-        """Some points over ``part``."""
+        """A dataset of some points over ``part``."""
         import xarray as xr
 
         part = slice(first, end)
@@ -371,20 +370,20 @@ class _Answers:
             coords=self.rows,
         )
 
-    def read(self, first: int, found: xr.Dataset) -> None:
+    def read(self, first: int, block: xr.Dataset) -> None:
         """The inverse of :meth:`block`."""
-        part = slice(first, first + found.sizes["part"])
+        part = slice(first, first + block.sizes["part"])
         self.known[part] = True
-        if "row" in found.coords:
-            self.rows = {"row": found.coords["row"]}
-        for name, array in found.items():
+        if "row" in block.coords:
+            self.rows = {"row": block.coords["row"]}
+        for name, array in block.items():
             if name in ("status", "refusal", "claims"):
                 getattr(self, str(name))[part] = array.values
             else:
                 self._column(str(name), array.sizes["step"])[part] = array.values
 
     def swept(self, contact: Contact, axes: Sequence[_Axis]) -> Sweep:
-        """The whole grid; what the first point says if there is nothing in it."""
+        """The whole grid, or the error of the first point if all failed."""
         import xarray as xr
 
         if np.all(self.refusal != ""):
@@ -407,11 +406,11 @@ class _Answers:
         )
 
     def _weakest(self) -> dict[str, Claim]:
-        """Of every quantity the weakest claim, with how many points have it."""
-        told = [json.loads(claims) for claims in self.claims]
+        """The weakest claim of every quantity, with the number of points that have it."""
+        claims_by_point = [json.loads(claims) for claims in self.claims]
         weakest: dict[str, Claim] = {}
-        for name in dict.fromkeys(name for claims in told for name in claims):
-            there = [claims.get(name) for claims in told]
+        for name in dict.fromkeys(name for claims in claims_by_point for name in claims):
+            there = [claims.get(name) for claims in claims_by_point]
             where = np.array([one is not None and bool(one[3]) for one in there])
             read = [one for one in there if one is not None and one[3]] or [
                 one for one in there if one is not None

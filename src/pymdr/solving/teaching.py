@@ -1,4 +1,4 @@
-"""The discretised foundation in which the method is taught."""
+"""The discretised foundation for teaching."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def foundation(
     """
     The discretised foundation of Popov and Hess (2015): n springs of stiffness E* dx under g(x).
 
-    It is how the method is taught; :func:`solve` uses the exact integrals instead.
+    It is for teaching; :func:`solve` uses the exact integrals instead.
 
     Parameters
     ----------
@@ -28,8 +28,8 @@ def foundation(
     n : int
         Number of springs, at least 2.
     half_length : quantity, optional
-        Half the length of the line in m; unless given 1.2 edges, a third of the radius of curvature, or twice the
-        last breakpoint, and not beyond the reach of the profile.
+        Half the length of the line in m; by default 1.2 edges, a third of the radius of curvature, or twice the
+        last breakpoint, within the known part of the profile.
 
     Returns
     -------
@@ -63,7 +63,9 @@ def foundation(
     elif math.isfinite(line.equivalent.reach):
         length = line.equivalent.reach
     else:
-        raise ProblemError("foundation: this profile has no length of its own; give half_length='1 um' or so")
+        raise ProblemError(
+            "foundation: this profile has no characteristic length; give half_length, such as '1 um'"
+        )
     if length <= 0.0:
         raise ProblemError(f"foundation: half_length = {metres(length)}; it must be above 0 m")
     return spring_foundation(line, length, n)
@@ -76,9 +78,9 @@ def friction_foundation(
     n: int = 400,
 ) -> SpringHistory:
     """
-    The springs of Popov and Hess (2015) with friction: stiffness G* dx sideways, at most mu E* dx (d - g).
+    The springs of Popov and Hess (2015) with friction: tangential stiffness G* dx, force at most mu E* dx (d - g).
 
-    It is how the method is taught; :func:`solve` follows histories without springs instead.
+    It is for teaching; :func:`solve` integrates histories exactly.
 
     Parameters
     ----------
@@ -92,8 +94,8 @@ def friction_foundation(
     Returns
     -------
     SpringHistory
-        Tangential force, stick radius, stored energy and slip work of every row; the force errs by
-        O(1/n^2) where mu is finite and g smooth, more slowly without slip and beside cusps, kinks and edges.
+        Tangential force, stick radius, stored energy and slip work of every row; the error of the force is
+        O(1/n^2) for finite mu and smooth g, and converges more slowly without slip and near cusps, kinks and edges.
 
     Raises
     ------

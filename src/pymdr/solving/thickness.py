@@ -1,4 +1,4 @@
-"""What the finite thickness of a sample does to its indentation."""
+"""Effect of the finite thickness of a sample on its indentation."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ThicknessCorrection(Study):
-    """How much stiffer a layer is than a half-space, by :func:`thickness_correction`, over ``indentation``."""
+    """Stiffness and force of a layer relative to a half-space over ``indentation``, by :func:`thickness_correction`."""
 
-    what: ClassVar[str] = "a thickness correction"
+    subject: ClassVar[str] = "a thickness correction"
     columns: ClassVar[Mapping[str, Column]] = {
         "indentation": Column("indentation", "m"),
         "contact_radius": Column("radius", "m"),
@@ -38,7 +38,7 @@ class ThicknessCorrection(Study):
         "punch_factor": Column("punch factor", ""),
         "force_factor": Column("force factor", ""),
     }
-    told: ClassVar[tuple[str, ...]] = ("force_factor",)
+    summary_claims: ClassVar[tuple[str, ...]] = ("force_factor",)
 
     def _figure(self) -> Figure:
         """Both factors over the indentation."""
@@ -64,11 +64,11 @@ def thickness_correction(
     Parameters
     ----------
     profile : Profile
-        Of the tip.
+        Shape of the tip.
     poisson : quantity
-        Of the sample, -1 < nu <= 0.5.
+        Poisson's ratio of the sample, -1 < nu <= 0.5.
     thickness : quantity
-        Of the sample in m.
+        Thickness of the sample in m.
     indentation : array_like or quantity
         In m, above 0.
     bond : str
@@ -78,7 +78,7 @@ def thickness_correction(
     -------
     ThicknessCorrection
         Over the indentations: `contact_radius` a in m, `width` a/h, `punch_factor` k / (2 E* a), the stiffness over that of a
-        half-space at the same radius, and `force_factor`. A force that is divided by it is that of a half-space of the material.
+        half-space at the same radius, and `force_factor`. Divide a measured force by it to get that of a half-space.
 
     Raises
     ------
@@ -120,11 +120,11 @@ def thickness_correction(
     }
     fault = first_fault(line, widest, float(np.max(states.edge_excess)))
     where = np.ones(a.shape, dtype=bool) if fault is None else a < fault.before
-    words, source = bodies_of(line)
+    bodies, source = bodies_of(line)
     error = np.max(line.error(states.place), axis=1)
     level = Level.EXACT if np.max(error) <= EXACT_WITHIN else Level.APPROXIMATE
     reason = (
-        f"exact for {words} in frictionless contact on a disk, against a half-space at the same indentation"
+        f"exact for {bodies} in frictionless contact on a disk, against a half-space at the same indentation"
     )
     if fault is not None:
         level, reason = (level if where.any() else Level.NOT_VALID), f"{reason}; {fault.words}"

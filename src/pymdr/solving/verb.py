@@ -41,15 +41,14 @@ def solve(
     path : LoadingPath
         For example ``load("50 N", steps=50)``.
     machine_stiffness : quantity, optional
-        Stiffness in N/m of what presses the bodies together (a cantilever, a load frame), above 0; needed
-        for paths that prescribe ``travel``.
+        Stiffness in N/m of the cantilever or load frame, above 0; needed for paths that prescribe ``travel``.
     keep : int or array_like of int, optional
-        For elastic contacts with friction: keep every k-th row, or the given rows; all rows unless given.
+        For elastic contacts with friction: keep every k-th row, or the given rows; all rows by default.
     solver : Rings, optional
-        ``Rings(n=400)`` solves by boundary elements on rings instead of the method, annular contacts
-        and bodies with memory included.
+        ``Rings(n=400)`` solves by boundary elements on rings instead of the MDR, including annular contacts
+        and bodies with memory.
     progress : callable, optional
-        Called as ``progress(done, total)`` between legs, and within long ones with friction.
+        Called as ``progress(done, total)`` between legs, and within long legs with friction.
 
     Returns
     -------
@@ -61,7 +60,7 @@ def solve(
     ProblemError, PathError
         If the problem cannot be posed, for example an indentation of a sphere by its radius.
     ConvergenceError
-        If a quadrature or root fails; never a physical-looking number instead.
+        If a quadrature or a root does not converge.
 
     Examples
     --------
@@ -70,21 +69,21 @@ def solve(
     >>> round(float(mdr.solve(ball, mdr.indent("0.1 mm"))["normal_force"][-1]), 12)
     0.1
     """
-    stiffness, kept = asked(contact, path, machine_stiffness, keep)
+    stiffness, kept = check_request(contact, path, machine_stiffness, keep)
     solutions = 3 if solver is None and scatter_of(contact.profile) else 1
-    begun = itertools.count()
+    parts = itertools.count()
 
-    def once(asked: Contact) -> Result:
-        law = law_of(asked, solver)
-        told = _part_of(progress, next(begun), solutions)
-        return law.history(Task(asked, path, law.reading, stiffness, kept, told, solver))
+    def solve_once(contact: Contact) -> Result:
+        law = law_of(contact, solver)
+        part_progress = _part_of(progress, next(parts), solutions)
+        return law.history(Task(contact, path, law.reading, stiffness, kept, part_progress, solver))
 
-    result = once(contact)
-    return with_bands(result, once) if solutions > 1 else result
+    result = solve_once(contact)
+    return with_bands(result, solve_once) if solutions > 1 else result
 
 
 def _part_of(progress: Progress | None, part: int, parts: int) -> Progress | None:
-    """The progress of one of several solutions, as a part of all."""
+    """The progress of one of several solutions, as a part of the total."""
     if progress is None or parts == 1:
         return progress
     return lambda done, total: progress(part * total + done, parts * total)
@@ -92,38 +91,38 @@ def _part_of(progress: Progress | None, part: int, parts: int) -> Progress | Non
 
 def refuse_beyond_memory(path: LoadingPath, keep: int = 1) -> None:
     """
-    Refuse a path whose rows no memory of this machine holds.
+    Refuse a path whose rows exceed the memory of this machine.
 
     Raises
     ------
     PathError
-        With the rows, and what they would take.
+        With the number of rows and the memory they need.
     """
     rows = total_rows(path)
     needed = bytes_of(rows, keep)
     if needed > memory_of_machine():
         raise PathError(
-            f"the path has {rows:.3g} rows, which take about {needed / 1e9:.3g} GB while they are solved, more than the "
-            f"{memory_of_machine() / 1e9:.3g} GB of this machine: take fewer steps, or with friction keep every k-th row (keep=k)"
+            f"the path has {rows:.3g} rows, which need about {needed / 1e9:.3g} GB (limit {memory_of_machine() / 1e9:.3g} GB, the memory of "
+            "this machine); take fewer steps, or with friction keep every k-th row (keep=k)"
         )
 
 
 def bytes_of(rows: int, keep: int = 1) -> int:
-    """Bytes that the arrays of a path and its result take while it is solved."""
+    """Bytes that the arrays of a path and its result need while it is solved."""
     return 2 * 8 * rows + 2 * 13 * 8 * (rows // keep)
 
 
-def asked(
+def check_request(
     contact: Contact,
     path: LoadingPath,
     machine_stiffness: QuantityLike | None,
     keep: int | ArrayLike | None,
 ) -> tuple[float | None, np.ndarray | None]:
-    """The stiffness in N/m and the rows that are kept, or why the problem cannot be posed."""
+    """The stiffness in N/m and the kept rows; raise if the problem cannot be posed."""
     check_problem(contact, path)
     stiffness = _stiffness(machine_stiffness, path)
     if keep is not None and contact.friction is None:
-        raise ProblemError("solve: keep= is for contacts with friction; others keep every row")
+        raise ProblemError("solve: keep= is for contacts with friction; other contacts keep every row")
     if keep is not None and contact.remembers:
         raise ProblemError("solve: keep= is for elastic bodies; fields of bodies with memory need every row")
     if keep is None or isinstance(keep, int):
@@ -149,7 +148,7 @@ def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:
         for leg in planned(path):
             if "travel" in named_channels(leg.leg):
                 raise PathError(
-                    f"leg {leg.number} prescribes travel, that of a machine: give its machine_stiffness, for example '0.1 N/m' (in a "
+                    f"leg {leg.number} prescribes travel, the channel of a machine: give machine_stiffness, for example '0.1 N/m' (in a "
                     "case file under [solve]), or prescribe the indentation"
                 )
     return stiffness
@@ -175,7 +174,7 @@ def read_stiffness(value: QuantityLike) -> float:
 
 
 def kept_rows(keep: int | ArrayLike | None, path: LoadingPath) -> np.ndarray | None:
-    """The rows of a path that are kept, None for all."""
+    """Indices of the kept rows of a path, None for all."""
     if keep is None:
         return None
     rows = total_rows(path)

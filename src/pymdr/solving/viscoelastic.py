@@ -57,8 +57,8 @@ from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
+    LegProgress,
     Task,
-    Told,
     Walked,
     channels_at,
     solution,
@@ -126,7 +126,7 @@ def _step(
     state: _State | None,
     asked: Stretch,
     kept: np.ndarray | None,
-    told: Told | None,
+    told: LegProgress | None,
 ) -> tuple[MemoryRows, _State, Channels]:
     """Step 2: springs with memory, and half as many of them, which tell how far they err."""
     refuse_untimed(asked, relaxation)
@@ -187,9 +187,9 @@ def rows_met(
 
 
 def begun(
-    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch
-) -> tuple[MemoryState, MemoryState]:
-    """Bodies that have not touched, with all springs and half of them for the deepest indentation that any leg names.
+    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, levels: int = 2
+) -> list[MemoryState]:
+    """Bodies that have not touched, with all springs, half of them and so on, for the deepest indentation that any leg names.
 
     A first leg under forces lays its own, where that goes deeper.
     """
@@ -200,10 +200,9 @@ def begun(
         if asked.by_force and deepest > 0.0:
             time, force = np.append(asked.begin, times_of(asked)), np.append(asked.start[0], asked.normal)
             deepest = max(deepest, deepest_under(line, relaxation, time, force))
-        fine, coarse = (prepared(line, relaxation, deepest, apart, n) for n in (SPRINGS, SPRINGS // 2))
+        return [prepared(line, relaxation, deepest, apart, SPRINGS >> level) for level in range(levels)]
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
-        return apart, apart
-    return fine, coarse
+        return [apart] * levels
 
 
 def parts_between(

@@ -25,42 +25,42 @@ State = TypeVar("State")
 Rows = TypeVar("Rows")
 
 Channels = Mapping[str, float]
-"""Where every channel is, in SI units: 0 for those left out, NaN where nobody knows."""
+"""Position of every channel in SI units: 0 for those left out, NaN where it is unknown."""
 
-Told = Callable[[int], None]
+LegProgress = Callable[[int], None]
 """Called with the number of rows of a leg that are done, before its end."""
 
-Step = Callable[[State, Stretch, np.ndarray | None, Told | None], tuple[Rows, State, Channels]]
-"""What a law does in one leg; see :func:`walk`."""
+Step = Callable[[State, Stretch, np.ndarray | None, LegProgress | None], tuple[Rows, State, Channels]]
+"""The step of a law along one leg; see :func:`walk`."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked."""
+    """A contact, its path and the options of `solve`."""
 
     contact: Contact
     path: LoadingPath
     reading: Reading
-    """How the result will be read."""
+    """How fields and figures of the result are computed."""
     machine_stiffness: float | None = None
     """In N/m."""
     keep: np.ndarray | None = None
-    """Rows of the path that are kept, rising; None for all."""
+    """Rows of the path that are kept, ascending; None for all."""
     progress: Progress | None = None
     solver: Rings | None = None
-    """What solves the contact instead of the method."""
+    """Boundary elements, if they replace the method."""
 
 
 @dataclass(frozen=True)
 class Walked(Generic[Rows]):
-    """What was met on a walk."""
+    """The rows of a walk."""
 
     rows: Rows
-    """Those of all legs, one after the other."""
+    """Rows of all legs, concatenated."""
     starts: tuple[Channels, ...]
-    """Where every channel was at the start of each leg."""
+    """Positions of the channels at the start of each leg."""
     time: FloatArray | None
-    """Time of every row of the path in s, if it states it."""
+    """Time of every row of the path in s, if the path gives it."""
 
 
 def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
@@ -73,9 +73,9 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
     start
         State of the law before the first leg.
     step : callable
-        ``rows, state, channels = step(state, asked, kept, told)`` follows one leg from a state: `asked` holds its controls,
-        prescribed values and times, `kept` the rows that are wanted (None for all), `told` is for progress within a long leg
-        (None if nobody watches). `rows` are arrays over the wanted rows, alone or in dicts, named tuples and frozen
+        ``rows, state, channels = step(state, stretch, kept, progress)`` follows one leg from a state: `stretch` holds its
+        controls, prescribed values and times, `kept` the requested rows (None for all), `progress` reports rows done within a long
+        leg (may be None). `rows` are arrays over the requested rows, alone or in dicts, named tuples and frozen
         dataclasses; `state` and `channels` are those at its end.
 
     Returns
@@ -85,7 +85,7 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
     Raises
     ------
     PathError, ProblemError, ConvergenceError
-        What the steps raise, with the number of the leg if there are several.
+        Errors of the steps, with the number of the leg if there are several.
     """
     state, here = start, dict[str, float]()
     rows: list[Rows] = []
@@ -96,26 +96,26 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
     for leg in planned(task.path):
         starts.append(here)
         with leg.named():
-            asked = leg.stretch(here, now)
-            _refuse_from_nowhere(asked)
-            told, kept = _told(task, leg.first, total), within(task.keep, leg.first, leg.size)
-            found, state, channels = step(state, asked, kept, told)
-        rows.append(found)
-        if asked.time is not None:
-            times.append(asked.time)
-            now = float(asked.time[-1])
-        here = {**channels, **asked.end}
+            stretch = leg.stretch(here, now)
+            _refuse_without_position(stretch)
+            progress, kept = _leg_progress(task, leg.first, total), within(task.keep, leg.first, leg.size)
+            leg_rows, state, channels = step(state, stretch, kept, progress)
+        rows.append(leg_rows)
+        if stretch.time is not None:
+            times.append(stretch.time)
+            now = float(stretch.time[-1])
+        here = {**channels, **stretch.end}
         if task.progress is not None:
             task.progress(leg.first + leg.size, total)
     return Walked(joined(rows), tuple(starts), np.concatenate(times) if times else None)
 
 
-def _refuse_from_nowhere(asked: Stretch) -> None:
-    channel = asked.controls.normal
-    if not isinstance(asked.leg.leg, Path) and math.isnan(asked.start[0]):
+def _refuse_without_position(stretch: Stretch) -> None:
+    channel = stretch.controls.normal
+    if not isinstance(stretch.leg.leg, Path) and math.isnan(stretch.start[0]):
         raise PathError(
-            "the contact was lost under a prescribed force, or could not be solved, and the body has no position from which a leg of "
-            f"{channel} could start; begin it with Path({channel}=[...]), or go on with load(...)"
+            f"the contact was lost under a prescribed force, or could not be solved, so a leg of {channel} has no start position; "
+            f"begin the leg with Path({channel}=[...]), or continue with load(...)"
         )
 
 
@@ -124,13 +124,13 @@ def within(keep: np.ndarray | None, first: int, size: int) -> np.ndarray | None:
     return None if keep is None else keep[(keep >= first) & (keep < first + size)] - first
 
 
-def _told(task: Task, first: int, total: int) -> Told | None:
+def _leg_progress(task: Task, first: int, total: int) -> LegProgress | None:
     progress = task.progress
     return None if progress is None else lambda done: progress(first + done, total)
 
 
 def channels_at(indentation: float, normal_force: float, machine_stiffness: float | None) -> dict[str, float]:
-    """Where the normal channels are, with the travel of the machine d + F / k."""
+    """Positions of the normal channels, with the travel of the machine d + F / k."""
     travel = indentation + normal_force / (machine_stiffness or math.inf)
     return {"indentation": indentation, "normal_force": normal_force, "travel": travel}
 
@@ -144,7 +144,7 @@ def with_travel(task: Task, columns: Mapping[str, FloatArray]) -> dict[str, Floa
 
 @dataclass(frozen=True, kw_only=True)
 class Interpretation:
-    """What a law says of the rows of a walk: step 3."""
+    """Step 3: columns, claims and status of the rows of a walk."""
 
     columns: Mapping[str, FloatArray]
     claims: Mapping[str, Claim]
@@ -153,21 +153,21 @@ class Interpretation:
     references: tuple[str, ...]
     notes: tuple[str, ...] = ()
     starts: tuple[Channels, ...] | None = None
-    """Where every channel was at the start of each leg, if later readings need it."""
+    """Positions of the channels at the start of each leg, if fields need them."""
     remembers: bool = False
-    """Whether the bodies do; where they do not, a note says that time has no effect."""
+    """Whether the bodies have memory; if not, a note says that time has no effect."""
     conducting: FloatArray | None = None
-    """Half the stiffness over E* in m, of contacts that are no disks."""
+    """Half the stiffness over E* in m, of contacts that are not disks."""
 
 
 def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) -> Result:
-    """The result of a walk: the time of every kept row, and every quantity where its claim holds, else NaN."""
+    """The result of a walk: the time of every kept row, and every quantity, NaN where its claim does not hold."""
     own, notes = interpretation, interpretation.notes
     columns, claims = with_conduction(task.contact, own.columns, own.claims, own.conducting)
     if samples_of(task.contact):
-        claims = with_thickness(task.contact, columns, claims, held_rows(task))
+        claims = with_thickness(task.contact, columns, claims, prescribed_rows(task))
     if walked.time is not None and not own.remembers:
-        notes = (*notes, "the bodies are elastic: time is carried along and changes nothing")
+        notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
         for name, values in columns.items()
@@ -191,7 +191,7 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     )
 
 
-def held_rows(task: Task) -> dict[str, np.ndarray]:
+def prescribed_rows(task: Task) -> dict[str, np.ndarray]:
     """The kept rows in which every normal channel is prescribed."""
     legs = planned(task.path)
     channels = np.repeat([leg.controls.normal for leg in legs], [leg.size for leg in legs])
@@ -201,10 +201,10 @@ def held_rows(task: Task) -> dict[str, np.ndarray]:
 
 
 def _body_sources(contact: Contact) -> tuple[str, ...]:
-    found = [key for body in (contact.body, contact.counterbody) for key in BODY_SOURCES.get(type(body), ())]
+    keys = [key for body in (contact.body, contact.counterbody) for key in BODY_SOURCES.get(type(body), ())]
     if samples_of(contact):
-        found.append(THICKNESS_SOURCE)
-    return tuple(dict.fromkeys(found))
+        keys.append(THICKNESS_SOURCE)
+    return tuple(dict.fromkeys(keys))
 
 
 def _conduction_sources(columns: Mapping[str, FloatArray]) -> tuple[str, ...]:

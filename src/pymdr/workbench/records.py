@@ -36,7 +36,7 @@ class MeasuredLoops(Study):
     force: str
     """The name of the force that works on it."""
 
-    what: ClassVar = "measured loops"
+    subject: ClassVar = "measured loops"
     columns: ClassVar = {
         "cycle": Column("cycle", ""),
         "amplitude": Column("amplitude", "m"),
@@ -56,7 +56,7 @@ class MeasuredLoops(Study):
                 (column, self.data[name].values) for name, column in self.columns.items() if name in self.data
             ][1:]
             known = [(column, values[~np.isnan(values)]) for column, values in columns]
-            means = [f"{c.words} {written(float(v.mean()), c.unit)}" for c, v in known if v.size]
+            means = [f"{c.label} {written(float(v.mean()), c.unit)}" for c, v in known if v.size]
             lines.append(f"means of the cycles: {', '.join(means)}")
         return lines
 

@@ -35,7 +35,7 @@ class PronyFit(Study):
     """In shear: ``modulus`` (Pa) over ``time`` (s), or ``storage`` and ``loss`` (Pa) over ``omega`` (rad/s)."""
     series: Prony
 
-    what: ClassVar = "a fit of moduli"
+    subject: ClassVar = "a fit of moduli"
 
     def _moduli(self, along: FloatArray) -> dict[str, FloatArray]:
         """The series at times or angular frequencies, under the names of quantities."""

@@ -69,7 +69,7 @@ class ShapeVerification(Comparison):
     """Where on that grid the apex is, in m."""
     contact: Contact
 
-    what: ClassVar = "a verification"
+    subject: ClassVar = "a verification"
     compared: ClassVar = COMPARED
     others: ClassVar = {"engine": "engine", "difference": "difference", "error": "its error"}
 

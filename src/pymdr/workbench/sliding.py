@@ -58,7 +58,7 @@ class SlidingVerification(Comparison):
     slip_angle: float
     """Largest angle in degrees between traction and path in the last step, among slipping cells that carry."""
 
-    what: ClassVar = "a verification"
+    subject: ClassVar = "a verification"
     compared: ClassVar = COMPARED
     others: ClassVar = {"grid": "elements"}
 

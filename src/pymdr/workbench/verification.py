@@ -54,7 +54,7 @@ class Verification(Comparison):
     to_largest: bool = False
     """Whether differences are relative to the largest value."""
 
-    what: ClassVar = "a verification"
+    subject: ClassVar = "a verification"
     compared: ClassVar = COMPARED
     others: ClassVar = {"rings": "rings", "difference": "difference"}
 

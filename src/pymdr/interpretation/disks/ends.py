@@ -1,4 +1,4 @@
-"""The least and largest disk of a stretch on which g rises, by an extreme radius and a root in turn."""
+"""The least and largest disk of an interval on which g rises, alternating between an extreme radius and a root."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 
 from pymdr.interpretation.disks.extremes import (
     Extreme,
-    beside_window,
     depths_of,
     gap_ratios,
     least_of,
     mean_of,
+    outside_window,
     pressure_ratios,
     segments,
     with_window_ends,
 )
-from pymdr.interpretation.disks.landscape import TOLERANCE, Landscape
+from pymdr.interpretation.disks.features import TOLERANCE, ProfileFeatures
 from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
 
@@ -28,7 +28,7 @@ _STEPS = 60
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch on which g rises, whose disks may carry most."""
+    """An interval on which g rises, whose disks may carry the largest force."""
 
     low: float
     high: float
@@ -38,47 +38,49 @@ class Stretch:
     """The gap integral outside the disk of radius `high` at the candidate radii beyond it."""
 
 
-def disks_on(landscape: Landscape, stretch: Stretch, loose: bool) -> tuple[float, float] | None:
-    """The least and largest radius of the disks of a stretch on which g rises."""
-    if not loose and any(b <= stretch.low for b in landscape.dents):
+def disks_on(features: ProfileFeatures, stretch: Stretch, loose: bool) -> tuple[float, float] | None:
+    """The least and largest radius of the disks of an interval on which g rises."""
+    if not loose and any(b <= stretch.low for b in features.concave_kinks):
         return None
-    last = _last_without_touch(landscape, stretch, loose)
+    last = _last_without_touch(features, stretch, loose)
     if last is None:
         return None
-    first = _first_without_tension(landscape, stretch, last, loose)
+    first = _first_without_tension(features, stretch, last, loose)
     return None if first is None else (first, last)
 
 
-def _first_without_tension(landscape: Landscape, stretch: Stretch, high: float, loose: bool) -> float | None:
-    low, equivalent = stretch.low, landscape.equivalent
+def _first_without_tension(
+    features: ProfileFeatures, stretch: Stretch, high: float, loose: bool
+) -> float | None:
+    low, equivalent = stretch.low, features.equivalent
     if low == 0.0:
         return 0.0
-    radii = landscape.radii[: stretch.pressure.size]
+    radii = features.radii[: stretch.pressure.size]
 
     def least(a: float) -> Extreme:
         p = stretch.pressure + (equivalent.pressure_between(radii, low, a) if a > low else 0.0)
-        p = p / mean_of(landscape, a, 0.0, p)
+        p = p / mean_of(features, a, 0.0, p)
         r, p = with_window_ends(
-            landscape, radii, p, a, loose, lambda at: pressure_ratios(landscape, a, 0.0, at)
+            features, radii, p, a, loose, lambda at: pressure_ratios(features, a, 0.0, at)
         )
-        return least_of(r, lambda at: pressure_ratios(landscape, a, 0.0, at), segments(landscape, r), p)
+        return least_of(r, lambda at: pressure_ratios(features, a, 0.0, at), segments(features, r), p)
 
-    if least(high).value < -landscape.tolerance:
+    if least(high).value < -features.tolerance:
         return None
     return _approached(
         low,
         high,
         least,
-        lambda a, r: float(pressure_ratios(landscape, a, 0.0, beside_window(landscape, r, a, loose))[0]),
-        landscape.tolerance,
+        lambda a, r: float(pressure_ratios(features, a, 0.0, outside_window(features, r, a, loose))[0]),
+        features.tolerance,
     )
 
 
-def _last_without_touch(landscape: Landscape, stretch: Stretch, loose: bool) -> float | None:
-    low, high, equivalent = stretch.low, stretch.high, landscape.equivalent
-    if high >= landscape.top or stretch.gap.size == 0:
+def _last_without_touch(features: ProfileFeatures, stretch: Stretch, loose: bool) -> float | None:
+    low, high, equivalent = stretch.low, stretch.high, features.equivalent
+    if high >= features.top or stretch.gap.size == 0:
         return high
-    radii = landscape.radii[landscape.radii.size - stretch.gap.size :]
+    radii = features.radii[features.radii.size - stretch.gap.size :]
     g = equivalent.g(radii)
     lowest = float(np.min(g))
     bottom, end = equivalent.g(np.array([low, high])).tolist()
@@ -88,14 +90,14 @@ def _last_without_touch(landscape: Landscape, stretch: Stretch, loose: bool) -> 
 
     def least(a: float) -> Extreme:
         h = stretch.gap + (equivalent.gap_between(radii, a, high) if a < high else 0.0)
-        h = 2.0 / math.pi * h / depths_of(landscape, a, 0.0, g)
+        h = 2.0 / math.pi * h / depths_of(features, a, 0.0, g)
         r = np.concatenate([near, radii])
-        h = np.concatenate([gap_ratios(landscape, a, 0.0, near), h])
-        r, h = with_window_ends(landscape, r, h, a, loose, lambda at: gap_ratios(landscape, a, 0.0, at))
-        return least_of(r, lambda at: gap_ratios(landscape, a, 0.0, at), segments(landscape, r), h)
+        h = np.concatenate([gap_ratios(features, a, 0.0, near), h])
+        r, h = with_window_ends(features, r, h, a, loose, lambda at: gap_ratios(features, a, 0.0, at))
+        return least_of(r, lambda at: gap_ratios(features, a, 0.0, at), segments(features, r), h)
 
     if lowest > bottom:
-        # nothing outside is below g(a), so no gap is negative
+        # g outside is above g(a), so no gap is negative
         good = float(rising_root(equivalent.g, lowest, low, high))
         good = 0.5 * (good + low) if low > 0.0 else 0.5 * good
     else:
@@ -106,7 +108,7 @@ def _last_without_touch(landscape: Landscape, stretch: Stretch, loose: bool) -> 
         high,
         good,
         least,
-        lambda a, r: float(gap_ratios(landscape, a, 0.0, beside_window(landscape, r, a, loose))[0]),
+        lambda a, r: float(gap_ratios(features, a, 0.0, outside_window(features, r, a, loose))[0]),
         TOLERANCE,
     )
 
@@ -118,7 +120,7 @@ def _approached(
     ratio: Callable[[float, float], float],
     tolerance: float,
 ) -> float:
-    """The radius nearest to the bad end at which the least ratio is allowed, by its extreme and a root in turn."""
+    """The radius nearest to the bad end with an acceptable least ratio, alternating between its extreme and a root."""
     from scipy.optimize import brentq
 
     a = bad
@@ -133,7 +135,7 @@ def _approached(
         if not above(good) > 0.0:
             return good
         if above(a) >= 0.0:
-            # the radius of the extreme lies in the window that is let pass at this end
+            # the extreme is in the window that is neglected at this end
             a = 0.5 * (a + good)
             continue
         new = float(brentq(above, min(a, good), max(a, good), xtol=1e-15 * max(a, good), rtol=1e-14))

@@ -8,21 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.interpretation.disks.landscape import Landscape
+from pymdr.interpretation.disks.features import ProfileFeatures
 from pymdr.interpretation.punch import punch_gap, punch_pressure
 from pymdr.units import FloatArray
 
 RING = 1e-3
-"""Of the contact radius: how wide a ring beside a concave kink may be that a disk passes over."""
-_REFINED = 16
-"""Most local minima that are refined at once."""
-MOST = 384
-"""Most radii at which a single disk is looked at."""
+"""Largest width of a neglected ring beside a concave kink, over the contact radius."""
+_MAX_REFINED = 16
+"""Largest number of local minima that are refined at once."""
+MAX_RADII = 384
+"""Largest number of radii at which a single disk is checked."""
 
 
 @dataclass(frozen=True)
 class Extreme:
-    """The least of a pressure or gap over the radii."""
+    """The least pressure or gap over the radii."""
 
     radius: float
     """In m."""
@@ -30,71 +30,71 @@ class Extreme:
     """Pressure over the mean pressure, or gap over the indentation."""
 
 
-def pressure_ratios(landscape: Landscape, a: float, excess: float, r: FloatArray) -> FloatArray:
+def pressure_ratios(features: ProfileFeatures, a: float, excess: float, r: FloatArray) -> FloatArray:
     """Pressures of a disk over its mean pressure."""
-    p = landscape.equivalent.pressure_integral(r, a)
+    p = features.equivalent.pressure_integral(r, a)
     if excess > 0.0:
-        p = p + excess * punch_pressure(landscape.equivalent.exponent, a, r)
-    return np.asarray(p / mean_of(landscape, a, excess, p))
+        p = p + excess * punch_pressure(features.equivalent.exponent, a, r)
+    return np.asarray(p / mean_of(features, a, excess, p))
 
 
-def mean_of(landscape: Landscape, a: float, excess: float, p: FloatArray) -> float:
-    """The mean of a pressure integral over a disk, or rounding of its values where that is more."""
-    power = 1.0 + landscape.equivalent.exponent
-    moment = float(landscape.equivalent.moment(np.array([a]))[0]) + excess * float(a**power)
+def mean_of(features: ProfileFeatures, a: float, excess: float, p: FloatArray) -> float:
+    """The mean of a pressure integral over a disk, at least the rounding of its values."""
+    power = 1.0 + features.equivalent.exponent
+    moment = float(features.equivalent.moment(np.array([a]))[0]) + excess * float(a**power)
     size = float(np.max(np.abs(p), initial=1e-300, where=np.isfinite(p)))
     return max(2.0 * moment / (power * a * a), 1e-13 * size)
 
 
-def gap_ratios(landscape: Landscape, a: float, excess: float, r: FloatArray) -> FloatArray:
-    """Gaps outside a disk over its indentation, or over rounding of g where that is more."""
-    h = landscape.equivalent.gap_integral(r, a)
+def gap_ratios(features: ProfileFeatures, a: float, excess: float, r: FloatArray) -> FloatArray:
+    """Gaps outside a disk over its indentation, at least the rounding of g."""
+    h = features.equivalent.gap_integral(r, a)
     if excess != 0.0:
-        h = h - excess * punch_gap(landscape.equivalent.exponent, a, r)
-    return np.asarray(2.0 / math.pi * h / depths_of(landscape, a, excess, landscape.equivalent.g(r)))
+        h = h - excess * punch_gap(features.equivalent.exponent, a, r)
+    return np.asarray(2.0 / math.pi * h / depths_of(features, a, excess, features.equivalent.g(r)))
 
 
-def depths_of(landscape: Landscape, a: float, excess: float, g: FloatArray) -> FloatArray:
-    """What gaps are held against: the indentation, or rounding of g where that is more."""
-    d = abs(float(landscape.equivalent.g(np.array([a]))[0]) + excess) if a > 0.0 else 0.0
+def depths_of(features: ProfileFeatures, a: float, excess: float, g: FloatArray) -> FloatArray:
+    """The reference of gaps: the indentation, at least the rounding of g."""
+    d = abs(float(features.equivalent.g(np.array([a]))[0]) + excess) if a > 0.0 else 0.0
     return np.maximum(d + 1e-3 * np.abs(g), 1e-300)
 
 
-def least_pressure(landscape: Landscape, a: float, excess: float, loose: bool) -> Extreme:
+def least_pressure(features: ProfileFeatures, a: float, excess: float, loose: bool) -> Extreme:
     """The least pressure of a disk."""
-    r = without_windows(landscape, _thinned(landscape, landscape.radii[landscape.radii < a]), a, loose)
-    return least_of(r, lambda at: pressure_ratios(landscape, a, excess, at), segments(landscape, r))
+    r = without_windows(features, _thinned(features, features.radii[features.radii < a]), a, loose)
+    return least_of(r, lambda at: pressure_ratios(features, a, excess, at), segments(features, r))
 
 
-def least_gap(landscape: Landscape, a: float, excess: float, loose: bool) -> Extreme:
+def least_gap(features: ProfileFeatures, a: float, excess: float, loose: bool) -> Extreme:
     """The least gap outside a disk."""
-    width = max(landscape.top - a, 0.0)
+    width = max(features.top - a, 0.0)
     near = a + width * 4.0 ** -np.arange(24.0, 3.0, -1.0)
-    r = np.unique(np.concatenate([near, _thinned(landscape, landscape.radii[landscape.radii > a])]))
-    r = without_windows(landscape, r[r > a], a, loose)
-    return least_of(r, lambda at: gap_ratios(landscape, a, excess, at), segments(landscape, r))
+    r = np.unique(np.concatenate([near, _thinned(features, features.radii[features.radii > a])]))
+    r = without_windows(features, r[r > a], a, loose)
+    return least_of(r, lambda at: gap_ratios(features, a, excess, at), segments(features, r))
 
 
-def _thinned(landscape: Landscape, r: FloatArray) -> FloatArray:
-    """At most some hundreds of radii, those in the falls among them."""
-    if r.size <= MOST:
+def _thinned(features: ProfileFeatures, r: FloatArray) -> FloatArray:
+    """At most some hundreds of radii, including those in decreasing intervals."""
+    if r.size <= MAX_RADII:
         return r
-    middles = np.array([0.5 * (fall.start + fall.stop) for fall in landscape.falls])
+    middles = np.array([0.5 * (each.start + each.stop) for each in features.decreasing])
     middles = middles[(middles > r[0]) & (middles < r[-1])]
-    return np.unique(np.concatenate([r[:: math.ceil(r.size / MOST)], middles]))
+    return np.unique(np.concatenate([r[:: math.ceil(r.size / MAX_RADII)], middles]))
 
 
-def beside_window(landscape: Landscape, r: float, a: float, loose: bool) -> FloatArray:
-    """A radius moved to the end of the window that it is in."""
+def outside_window(features: ProfileFeatures, r: float, a: float, loose: bool) -> FloatArray:
+    """A radius, moved to the end of its window if it is in one."""
     half = 0.5 * RING * a
-    for b in landscape.dents if loose else ():
+    for b in features.concave_kinks if loose else ():
         if abs(r - b) < half:
             r = b + math.copysign(half, r - b)
     return np.array([r])
 
 
 def with_window_ends(
-    landscape: Landscape,
+    features: ProfileFeatures,
     r: FloatArray,
     values: FloatArray,
     a: float,
@@ -104,7 +104,7 @@ def with_window_ends(
     """Radii and values outside the windows beside concave kinks, with those at the ends of the windows."""
     if not loose or r.size == 0:
         return r, values
-    kept = without_windows(landscape, r, a, loose)
+    kept = without_windows(features, r, a, loose)
     old = np.isin(kept, r)
     answer = np.empty(kept.shape)
     answer[old] = values[np.isin(r, kept)]
@@ -113,21 +113,21 @@ def with_window_ends(
     return kept, answer
 
 
-def without_windows(landscape: Landscape, r: FloatArray, a: float, loose: bool) -> FloatArray:
+def without_windows(features: ProfileFeatures, r: FloatArray, a: float, loose: bool) -> FloatArray:
     """Radii outside the windows beside concave kinks, with the ends of the windows."""
     if not loose or r.size == 0:
         return r
     low, high = r[0], r[-1]
-    for b in landscape.dents:
+    for b in features.concave_kinks:
         half = 0.5 * RING * a
         ends = np.array([b - half, b + half])
         r = np.concatenate([r[np.abs(r - b) > half], ends[(ends > low) & (ends < high)]])
     return np.unique(r)
 
 
-def segments(landscape: Landscape, r: FloatArray) -> np.ndarray:
-    """The number of concave kinks below each radius: minima are not refined across them."""
-    return np.searchsorted(np.array(landscape.dents), r)
+def segments(features: ProfileFeatures, r: FloatArray) -> np.ndarray:
+    """The number of concave kinks below each radius; minima are not refined across them."""
+    return np.searchsorted(np.array(features.concave_kinks), r)
 
 
 def least_of(
@@ -136,7 +136,7 @@ def least_of(
     segment: np.ndarray,
     values: FloatArray | None = None,
 ) -> Extreme:
-    """The least value over radii, refined between neighbours where a parabola may get below 0 or the least."""
+    """The least value over radii, refined between neighbours where a parabola may be below 0 or the least value."""
     from scipy.optimize import elementwise
 
     if r.size == 0:
@@ -148,16 +148,16 @@ def least_of(
     left, here, right = values[i - 1], values[i], values[i + 1]
     low = (here <= left) & (here <= right) & ((here < left) | (here < right))
     low &= (segment[i - 1] == segment[i + 1]) & np.isfinite(left + right)
-    # a parabola through three points is never lower than half of their span below the middle one, if they are smooth
+    # the minimum of a parabola through three points is at most half of their span below the middle one
     low &= here - 0.5 * (np.maximum(left, right) - here) < max(min(best.value, 0.0), best.value) + 1e-300
     chosen = i[low]
-    chosen = chosen[np.argsort(values[chosen])][:_REFINED]
+    chosen = chosen[np.argsort(values[chosen])][:_MAX_REFINED]
     if chosen.size == 0:
         return best
-    found = elementwise.find_minimum(
+    minima = elementwise.find_minimum(
         function, (r[chosen - 1], r[chosen], r[chosen + 1]), tolerances={"xrtol": 1e-9}, maxiter=30
     )
-    refined = int(np.argmin(found.f_x))
-    if found.f_x[refined] < best.value:
-        return Extreme(float(found.x[refined]), float(found.f_x[refined]))
+    refined = int(np.argmin(minima.f_x))
+    if minima.f_x[refined] < best.value:
+        return Extreme(float(minima.x[refined]), float(minima.f_x[refined]))
     return best

@@ -176,7 +176,7 @@ def rigid_pull(line: EquivalentProfile, work: float, strength: float) -> float:
     c = float(solve_width(line, 0.0, 0.5 * np.pi * height, np.zeros(1), upper, outward=True, begin=begin)[0])
     if c >= end and line.edge > line.reach:
         raise ProblemError(
-            f"the profile is known to {end!r} m where it is lower than the range {height!r} m of the "
+            f"the profile is known only to {end!r} m, where it is below the range {height!r} m of the "
             "cohesion; extend the profile or raise the strength"
         )
     return float(np.pi * c**2 * strength)

@@ -1,4 +1,4 @@
-"""The integrals over a cohesive zone a < x < c and the roots of the gap condition, with error control.
+"""The integrals over a cohesive zone a < x < c and the roots of the gap condition, with error estimates.
 
 With x = c cos ψ, ψ0 = arccos(a/c) and δ = c - a, partial integration turns every integral over the zone into
 one of g' with a positive weight, so nothing cancels however thin the zone is:
@@ -212,8 +212,8 @@ def zone_integrals(
     for level in range(1, _LEVELS):
         fine = _integrals_at(line, marks, radius[left], width[left], level, third=third)
         with np.errstate(divide="ignore", invalid="ignore"):
-            apart = np.abs(fine - result[:, left]) / np.abs(fine)
-        error = np.max(np.where(fine == result[:, left], 0.0, apart), axis=0)
+            change = np.abs(fine - result[:, left]) / np.abs(fine)
+        error = np.max(np.where(fine == result[:, left], 0.0, change), axis=0)
         # rounding of a slope that is infinite at a corner ends the convergence: keep the better values
         stuck = (before <= _NOISE) & (error >= 0.5 * before)
         result[:, left] = np.where(stuck, result[:, left], fine)
@@ -224,7 +224,7 @@ def zone_integrals(
     worst = int(left[0])
     raise ConvergenceError(
         f"the integrals over the cohesive zone {float(radius[worst])!r} < x < {float(radius[worst] + width[worst])!r} m did "
-        f"not settle (last values {result[:, worst].tolist()}); give the kinks of the profile as breakpoints"
+        f"not converge (last values {result[:, worst].tolist()}); declare the kinks of the profile as breakpoints"
     )
 
 
@@ -232,10 +232,10 @@ def _narrow_integrals(line: EquivalentProfile, position: Position, width: FloatA
     """J0, J1 and J2 of zones so narrow that c rounds to a: g' is constant over them, and ψ0² = 2δ/a."""
     radius = rounded(position)
     angle = np.arctan2(zone_root(radius, width), radius)
-    shares = [angle, radius * angle**3 / 3.0, radius**3 * angle**5 / 15.0]
+    terms = [angle, radius * angle**3 / 3.0, radius**3 * angle**5 / 15.0]
     # g' may be infinite where the profile ends
     inside = position if isinstance(position, Place) else np.nextafter(radius, 0.0)
-    return np.asarray(line.slope(inside) * np.stack(shares))
+    return np.asarray(line.slope(inside) * np.stack(terms))
 
 
 def _gap(
@@ -325,15 +325,15 @@ def solve_width(
         if left.size == 0:
             return width
         value, rate = residual(width[left], left, False)
-        # under a flat end nothing grows yet
+        # no zone under a flat end
         step = np.divide(target - value, rate, where=rate > 0.0, out=width[left].copy())
         width[left] = np.clip(width[left] + step, 0.25 * width[left], upper[left])
         error = np.abs(step) / width[left]
-        # two gaps differ by the noise of both, and the width by that over the share of the zone in the gap
+        # the noise of the width is that of both gaps over the fraction of the gap from the zone
         settled = (error <= 2e-14) | ((before <= 4.0 * _NOISE) & (error >= 0.5 * before))
         left, before = left[~settled], error[~settled]
     raise ConvergenceError(
-        f"the width of the cohesive zone did not settle (last value {float(width[left[0]])!r} m at {float(fixed[left[0]])!r} m)"
+        f"the width of the cohesive zone did not converge (last value {float(width[left[0]])!r} m at {float(fixed[left[0]])!r} m)"
     )
 
 
@@ -366,7 +366,7 @@ def _bracketed(
             new = here * np.exp(np.log(target / value) * value / (here * rate))
         lo, hi = low[left], high[left]
         outside = ~((new > lo) & (new < hi))
-        # a rough residual has not quite the rate that it is given: every fourth step halves the bracket for sure
+        # the rate of a rough residual is inexact, so every fourth step bisects
         outside |= (turn % 4 == 3) & (lo > 0.0) & np.isfinite(hi)
         with np.errstate(invalid="ignore"):
             middle = np.where(lo > 0.0, np.where(np.isfinite(hi), np.sqrt(lo * hi), 2.0 * lo), hi / 64.0)

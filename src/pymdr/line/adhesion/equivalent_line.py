@@ -1,4 +1,4 @@
-"""What adhesion asks of the equivalent profile, and the states that it gives back."""
+"""The interface of the equivalent profile to adhesion, and the adhesive states."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pymdr.units import FloatArray
 
 
 class Outline(Protocol):
-    """How far a line goes, and where it is not smooth."""
+    """The ends of a line and its breakpoints."""
 
     @property
     def edge(self) -> float:

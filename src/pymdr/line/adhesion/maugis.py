@@ -30,18 +30,18 @@ from pymdr.numerics.panels import Place, Position, rounded
 from pymdr.numerics.table import Table, tabulated
 from pymdr.units import FloatArray
 
-_PIECES = 5
+_BRANCHES = 5
 _FEW = 3000
-"""So many states are computed one by one: a table costs as much."""
+"""Number of states computed without a table, which costs as much."""
 _BEYOND = 1.1
-_APPROACH, _HELD, _GROWING, _CLIPPED, _STUCK = range(_PIECES)
+_APPROACH, _AT_EDGE, _GROWING, _CLIPPED, _STUCK = range(_BRANCHES)
 
 
 @dataclass(frozen=True)
 class _Zones:
-    """Flat arrays over the parameter: the piece, contact radius a, width δ = c - a and indentation d."""
+    """Flat arrays over the parameter: the branch, contact radius a, width δ = c - a and indentation d."""
 
-    piece: FloatArray
+    branch: FloatArray
     place: Position
     width: FloatArray
     indentation: FloatArray
@@ -55,7 +55,7 @@ class _Zones:
 class MaugisDugdale:
     """The curve of Maugis-Dugdale states, from the first cohesion at a distance to full contact.
 
-    Made by `maugis_dugdale`. Its parameter s [m] runs through at most five pieces, in this order:
+    Made by `maugis_dugdale`. Its parameter s [m] runs through at most five branches, in this order:
 
     1. cohesion without contact, s = c: d = f(c) - 4 σ0 c / (π E*) - h0;
     2. (sharp edge, c = edge already) the indentation rises until the centre touches;
@@ -70,7 +70,7 @@ class MaugisDugdale:
     modulus, work, strength : float
         E* [Pa], γ [J/m²] and the cohesive stress σ0 [Pa].
     ends : tuple of float
-        Ends of the five pieces on s [m]; a piece that does not occur has no length.
+        Ends of the five branches on s [m]; a branch that does not occur has zero length.
     start, limit : float
         Range of s [m].
     touch : float
@@ -79,8 +79,8 @@ class MaugisDugdale:
     Notes
     -----
     Maugis (1992) for the sphere; for any monotone g by superposition on the line, Popov & Heß (2015).
-    On piece 3 d = g(a) - (2σ0/E*) sqrt(c² - a²) and the gap at c is h0:
-    (2/π)[int_a^c (g - d)/sqrt(c² - x²) dx - (2σ0/E*)(c - a)] = h0. On piece 4 the gap at the edge is below
+    On branch 3 d = g(a) - (2σ0/E*) sqrt(c² - a²) and the gap at c is h0:
+    (2/π)[int_a^c (g - d)/sqrt(c² - x²) dx - (2σ0/E*)(c - a)] = h0. On branch 4 the gap at the edge is below
     h0 and the zone cannot grow. That the gap is positive inside the zone is assumed.
     """
 
@@ -93,7 +93,7 @@ class MaugisDugdale:
     """Whether the attraction reaches beyond the contact."""
     _tables: dict[int, Table] = field(default_factory=dict, compare=False, repr=False)
     _computed: dict[int, int] = field(default_factory=dict, compare=False, repr=False)
-    """How many states of a piece were computed since its table was made."""
+    """Number of states of a branch computed since its table was made."""
 
     @property
     def knots(self) -> tuple[float, ...]:
@@ -133,7 +133,7 @@ class MaugisDugdale:
     @property
     def contact(self) -> float:
         """The parameter where contact begins [m]."""
-        return self.ends[_HELD]
+        return self.ends[_AT_EDGE]
 
     def parameter_below(self, radius: float, zone: float, depth: float) -> float:
         """Return a parameter near that of the state of given radii of contact and zone and indentation, not above it [m]."""
@@ -145,46 +145,46 @@ class MaugisDugdale:
 
     def _zones(self, s: FloatArray) -> _Zones:
         edge = own_edge(self.line)
-        piece = np.minimum(np.searchsorted(self.ends, s, side="right"), _last_piece(self.ends))
-        offset = s - np.array([0.0, *self.ends])[piece]
+        branch = np.minimum(np.searchsorted(self.ends, s, side="right"), _last_branch(self.ends))
+        offset = s - np.array([0.0, *self.ends])[branch]
         radius, width, d = np.zeros_like(s), np.zeros_like(s), np.zeros_like(s)
 
-        at = np.flatnonzero(piece == _APPROACH)
+        at = np.flatnonzero(branch == _APPROACH)
         width[at] = offset[at]
-        # even the very first state gets a zone, too small to be seen
+        # even the first state needs a zone, however small
         first = np.maximum(offset[at], 1e-18 * self.ends[_APPROACH])
         height = (2.0 / np.pi) * self._without_contact(first)[1]
         d[at] = np.where(offset[at] > 0.0, height - (4.0 / np.pi) * self._k * width[at], 0.0) + self.touch
 
-        at = np.flatnonzero(piece == _HELD)
+        at = np.flatnonzero(branch == _AT_EDGE)
         width[at] = edge
-        d[at] = offset[at] - 2.0 * self._k * edge - (self.ends[_HELD] - self.ends[_APPROACH])
+        d[at] = offset[at] - 2.0 * self._k * edge - (self.ends[_AT_EDGE] - self.ends[_APPROACH])
 
         base = np.zeros_like(s)
-        at = np.flatnonzero(piece == _GROWING)
+        at = np.flatnonzero(branch == _GROWING)
         if at.size:
             base[at], radius[at] = self._radii.place(s[at])
             known = self._around_contact(s[at])
             width[at] = self._width(self._position(base[at], radius[at])) if known is None else known[0]
 
-        at = np.flatnonzero(piece == _CLIPPED)
+        at = np.flatnonzero(branch == _CLIPPED)
         # the difference of two ends may round beyond the edge
         root = np.clip(self.ends[_CLIPPED] - s[at], 0.0, edge)
         radius[at] = np.sqrt((edge - root) * (edge + root))
         width[at] = root**2 / (edge + radius[at])
 
-        at = np.flatnonzero((piece == _GROWING) | (piece == _CLIPPED))
+        at = np.flatnonzero((branch == _GROWING) | (branch == _CLIPPED))
         place = self._position(base[at], radius[at])
         d[at] = self.line.g(place) - 2.0 * self._k * zone_root(rounded(place), width[at])
 
-        at = np.flatnonzero(piece == _STUCK)
+        at = np.flatnonzero(branch == _STUCK)
         radius[at] = edge
         d[at] = self.line.g(radius[at]) + offset[at]
-        return _Zones(piece.astype(np.float64), self._position(base, radius), width, d)
+        return _Zones(branch.astype(np.float64), self._position(base, radius), width, d)
 
     @cached_property
     def _radii(self) -> Radii:
-        return radii_of(self.line, self.line.slope, self.ends[_HELD])
+        return radii_of(self.line, self.line.slope, self.ends[_AT_EDGE])
 
     def _position(self, base: FloatArray, offset: FloatArray) -> Position:
         return Place(base, offset) if isinstance(self.line, PanelLine) else base + offset
@@ -199,7 +199,7 @@ class MaugisDugdale:
         return direct(c) if known is None else known
 
     def _around_contact(self, s: FloatArray) -> FloatArray | None:
-        """Width, J0 and J2 of zones around a contact, once many were asked for."""
+        """Width, J0 and J2 of zones around a contact by a table; None for few states."""
 
         def direct(s: FloatArray) -> FloatArray:
             place = self._position(*self._radii.place(s))
@@ -210,22 +210,22 @@ class MaugisDugdale:
         return self._read(_GROWING, s, direct)
 
     def _read(
-        self, piece: int, s: FloatArray, direct: Callable[[FloatArray], FloatArray]
+        self, branch: int, s: FloatArray, direct: Callable[[FloatArray], FloatArray]
     ) -> FloatArray | None:
-        """Functions of the parameter on a piece by its table; None as long as one would cost more than the states."""
+        """Functions of the parameter on a branch by its table; None while a table would cost more than the states."""
         high = float(np.max(s, initial=0.0))
-        table = self._tables.get(piece)
+        table = self._tables.get(branch)
         if table is None or high > table.high[-1]:
-            computed = self._computed.get(piece, 0) + s.size
-            self._computed[piece] = computed
+            computed = self._computed.get(branch, 0) + s.size
+            self._computed[branch] = computed
             if computed <= _FEW:
                 return None
-            start = 0.0 if piece == _APPROACH else self.ends[_HELD]
-            most = min(start + _BEYOND * (high - start), self.ends[piece])
+            start = 0.0 if branch == _APPROACH else self.ends[_AT_EDGE]
+            most = min(start + _BEYOND * (high - start), self.ends[branch])
             top = max(most, high)
             marks = np.array([start, *sorted({k for k in self.knots if start < k < top}), top])
-            table = self._tables[piece] = tabulated(lambda s, _: direct(s), marks[:-1], marks[1:])
-            self._computed[piece] = 0
+            table = self._tables[branch] = tabulated(lambda s, _: direct(s), marks[:-1], marks[1:])
+            self._computed[branch] = 0
         values = table(s)
         left = np.flatnonzero(~np.isfinite(values).all(axis=0))
         if left.size:
@@ -238,7 +238,7 @@ class MaugisDugdale:
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m].
 
-        The force is F = 2E* int_0^a x g' dx + 2E* a (d - g(a)) on piece 5 and otherwise
+        The force is F = 2E* int_0^a x g' dx + 2E* a (d - g(a)) on branch 5 and otherwise
         F = 2E* int_0^a x g' dx - 2σ0 [a sqrt(c² - a²) + c² arccos(a/c)].
         """
         s = as_floats(s)
@@ -248,7 +248,7 @@ class MaugisDugdale:
         springs = self._springs
         contact = springs.force(zones.place)
         force = contact - 2.0 * self.strength * (a * root + c**2 * np.arctan2(root, a))
-        stuck = zones.piece == _STUCK
+        stuck = zones.branch == _STUCK
         pressed = contact + springs.stiffness(a) * (zones.indentation - springs.depth(zones.place))
         force = np.where(stuck, pressed, force)
         return States(*(x.reshape(s.shape) for x in (a, c, zones.indentation, force)))
@@ -256,17 +256,17 @@ class MaugisDugdale:
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds (dimensionless) and dF/ds [N/m]; the derivative to the right at a knot.
 
-        On piece 3, with W = g'(a) + 2k a / sqrt(c² - a²), H_c = J0 + 2k [ψ/sin ψ - (c - a)/c] and k = σ0/E*:
+        On branch 3, with W = g'(a) + 2k a / sqrt(c² - a²), H_c = J0 + 2k [ψ/sin ψ - (c - a)/c] and k = σ0/E*:
         dc/da = ψ W / H_c and dd/da = W [J0 - 2k (c - a)/c] / H_c.
         """
         s = as_floats(s)
         flat = s.ravel()
-        at = np.flatnonzero((flat >= self.ends[_HELD]) & (flat < self.ends[_GROWING]))
+        at = np.flatnonzero((flat >= self.ends[_AT_EDGE]) & (flat < self.ends[_GROWING]))
         if at.size:
-            # s cannot tell smaller radii from none, where the slope of a sharp tip may be infinite
-            tip = self.ends[_HELD] + np.finfo(float).eps * max(self.ends[_HELD], self.ends[_APPROACH])
+            # s does not resolve smaller radii, and the slope of a sharp tip may be infinite at 0
+            tip = self.ends[_AT_EDGE] + np.finfo(float).eps * max(self.ends[_AT_EDGE], self.ends[_APPROACH])
             flat = flat.copy()
-            flat[at] = self._radii.beside(np.maximum(flat[at], tip))
+            flat[at] = self._radii.off_corners(np.maximum(flat[at], tip))
         zones = self._zones(flat)
         a, width = zones.radius, zones.width
         c, root = a + width, zone_root(a, width)
@@ -275,27 +275,27 @@ class MaugisDugdale:
         slope, rate = np.ones_like(a), springs.stiffness(a)
         k = self._k
 
-        at = np.flatnonzero(zones.piece == _APPROACH)
+        at = np.flatnonzero(zones.branch == _APPROACH)
         j0 = self._without_contact(np.maximum(width[at], 1e-18 * self.ends[_APPROACH]))[0]
         slope[at] = (2.0 / np.pi) * j0 - (4.0 / np.pi) * k
         rate[at] = -2.0 * np.pi * self.strength * c[at]
 
-        at = np.flatnonzero(zones.piece == _GROWING)
+        at = np.flatnonzero(zones.branch == _GROWING)
         place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
         known = self._around_contact(flat[at])
         j0 = zone_integrals(self.line, place, width[at])[0] if known is None else known[1]
         steep = self.line.slope(place) + 2.0 * k * a[at] / root[at]
         closing = j0 + 2.0 * k * (angle[at] * c[at] / root[at] - width[at] / c[at])
         # at a corner g' is infinite, and all rates with it
-        share = j0 - 2.0 * k * width[at] / c[at]
-        slope[at] = steep * (share / closing)
+        numerator = j0 - 2.0 * k * width[at] / c[at]
+        slope[at] = steep * (numerator / closing)
         spread = 2.0 * k * c[at] * angle[at] ** 2
-        rate[at] = springs.stiffness_rate(a[at]) * steep * ((a[at] * share - spread) / closing)
+        rate[at] = springs.stiffness_rate(a[at]) * steep * ((a[at] * numerator - spread) / closing)
         per = self._radii.rate(flat[at])
         slope[at] *= per
         rate[at] *= per
 
-        at = np.flatnonzero(zones.piece == _CLIPPED)
+        at = np.flatnonzero(zones.branch == _CLIPPED)
         a[at] = np.maximum(a[at], np.sqrt(np.finfo(float).eps) * own_edge(self.line))
         steep = self.line.slope(a[at])
         slope[at] = 2.0 * k + steep * root[at] / a[at]
@@ -321,13 +321,13 @@ class MaugisDugdale:
         elastic += self.modulus * (2.0 * self._k) ** 2 * solid
         j2 = np.zeros_like(a)
         flat = s.ravel()
-        for piece in range(_PIECES):
-            at = np.flatnonzero((width > 0.0) & (zones.piece == piece))
+        for branch in range(_BRANCHES):
+            at = np.flatnonzero((width > 0.0) & (zones.branch == branch))
             if at.size == 0:
                 continue
             place = zones.place.take(at) if isinstance(zones.place, Place) else a[at]
-            known = self._around_contact(flat[at]) if piece == _GROWING else None
-            if piece == _APPROACH:
+            known = self._around_contact(flat[at]) if branch == _GROWING else None
+            if branch == _APPROACH:
                 known = self._without_contact(width[at])
             j2[at] = zone_integrals(self.line, place, width[at], third=True)[2] if known is None else known[2]
         gaps = 4.0 * (j2 + 0.5 * opening * c**2 * segment(angle) - 2.0 * self._k * solid)
@@ -335,9 +335,9 @@ class MaugisDugdale:
         return elastic.reshape(s.shape), cohesion.reshape(s.shape)
 
 
-def _last_piece(ends: tuple[float, ...]) -> int:
-    """Return the last piece that has a length."""
-    return max(i for i in range(_PIECES) if ends[i] > (0.0, *ends)[i])
+def _last_branch(ends: tuple[float, ...]) -> int:
+    """Return the last branch of nonzero length."""
+    return max(i for i in range(_BRANCHES) if ends[i] > (0.0, *ends)[i])
 
 
 def _width_at(
@@ -377,7 +377,7 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
     Returns
     -------
     MaugisDugdale
-        The curve, with the ends of its pieces solved.
+        The curve, with the ends of its branches.
 
     Raises
     ------
@@ -397,20 +397,20 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
     for name, value in (("modulus", modulus), ("work", work), ("strength", strength)):
         if not (value > 0.0 and np.isfinite(value)):
             raise ProblemError(
-                f"Maugis-Dugdale needs a positive {name}, not {value!r}; use JKR without a range"
+                f"Maugis-Dugdale needs a positive {name}, not {value!r}; use JKR for zero range"
             )
     k, h0 = strength / modulus, work / strength
     edge, end = own_edge(line), min(line.edge, line.reach)
     first = float(_width_at(line, k, h0, np.zeros(1))[0])
-    held = growing = 0.0
+    at_edge = growing = 0.0
     if first >= end:
         if not np.isfinite(edge):
             raise ProblemError(
-                f"the profile is known to {end!r} m, but cohesion of range {h0!r} m reaches beyond it before "
+                f"the profile is known only to {end!r} m, but cohesion of range {h0!r} m extends beyond it before "
                 "contact; extend the profile or raise the strength"
             )
         height = (2.0 / np.pi) * float(zone_integrals(line, np.zeros(1), np.full(1, edge))[1][0])
-        held = max(h0 - 2.0 * k * edge * (1.0 - 2.0 / np.pi) - height, 0.0)
+        at_edge = max(h0 - 2.0 * k * edge * (1.0 - 2.0 / np.pi) - height, 0.0)
     elif np.isfinite(end):
         width = solve_width(line, k, 0.5 * np.pi * h0, np.full(1, end), np.full(1, end), outward=False)
         # a zone thinner than a rounding still lies inside
@@ -425,6 +425,6 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
         if np.isfinite(growing)
         else growing
     )
-    ends = tuple(float(x) for x in np.cumsum([first, held, grown, clipped, stuck]))
+    ends = tuple(float(x) for x in np.cumsum([first, at_edge, grown, clipped, stuck]))
 
     return MaugisDugdale(line, modulus, work, strength, ends)

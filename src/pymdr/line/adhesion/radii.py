@@ -1,11 +1,11 @@
-"""Contact radii along a curve: the parameter is the radius, but stretched behind corners of the profile.
+"""Contact radii along a curve: the parameter is the radius, stretched after corners of the profile.
 
-Behind a corner b of f, g grows like (a - b)^((1 + k)/2), k the exponent of a graded body or 0, so that a state follows
-from a - b and hardly from a. There
+After a corner b of f, g grows like (a - b)^((1 + k)/2), k the exponent of a graded body or 0, so that a state depends on
+a - b, which a does not resolve. There
 
     a - b = L φ((s - s_b)/L),  φ(x) = x^n (n - (n - 1) x),  n = 2/(1 + k),  0 < x < 1,
 
-which joins a = s smoothly at both ends, makes all quantities smooth in s and keeps a - b to its last digit.
+which joins a = s smoothly at both ends, makes all quantities smooth in s and preserves all digits of a - b.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from pymdr.numerics.panels import Place, Position
 from pymdr.numerics.roots import boundary
 from pymdr.units import FloatArray
 
-_SHARE = 0.125
-"""Length L of a stretch in parts of the radius of its corner or of the distance to the next breakpoint."""
-_BESIDE = 2.0**-26
-"""The x at which the rates of a corner are read: there they are those of the corner to 1e-8."""
+_LENGTH = 0.125
+"""Length L of a stretched interval over the radius of its corner or over the distance to the next breakpoint."""
+_RATE_AT = 2.0**-26
+"""The x at which the rates of a corner are evaluated, with an error of 1e-8."""
 _LEAST = 1e-200
-"""The least x^n at which they are read: below, distances and rates leave the floats."""
+"""The least x^n at which they are evaluated; below it distances and rates underflow or overflow."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Radii:
             return Place(np.zeros(s.shape), s - self.origin)
         k, x, behind = self._stretch(s)
         near = behind & (x < 1.0)
-        offset = np.where(near, self.lengths[k] * self._share(x), s - self.starts[k])
+        offset = np.where(near, self.lengths[k] * self._fraction(x), s - self.starts[k])
         return Place(np.where(behind, self.corners[k], 0.0), np.where(behind, offset, s - self.origin))
 
     def position(self, s: FloatArray) -> Position:
@@ -88,7 +88,7 @@ class Radii:
         n, x = self.power, np.clip(x, self._least, 1.0)
         return np.where(behind & (x < 1.0), x ** (n - 1.0) * (n * n - (n * n - 1.0) * x), 1.0)
 
-    def beside(self, s: FloatArray) -> FloatArray:
+    def off_corners(self, s: FloatArray) -> FloatArray:
         """The parameters, but none so close to a corner that rates over the radius are infinite."""
         if self.corners.size == 0:
             return s
@@ -101,15 +101,15 @@ class Radii:
         if self.corners.size == 0:
             return s
         k = np.searchsorted(self.corners, radius, side="right") - 1
-        share = np.where(k >= 0, (radius - self.corners[k]) / self.lengths[k], 1.0)
-        _, high = boundary(lambda x: self._share(x) < share, np.zeros(s.shape), 1.0)
-        return np.where(share < 1.0, self.starts[k] + high * self.lengths[k], s)
+        fraction = np.where(k >= 0, (radius - self.corners[k]) / self.lengths[k], 1.0)
+        _, high = boundary(lambda x: self._fraction(x) < fraction, np.zeros(s.shape), 1.0)
+        return np.where(fraction < 1.0, self.starts[k] + high * self.lengths[k], s)
 
     @property
     def _least(self) -> float:
-        return max(_BESIDE, math.pow(_LEAST, 1.0 / self.power))
+        return max(_RATE_AT, math.pow(_LEAST, 1.0 / self.power))
 
-    def _share(self, x: FloatArray) -> FloatArray:
+    def _fraction(self, x: FloatArray) -> FloatArray:
         """The part φ of its length that a stretch is behind at x."""
         x = np.clip(x, 0.0, 1.0)
         return np.asarray(x**self.power * (self.power - (self.power - 1.0) * x))
@@ -141,10 +141,10 @@ def radii_of(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: fl
     [0.5, 1.0, 1.046875, 2.0]
     """
     if not isinstance(line, Hashable):
-        return _found(line, rate, origin)
+        return _from_corners(line, rate, origin)
     known = _known.get(line)
     if known is None or known[0] != (line.breakpoints, line.reach):
-        known = (line.breakpoints, line.reach), _found(line, rate, 0.0)
+        known = (line.breakpoints, line.reach), _from_corners(line, rate, 0.0)
         _known[line] = known
     return replace(known[1], origin=origin)
 
@@ -152,7 +152,7 @@ def radii_of(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: fl
 _known: WeakKeyDictionary[Hashable, tuple[tuple[tuple[float, ...], float], Radii]] = WeakKeyDictionary()
 
 
-def _found(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: float) -> Radii:
+def _from_corners(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: float) -> Radii:
     knots = np.array(inner_knots(line))
     if knots.size == 0:
         return Radii(origin, knots, knots)
@@ -161,4 +161,4 @@ def _found(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: floa
     mapped = line.equivalent if isinstance(line, ElasticLine | LayeredLine) else line
     exact = isinstance(mapped, EquivalentProfile) and bool(corner.any())
     power = 2.0 / (1.0 + line.exponent) if isinstance(line, ElasticLine) else 2.0
-    return Radii(origin, knots[corner], _SHARE * gaps[corner], exact, power)
+    return Radii(origin, knots[corner], _LENGTH * gaps[corner], exact, power)

@@ -225,17 +225,17 @@ class JKR:
         """
         s = as_floats(s)
         line, edge, radii = self.line, self._edge, self._radii
-        at = radii.beside(np.minimum(s, edge))
+        at = radii.off_corners(np.minimum(s, edge))
         position = radii.position(at)
         a = rounded(position)
         opening = jkr_opening(line, position, self.work)
-        share = 0.5 * (1.0 - line.stiffness_power(position))
+        half_rest = 0.5 * (1.0 - line.stiffness_power(position))
         slope, stiffness = line.depth_rate(position), line.stiffness(position)
         with np.errstate(divide="ignore", invalid="ignore"):
-            widening = np.where(opening > 0.0, share * opening / a, np.inf if self.work > 0.0 else 0.0)
+            widening = np.where(opening > 0.0, half_rest * opening / a, np.inf if self.work > 0.0 else 0.0)
             # at a tip the opening, of order sqrt(a), outdoes a slope that is infinite too
             rate = np.where(np.isinf(widening), -widening, slope - widening)
-            pulled = (a * line.stiffness_rate(position) + share * stiffness) * opening / a
+            pulled = (a * line.stiffness_rate(position) + half_rest * stiffness) * opening / a
             force_rate = np.where(a > 0.0, stiffness * slope - pulled, 0.0)
         stuck, per = s >= edge, radii.rate(at)
         return np.where(stuck, 1.0, rate * per), np.where(stuck, stiffness, force_rate * per)
@@ -243,7 +243,7 @@ class JKR:
     def radius_rate(self, s: ArrayLike) -> FloatArray:
         """Return da/ds, 0 on the vertical piece above a sharp edge; beside a corner as `slopes`."""
         s, edge = as_floats(s), self._edge
-        return np.where(s >= edge, 0.0, self._radii.rate(self._radii.beside(np.minimum(s, edge))))
+        return np.where(s >= edge, 0.0, self._radii.rate(self._radii.off_corners(np.minimum(s, edge))))
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy U0 - F0 Δl + k Δl²/2 and the surface energy -π a² γ [J]."""

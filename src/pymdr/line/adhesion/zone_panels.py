@@ -45,14 +45,14 @@ _HALF = np.cumprod(np.concatenate([[1.0], (2.0 * np.arange(1.0, 11.0) - 1.0) / (
 # of t/sqrt(1 - t²), arcsin t and arcsin t + t sqrt(1 - t²) in odd powers of t
 _ROOT, _ARC = _HALF, _HALF / _ODD
 _SEGMENT = -2.0 * _HALF / (_ODD * (_ODD - 2.0))
-_SHARE = 0.1
+_KEPT = 0.1
 """Moments are subtracted where at least so much is left."""
 _ROWS = 4096
 
 
 @dataclass(frozen=True)
 class _Table:
-    """What zones of every width ask of an image."""
+    """Data of an image for zones of every width."""
 
     image: Image
     lowest: float
@@ -71,7 +71,7 @@ class _Table:
     """Exponent n of g below the first panel; 0 where g is 0."""
 
 
-class _Pieces(NamedTuple):
+class _Parts(NamedTuple):
     """Parts of panels in zones, flat: which zone and panel, offsets and distances from c of both ends in m."""
 
     row: _Index
@@ -83,9 +83,9 @@ class _Pieces(NamedTuple):
     at: FloatArray
     """Offset of c."""
 
-    def take(self, index: NDArray[np.bool_]) -> _Pieces:
+    def take(self, index: NDArray[np.bool_]) -> _Parts:
         row, panel, *rest = self
-        return _Pieces(row[index], panel[index], *(column[index] for column in rest))
+        return _Parts(row[index], panel[index], *(column[index] for column in rest))
 
 
 _tables: WeakKeyDictionary[PanelLine, _Table] = WeakKeyDictionary()
@@ -132,7 +132,7 @@ def _block(line: PanelLine, place: Place, width: FloatArray, third: bool) -> Flo
     # what lies far inside, up to the start of a panel
     inner = np.searchsorted(table.start, c / _FAR, side="right") - 1
     whole, cut = table.moments[np.maximum(inner, 0), 0], table.moments[first + 1, 0]
-    far = (inner >= 0) & (in_tip | ((inner > first + 1) & (np.abs(whole - cut) >= _SHARE * np.abs(whole))))
+    far = (inner >= 0) & (in_tip | ((inner > first + 1) & (np.abs(whole - cut) >= _KEPT * np.abs(whole))))
     i = np.flatnonzero(far)
     totals[:, i] += _series(table.moments[inner[i]], table.start[inner[i]], c[i])
     i = np.flatnonzero(far & ~in_tip)
@@ -162,8 +162,8 @@ def _block(line: PanelLine, place: Place, width: FloatArray, third: bool) -> Flo
     high = np.minimum(panels.high[panel], at)
     low_gap = np.where(begins, width[row], at - low)
     real = high > low
-    pieces = _Pieces(row, panel, low, high, low_gap, np.maximum(at - high, 0.0), at).take(real)
-    for part, nodes in _near(table, pieces):
+    parts_ = _Parts(row, panel, low, high, low_gap, np.maximum(at - high, 0.0), at).take(real)
+    for part, nodes in _near(table, parts_):
         offset, gap, weight = nodes
         x = panels.base[part.panel][:, None] + offset
         index = np.broadcast_to(part.panel[:, None], offset.shape)
@@ -204,21 +204,21 @@ def _away(panels: Panels, panel: _Index, at: FloatArray) -> NDArray[np.bool_]:
 
 
 def _near(
-    table: _Table, pieces: _Pieces
-) -> Iterator[tuple[_Pieces, tuple[FloatArray, FloatArray, FloatArray]]]:
+    table: _Table, parts_: _Parts
+) -> Iterator[tuple[_Parts, tuple[FloatArray, FloatArray, FloatArray]]]:
     """Offsets, distances from c and weights of the nodes on pieces that are cut or beside c, by kind."""
     panels = table.panels
-    rooted = panels.rooted[pieces.panel]
-    corner = rooted & (pieces.low == 0.0)
+    rooted = panels.rooted[parts_.panel]
+    corner = rooted & (parts_.low == 0.0)
     s, w = gauss(_NEAR)
     if not rooted.all():
-        part = pieces.take(~rooted)
+        part = parts_.take(~rooted)
         inner, outer = np.sqrt(part.low_gap)[:, None], np.sqrt(part.high_gap)[:, None]
         v = outer + (inner - outer) * s
         yield part, (_inside(part, part.at[:, None] - v * v), v * v, 2.0 * v * (inner - outer) * w)
     if (rooted & ~corner).any():
         # sqrt(offset) = sqrt(at) cos φ
-        part = pieces.take(rooted & ~corner)
+        part = parts_.take(rooted & ~corner)
         outer = np.arctan2(np.sqrt(part.high_gap), np.sqrt(part.high))[:, None]
         inner = np.arctan2(np.sqrt(part.low_gap), np.sqrt(part.low))[:, None]
         angle = outer + (inner - outer) * s
@@ -227,9 +227,9 @@ def _near(
         yield part, (offset, at * sine**2, 2.0 * at * sine * np.cos(angle) * (inner - outer) * w)
     if corner.any():
         # g' begins like a power of the offset, which the weights of the rule hold
-        powers = table.slope.power[pieces.panel]
+        powers = table.slope.power[parts_.panel]
         for power in np.unique(powers[corner]):
-            part = pieces.take(corner & (powers == power))
+            part = parts_.take(corner & (powers == power))
             n = 2.0 * float(power) + 1.0
             s, w = gauss(_NEAR, n)
             whole = np.arctan2(np.sqrt(part.high), np.sqrt(part.high_gap))[:, None]
@@ -239,7 +239,7 @@ def _near(
             yield part, (at * sine**2, at * cosine**2, weight)
 
 
-def _inside(part: _Pieces, offset: FloatArray) -> FloatArray:
+def _inside(part: _Parts, offset: FloatArray) -> FloatArray:
     return np.clip(offset, part.low[:, None], part.high[:, None])
 
 
@@ -256,13 +256,13 @@ def _table_of(line: PanelLine, top: float, least: float, inner: float) -> _Table
 def _made(line: PanelLine, image: Image, least: float) -> _Table:
     panels, slope = image.panels, image.slope
     tip = float(panels.start[0])
-    # values of the line at the tip would have it mapped farther inward, and this table made anew, time and again
+    # values of the line at the tip would map it further inward and rebuild this table repeatedly
     power, height, radius = line.tip_power()
     height *= (tip / radius) ** power
     n = power if height > 0.0 else 0.0
     lowest = 0.0
     if n > 0.0 and tip > least / _FAR:
-        # g is a power to the very tip: as many octaves of it as the smallest zone asks for
+        # g is a power to the tip: add the octaves that the smallest zone needs
         octaves = math.ceil(math.log2(_FAR * tip / least)) + 10
         panels, slope = _with_tail(panels, slope, n * height / tip, n, octaves)
         height *= 2.0 ** (-n * octaves)

@@ -1,6 +1,6 @@
 """Follow a path on a curve of equilibrium states that folds: branches, jumps and their energies. No law.
 
-A curve s -> D(s) holds the control coordinate of every equilibrium. Rule (quasi-static, overdamped): the state
+A curve s -> D(s) gives the control coordinate of every equilibrium. Rule (quasi-static, overdamped): the state
 grows (s rises) while D > D(s) and shrinks while D < D(s). So rising parts of the curve are stable; at a fold the
 state jumps, at constant D, to the next rising part in its direction, or loses contact at the start of the curve.
 All folds are found first; then the branches are tabulated once and any number of paths is followed on them.
@@ -20,9 +20,9 @@ from pymdr.line.following.paths import (
     Balance,
     History,
     Jumps,
+    Route,
     Track,
     Transitions,
-    Way,
     energy_balance,
     follow,
     pressed,
@@ -36,9 +36,9 @@ __all__ = [
     "Equilibria",
     "History",
     "Jumps",
+    "Route",
     "Track",
     "Transitions",
-    "Way",
     "energy_balance",
     "energy_residual",
     "follow",

@@ -1,4 +1,4 @@
-"""The work done along a history by quadrature, to hold the energies against."""
+"""The work along a history by quadrature, for comparison with the energies."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _NEIGHBOURS = 8.0 * float(np.finfo(float).eps)
 
 def energy_residual(track: Track, history: History) -> float:
     """
-    Largest |work - (T - T_initial) - dissipation| over the largest energy on the way.
+    Largest |work - (T - T_initial) - dissipation| over the largest energy of the history.
 
-    The work int Y dD is integrated over every smooth stretch between two jumps, without using T, so that the
-    balance is a test of energies, jumps and forces at any number of steps.
+    The work int Y dD is integrated over every smooth segment between two jumps, independent of T, so that the balance
+    tests energies, jumps and forces at any number of steps.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def energy_residual(track: Track, history: History) -> float:
     last = float(history.parameter[-1])
     begin = np.append(history.initial, jumps.after)
     end = np.append(jumps.before, last)
-    # a contact that comes or goes without a jump does so at the start of the curve
+    # a contact forms or ends without a jump at the start of the curve
     bound = np.isfinite(begin) | np.isfinite(end)
     low, high = (np.where(np.isfinite(x), x, curve.start) for x in (begin, end))
     pieces, back = np.unique(np.stack([low, high], axis=1), axis=0, return_inverse=True)
@@ -55,7 +55,7 @@ def energy_residual(track: Track, history: History) -> float:
     done = np.cumsum(work)
     # between two jumps T changes by the stretch, and over a jump by its loss
     missing = np.cumsum(work - change)
-    # the rows may go to and fro between two jumps: the states farthest apart tell how much energy moved
+    # the rows may reverse between two jumps, so the extreme states determine the exchanged energy
     visited = history.parameter[history.attached]
     widest = np.array([visited.min(), visited.max()]) if visited.size else np.empty(0)
     energies = np.abs(curve.energy(np.concatenate([low[bound], high[bound], widest])))
@@ -83,7 +83,7 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
         outer = np.maximum(left, right) ** 2
         rounding = _NEIGHBOURS * (origin + outer)
         settled |= np.abs(right**2 - left**2) <= rounding
-        # beside a knot the floats are so coarse that the integrand scatters
+        # next to a knot the floats are so coarse that the integrand scatters
         settled |= np.abs(fine - coarse) * outer <= rounding * np.abs(fine)
         np.add.at(total, owner[settled], fine[settled])
         owner, origin, left, right = (x[~settled] for x in (owner, origin, left, right))
@@ -93,14 +93,14 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
         owner, origin = np.tile(owner, 2), np.tile(origin, 2)
         left, right = np.append(left, middle), np.append(middle, right)
     raise ConvergenceError(
-        f"the work along the curve did not settle near s = {metres(float(origin[0] + left[0] ** 2))}"
+        f"the work along the curve did not converge near s = {metres(float(origin[0] + left[0] ** 2))}"
     )
 
 
 def _split(
     low: FloatArray, high: FloatArray, marks: FloatArray
 ) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
-    """Panels between marks: whose they are, the mark below them, and their ends in sqrt(s - mark)."""
+    """Panels between marks: their owners, the mark below them, and their ends in sqrt(s - mark)."""
     owners, origins, lefts, rights = [], [], [], []
     for bottom, top in pairwise(marks):
         left, right = (np.clip(x, bottom, top) for x in (low, high))
@@ -116,7 +116,7 @@ def _panel(curve: Curve, origin: FloatArray, left: FloatArray, right: FloatArray
     assert curve.conjugate is not None
     t, weight = leggauss(nodes)
     u = left[:, None] + (0.5 * (right - left))[:, None] * (1.0 + t)
-    # rounding of s next to a knot is undone for a slope that grows there like 1 / sqrt(s - knot)
+    # correct the rounding of s next to a knot for a slope that grows like 1 / sqrt(s - knot)
     s = np.maximum(origin[:, None] + u * u, np.nextafter(origin, np.inf)[:, None])
     per_u = 2.0 * np.sqrt(s - origin[:, None])
     flat = s.ravel()

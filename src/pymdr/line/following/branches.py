@@ -1,7 +1,7 @@
 """The monotone branches of a curve s -> D(s): all its folds, and tables that invert the rising branches.
 
-Half-integer powers at the ends of a piece are made smooth, in s by s = p + (q - p) sin²(θ/2) and in D likewise;
-then Chebyshev series resolve the piece on cells that are halved until the series has converged.
+The substitution s = p + (q - p) sin²(θ/2), and the same in D, makes half-integer powers at the ends of a segment smooth;
+Chebyshev series on adaptively halved cells then resolve the segment.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _NODES = 12
 _SLOPE_NODES = 24
 _FINE = 4
 _GRADES = 7.0
-"""Octants toward the first state; its cell is sampled down to 3e-6 of it, and divided where that shows more."""
+"""Number of cells graded toward the first state, each an eighth of the next; they are divided further where needed."""
 _SETTLED = 3e-13
 _NARROW = 1e-9
 _MOST_CELLS = 40_000
@@ -33,12 +33,12 @@ _EPS = float(np.finfo(float).eps)
 def turning_points(
     slope: _Function, start: float, stop: float, knots: tuple[float, ...]
 ) -> tuple[FloatArray, list[bool]]:
-    """Return start, all folds and stop of a curve, and whether it rises on each piece between them.
+    """Return start, all folds and stop of a curve, and whether it rises on each segment between them.
 
     Parameters
     ----------
     slope : callable
-        D'(s); finite inside (start, stop) but perhaps at `knots`. Zero counts as not rising.
+        D'(s); finite inside (start, stop), except at `knots`. Zero counts as not rising.
     start, stop : float
         Range of s.
     knots : tuple of float
@@ -61,7 +61,7 @@ def turning_points(
     (True, [True, False, True])
     """
     marks = np.array([start, *sorted({k for k in knots if start < k < stop}), stop])
-    # the first piece is graded toward the start, whose features may be far smaller than the range
+    # the first segment is graded toward the start, whose features may be far smaller than the range
     graded = start + (marks[1] - start) * 8.0 ** -np.arange(_GRADES, 0.0, -1.0)
     edges = np.unique(np.concatenate([marks, graded]))
     low, high = edges[:-1], edges[1:]
@@ -83,7 +83,7 @@ def turning_points(
         series = values @ to_coefficients(_SLOPE_NODES).T
         tail = np.max(np.abs(series[:, -3:]), axis=1)
         narrow = high - low <= np.maximum(1e-13 * np.maximum(np.abs(low), np.abs(high)), negligible)
-        # rounding of s shakes a slope that varies within few roundings of s
+        # rounding of s perturbs a slope that varies within few roundings of s
         shaken = 8.0 * _EPS * np.maximum(np.abs(low), np.abs(high)) / (high - low) * np.ptp(values, axis=1)
         done = (tail <= np.maximum(1e-9 * np.max(np.abs(series), axis=1), shaken)) | narrow
         samples.append((_inside(low[done], high[done], fine), (series[done] @ to_fine.T) / np.sin(fine)))
@@ -97,7 +97,7 @@ def turning_points(
 
 
 def _inside(low: FloatArray, high: FloatArray, angle: FloatArray) -> FloatArray:
-    """Places between the ends of cells, where a slope may have no bound: never these, however few roundings they are apart."""
+    """Points strictly between the ends of cells, where a slope may be unbounded."""
     s = low[:, None] + (high - low)[:, None] * np.sin(0.5 * angle) ** 2
     inside: FloatArray = np.clip(s, np.nextafter(low, high)[:, None], np.nextafter(high, low)[:, None])
     return inside
@@ -150,17 +150,17 @@ class Inverse:
     high: FloatArray
     """D at their upper ends."""
     keys: FloatArray
-    """Branches are split into smooth pieces: branch + share of its D at their beginnings."""
+    """Starts of the smooth segments of branches: branch index plus fraction of its D."""
     table: Table
 
     def __call__(self, branch: NDArray[np.intp], control: FloatArray) -> FloatArray:
         """Return s of the states with the given D on the given branches."""
-        piece = branch
+        segment = branch
         if self.keys.size > self.low.size:
             low = self.low[branch]
             key = branch + (control - low) / (self.high[branch] - low)
-            piece = np.searchsorted(self.keys, key, side="right") - 1
-        return np.asarray(self.table(control, piece)[0])
+            segment = np.searchsorted(self.keys, key, side="right") - 1
+        return np.asarray(self.table(control, segment)[0])
 
 
 def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: FloatArray) -> Inverse:
@@ -203,15 +203,15 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
     low, high = np.array([D[0] for D in levels]), np.array([D[-1] for D in levels])
     keys = [i + (D[:-1] - D[0]) / (D[-1] - D[0]) for i, D in enumerate(levels)]
 
-    def parameter(D: FloatArray, piece: NDArray[np.intp]) -> FloatArray:
-        return roots_of(lambda x, y: control(x) - y, p[piece], q[piece], D)[None]
+    def parameter(D: FloatArray, segment: NDArray[np.intp]) -> FloatArray:
+        return roots_of(lambda x, y: control(x) - y, p[segment], q[segment], D)[None]
 
     size = max(np.max(np.abs(low)), np.max(np.abs(high)))
     effort = Effort(_NODES, _SETTLED, 16.0 * _EPS * size, _NARROW, _MOST_CELLS, graded=True)
     table = tabulated(parameter, below, above, effort)
     if not table.resolved:
-        piece, _ = table.first_unresolved()
+        segment, _ = table.first_unresolved()
         raise ConvergenceError(
-            f"the curve is not smooth between s = {float(p[piece])!r} and {float(q[piece])!r}; give its kinks as knots"
+            f"the curve is not smooth between s = {float(p[segment])!r} and {float(q[segment])!r}; give its kinks as knots"
         )
     return Inverse(low, high, np.concatenate(keys), table)

@@ -1,4 +1,4 @@
-"""Curves of equilibrium states under a control: what there is to follow, without any law."""
+"""Curves of equilibrium states under a control, independent of the law."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _Function = Callable[[FloatArray], FloatArray]
 
 
 class _States(Protocol):
-    """What a curve tells about states."""
+    """States of a curve."""
 
     @property
     def indentation(self) -> FloatArray:
@@ -29,7 +29,7 @@ class _States(Protocol):
 
 
 class Equilibria(Protocol):
-    """A curve of equilibrium states with parameter s, made by a law."""
+    """A curve of equilibrium states of a law with parameter s."""
 
     @property
     def start(self) -> float:
@@ -54,7 +54,7 @@ class Equilibria(Protocol):
 
 
 _STEP = 2.0**0.25
-"""Ratio of parameters that are tried: no profile is asked much farther out than a path needs."""
+"""Ratio of trial parameters, small enough not to exceed the needed radius by much."""
 
 
 def _nothing(control: float) -> float:
@@ -74,11 +74,11 @@ class Curve:
     control, slope, energy : callable
         D(s), D'(s) and the potential T(s) of the state with its machine or load; functions of arrays.
     start, stop : float
-        Range of s: the state of first touch and the end of what is known.
+        Range of s: the state of first touch and the end of the known curve.
     knots : tuple of float
         Values of s where D is not smooth.
     touch : float or None
-        D at which a free body touches; None stands for D(start). Never below D(start).
+        D at which a free body touches, not below D(start); default D(start).
     free_energy : callable
         The potential of the free body as a function of D.
     conjugate : callable, optional
@@ -162,7 +162,7 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
     k = float(machine_stiffness)
     if not k >= 0.0:
         raise PathError(f"machine stiffness must be 0 (force control) or more, not {machine_stiffness!r} N/m")
-    held = k == 0.0
+    by_force = k == 0.0
 
     def control(s: FloatArray) -> FloatArray:
         states = equilibria.states(s)
@@ -175,11 +175,11 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
         elastic, surface = equilibria.energies(s)
         states = equilibria.states(s)
         force = states.normal_force
-        return elastic + surface + (-force * states.indentation if held else 0.5 * force * (force / k))
+        return elastic + surface + (-force * states.indentation if by_force else 0.5 * force * (force / k))
 
     def conjugate(s: FloatArray) -> FloatArray:
         states = equilibria.states(s)
-        return -states.indentation if held else states.normal_force
+        return -states.indentation if by_force else states.normal_force
 
     return Curve(
         control,
@@ -188,14 +188,14 @@ def under_machine(equilibria: Equilibria, stop: float, machine_stiffness: float 
         equilibria.start,
         float(stop),
         equilibria.knots,
-        0.0 if held else equilibria.touch,
-        _unloaded if held else _nothing,
+        0.0 if by_force else equilibria.touch,
+        _unloaded if by_force else _nothing,
         conjugate,
     )
 
 
 def sampled_curve(s: ArrayLike, control: ArrayLike, energy: ArrayLike, touch: float | None = None) -> Curve:
-    """Return the curve through samples, straight between them.
+    """Return the piecewise linear curve through samples.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def sampled_curve(s: ArrayLike, control: ArrayLike, energy: ArrayLike, touch: fl
 def parameter_reaching(
     control: _Function, top: float, *, at_least: float = 0.0, begin: float = 1.0, limit: float = np.inf
 ) -> float:
-    """Return a parameter s with D(s) >= top, as small as going up in steps and halving find it.
+    """Return a small parameter s with D(s) >= top, by upward steps and bisection.
 
     Parameters
     ----------
@@ -297,7 +297,7 @@ def parameter_reaching(
     else:
         raise PathError(f"the path, up to {top!r}, does not go beyond the first touch")
     root = float(roots_of(lambda s: control(s) - top, np.array([low]), np.array([high]))[0])
-    # evaluated among others, the value there may round to the other side
+    # the value may round differently in an array
     beyond = 1e-14
     while not above(root * (1.0 + beyond)):
         beyond *= 4.0

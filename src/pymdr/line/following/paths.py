@@ -1,4 +1,4 @@
-"""Follow a path on a folding curve: jumps, attachment, and the energy they take."""
+"""Follow a path on a folding curve: jumps, attachment, and their energies."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
 _Index = NDArray[np.intp]
-_FREE, _NOWHERE = -1, -2
+_FREE, _END = -1, -2
 _UP, _DOWN, _TOUCH = range(3)
 _ROUNDING = 1e-12
-"""Of the range of D: by how much a branch may begin above the touch that it takes."""
+"""Largest distance of the start of a branch above its touch, over the range of D."""
 _SHORT = 2000
-"""Up to so many states are found one by one: tables cost as much as a few thousand."""
+"""Largest number of states computed without tables, which cost as much as a few thousand states."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Transitions:
     control : ndarray
         D of the jump.
     before, after : ndarray
-        The parameter before and after; the curve's start stands for a free body.
+        The parameter before and after; for a free body the start of the curve.
     loss : ndarray
         Energy dissipated [J].
     """
@@ -51,7 +51,7 @@ class Transitions:
 
 @dataclass(frozen=True)
 class Track:
-    """A curve with all its branches and jumps known; made by `trace`.
+    """A curve with all its branches and jumps, by `trace`.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Track:
         return inverse_of(self.curve.control, self.bottom, self.top, np.array(sorted(self.curve.knots)))
 
     def parameters(self, branch: _Index, control: FloatArray) -> FloatArray:
-        """Return s of the states with the given D on the given branches: for few of them without tables."""
+        """Return s of the states with the given D on the given branches; few states are computed without tables."""
         if control.size > _SHORT or "inverse" in self.__dict__:
             return self.inverse(branch, control)
         bottom, top = self.bottom[branch], self.top[branch]
@@ -100,8 +100,8 @@ class Track:
         return roots_of(above, bottom, top, levels, bottom, top)
 
     @property
-    def lost(self) -> float:
-        """Parameter of the last state before contact is lost when D falls from anywhere: the pull-off."""
+    def pull_off(self) -> float:
+        """Parameter of the last stable state as D decreases: the pull-off."""
         lowest = np.flatnonzero(self.low == self.low.min())
         return float(self.bottom[lowest[-1]])
 
@@ -117,7 +117,7 @@ def trace(curve: Curve) -> Track:
     Returns
     -------
     Track
-        What `follow` needs; one track serves any number of paths.
+        Input of `follow` for any number of paths.
 
     Raises
     ------
@@ -146,15 +146,15 @@ def trace(curve: Curve) -> Track:
     low, high = level[stable], level[stable + 1]
     if stable.size == 0:
         raise PathError(
-            "no part of the curve is stable under this control; extend it or hold another quantity"
+            "no part of the curve is stable under this control; extend the curve or control another quantity"
         )
     touch = float(level[0]) if curve.touch is None else max(float(curve.touch), float(level[0]))
 
-    # beyond the last branch the curve falls or is no longer known: there is nowhere to go
+    # beyond the last branch there is no stable state
     up, down = _first(high, upward=True), _first(low, upward=False)
-    # a flat end stays at its touch until it is pressed: there the first branch begins, but for rounding
+    # the first branch of a flat end begins at its touch, up to rounding
     onto = np.flatnonzero((high >= touch) & (low <= touch + _ROUNDING * np.ptp(level)))[:1]
-    onto = onto if onto.size else np.array([_NOWHERE])
+    onto = onto if onto.size else np.array([_END])
 
     def jumps(to: _Index, control: FloatArray, before: FloatArray, energy: FloatArray) -> Transitions:
         after = np.full(to.size, curve.start)
@@ -165,26 +165,26 @@ def trace(curve: Curve) -> Track:
         return Transitions(to, control, before, after, energy - _energies(curve, to, control, after))
 
     at_touch = jumps(onto, np.array([touch]), np.full(1, curve.start), np.array([curve.free_energy(touch)]))
-    found = (
+    transitions = (
         jumps(up, high, top, curve.energy(top)),
         jumps(down, low, bottom, curve.energy(bottom)),
         at_touch,
     )
-    return Track(curve, turning, bottom, top, low, high, touch, found)
+    return Track(curve, turning, bottom, top, low, high, touch, transitions)
 
 
 @dataclass(frozen=True)
-class Way:
-    """The way of a contact while D rises or falls, from branch to branch.
+class Route:
+    """The route of a contact from branch to branch while D increases or decreases.
 
     Attributes
     ----------
     begin, end : ndarray
-        Parameters between which the contact moves smoothly, one pair for every branch on the way.
+        Parameters between which the contact moves smoothly, one pair for every branch of the route.
     branch : int
         The last branch.
     loss : float
-        Energy dissipated in the jump that ends the way, out of contact [J]; 0 where none does.
+        Energy dissipated in the final jump out of contact [J]; 0 without one.
     """
 
     begin: FloatArray
@@ -198,8 +198,8 @@ class Way:
         return float(self.end[-1])
 
 
-def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> Way:
-    """Return the way from the first touch to the first state with measure(s) >= target, as D rises.
+def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: float) -> Route:
+    """Return the route from the first touch to the first state with measure(s) >= target, as D increases.
 
     Parameters
     ----------
@@ -208,41 +208,41 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
     measure : callable
         A quantity of the states that rises along the stable branches.
     target : float
-        Its value that is sought.
+        Target value of that quantity.
 
     Raises
     ------
     PathError
-        When the known curve ends before.
+        When the known curve ends before the target.
 
     Examples
     --------
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
-    >>> way = pressed(trace(wave), lambda s: s, 3.0)
-    >>> way.branch, bool(abs(way.last + 2 * np.sin(way.last) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
+    >>> route = pressed(trace(wave), lambda s: s, 3.0)
+    >>> route.branch, bool(abs(route.last + 2 * np.sin(route.last) - 2 * np.pi / 3 - np.sqrt(3)) < 1e-12)
     (1, True)
     """
     out = track.jumps[_TOUCH]
     branch, s = int(out.to[0]), float(out.after[0])
     begin: list[float] = []
     end: list[float] = []
-    while branch != _NOWHERE:
+    while branch != _END:
         here, top = np.array([s]), track.top[branch : branch + 1]
         begin.append(s)
         if measure(here)[0] >= target:
-            return Way(np.array(begin), np.array([*end, s]), branch)
+            return Route(np.array(begin), np.array([*end, s]), branch)
         if measure(top)[0] >= target:
             s = float(roots_of(lambda x: measure(x) - target, here, top)[0])
-            return Way(np.array(begin), np.array([*end, s]), branch)
+            return Route(np.array(begin), np.array([*end, s]), branch)
         end.append(float(top[0]))
         out = track.jumps[_UP]
         branch, s = int(out.to[branch]), float(out.after[branch])
-    raise PathError("the known curve ends before the state that is sought")
+    raise PathError("the known curve ends before the target state; extend the profile")
 
 
-def pulled(track: Track, branch: int, parameter: float) -> Way:
-    """Return the way of a contact from a stable state until it is lost, as D falls.
+def pulled(track: Track, branch: int, parameter: float) -> Route:
+    """Return the route of a contact from a stable state to its loss, as D decreases.
 
     Parameters
     ----------
@@ -257,8 +257,8 @@ def pulled(track: Track, branch: int, parameter: float) -> Way:
     --------
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
-    >>> way = pulled(trace(wave), 1, 7.0)
-    >>> np.allclose(way.end, [4 * np.pi / 3, 0.0]), way.branch
+    >>> route = pulled(trace(wave), 1, 7.0)
+    >>> np.allclose(route.end, [4 * np.pi / 3, 0.0]), route.branch
     (True, 0)
     """
     out = track.jumps[_DOWN]
@@ -267,13 +267,13 @@ def pulled(track: Track, branch: int, parameter: float) -> Way:
         begin.append(float(out.after[branch]))
         end.append(float(track.bottom[to]))
         branch = to
-    return Way(np.array(begin), np.array(end), branch, float(out.loss[branch]))
+    return Route(np.array(begin), np.array(end), branch, float(out.loss[branch]))
 
 
 def _first(limit: FloatArray, *, upward: bool) -> _Index:
     """Return, for each branch, the next one whose limit is beyond its own (a stack, in one pass)."""
     n = limit.size
-    to = np.full(n, _NOWHERE if upward else _FREE)
+    to = np.full(n, _END if upward else _FREE)
     order = range(n - 1, -1, -1) if upward else range(n)
     stack: list[int] = []
     for i in order:
@@ -300,7 +300,7 @@ class Jumps:
     Attributes
     ----------
     step : ndarray of int
-        Row of the path in which each happens.
+        Row of the path of each jump.
     control : ndarray
         D of the jump.
     before, after : ndarray
@@ -318,7 +318,7 @@ class Jumps:
 
 @dataclass(frozen=True)
 class History:
-    """What a path visits, one entry per row of the path.
+    """The states of a path, one entry per row.
 
     Attributes
     ----------
@@ -401,7 +401,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
         while not low <= value <= high:
             kind, origin = (_TOUCH, 0) if state == _FREE else (_UP if value > high else _DOWN, state)
             state = targets[kind][origin]
-            if state == _NOWHERE:
+            if state == _END:
                 raise PathError(
                     f"step {step}: control value {value!r} is beyond the end of the known curve, "
                     f"{track.high.max()!r}; extend the profile or shorten the path"
@@ -430,7 +430,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
 
 
 class _Exits:
-    """Finds where a path leaves an interval, by its runs: a run that rises or falls leaves at its end if at all."""
+    """The rows at which a path leaves an interval, from its monotone runs, each of which may leave only at its end."""
 
     def __init__(self, values: FloatArray) -> None:
         self.values = values
@@ -471,8 +471,8 @@ def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
         beyond = np.flatnonzero((track.bottom > s) & (track.high >= at[0]))[:1]
     else:
         beyond = np.flatnonzero((track.top < s) & (track.low <= at[0]))[-1:]
-    to = beyond if beyond.size else np.array([_NOWHERE if value >= at[0] else _FREE])
-    if to[0] == _NOWHERE:
+    to = beyond if beyond.size else np.array([_END if value >= at[0] else _FREE])
+    if to[0] == _END:
         raise PathError(
             f"the initial state {s!r} grows beyond the end of the known curve; extend the profile"
         )
@@ -488,7 +488,7 @@ def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
 def _events(
     track: Track, steps: list[int], kinds: list[int], origins: list[int], event: Jumps | None
 ) -> Jumps:
-    """Return the jumps of a history; smooth attachment and detachment are none."""
+    """Return the jumps of a history, without smooth attachment and detachment."""
     kind, origin = np.array(kinds, dtype=np.intp), np.array(origins, dtype=np.intp)
     step = np.array(steps, dtype=np.intp)
     control, before, after, loss = (np.zeros(step.size) for _ in range(4))
@@ -535,13 +535,13 @@ def energy_balance(track: Track, history: History) -> Balance:
     track : Track
         The curve, traced.
     history : History
-        What `follow` returned for it.
+        The history by `follow`.
 
     Returns
     -------
     Balance
-        Exact at any number of steps (NaN once a contact was lost under a dead load): on a smooth stretch between two jumps the control does the work
-        T(end) - T(begin), so that work = T - T(initial) + dissipation without any rule of quadrature.
+        Exact for any number of steps (NaN after pull-off under a dead load): between two jumps the work of the control is
+        T(end) - T(begin), so that work = T - T(initial) + dissipation without quadrature.
 
     Examples
     --------

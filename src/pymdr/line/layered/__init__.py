@@ -1,4 +1,4 @@
-"""The line of a layered body, whose springs act on one another: d0, F0, U0, k and k' as curves in the contact radius.
+"""The line of a layered body, whose springs interact: d0, F0, U0, k and k' as curves in the contact radius.
 
 With lengths in thicknesses h of the top layer, a line load q in E* h per length obeys in a contact of radius a
 

@@ -1,12 +1,12 @@
 """A lower bound of the force on layers, from trial pressures.
 
-The true pressure p and a trial pressure t, both nowhere negative, do the same work on one another's displacements. Where t
-displaces no place by more than 1, the force is no less than the work of t on the true displacements, which reach d - f or more:
+The true pressure p and a trial pressure t, both non-negative, do the same work on each other's displacements. If the
+displacement by t is at most 1, the force is at least the work of t on the true displacements, which are at least d - f:
 
     F = int p dA >= int p u[t] dA = int t u[p] dA >= int t (d - f) dA
 
-(Shield 1967; Barber 1974). On half-spaces t is the pressure of a flat punch. On a stiff layer that may be negative; then as much of the
-pressure under a punch on half-spaces is added as makes it nowhere negative, and the sum is divided by its largest displacement.
+(Shield 1967; Barber 1974). On half-spaces t is the pressure of a flat punch. On a stiff layer that may be negative; then enough
+of the pressure under a punch on half-spaces is added to make it non-negative, and the sum is divided by its largest displacement.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ _ROUNDS, _FINER = 3, 17
 
 @dataclass(frozen=True)
 class _Trial:
-    """A trial pressure: int t (d - f) dA = stiffness d - held."""
+    """A trial pressure: int t (d - f) dA = stiffness d - gap_force."""
 
     stiffness: float
     """In N/m."""
-    held: float
+    gap_force: float
     """In N."""
     error: float
     """Relative."""
@@ -57,7 +57,7 @@ def lower_bound(
     line: LayeredLine, depth: FloatArray, contact_radius: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """
-    Lower bounds of the normal force at indentations, whatever the contact is.
+    Lower bounds of the normal force at indentations, for any contact.
 
     Parameters
     ----------
@@ -93,10 +93,10 @@ def lower_bound(
             trial = _trial(line, b)
         except ConvergenceError:  # any other trial is as good a bound
             continue
-        force = np.nan_to_num(trial.stiffness * depth - trial.held)
+        force = np.nan_to_num(trial.stiffness * depth - trial.gap_force)
         better = force > bound
         with np.errstate(divide="ignore", invalid="ignore"):
-            parts = (np.abs(trial.stiffness * depth) + abs(trial.held)) / force
+            parts = (np.abs(trial.stiffness * depth) + abs(trial.gap_force)) / force
         bound, error = np.where(better, force, bound), np.where(better, trial.error * parts, error)
     return bound, error
 
@@ -114,7 +114,7 @@ def _trial(line: LayeredLine, b: float) -> _Trial:
     def tension(r: FloatArray) -> FloatArray:
         return -(solved.punch_edge + np.sqrt((b - r) * (b + r)) * punch.pressure_integral(r, b))
 
-    share = max(0.0, _largest(tension, b * _INSIDE))
+    added = max(0.0, _largest(tension, b * _INSIDE))
 
     def displacement(r: FloatArray) -> FloatArray:
         """2/pi int_0^b q / sqrt(r^2 - x^2) dx, less what the layers add."""
@@ -124,12 +124,12 @@ def _trial(line: LayeredLine, b: float) -> _Trial:
         sunk[far] = punch.sunk(r[far]) + 2.0 / math.pi * (
             punch.displacement_integral(r[far], b) + solved.punch_edge * angle[far]
         )
-        return sunk + share * (plain.sunk(r) + 2.0 / math.pi * angle) if share > 0.0 else sunk
+        return sunk + added * (plain.sunk(r) + 2.0 / math.pi * angle) if added > 0.0 else sunk
 
     outside = b + np.unique(np.concatenate([b * _OUTSIDE, h * _OUTSIDE]))
     deepest = max(1.0, _largest(displacement, np.concatenate([b * _INSIDE, [b], outside])))
     g, m = (float(f(place)[0]) for f in (profile.g, profile.moment))
-    size = 2.0 * line.modulus * share
+    size = 2.0 * line.modulus * added
     return _Trial(
         (stiffness + size * b) / deepest, (stiffness * depth - force + size * (b * g - m)) / deepest, error
     )

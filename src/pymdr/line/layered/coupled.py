@@ -114,7 +114,7 @@ class Coupled(EquivalentProfile):
     def _inside(self) -> Series:
         return self.added.series(self.added.radius)
 
-    def _upto(self, top: float) -> Series:
+    def _series_up_to(self, top: float) -> Series:
         return self._inside if top <= self.added.radius else self.added.series(top)
 
     def _panels(self, length: float) -> int:
@@ -124,19 +124,19 @@ class Coupled(EquivalentProfile):
     def g(self, x: Position) -> FloatArray:
         """The profile g - c + c(0) in m."""
         at = rounded(x)
-        added = self._upto(float(np.max(at, initial=0.0)))
+        added = self._series_up_to(float(np.max(at, initial=0.0)))
         return np.asarray(self.bare.g(x) - (added(at) - added(np.zeros(1))[0]))
 
     def slope(self, x: Position) -> FloatArray:
         """The slope g' - c'."""
         at = rounded(x)
-        return self.bare.slope(x) - self._upto(float(np.max(at, initial=0.0)))(at, slope=True)
+        return self.bare.slope(x) - self._series_up_to(float(np.max(at, initial=0.0)))(at, slope=True)
 
     def moment(self, x: Position) -> FloatArray:
         """First moment in m^2."""
         at = rounded(x)
         return self.bare.moment(x) - _gauss_over(
-            lambda t: t * self._upto(float(np.max(at, initial=0.0)))(t, slope=True),
+            lambda t: t * self._series_up_to(float(np.max(at, initial=0.0)))(t, slope=True),
             at,
             self._panels(float(np.max(at))),
         )
@@ -175,14 +175,14 @@ class Coupled(EquivalentProfile):
         """The integral int_a^r (g' - c') arccos(x / r) dx in m."""
         radius, end = rounded(r), float(rounded(a))
         top = float(np.max(radius, initial=end))
-        added = self._upto(top)
-        apart = (radius - end)[..., None]
+        added = self._series_up_to(top)
+        distance = (radius - end)[..., None]
 
         def integrand(u: FloatArray) -> FloatArray:
-            left = apart * u * u
+            left = distance * u * u
             x = radius[..., None] - left
             angle = np.arctan2(np.sqrt(left * (radius[..., None] + x)), x)
-            return 2.0 * apart * u * angle * added(x, slope=True)
+            return 2.0 * distance * u * angle * added(x, slope=True)
 
         part = _gauss_over(
             integrand, np.ones(radius.shape), 2 * self._panels(min(top - end, 16.0 * self.added.thickness))
@@ -211,7 +211,7 @@ class Coupled(EquivalentProfile):
     def sunk(self, r: FloatArray) -> FloatArray:
         """How much deeper in m than that of the half-spaces the surface of the layers lies, -(2/pi) int_0^r c / sqrt(r^2 - x^2) dx."""
         top = float(np.max(r, initial=0.0))
-        added = self._upto(top)
+        added = self._series_up_to(top)
         whole = np.full(r.shape, 0.5 * math.pi)
         return (
             -2.0
@@ -228,6 +228,6 @@ def _gauss_over(integrand: Callable[[FloatArray], FloatArray], top: FloatArray, 
     """Integrals from 0 to each of some ends, on panels side by side."""
     unit, weight = gauss(_NODES)
     u = ((np.arange(panels)[:, None] + 0.5 * (unit + 1.0)) / panels).ravel()
-    share = np.tile(0.5 * weight / panels, panels)
+    weights = np.tile(0.5 * weight / panels, panels)
     ends = np.asarray(top, dtype=float)[..., None]
-    return np.asarray((integrand(ends * u) * share).sum(axis=-1) * ends[..., 0])
+    return np.asarray((integrand(ends * u) * weights).sum(axis=-1) * ends[..., 0])

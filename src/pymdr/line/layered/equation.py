@@ -201,12 +201,12 @@ def _acting(kernel: Kernel, at: _Nodes) -> FloatArray:
     if m:
         unit = 0.5 * at.width * (gauss(at.order)[0] + 1.0)
         last = int(at.wide[-1])
-        apart = kernel(np.abs(at.width * np.arange(last + 1)[:, None, None] + (unit[:, None] - unit)))
+        by_distance = kernel(np.abs(at.width * np.arange(last + 1)[:, None, None] + (unit[:, None] - unit)))
         together = at.width * np.arange(2 * int(at.wide[0]), 2 * last + 1)[:, None, None] + (
             unit[:, None] + unit
         )
         sums = kernel(together)
-        away = np.concatenate([np.swapaxes(apart[:0:-1], 1, 2), apart]) / math.pi
+        away = np.concatenate([np.swapaxes(by_distance[:0:-1], 1, 2), by_distance]) / math.pi
         sums /= math.pi
         for k, row in zip(at.wide, matrix[first:].reshape(m, at.order, n), strict=True):
             blocks = away[last + k - at.wide] + sums[k + at.wide - 2 * at.wide[0]]
@@ -332,8 +332,8 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     """
     if not outline.radius <= WIDEST * (1.0 + 1e-12):
         raise ConvergenceError(
-            f"a contact is wider than {WIDEST:g} thicknesses of the top layer ({metres(WIDEST * outline.thickness)}), up to which "
-            "contacts are solved; for wider ones take the layer as a foundation, or leave it out"
+            f"the contact radius is above the limit of {WIDEST:g} thicknesses of the top layer ({metres(WIDEST * outline.thickness)}); "
+            "treat the layer as an elastic foundation, or omit it"
         )
     worst, least, before = math.inf, math.inf, np.full(5, math.nan)
     for order in ORDERS[1 if kernel.softening(outline.radius) < _SOFT else 0 :]:
@@ -355,11 +355,11 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     if worst < _DOUBT:
         return found, error, order
     raise ConvergenceError(
-        f"a contact of {outline.radius:.4g} thicknesses of the top layer is not resolved: solutions of {ORDERS[-2]} and "
-        f"{ORDERS[-1]} nodes a panel differ by {worst:.1g}; reduce the load, or use layers that differ less"
+        f"a contact radius of {outline.radius:.4g} thicknesses of the top layer is not resolved: solutions with {ORDERS[-2]} and "
+        f"{ORDERS[-1]} nodes per panel differ by {worst:.1g}; reduce the load, or use layers that differ less"
     )
 
 
-def solve_again(kernel: Kernel, outline: Outline, order: int) -> FloatArray:
+def solve_at_order(kernel: Kernel, outline: Outline, order: int) -> FloatArray:
     """The :func:`numbers` of a contact whose neighbour took an order."""
     return numbers(_solved(kernel, outline, order), outline)

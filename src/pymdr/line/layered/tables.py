@@ -1,8 +1,8 @@
-"""The contacts of one profile on layers, solved once: series in the radius, made as far as they are asked.
+"""The contacts of one profile on layers as series in the radius, extended on demand.
 
-Held are the stiffness and the edge of a flat punch, and depth, force and energy of the smooth contact, all as parts of what
-they are on a half-space of the top layer, so that they keep their digits at every radius. Panels are an octave of the
-radius or less; behind a corner of the gap series run in the root of the distance.
+The table contains the stiffness and the edge of a flat punch, and depth, force and energy of the smooth contact, all
+relative to a half-space of the top layer, which avoids cancellation at every radius. Panels are at most an octave of the
+radius; after a corner of the gap the series are in the root of the distance.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
-from pymdr.line.layered.equation import WIDEST, Outline, numbers, solve_again, solve_contact
+from pymdr.line.layered.equation import WIDEST, Outline, numbers, solve_at_order, solve_contact
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
 from pymdr.numerics.panels import (
@@ -231,8 +231,8 @@ class Table:
             if resolved or halvings >= _HALVINGS:
                 if not float(np.max(made.error)) <= _WORST:
                     raise ConvergenceError(
-                        f"contacts of layers between radii of {metres(start)} and {metres(stop)} err by "
-                        f"{float(np.max(made.error)):.1g}: the profile is not smooth enough there; name its breakpoints, or smooth it"
+                        f"the relative error of contacts on layers with radii from {metres(start)} to {metres(stop)} is "
+                        f"{float(np.max(made.error)):.1g}: the profile is not smooth enough there; declare its breakpoints, or smooth it"
                     )
                 done.append(made)
             else:
@@ -249,7 +249,7 @@ class Table:
         solved, error, order = solve_contact(self.kernel, widest)
         values = np.array(
             [
-                solve_again(self.kernel, self._outline(at.take(slice(i, i + 1))), order)
+                solve_at_order(self.kernel, self._outline(at.take(slice(i, i + 1))), order)
                 for i in range(u.size - 1)
             ]
         )
@@ -363,8 +363,8 @@ class Table:
         turning = () if self.equivalent.rises else self.equivalent.turning_points(top)
         if turning:
             raise ProblemError(
-                f"the equivalent profile falls at r = {metres(turning[0])}: on layers only profiles are followed that rise on the "
-                "line; smooth the profile, or take a half-space"
+                f"the equivalent profile decreases at r = {metres(turning[0])}, but layers need a rising one; smooth the profile, or "
+                "use a half-space"
             )
 
     def _at_bound(self, a: float) -> FloatArray:
@@ -447,6 +447,6 @@ def _columns(segment: _Segment) -> list[Series]:
 
 def _falling(a: float) -> ProblemError:
     return ProblemError(
-        f"below a contact radius of {metres(a)} the indentation of a smooth contact falls while the contact grows: it is "
-        "no disk, and contacts of layers are followed on disks only; use a profile that rises more evenly"
+        f"below a contact radius of {metres(a)} the indentation of a smooth contact decreases while the contact grows, so it is not "
+        "a disk, which layers need; use a profile that rises more evenly"
     )

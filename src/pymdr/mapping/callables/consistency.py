@@ -1,4 +1,4 @@
-"""Whether f and the derivative that is given with it belong together."""
+"""The consistency of f with its given derivative."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pymdr.units import FloatArray, metres
 
 _AN_OCTAVE, _MOST, _LEAST = 16, 400, 64
 _LENGTHS = np.array([0.19, 0.012])
-"""Relative lengths of the panels over which f' is integrated, besides those that cover all."""
+"""Relative lengths of additional panels over which f' is integrated."""
 _NODES = 17
 _ROUNDINGS = 16.0
 _ROUNDS, _PERSISTS = 7, 3
@@ -35,24 +35,24 @@ def check_consistency(
     farthest: float | None = None,
 ) -> None:
     """
-    Refuse a derivative that is not that of f.
+    Refuse a derivative that is inconsistent with f.
 
-    On panels that cover all radii, the integral of the derivative is held against the difference of f. They
-    contradict each other where these differ by more than the rounding of f, what two rules of quadrature differ by, and a
-    part of the integral of abs(f'); and still do so on parts of the panel, and on parts of these.
+    On panels that cover all radii, the integral of the derivative is compared with the difference of f. Both are
+    inconsistent if they differ by more than the rounding of f, the difference of two quadrature rules, and a fraction of
+    the integral of abs(f'), on a panel, on parts of it, and on parts of these.
 
     Parameters
     ----------
     f, derivative : callable
         Taking and giving arrays; an offset of f does not matter.
     low, high : float
-        Radii in m, 0 < low < high, between which to look.
+        Range of radii in m, 0 < low < high.
     breakpoints : sequence of float
         Radii at which f' jumps: no panel crosses one.
     relative : float
-        Difference that is let pass: constants with 8 digits, derivatives by differences.
+        Accepted relative difference, for constants with 8 digits and derivatives by differences.
     farthest : float, optional
-        Radius in m up to which the rounding of f is measured: f that cancels may look smooth far in.
+        Largest radius in m at which the rounding of f is measured; near the tip it may be invisible.
 
     Raises
     ------
@@ -73,40 +73,43 @@ def check_consistency(
         values = f(np.geomspace(low, high, _NOISE_RADII))
         if not np.isfinite(values).any():
             raise ProblemError(
-                f"Function.f gives {values[-1]} from r = {metres(low)} to {metres(high)}, where derivative is defined: give both "
-                "on the same radii, or only one"
+                f"Function.f returns {values[-1]} from r = {metres(low)} to {metres(high)}, where derivative is defined; define both "
+                "on the same radii, or give only one"
             )
         stairs = _stairs(values)
         streak = np.zeros(start.shape, dtype=int)
         for _ in range(_ROUNDS):
             rise, integral, sure, spread = _compared(f, derivative, noise, start, end, relative)
-            apart = np.abs(rise - integral)
-            # a callable that hardly leaves its offset on all these radii says nothing of its slope
-            wrong = (apart > sure + 16.0 * spread) & (apart > stairs)
+            difference = np.abs(rise - integral)
+            # a callable with only a few levels on these radii does not determine a slope
+            wrong = (difference > sure + 16.0 * spread) & (difference > stairs)
             streak = np.where(wrong, streak + 1, 0)
-            worst = int(np.argmax(streak * 1e300 + np.nan_to_num(apart / sure)))
+            worst = int(np.argmax(streak * 1e300 + np.nan_to_num(difference / sure)))
             if streak[worst] >= _PERSISTS:
                 raise _contradiction(start[worst], end[worst], rise[worst], integral[worst])
-            # what the rules do not resolve is looked at again, too
-            again = np.flatnonzero(apart > sure)
-            if again.size == 0:
+            # panels that the rules do not resolve are divided, too
+            unresolved = np.flatnonzero(difference > sure)
+            if unresolved.size == 0:
                 return
-            first = np.argsort(-streak[again], kind="stable")[:: max(1, math.ceil(again.size / 160))]
-            start, end, streak = _parts(start[again[first]], end[again[first]], streak[again[first]])
+            first = np.argsort(-streak[unresolved], kind="stable")[
+                :: max(1, math.ceil(unresolved.size / 160))
+            ]
+            start, end, streak = _parts(
+                start[unresolved[first]], end[unresolved[first]], streak[unresolved[first]]
+            )
 
 
 def _contradiction(start: float, end: float, rise: float, integral: float) -> ProblemError:
     return ProblemError(
-        f"Function: f and derivative contradict each other near r = {metres(0.5 * (start + end))}, where f rises with a "
-        f"slope of {rise / (end - start):.6g} and derivative gives {integral / (end - start):.6g}: correct one of "
-        "them, or give only one"
+        f"Function: f and derivative contradict each other near r = {metres(0.5 * (start + end))}: the slope of f is "
+        f"{rise / (end - start):.6g}, derivative gives {integral / (end - start):.6g}; correct one of them, or give only one"
     )
 
 
 def _noise_of(f: Curve, low: float, high: float) -> Curve:
-    """Rounding of f at any radius: where it cancels, no less farther in, though nothing is seen of it there."""
+    """Rounding of f at any radius; where f cancels, at least the rounding further out."""
     r = np.geomspace(low, high, max(_NOISE_RADII, math.ceil(4.0 * math.log2(high / low))))
-    # the lesser of two neighbours: one may lie at a kink, or at the end of a sphere
+    # the lesser of two neighbours, because one may be at a kink or at the end of a sphere
     measured, least = np.array([scatter(f, r), scatter(f, r * 0.997)]).min(axis=0)
     noise = np.nan_to_num(np.maximum(measured, least), nan=0.0)
     values = f(np.concatenate([[0.0], r]))
@@ -123,7 +126,7 @@ def _noise_of(f: Curve, low: float, high: float) -> Curve:
 
 
 def _panels(low: float, high: float, breakpoints: Sequence[float]) -> tuple[FloatArray, FloatArray]:
-    """Ends of panels: of all lengths around radii that no regular grid holds, and side by side."""
+    """Ends of panels: of several lengths around irregular radii, and adjacent ones."""
     octaves = math.log2(high / low)
     count = int(min(max(_AN_OCTAVE * octaves, _LEAST), _MOST))
     centres = low * (high / low) ** ((np.arange(count) + jitter(count, 0.5)) / count)
@@ -132,7 +135,7 @@ def _panels(low: float, high: float, breakpoints: Sequence[float]) -> tuple[Floa
     end = np.concatenate([(centres[:, None] + half).ravel(), centres[1:]])
     start, end = np.maximum(start, low), np.minimum(end, high)
     for b in sorted(breakpoints):
-        # by a breakpoint both callables may give either side
+        # at a breakpoint each callable may give either side
         margin = 8.0 * EPS * b
         crossing = (start < b + margin) & (end > b - margin)
         before, after = start[crossing], end[crossing]
@@ -143,7 +146,7 @@ def _panels(low: float, high: float, breakpoints: Sequence[float]) -> tuple[Floa
 
 
 def _stairs(values: FloatArray) -> float:
-    """Twice the range of the few even levels that a callable takes; 0 if it takes others, inf if there is but one."""
+    """Twice the range of a callable with a few even levels; 0 for others, inf for a constant."""
     levels = np.unique(values[np.isfinite(values)])
     if levels.size == 1:
         return math.inf
@@ -161,7 +164,7 @@ def _parts(
 
 @lru_cache(maxsize=1)
 def _rules() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places in [0, 1] and weights of Clenshaw and Curtis, of all and of every other place."""
+    """Nodes in [0, 1] and weights of Clenshaw and Curtis, for all nodes and for every other node."""
 
     def rule(count: int) -> tuple[FloatArray, FloatArray]:
         z = -np.cos(np.pi * np.arange(count) / (count - 1))
@@ -178,10 +181,10 @@ def _rules() -> tuple[FloatArray, FloatArray, FloatArray]:
 def _compared(
     f: Curve, derivative: Curve, noise: Curve, start: FloatArray, end: FloatArray, relative: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Differences of f, integrals of the derivative, by how much they may differ, and the error of the integrals."""
+    """Differences of f, integrals of the derivative, their allowed difference, and the error of the integrals."""
     width = end - start
     t, fine, coarse = _rules()
-    # the ends belong to the rules, so that no jump hides behind the last node
+    # the rules include the ends, so no jump can hide behind the last node
     slopes = derivative(np.minimum(start[:, None] + width[:, None] * t, end[:, None]).ravel()).reshape(
         width.size, -1
     )

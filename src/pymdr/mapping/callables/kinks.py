@@ -1,4 +1,4 @@
-"""Kinks that nobody named: where panels do not converge, they are found and located."""
+"""Undeclared kinks: where panels do not converge, kinks are detected and located."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ MOST_KINKS = 32
 _NODES, _CHECKS = 16, 24
 _LEVELS = 4
 _SPLITS = (0.4837, 0.5391, 0.4289)
-"""Where panels are divided: at no place that people choose, and in more than one way, since a kink may lie by an edge."""
+"""Where panels are divided: at unusual places, and at several, because a kink may be at an edge."""
 _MOST_PANELS = 1024
 _DEEPEST = 24
 _SHARP = 1e-8
-"""Relative length of what is a kink to any panel, even if a closer look would resolve it."""
-_BESIDE = 1e-6
-"""How far from a kink, in parts of its radius, a curve is told from 0."""
+"""Relative length of a feature that counts as a kink."""
+_ZERO_DISTANCE = 1e-6
+"""Relative distance from a kink at which a curve is compared with 0."""
 _NAMED = 1e-3
-"""How far from a breakpoint, in parts of it, a kink may lie that is meant by it."""
+"""Largest relative distance between a breakpoint and its kink."""
 _SAME = 64.0 * EPS
-"""How far from a breakpoint, in parts of it, a kink may lie that is none beside it."""
+"""Relative distance from a breakpoint up to which a kink is the same."""
 _WIDEST = 24.0
-"""Length of the stretch on each side of a kink, in lengths of the panel that holds it."""
+"""Length of the interval on each side of a kink, over the length of its panel."""
 _SIDE_POINTS, _INSIDE_POINTS = 40, 48
 _FREE_ORDERS = (0.5, 1.5, 2.5)
 
 
 @dataclass(frozen=True)
 class _Interval:
-    """An unresolved stretch, and how far on both sides the curve is resolved."""
+    """An unresolved interval, and the ends of the resolved intervals on both sides."""
 
     low: float
     high: float
@@ -54,16 +54,16 @@ def find_kinks(
     """
     Radii of the kinks of a profile on an interval on which polynomial panels do not converge.
 
-    The interval is divided until the panels that stay unresolved are short. In each of them a jump is followed to
-    the neighbouring floats; a kink, or a jump of a higher or fractional derivative, is where the polynomials from
-    both sides part, polished by least squares over both stretches.
+    The interval is divided until the unresolved panels are short. In each of them a jump is located to neighbouring
+    floats; a kink, or a jump of a higher or fractional derivative, is where the polynomials from both sides separate,
+    refined by least squares over both sides.
 
     Parameters
     ----------
     curve : callable
         f' with ``of="slope"``, f with ``of="value"``; taking and giving arrays.
     low, high : float
-        Ends of the interval in m; singularities at the ends themselves are no kinks inside.
+        Ends of the interval in m; singularities at the ends are not included.
     noise : float, optional
         Standard deviation of the rounding of the curve; measured if not given.
     of : {"slope", "value"}
@@ -72,8 +72,7 @@ def find_kinks(
     Returns
     -------
     list of float
-        Rising radii in m, at most 32: the last floats at which a jump has not happened yet; empty where short panels
-        resolve the curve.
+        Rising radii in m, at most 32: the last floats before a jump; empty if short panels resolve the curve.
 
     Raises
     ------
@@ -89,33 +88,33 @@ def find_kinks(
         with np.errstate(all="ignore"):
             measured = scatter(curve, np.linspace(low, high, 9)[1:], stairs=of == "value")
         noise = float(np.nanmax(np.maximum(*measured)))
-    # where a curve all but vanishes it is no more exact for the map than elsewhere
+    # the map needs no more absolute precision where a curve is close to 0
     size = float(np.max(np.abs(curve(np.linspace(low, high, 257)))))
     noise = max(noise, EPS * size) if math.isfinite(size) else noise
-    found: list[float] = []
+    kinks: list[float] = []
     gaps = [(low, high)]
     while gaps:
         start, end = gaps.pop()
         more = _searched(curve, start, end, noise, of)
-        found += more
-        if len(found) > MOST_KINKS:
-            raise _too_many(_Interval(min(found), max(found), low, high), of)
-        # a strong kink may hide a weak one beside it
+        kinks += more
+        if len(kinks) > MOST_KINKS:
+            raise _too_many(_Interval(min(kinks), max(kinks), low, high), of)
+        # a strong kink may hide a weak one next to it
         marks = [start, *more, end]
         gaps += [
             (float(np.nextafter(one, math.inf)), other)
             for one, other in pairwise(marks)
             if more and other - one > 256.0 * EPS * other
         ]
-    found.sort()
-    return [_begun(curve, radius, before) for before, radius in pairwise([low, *found])]
+    kinks.sort()
+    return [_onset(curve, radius, before) for before, radius in pairwise([low, *kinks])]
 
 
 def polished(
     curve: Curve, breakpoints: Sequence[float], reach: float, start: float = 0.0, stop: float = math.inf
 ) -> tuple[float, ...]:
     """
-    Named breakpoints, and in place of those that the curve is not smooth beside, the kinks that are there.
+    Breakpoints, each moved to the kink next to it if there is one.
 
     Parameters
     ----------
@@ -126,12 +125,12 @@ def polished(
     reach : float
         Largest radius in m.
     start, stop : float
-        Radii in m between which breakpoints are looked at.
+        Radii in m between which breakpoints are checked.
 
     Returns
     -------
     tuple of float
-        Rising radii in m. What is no simple kink is left where it was named, and others that are found beside it are added.
+        Rising radii in m. A breakpoint without a simple kink stays; other kinks next to it are added.
 
     Examples
     --------
@@ -151,20 +150,20 @@ def polished(
         try:
             with np.errstate(all="ignore"):
                 noise = float(np.max(scatter(curve, np.array([low]), stairs=False)))
-            found = (
+            located = (
                 [] if _smooth_between(curve, [low, b, high], noise) else find_kinks(curve, low, high, noise)
             )
-            # the one that was named may be one of several
-            others = sorted(found, key=lambda kink: abs(kink - b))[1:]
-            for kinks in (sorted([b, *others]), found):
-                if found and _smooth_between(curve, [low, *kinks, high], noise):
+            # the declared one may be one of several
+            others = sorted(located, key=lambda kink: abs(kink - b))[1:]
+            for kinks in (sorted([b, *others]), located):
+                if located and _smooth_between(curve, [low, *kinks, high], noise):
                     answer += kinks
                     break
             else:
-                # beside a kink of a broken order the curve is not smooth either: panels end at both
-                answer += [b, *(kink for kink in found if abs(kink - b) > _SAME * b)]
+                # next to a kink of fractional order the curve is not smooth either: panels end at both
+                answer += [b, *(kink for kink in located if abs(kink - b) > _SAME * b)]
         except ProblemError:
-            # where it is not defined, or is more than kinks
+            # not defined there, or not only kinks
             answer.append(b)
     return tuple(sorted(set(answer)))
 
@@ -177,12 +176,12 @@ def _smooth_between(curve: Curve, marks: list[float], noise: float) -> bool:
     return not (wide.any() and _unresolved(curve, low[wide], high[wide], noise).any())
 
 
-def _begun(curve: Curve, radius: float, before: float) -> float:
-    """The last float at which a curve that is 0 before a radius is 0; the radius itself where it is not, or begins before."""
-    low, high = radius * (1.0 - _BESIDE), radius * (1.0 + _BESIDE)
+def _onset(curve: Curve, radius: float, before: float) -> float:
+    """The last float at which a curve that is 0 before a radius is 0; the radius itself for other curves."""
+    low, high = radius * (1.0 - _ZERO_DISTANCE), radius * (1.0 + _ZERO_DISTANCE)
     if (
         low <= before
-        or np.any(curve(radius * (1.0 - _BESIDE * np.array([1.0, 2.0, 4.0]))) != 0.0)
+        or np.any(curve(radius * (1.0 - _ZERO_DISTANCE * np.array([1.0, 2.0, 4.0]))) != 0.0)
         or curve(np.array([high]))[0] == 0.0
     ):
         return radius
@@ -193,8 +192,8 @@ def _begun(curve: Curve, radius: float, before: float) -> float:
 
 
 def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> list[float]:
-    """Kinks inside an interval, rising; of those that hide each other only the strongest."""
-    found: list[float] = []
+    """Kinks inside an interval, rising; of kinks that hide each other only the strongest."""
+    located: list[float] = []
     todo = [(_Interval(low, high, low, high), _LEVELS, 0)]
     while todo:
         place, levels, depth = todo.pop()
@@ -202,11 +201,11 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
         length = place.high - place.low
         sharp = length <= _SHARP * place.high and low < place.low < place.high < high
         if not clusters and depth > 0 and sharp:
-            found.append(0.5 * (place.low + place.high))
+            located.append(0.5 * (place.low + place.high))
         elif not clusters and depth > 0:
-            found += _faint(curve, place, noise)
+            located += _faint(curve, place, noise)
         for cluster in clusters:
-            if len(found) + len(todo) > 2 * MOST_KINKS:
+            if len(located) + len(todo) > 2 * MOST_KINKS:
                 raise _too_many(cluster, of)
             kink = _located(curve, cluster, noise, depth > 0)
             width = cluster.high - cluster.low
@@ -214,51 +213,51 @@ def _searched(curve: Curve, low: float, high: float, noise: float, of: str) -> l
                 if kink[1] == 0.0 and of == "value":
                     before, after = curve(np.array([kink[0], np.nextafter(kink[0], math.inf)]))
                     raise step_refused(kink[0], float(after - before))
-                found.append(kink[0])
+                located.append(kink[0])
             elif width <= 64.0 * EPS * cluster.high:
                 if low < cluster.low < cluster.high < high:
-                    found.append(0.5 * (cluster.low + cluster.high))
+                    located.append(0.5 * (cluster.low + cluster.high))
             elif depth >= _DEEPEST:
-                raise _lost(0.5 * (cluster.low + cluster.high))
+                raise _not_located(0.5 * (cluster.low + cluster.high))
             else:
-                # all of it unresolved: there is more than one kink in it, or none
+                # more than one kink, or none
                 todo.append((cluster, levels + 3 if width > 0.3 * length else _LEVELS, depth + 1))
     distinct: list[float] = []
-    for radius in sorted(found):
+    for radius in sorted(located):
         if low < radius < high and (not distinct or radius - distinct[-1] > 64.0 * EPS * radius):
             distinct.append(radius)
     return distinct
 
 
 def _faint(curve: Curve, place: _Interval, noise: float) -> list[float]:
-    """Kinks so close to the rounding that only panels no shorter than half of a stretch show them."""
+    """Kinks so close to the rounding that only long panels show them."""
     for levels in (2, 1):
         located = [_located(curve, part, noise, False) for part in _clusters(curve, place, noise, levels)]
-        found = [kink[0] for kink in located if kink is not None and kink[1] > 0.0]
-        if found:
-            return found
+        radii = [kink[0] for kink in located if kink is not None and kink[1] > 0.0]
+        if radii:
+            return radii
     return []
 
 
-def _lost(radius: float) -> ProblemError:
+def _not_located(radius: float) -> ProblemError:
     return ProblemError(
-        f"the profile is not smooth near r = {metres(radius)}, and the place cannot be told to the last digit: name the "
-        f"kink as a breakpoint, Function(..., breakpoints=[{radius:.6g}])"
+        f"the profile has a kink near r = {metres(radius)} that cannot be located exactly: declare it, "
+        f"Function(..., breakpoints=[{radius:.6g}])"
     )
 
 
 def _too_many(place: _Interval, of: str) -> ProblemError:
-    what = "the slope of the profile" if of == "slope" else "the profile"
+    subject = "the slope of the profile" if of == "slope" else "the profile"
     return ProblemError(
-        f"{what} is not smooth at more than {MOST_KINKS} radii between {metres(place.free_low)} and "
-        f"{metres(place.free_high)}, one a kink near r = {metres(place.low)}: name the kinks as breakpoints, "
+        f"{subject} is not smooth at more than {MOST_KINKS} radii between {metres(place.free_low)} and "
+        f"{metres(place.free_high)}, one of them near r = {metres(place.low)}: declare the kinks, "
         f"Function(..., breakpoints=[{place.low:.6g}, ...]), or smooth the noise"
     )
 
 
 @lru_cache(maxsize=1)
 def _check() -> tuple[FloatArray, FloatArray]:
-    """Places in [0, 1], the nodes first, and the matrix from values at the nodes to those at the others."""
+    """Points in [0, 1], the nodes first, and the matrix from values at the nodes to values at the other points."""
     angles = np.pi * (np.arange(_NODES) + 0.5) / _NODES
     nodes = (1.0 - np.cos(angles)) / 2.0
     # the ends too: a jump may hide behind the last node
@@ -270,7 +269,7 @@ def _check() -> tuple[FloatArray, FloatArray]:
 
 
 def _unresolved(curve: Curve, low: FloatArray, high: FloatArray, noise: float) -> FloatArray:
-    """Which panels a polynomial of degree 15 does not meet within the rounding of the curve and of the radii."""
+    """Mask of the panels that a polynomial of degree 15 does not fit within the rounding of the curve and of the radii."""
     t, matrix = _check()
     width = high - low
     r = np.minimum(low[:, None] + width[:, None] * t, high[:, None])
@@ -278,7 +277,7 @@ def _unresolved(curve: Curve, low: FloatArray, high: FloatArray, noise: float) -
     if not np.all(np.isfinite(values)):
         bad = float(r[~np.isfinite(values)][0])
         raise ProblemError(
-            f"the profile is not defined at r = {metres(bad)}: state how far it goes with Function(..., reach=...)"
+            f"the profile is not defined at r = {metres(bad)}: declare its last radius, Function(..., reach=...)"
         )
     shifted = values - values[:, :1]
     rest = np.abs(shifted[:, _NODES:] - shifted[:, :_NODES] @ matrix.T)
@@ -286,15 +285,15 @@ def _unresolved(curve: Curve, low: FloatArray, high: FloatArray, noise: float) -
 
 
 def _tolerance(values: FloatArray, width: FloatArray, radius: FloatArray, noise: float) -> FloatArray:
-    """What rounding of values and radii may leave on panels, shape (panels,)."""
+    """Largest residual on panels from the rounding of values and radii, shape (panels,)."""
     rise = np.ptp(values, axis=1)
     size = np.max(np.abs(values), axis=1)
     return np.asarray(10.0 * noise + 2.0 * EPS * size + 8.0 * EPS * radius * rise / width)
 
 
 def _clusters(curve: Curve, place: _Interval, noise: float, levels: int) -> list[_Interval]:
-    """Short unresolved stretches, rising, with what is resolved between them."""
-    pieces: list[tuple[float, float]] = []
+    """Short unresolved intervals, rising, with the resolved intervals between them."""
+    intervals: list[tuple[float, float]] = []
     for split in _SPLITS:
         low, high = np.array([place.low]), np.array([place.high])
         for _ in range(levels):
@@ -306,9 +305,9 @@ def _clusters(curve: Curve, place: _Interval, noise: float, levels: int) -> list
             low, high = low[keep], high[keep]
             if low.size > _MOST_PANELS:
                 raise _too_many(place, "slope")
-        pieces += zip(low.tolist(), high.tolist(), strict=True)
+        intervals += zip(low.tolist(), high.tolist(), strict=True)
     merged: list[list[float]] = []
-    for start, end in sorted(pieces):
+    for start, end in sorted(intervals):
         if merged and start <= merged[-1][1]:
             merged[-1][1] = max(merged[-1][1], end)
         else:
@@ -330,7 +329,7 @@ class _Side:
     coefficients: FloatArray
 
     def at(self, r: FloatArray) -> FloatArray:
-        """Its values, also beyond its stretch."""
+        """Its values, extrapolated outside [low, high]."""
         z = 2.0 * (r - self.low) / (self.high - self.low) - 1.0
         return np.asarray(chebyshev.chebval(z, self.coefficients))
 
@@ -343,10 +342,10 @@ def _side_fit() -> tuple[FloatArray, FloatArray, FloatArray]:
     return t, q, np.asarray(np.linalg.inv(triangle))
 
 
-def _side(curve: Curve, start: float, room: float, width: float, noise: float) -> _Side | None:
-    """The polynomial on the longest stretch from `start` on that it resolves; towards smaller r if `room` is negative."""
+def _side(curve: Curve, start: float, extent: float, width: float, noise: float) -> _Side | None:
+    """The polynomial on the longest interval from `start` that it fits; toward smaller r if `extent` is negative."""
     t, q, inverse = _side_fit()
-    length = math.copysign(min(abs(room), _WIDEST * width), room)
+    length = math.copysign(min(abs(extent), _WIDEST * width), extent)
     for _ in range(6):
         if abs(length) < 0.7 * width:
             return None
@@ -366,7 +365,7 @@ def _side(curve: Curve, start: float, room: float, width: float, noise: float) -
 
 
 def _located(curve: Curve, place: _Interval, noise: float, free: bool) -> tuple[float, float] | None:
-    """Radius and order of the only singularity in a short stretch; None where the stretch is not that simple."""
+    """Radius and order of the only singularity in a short interval; None for more complex intervals."""
     width = place.high - place.low
     left = _side(curve, place.low, place.free_low - place.low, width, noise)
     right = _side(curve, place.high, place.free_high - place.high, width, noise)
@@ -381,16 +380,16 @@ def _located(curve: Curve, place: _Interval, noise: float, free: bool) -> tuple[
             break
         if best is not None and model.order <= best[1]:
             continue
-        found = model.solved()
-        if found is not None:
-            best = found[:2]
-            if not found[2]:
+        solution = model.solved()
+        if solution is not None:
+            best = solution[:2]
+            if not solution[2]:
                 break
     return best
 
 
 def _jump(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: float) -> float | None:
-    """The last float before a jump, if each point of the stretch lies on one of the two sides."""
+    """The last float before a jump, if each point of the interval is on one of the two sides."""
     low, high = place.low, place.high
     r = np.linspace(low, high, _INSIDE_POINTS)
     while True:
@@ -401,7 +400,7 @@ def _jump(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: floa
         tolerance = _tolerance(
             values[None], np.array([max(high - low, EPS * high)]), np.array([high]), noise
         )[0]
-        # what is extrapolated may err, but must tell the sides apart
+        # extrapolations may be imprecise, but must distinguish the sides
         nearest = np.minimum(before, after)
         if np.any(
             nearest
@@ -421,7 +420,7 @@ def _jump(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: floa
 
 
 def _models(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: float) -> Iterator[Model]:
-    """Models of whole order, whose start is a root of a derivative of the difference of the sides, and free ones."""
+    """Models of integer order, which start at a root of a derivative of the difference of the sides, and free ones."""
     inside = place.low + (place.high - place.low) * (
         (np.arange(_INSIDE_POINTS) + np.random.default_rng(6).random(_INSIDE_POINTS)) / _INSIDE_POINTS
     )
@@ -435,7 +434,7 @@ def _models(curve: Curve, place: _Interval, left: _Side, right: _Side, noise: fl
     x = np.linspace(place.low, place.high, 257)
     between = right.at(x) - left.at(x)
     for order in (1, 2, 3):
-        # the stretches are long, so that the difference is a smooth curve over the panel between them
+        # the sides are long, so their difference is smooth over the panel between them
         series = chebyshev.chebfit(np.linspace(-1.0, 1.0, 257), between, 5)
         roots = chebyshev.chebroots(chebyshev.chebder(series, order - 1)) if order < 6 else np.zeros(0)
         real = np.sort(roots.real[(np.abs(roots.imag) < 0.3) & (np.abs(roots.real) < 1.3)])

@@ -146,8 +146,8 @@ def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, F
         beside = (values - values[:, :, -1:]) @ left.T
         # squares of what is tiny are 0
         largest = np.max(np.abs(beside), axis=2)
-        shares = beside / np.where(largest > 0.0, largest, 1.0)[:, :, None]
-        found = largest * np.sqrt(np.sum(shares**2, axis=2) / (_SCATTERED - _DEGREE - 1))
+        fractions = beside / np.where(largest > 0.0, largest, 1.0)[:, :, None]
+        found = largest * np.sqrt(np.sum(fractions**2, axis=2) / (_SCATTERED - _DEGREE - 1))
         varies = np.isfinite(found) & (np.ptp(values, axis=2) > 0.0)
     noise = np.where(varies.all(axis=1), _LEAST_OF_FOUR * np.min(found, axis=1), 0.0)
     still = np.flatnonzero(~varies.all(axis=1) & np.isfinite(last) & (r > 0.0))

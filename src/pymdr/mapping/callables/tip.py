@@ -1,4 +1,4 @@
-"""The law by which a callable starts where its own digits cancel: 1 - sqrt(1 - r^2), sqrt(R^2 + r^2) - R, ..."""
+"""The power law of a callable at its tip where its digits cancel: 1 - sqrt(1 - r^2), sqrt(R^2 + r^2) - R, ..."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LOWEST, _HIGHEST = -980, 120
 _POINTS, _TERMS, _OCTAVES = 900, 16, 9
 _BLOCKS = 20
 _SIZE = 16
-_DEEPEST, _LAST, _DEPTH, _FARTHER = 56.0, 1000.0, 24.0, (0.0, 6.0, 24.0)
+_DEEPEST, _LAST, _DEPTH, _OUTWARD = 56.0, 1000.0, 24.0, (0.0, 6.0, 24.0)
 """Octaves in which an underflow is looked for, the last below 1 m, those above the first 0, and above what is asked for."""
 _FAINT = 0.3
 """Of rounding to the power 1.5 and the values at the radii that are asked for: those that end in 0 below are no differences."""
@@ -34,30 +34,30 @@ _UNFELT = 1e-40
 _DIGITS_LOST, _ROUNDINGS = 1e-13, 16.0
 _STEADY = 1e-6
 """Change of a power from octave to octave, above which it is none."""
-_TOLD_APART = 0.1
+_LEAST_DIFFERENCE = 0.1
 """Difference of two exponents below which no fit can tell them."""
 
 
 @dataclass(frozen=True)
 class TipLaw:
     """
-    How f' goes on below the radius to which f itself resolves it.
+    The law of f' below the radius down to which f resolves it.
 
     f' = (r / radius)^(exponent - 1) sum_j c_j T_j(2 (r / radius)^step - 1) for 0 < r <= radius.
     """
 
     radius: float
-    """Radius in m below which the law stands for f: a power of 2^(1/4)."""
+    """Radius in m below which the law replaces f: a power of 2^(1/4)."""
     exponent: float
     """Power of r with which f - f(0) starts."""
     coefficients: FloatArray
     """Chebyshev coefficients of f' / (r / radius)^(exponent - 1)."""
     error: float
-    """Measured bound of its error in parts of f'."""
+    """Measured bound of its error relative to f'."""
     step: float = 1.0
-    """1 but where f goes on in powers that are not whole."""
+    """Step of the powers in f; 1 for integer powers."""
     exponent_error: float = 0.0
-    """Uncertainty of an exponent that is no simple number: farther in, f' errs by this times ln(radius / r)."""
+    """Uncertainty of an exponent that is not a simple number; it makes a relative error of f' of this times ln(radius / r)."""
 
     def slope(self, r: ArrayLike) -> FloatArray:
         """Slope f' at radii up to `radius`."""
@@ -68,45 +68,44 @@ class TipLaw:
 
     def error_at(self, r: FloatArray) -> FloatArray:
         """
-        Error of f' in parts of it at radii up to `radius`.
+        Relative error of f' at radii up to `radius`.
 
-        Farther in an exponent that is no simple number errs by more, and a term with the next smaller whole power
-        that is lost in the error at `radius` grows.
+        Further in, the error of an exponent that is not a simple number grows, and so does a hidden term with the next smaller
+        integer power.
         """
         if self.exponent_error == 0.0:
             return np.full(np.shape(r), self.error)
-        farther_in = self.radius / r
-        apart = self.exponent - math.floor(self.exponent)
-        # powers that are close to one another are hard to tell
-        hidden = self.error * farther_in**apart / max(apart, _TOLD_APART) ** 2
-        return np.asarray(hidden + self.exponent_error * np.log(farther_in))
+        inward = self.radius / r
+        fraction = self.exponent - math.floor(self.exponent)
+        # close powers are hard to distinguish
+        hidden = self.error * inward**fraction / max(fraction, _LEAST_DIFFERENCE) ** 2
+        return np.asarray(hidden + self.exponent_error * np.log(inward))
 
 
 def tip_law(f: Curve, top: float = math.inf) -> TipLaw | None:
     """
-    The law that continues f' to the tip where f cancels, from the radii at which it does not.
+    The law that continues f' to the tip where f cancels, from the radii at which f does not cancel.
 
-    f(r) = f(0) + r^n (a_0 + a_1 r^s + ...) is fitted by weighted least squares, with whole n before others and
-    s = 2 before 1, on stretches of several octaves above the radius where 40 roundings of f exceed 1e-10 of f'.
-    It must leave no more than rounding there and below, and agree with the fit on another stretch.
+    f(r) = f(0) + r^n (a_0 + a_1 r^s + ...) is fitted by weighted least squares, with integer n before others and
+    s = 2 before 1, on intervals of several octaves above the radius where 40 roundings of f exceed 1e-10 of f'.
+    The residual must be rounding there and below, and the law must agree with the fit on another interval.
 
     Parameters
     ----------
     f : callable
         Taking and giving arrays, with its offset f(0) if it has one.
     top : float
-        Radius in m up to which f is smooth: its first breakpoint or its reach. More is better than little: the law
-        comes from the cleanest radii.
+        Radius in m up to which f is smooth: its first breakpoint or its reach. The larger, the better.
 
     Returns
     -------
     TipLaw or None
-        None where f has its digits down to the tip.
+        None if f is precise down to the tip.
 
     Raises
     ------
     ProblemError
-        If f is noise at all radii, or starts by no power of r.
+        If f is noise at all radii, or is not a power of r at the tip.
 
     Examples
     --------
@@ -122,23 +121,23 @@ def tip_law(f: Curve, top: float = math.inf) -> TipLaw | None:
 
 def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "value") -> TipLaw | None:
     """
-    The power by which a callable goes on below the radii at which its terms are too small for numbers, as r^20 does.
+    The power law of a callable below the radii at which its terms underflow, as r^20 does.
 
     Parameters
     ----------
     curve : callable
         f, or its slope.
     top : float
-        Radius in m that is asked for; where digits are lost close to it, larger ones are looked at.
+        Requested radius in m; larger ones are used where digits are lost close to it.
     end : float
         Radius in m up to which the callable is smooth.
     of : {"value", "slope"}
-        What it gives.
+        Quantity of the callable.
 
     Returns
     -------
     TipLaw or None
-        None where its values do not end in 0 through numbers that have lost their digits, far below those farther out.
+        None unless its values vanish through an underflow.
 
     Examples
     --------
@@ -153,19 +152,19 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
         if far.all():
             return None
         zero = highest - 8.0 * int(np.argmin(far != 0.0))
-        for farther in _FARTHER:
-            begin = min(zero + _DEPTH + farther, highest + farther, last)
+        for outward in _OUTWARD:
+            begin = min(zero + _DEPTH + outward, highest + outward, last)
             r = 2.0 ** np.arange(begin, zero - 0.125, -0.25)
             values = np.abs(curve(r))
             deepest = int(np.max(np.flatnonzero(values), initial=0))
             measured, least = scatter(curve, r[: deepest + 1])
-            told = values[: deepest + 1]
-            unit = float(np.nanmax((least / told)[told > _UNDERFLOW], initial=EPS))
+            nonzero = values[: deepest + 1]
+            unit = float(np.nanmax((least / nonzero)[nonzero > _UNDERFLOW], initial=EPS))
             digits = max(_DIGITS_LOST, _ROUNDINGS * unit)
-            sure = (np.maximum(measured, least) <= digits * told) & (
-                told > (_UNDERFLOW if unit == EPS else _UNDERFLOW_SINGLE)
+            sure = (np.maximum(measured, least) <= digits * nonzero) & (
+                nonzero > (_UNDERFLOW if unit == EPS else _UNDERFLOW_SINGLE)
             )
-            # an octave farther out there are more digits than matter
+            # one octave further out the values are precise
             first = int(np.argmin(np.append(sure, False))) - 4
             # two octaves show its power, and whether it stays
             if first >= 9:
@@ -177,7 +176,7 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
     if not abs(power - before) < max(_STEADY, digits):
         if not (faint and power > before):
             return None
-        # it falls ever faster, as exp(-1 / r) does: any law is right for what is nothing to all that it adds to
+        # it decreases ever faster, as exp(-1 / r): any law is good enough for negligible values
         unsure = 1.0
     else:
         unsure = digits + abs(power - before)
@@ -202,8 +201,8 @@ def _continued(f: Curve, top: float) -> TipLaw | None:
         if law is not None:
             return law
         refused = refused or ProblemError(
-            f"Function.f loses its digits below r = {metres(radius)} and starts by no power of r that could stand for "
-            "it: give derivative= too, or write f without a difference of large numbers (numpy.expm1, "
+            f"Function.f loses its digits below r = {metres(radius)} and does not follow a power of r there; give "
+            "derivative= too, or write f without a difference of large numbers (numpy.expm1, "
             "r**2 / (R + sqrt(R**2 - r**2)))"
         )
     if refused is not None:
@@ -220,7 +219,7 @@ def _law(f: Curve, radius: float, ends: list[float]) -> TipLaw | None:
         if law is not None and step == 2.0:
             # a small odd term hides from an even series, not from a full one
             full = _established(fits, exponent, 1.0, spread)
-            if full is not None and np.any(_apart(law, full) > full.error):
+            if full is not None and np.any(_relative_difference(law, full) > full.error):
                 law = full
         if law is not None and (best is None or law.error < 0.1 * best.error):
             best = law
@@ -229,8 +228,8 @@ def _law(f: Curve, radius: float, ends: list[float]) -> TipLaw | None:
     return best if best is not None and best.error < _UNUSABLE else None
 
 
-def _apart(law: TipLaw, other: TipLaw) -> FloatArray:
-    """By how much two laws with the same exponent differ, in parts."""
+def _relative_difference(law: TipLaw, other: TipLaw) -> FloatArray:
+    """Relative difference of two laws with the same exponent."""
     z = 2.0 * _nodes() - 1.0
     return np.asarray(
         np.abs(chebyshev.chebval(z, law.coefficients) / chebyshev.chebval(z, other.coefficients) - 1.0)
@@ -241,8 +240,8 @@ def _cancellations(f: Curve, top: float) -> Iterator[tuple[float, list[float]]]:
     """Radii, from the outer one, below which f is noise and above which it is not; and ends of clean stretches."""
     most = math.floor(4.0 * math.log2(min(top, 2.0**_HIGHEST)))
     far, near = np.arange(4 * _LOWEST, most + 1, 32), np.arange(max(-240, 4 * _LOWEST), min(160, most) + 1, 4)
-    quarters = np.unique(np.concatenate([far, near, np.arange(most - 16, most + 1, 4)]))
-    states = _States(f, quarters)
+    steps = np.unique(np.concatenate([far, near, np.arange(most - 16, most + 1, 4)]))
+    states = _States(f, steps)
     for _ in range(6):
         more = states.between_changes()
         if more.size == 0:
@@ -258,17 +257,17 @@ def _cancellations(f: Curve, top: float) -> Iterator[tuple[float, list[float]]]:
     pairs = clean[1:] & clean[:-1]
     if cancelling.any() and (limit > _UNUSABLE or not pairs.any()):
         raise ProblemError(
-            f"Function.f has only noise for a slope up to r = {metres(float(2.0 ** (states.quarters[cancelling][-1] / 4.0)))}: "
-            f"its rounding is {best / _SAFETY:.1e} of its rise at best; give derivative= too, or write f without a "
-            "difference of large numbers"
+            f"the slope of Function.f is only noise up to r = {metres(float(2.0 ** (states.steps[cancelling][-1] / 4.0)))}: its "
+            f"rounding is at least {best / _SAFETY:.1e} of its rise; give derivative= too, or write f without a difference of large "
+            "numbers"
         )
     for i in range(clean.size - 2, 0, -1):
         if clean[i] and clean[i + 1] and not clean[i - 1]:
             below = np.flatnonzero(clean[:i])
             if not cancelling[below[-1] + 1 if below.size else 0 : i].any():
                 continue
-            radius = float(2.0 ** (states.quarters[i] / 4.0))
-            above = states.quarters[i:][~clean[i:]]
+            radius = float(2.0 ** (states.steps[i] / 4.0))
+            above = states.steps[i:][~clean[i:]]
             last = min(float(2.0 ** ((above[0] - 1) / 4.0)) if above.size else math.inf, top)
             ends = [radius * 2.0**k for k in range(1, _OCTAVES + 1) if radius * 2.0**k <= last]
             if ends and last < 2.0 * ends[-1] and last == top and len(ends) < _OCTAVES:
@@ -280,9 +279,9 @@ def _cancellations(f: Curve, top: float) -> Iterator[tuple[float, list[float]]]:
 class _States:
     """Whether f moves, and 40 roundings over its rise in an octave, at radii of 2^(quarters / 4) m."""
 
-    def __init__(self, f: Curve, quarters: NDArray[np.int_]) -> None:
-        self.quarters = quarters
-        r = 2.0 ** (quarters / 4.0)
+    def __init__(self, f: Curve, steps: NDArray[np.int_]) -> None:
+        self.steps = steps
+        r = 2.0 ** (steps / 4.0)
         measured, least = scatter(f, r)
         noise = np.maximum(measured, least)
         inside = np.array([1.0, 0.87, 0.74, 0.61, 0.5])
@@ -300,7 +299,7 @@ class _States:
         sure = np.where(self.moves, np.where(self.ratio <= _SURE, 2, 1), 0)
         more: list[int] = []
         for i in np.flatnonzero((sure[1:] != sure[:-1]) | (sure[1:] == 1)):
-            low, high = int(self.quarters[i]), int(self.quarters[i + 1])
+            low, high = int(self.steps[i]), int(self.steps[i + 1])
             if high - low > 4:
                 more += range(low + 4, high, 4)
             elif sure[i] != sure[i + 1]:
@@ -309,8 +308,8 @@ class _States:
 
     def joined(self, other: _States) -> _States:
         """Both, rising."""
-        order = np.argsort(np.concatenate([self.quarters, other.quarters]))
-        for name in ("quarters", "moves", "ratio", "cancels"):
+        order = np.argsort(np.concatenate([self.steps, other.steps]))
+        for name in ("steps", "moves", "ratio", "cancels"):
             both = np.concatenate([getattr(self, name), getattr(other, name)])
             setattr(self, name, both[order])
         return self
@@ -395,7 +394,7 @@ class _Series:
         rest = self.target - self.matrix[:, :size] @ solution
         solution = solution + inverse @ (self.q[:, :size].T @ rest)
         # whole powers are told in r / radius, others in its power
-        v = (_nodes() ** (1.0 / _told(self.s)) * self.ratio) ** self.s
+        v = (_nodes() ** (1.0 / _polynomial_step(self.s)) * self.ratio) ** self.s
         z = 2.0 * v - 1.0
         vander = chebyshev.chebvander(z, terms - 1)
         rise = 0.0 * vander
@@ -411,7 +410,7 @@ class _Series:
             return _Fit(self.end, terms, slope, float(np.max((level * spread + rounded) / np.abs(slope))))
 
 
-def _told(step: float) -> float:
+def _polynomial_step(step: float) -> float:
     """The power of r / radius in which a series is a polynomial."""
     return 1.0 if step in (1.0, 2.0) else step
 
@@ -447,21 +446,21 @@ def _good_fits(fits: _Stretches, n: float, s: float) -> Iterator[_Fit]:
 
 def _established(fits: _Stretches, n: float, s: float, exponent_error: float) -> TipLaw | None:
     """The best fit of a family, with the error that the fits on other stretches show; None if they contradict it."""
-    found = list(_good_fits(fits, n, s))
-    if len(found) < 2:
+    fits_found = list(_good_fits(fits, n, s))
+    if len(fits_found) < 2:
         return None
-    best = min(found, key=lambda fit: fit.spread)
-    others = [fit for fit in found if fit is not best and fit.spread < 30.0 * best.spread]
-    apart = [float(np.max(np.abs(fit.slope / best.slope - 1.0))) for fit in others]
-    for fit, distance in zip(others, apart, strict=True):
+    best = min(fits_found, key=lambda fit: fit.spread)
+    others = [fit for fit in fits_found if fit is not best and fit.spread < 30.0 * best.spread]
+    differences = [float(np.max(np.abs(fit.slope / best.slope - 1.0))) for fit in others]
+    for fit, distance in zip(others, differences, strict=True):
         if distance > 8.0 * (fit.spread + best.spread) + 16.0 * EPS:
             return None
     z = 2.0 * _nodes() - 1.0
     series = np.asarray(np.linalg.solve(chebyshev.chebvander(z, _SIZE - 1), best.slope), dtype=float)
     series = series[: int(np.flatnonzero(np.abs(series) > 0.1 * EPS * np.abs(series).max())[-1]) + 1]
     # rounding is no white noise: its standard deviation is safe within a factor of two
-    error = 8.0 * best.spread + 2.0 * max(apart, default=0.0) + 8.0 * EPS
-    law = TipLaw(fits.radius, n, series, error, _told(s), exponent_error)
+    error = 8.0 * best.spread + 2.0 * max(differences, default=0.0) + 8.0 * EPS
+    law = TipLaw(fits.radius, n, series, error, _polynomial_step(s), exponent_error)
     return law if _is_met(fits, law) else None
 
 
@@ -516,9 +515,9 @@ def _families(f: Curve, fits: _Stretches) -> Iterator[tuple[float, float, float]
 
 def _free_exponent(fits: _Stretches, guess: float, step: float) -> tuple[float, float] | None:
     """The exponent that is known best of those that leave only rounding on a stretch, and its standard deviation."""
-    found: list[tuple[float, float]] = []
+    candidates: list[tuple[float, float]] = []
     for count, end in enumerate(fits.ends):
-        if count == 2 and not found:
+        if count == 2 and not candidates:
             return None
         for terms in range(1, 7):
             n, spread = guess, math.inf
@@ -527,11 +526,11 @@ def _free_exponent(fits: _Stretches, guess: float, step: float) -> tuple[float, 
                 if not 0.0 < n < 64.0 or abs(change) < 1e-15:
                     break
             if 0.0 < n < 64.0 and _Series(fits, end, n, step).misfit(terms) <= 1.0:
-                found.append((spread, n))
+                candidates.append((spread, n))
                 break
-    if not found:
+    if not candidates:
         return None
-    spread, n = min(found)
+    spread, n = min(candidates)
     return n, spread
 
 

@@ -1,9 +1,9 @@
-"""The stiffness of a contact from its force curve: what is left of a topography on the line.
+"""The stiffness of a contact from its force curve, which represents a topography on the line.
 
-On elastic half-spaces without adhesion contacts of any shape grow with the depth, so that k = dF/dd does not fall
-(Barber 1974). A curve through data is therefore one whose k(d) is rising and piecewise linear. Points whose slopes rise
-are met exactly, by two straight pieces of k between neighbours (Schumaker 1983); piecewise linear data, those of finitely
-many springs, come back as steps of k. Noisy points are met in the sense of non-negative least squares.
+On elastic half-spaces without adhesion contacts of any shape grow with the depth, so that k = dF/dd never decreases
+(Barber 1974). The curve through data therefore has a rising, piecewise linear k(d). Points with rising slopes are
+interpolated, with two linear segments of k between neighbours (Schumaker 1983); piecewise linear data, as of finitely many
+springs, give steps of k. Noisy points are fitted by non-negative least squares.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from pymdr.problem.profiles import ForceCurve
 from pymdr.units import FloatArray, metres, newtons
 
 _NO_CURVE = 0.05
-"""Of the largest force: points that lie farther off any rising stiffness are no curve of an elastic contact."""
+"""Largest accepted misfit of a rising stiffness, over the largest force."""
 _NO_NOISE = 2.0
-"""Noises by which points with noise may always lie off."""
+"""Misfit that is always accepted, over the noise."""
 _ROUGHEST = 1e-9
-"""Least excess of the exponent of a curve over 1 by which an error of its bends is divided."""
+"""Least excess of the exponent of a curve over 1 in the error of the rise of its stiffness."""
 
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """What a force curve says of a contact."""
+    """The properties of a contact that its force curve determines."""
 
     stiffness: Polyline
     contact_point: float
@@ -38,13 +38,13 @@ class Closure:
     noise: float
     """Noise of the force in N; 0 where the slopes of the points rise."""
     misfit: float
-    """Root mean square in N by which the points lie off the curve."""
+    """Root mean square distance in N of the points from the curve."""
     errors: tuple[FloatArray, FloatArray]
     """Depths in m, rising, and the relative errors at each of k, F, U and of the rise of k, shape (4, n)."""
     given: tuple[FloatArray, FloatArray] | None
-    """Depths in m of the points and the relative errors of their forces; None if none were given."""
+    """Depths in m of the points and the relative errors of their forces; None without errors."""
     notes: tuple[str, ...]
-    """What was done to the data, in words."""
+    """Notes on the processing of the data."""
 
     @property
     def deepest(self) -> float:
@@ -53,21 +53,21 @@ class Closure:
 
     @property
     def largest_force(self) -> float:
-        """The force in N at the last depth, of the bodies whose curve it is."""
+        """The force in N at the last depth, for the bodies of the curve."""
         return float(self.stiffness.at(np.array([self.deepest]))[1, 0])
 
     def error(self, depth: FloatArray) -> FloatArray:
-        """Relative errors of k, F, U and the rise of k at depths in m, shape (4, n): what half of the points, and more pieces, give otherwise."""
-        table, found = self.errors
+        """Relative errors of k, F, U and the rise of k at depths in m, shape (4, n), from half of the points and more segments."""
+        table, values = self.errors
         j = np.clip(np.searchsorted(table, depth), 0, table.size - 1)
-        return np.where(depth > 0.0, found[:, j], 0.0)
+        return np.where(depth > 0.0, values[:, j], 0.0)
 
     def given_error(self, depth: FloatArray) -> FloatArray:
         """
-        Relative errors of k, F, U and the rise of k at depths in m that those of the points leave, shape (4, n); nan where not known.
+        Relative errors of k, F, U and the rise of k at depths in m from those of the points, shape (4, n); nan where unknown.
 
-        An error e of F that varies with the depth no faster than its first power, as d^m with |m| <= 1, leaves in k = dF/dd no more
-        than e (1 + 1/n), n = k d / F, and in dk/dd no more than e (n + 1)/(n - 1). That of U is the mean over its parts.
+        If the error e of F varies with the depth no faster than d^m with |m| <= 1, that of k = dF/dd is at most e (1 + 1/n) with
+        n = k d / F, and that of dk/dd at most e (n + 1)/(n - 1). The error of U is the mean over its parts.
         """
         if self.given is None:
             return np.zeros((4, depth.size))
@@ -78,20 +78,22 @@ class Closure:
         here = np.append(step, error[-1])[j]
         before = np.append(0.0, self.stiffness.at(points)[2])
         stiffness, force, energy = self.stiffness.at(depth)
-        # errors are shares of what is true, of which no less than 1 - e was found
+        # errors are relative to the true values, which are at most 1/(1 - e) times the given ones
         true = 1.0 - np.minimum(step, 0.9)
         true_here = 1.0 - np.minimum(here, 0.9)
-        gathered, held = (
+        weighted, weights = (
             np.append(0.0, np.cumsum(weight * np.diff(before))) for weight in (step / true, 1.0 / true)
         )
         rest = (energy - before[j]) / true_here
         with np.errstate(divide="ignore", invalid="ignore"):
             exponent = np.maximum(stiffness * depth / force - here / true_here, 1.0)
-            whole = (gathered[j] + here * rest) / (held[j] + rest)
-        bends = here * np.minimum((exponent + 1.0) / np.maximum(exponent - 1.0, _ROUGHEST), 1.0 / _ROUGHEST)
-        found = np.stack([here * (1.0 + 1.0 / exponent), here, whole, bends])
-        found = np.where(here > 0.0, found, np.where(here == 0.0, 0.0, found))
-        return np.where((depth > 0.0) & (force > 0.0), found, 0.0)
+            whole = (weighted[j] + here * rest) / (weights[j] + rest)
+        rise_error = here * np.minimum(
+            (exponent + 1.0) / np.maximum(exponent - 1.0, _ROUGHEST), 1.0 / _ROUGHEST
+        )
+        values = np.stack([here * (1.0 + 1.0 / exponent), here, whole, rise_error])
+        values = np.where(here > 0.0, values, np.where(here == 0.0, 0.0, values))
+        return np.where((depth > 0.0) & (force > 0.0), values, 0.0)
 
 
 @lru_cache(maxsize=64)
@@ -110,13 +112,12 @@ def closure_of(curve: ForceCurve) -> Closure:
     Raises
     ------
     ProblemError
-        If no stiffness that rises with the depth is near the points.
+        If no stiffness rising with the depth fits the points.
 
     Notes
     -----
-    The errors are those by which the curves through every other point, and that of twice as many pieces, differ from the curve,
-    the scatter of the points, and by how much they lie off the curve beyond their noise, the largest of a factor of 2 of the depth on
-    both sides; 1 where the data tell nothing.
+    The errors are the largest of the differences to curves through every other point and of twice as many segments, the scatter
+    of the points, and their misfit beyond the noise, within a factor of 2 of the depth; 1 where the data determine nothing.
 
     Examples
     --------
@@ -134,9 +135,9 @@ def closure_of(curve: ForceCurve) -> Closure:
     whole = fit_points(d / scales[0], force / scales[1], touch)
     if whole.misfit > max(_NO_CURVE, _NO_NOISE * whole.noise):
         raise ProblemError(
-            f"ForceCurve: the points lie {newtons(whole.misfit * scales[1])} (root mean square) off any curve whose stiffness "
-            "rises with the depth, as that of an elastic contact without adhesion does; give the approach alone, of an elastic "
-            "contact, and its contact_point where that is not the depth 0"
+            f"ForceCurve: no curve with a stiffness that rises with the depth fits the points (misfit {newtons(whole.misfit * scales[1])} "
+            "root mean square), as an elastic contact without adhesion needs; give only the approach, of an elastic contact, and its "
+            "contact_point if that is not the depth 0"
         )
     halves = [fit_points(*every_other(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
     depths, errors = _errors(whole, halves)
@@ -162,32 +163,32 @@ def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
     number = 1 + math.ceil(OCTAVE * math.log2(deepest / whole.first)) if deepest > whole.first else 1
     depth = deepest * 2.0 ** -(np.arange(number)[::-1] / OCTAVE)
     others = (whole.finer, *(fit.line for fit in halves))
-    # curves differ most between the points, and where their stiffness bends
+    # curves differ most between the points, and at the kinks of their stiffness
     inside = np.concatenate(
         [whole.points, 0.5 * (whole.points[1:] + whole.points[:-1]), *(o.depth for o in others)]
     )
     inside = inside[(inside >= depth[0]) & (inside <= deepest)]
     tried = np.concatenate([depth, inside])
     own = stiffness_states(whole.line, tried)
-    apart = np.max([np.abs(stiffness_states(other, tried) - own) for other in others], axis=0)
-    apart = np.maximum(apart, _scatter(whole, tried))
+    distance = np.max([np.abs(stiffness_states(other, tried) - own) for other in others], axis=0)
+    distance = np.maximum(distance, _scatter(whole, tried))
     with np.errstate(divide="ignore", invalid="ignore"):
-        each = np.minimum(np.where(apart > 0.0, apart / own, 0.0), 1.0)
-    found = np.zeros((4, number))
-    np.maximum.at(found.T, np.clip(np.searchsorted(depth, tried), 0, number - 1), each.T)
-    padded = np.pad(found, ((0, 0), (OCTAVE, OCTAVE)), mode="edge")
+        each = np.minimum(np.where(distance > 0.0, distance / own, 0.0), 1.0)
+    values = np.zeros((4, number))
+    np.maximum.at(values.T, np.clip(np.searchsorted(depth, tried), 0, number - 1), each.T)
+    padded = np.pad(values, ((0, 0), (OCTAVE, OCTAVE)), mode="edge")
     spread = np.lib.stride_tricks.sliding_window_view(padded, 2 * OCTAVE + 1, axis=1).max(axis=2)
     depth[-1] = whole.deepest
     return depth, np.maximum(spread, 1e-15)
 
 
 def _scatter(fit: Fit, depth: FloatArray) -> FloatArray:
-    """By how much k, F, U and the rise of k err by the noise of the points of a factor of 2 of the depth, or by what misses them, shape (4, n)."""
+    """Errors of k, F, U and the rise of k from noise and misfit within a factor of 2 of the depth, shape (4, n)."""
     low, high = 0.5 * depth, np.minimum(2.0 * depth, fit.deepest)
-    held = np.maximum(np.searchsorted(fit.points, high, "right") - np.searchsorted(fit.points, low), 1)
+    count = np.maximum(np.searchsorted(fit.points, high, "right") - np.searchsorted(fit.points, low), 1)
     j = np.clip(np.searchsorted(fit.points, depth), 1, fit.points.size - 1)
     missed = np.maximum(fit.missed[j - 1], fit.missed[j])
-    force = np.maximum(fit.noise / np.sqrt(held), missed)
+    force = np.maximum(fit.noise / np.sqrt(count), missed)
     stiffness = force * math.sqrt(12.0) / (high - low)
     return np.stack([stiffness, force, force * depth, stiffness])
 
@@ -195,25 +196,24 @@ def _scatter(fit: Fit, depth: FloatArray) -> FloatArray:
 def _notes(curve: ForceCurve, fit: Fit, scales: tuple[float, float]) -> tuple[str, ...]:
     length, force = scales
     n = curve.force.size
-    if fit.pieces == 0:
-        words = f"the line is that of a force curve through all of its {n} points, whose slopes rise"
+    if fit.segments == 0:
+        first = f"the line is from a force curve through all of its {n} points, whose slopes rise"
     else:
-        words = (
-            f"the line is that of a force curve by non-negative least squares, whose stiffness rises in {fit.pieces} pieces; its "
-            f"{n} points lie off it by {newtons(fit.misfit * force)} (root mean square), their noise is about "
-            f"{newtons(fit.noise * force)}"
+        first = (
+            f"the line is from a force curve by non-negative least squares, whose stiffness rises in {fit.segments} segments; misfit "
+            f"of its {n} points: {newtons(fit.misfit * force)} (root mean square), noise about {newtons(fit.noise * force)}"
         )
-    notes = [words]
-    if fit.found:
+    notes = [first]
+    if fit.estimated:
         notes.append(
-            f"the contact point was found at {metres(fit.touch * length)} of the data, from which indentations are counted"
+            f"indentations are measured from the estimated contact point at {metres(fit.touch * length)} of the data"
         )
     elif fit.touch != 0.0:
-        notes.append(f"indentations are counted from {metres(fit.touch * length)} of the data")
+        notes.append(f"indentations are measured from {metres(fit.touch * length)} of the data")
     if fit.off is not None:
         low, high, size = fit.off
         notes.append(
-            f"between d = {metres(low * length)} and {metres(high * length)} the points lie off every rising stiffness by "
-            f"{size:.2g} noises of their mean: adhesion, plasticity, tilting or drift"
+            f"between d = {metres(low * length)} and {metres(high * length)} the mean of the points differs from every rising "
+            f"stiffness by {size:.2g} times its noise: adhesion, plasticity, tilt or drift"
         )
     return tuple(notes)

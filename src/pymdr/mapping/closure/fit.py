@@ -10,11 +10,11 @@ import numpy as np
 from pymdr.mapping.closure.polyline import (
     BLOCK,
     BLOCKS,
-    PIECES,
     ROUNDING,
+    SEGMENTS,
     Polyline,
-    fit_pieces,
     fit_ramps,
+    fit_segments,
     graded_nodes,
     missed_forces,
     polyline_through,
@@ -27,10 +27,10 @@ from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.units import FloatArray
 
 _MOST = 3000
-"""Points of which a fit makes use one by one."""
+"""Largest number of points that a fit uses without averaging."""
 _QUIETEST = 0.05
-"""Of the usual noise: the least that a stretch of a curve is believed to have."""
-_TOUCH_PIECES, _TOUCHES = 6, 80
+"""Least noise of a part of a curve, over the median noise."""
+_TOUCH_SEGMENTS, _TOUCHES = 6, 80
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,18 +41,18 @@ class Fit:
     points: FloatArray
     """Depths of the points in contact."""
     finer: Polyline
-    """That of twice as many pieces, where there are any."""
+    """The fit with twice as many segments."""
     touch: float
     noise: float
     misfit: float
-    found: bool
-    """Whether the contact point was found."""
-    pieces: int
-    """Pieces of a fit; 0 where the points are met."""
+    estimated: bool
+    """Whether the contact point was estimated from the points."""
+    segments: int
+    """Number of segments of a fit; 0 for interpolation."""
     missed: FloatArray
-    """By how much the curve misses the points beyond their noise."""
+    """Misfit of the points beyond their noise."""
     off: tuple[float, float, float] | None
-    """Ends of the stretch whose points lie farthest off the curve beyond their noise, and by how many noises."""
+    """Ends of the interval with the largest systematic misfit, and its size over the noise."""
 
     @property
     def first(self) -> float:
@@ -66,9 +66,9 @@ class Fit:
 
 
 def fit_points(d: FloatArray, force: FloatArray, touch: float | None) -> Fit:
-    """The stiffness of points, whose contact point is found unless it is given."""
+    """The stiffness of points, whose contact point is estimated unless it is given."""
     sigma = _noise(d, force)
-    found = touch is None
+    estimated = touch is None
     few = _grouped(d, force, sigma)
     if touch is None:
         touch = _contact_point(*few)
@@ -79,14 +79,14 @@ def fit_points(d: FloatArray, force: FloatArray, touch: float | None) -> Fit:
     quiet = bool(np.all(np.abs(force[~inside]) <= ROUNDING))
     met = quiet and slopes_rise(depth, values)
     if met:
-        line, pieces, off = polyline_through(*with_beginning(depth, values)), 0, None
+        line, segments, off = polyline_through(*with_beginning(depth, values)), 0, None
         finer = line
         noise = misfit = 0.0
         missed = np.zeros(depth.size - 1)
     else:
         few = few[:, few[0] > touch] - np.array([[touch], [0.0], [0.0]])
-        line, nodes = fit_pieces(*few)
-        pieces = nodes.size - 1
+        line, nodes = fit_segments(*few)
+        segments = nodes.size - 1
         finer = fit_ramps(few[0], few[1], few[2], np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1]))))[
             0
         ]
@@ -94,13 +94,13 @@ def fit_points(d: FloatArray, force: FloatArray, touch: float | None) -> Fit:
         misfit = float(np.sqrt(np.mean(residual**2)))
         noise, off = float(np.median(sigma)), systematic_stretch(x, residual / sigma)
         missed, own = missed_forces(residual, sigma)[inside], line.at(x[inside])[1]
-        # the share is that of the points, which may lie below the curve
+        # the misfit is relative to the points, which may be below the curve
         missed *= own / np.maximum(own - missed, np.maximum(0.5 * own, math.ulp(0.0)))
         if off is not None:
-            # is it the points, or too few pieces?
-            freest = fit_ramps(few[0], few[1], few[2], graded_nodes(few[0], PIECES[-1]))[0]
+            # distinguish a misfit of the points from too few segments
+            freest = fit_ramps(few[0], few[1], few[2], graded_nodes(few[0], SEGMENTS[-1]))[0]
             off = systematic_stretch(x, (force - freest.at(x)[1]) / sigma)
-    return Fit(line, depth[1:], finer, touch, noise, misfit, found, pieces, missed, off)
+    return Fit(line, depth[1:], finer, touch, noise, misfit, estimated, segments, missed, off)
 
 
 def every_other(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArray, FloatArray]:
@@ -110,7 +110,7 @@ def every_other(d: FloatArray, force: FloatArray, first: int) -> tuple[FloatArra
 
 
 def _grouped(d: FloatArray, force: FloatArray, sigma: FloatArray) -> FloatArray:
-    """Depths, forces and noises, of so many neighbours together that no more are left than a fit can use."""
+    """Depths, forces and noises, averaged over neighbours to at most the number that a fit uses."""
     size = -(-d.size // _MOST)
     whole = d.size // size * size
     means = [values[d.size - whole :].reshape(-1, size).mean(axis=1) for values in (d, force, sigma)]
@@ -122,7 +122,7 @@ def _grouped(d: FloatArray, force: FloatArray, sigma: FloatArray) -> FloatArray:
 
 
 def _noise(d: FloatArray, force: FloatArray) -> FloatArray:
-    """The noise of every force, from stretches of neighbours; 1 where there is none."""
+    """The noise of every force, from blocks of neighbours; 1 without noise."""
     if d.size < FEWEST_POINTS:
         return np.ones(d.size)
     blocks = min(max(d.size // BLOCK, 1), BLOCKS)
@@ -139,18 +139,18 @@ def _noise(d: FloatArray, force: FloatArray) -> FloatArray:
 
 
 def _contact_point(d: FloatArray, force: FloatArray, sigma: FloatArray) -> float:
-    """The depth from which on a stiffness that rises with a few pieces is nearest to all points."""
+    """The contact point for which a rising stiffness with a few segments fits all points best."""
     from scipy.optimize import minimize_scalar
 
     def missed(touch: float) -> float:
         inside = d > touch
-        if np.count_nonzero(inside) < _TOUCH_PIECES:
+        if np.count_nonzero(inside) < _TOUCH_SEGMENTS:
             return math.inf
         x, y, s = d[inside] - touch, force[inside], sigma[inside]
-        _, rest = fit_ramps(x, y, s, graded_nodes(x, _TOUCH_PIECES))
+        _, rest = fit_ramps(x, y, s, graded_nodes(x, _TOUCH_SEGMENTS))
         return float(rest + np.sum((force[~inside] / sigma[~inside]) ** 2))
 
-    last = min(int(np.searchsorted(np.maximum.accumulate(force), 0.5)), d.size - _TOUCH_PIECES - 1)
+    last = min(int(np.searchsorted(np.maximum.accumulate(force), 0.5)), d.size - _TOUCH_SEGMENTS - 1)
     if last < 1:
         return max(float(d[0]), 0.0)
     trial = d[np.unique(np.linspace(0, last, _TOUCHES).astype(int))]
@@ -160,9 +160,9 @@ def _contact_point(d: FloatArray, force: FloatArray, sigma: FloatArray) -> float
     best = minimize_scalar(missed, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
     touch = float(best.x if best.fun < sizes[i] else trial[i])
     # points without noise: no later than their slopes allow
-    begun = np.flatnonzero(np.abs(force) > ROUNDING)
-    if begun.size > 1 and begun[0] and np.all(np.abs(force[: begun[0]]) <= ROUNDING):
-        one, two = begun[:2]
+    loaded = np.flatnonzero(np.abs(force) > ROUNDING)
+    if loaded.size > 1 and loaded[0] and np.all(np.abs(force[: loaded[0]]) <= ROUNDING):
+        one, two = loaded[:2]
         slope = (force[two] - force[one]) / (d[two] - d[one])
         if slope > 0.0:
             touch = max(min(touch, float(d[one] - force[one] / slope)), float(d[one - 1]))

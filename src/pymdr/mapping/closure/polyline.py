@@ -1,4 +1,4 @@
-"""A stiffness that rises with the depth, straight between nodes, through or near points of a force curve."""
+"""A stiffness that rises with the depth, linear between nodes, through or near points of a force curve."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ import numpy as np
 from pymdr.units import FloatArray
 
 ROUNDING = 1e-13
-"""Of the largest force: by how much rounding may bend a curve."""
-PIECES = (2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128)
+"""Rounding of a curve, over the largest force."""
+SEGMENTS = (2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64, 91, 128)
 _PARTS = 8
-"""Straight parts of k in a piece."""
+"""Linear parts of k in a segment."""
 _PATIENCE = 3
-"""Numbers of pieces that may be no better before the search ends."""
+"""Number of trials without improvement before the search ends."""
 BLOCK, BLOCKS = 24, 12
 _BEGINNING = 60
-"""Points on a power of the depth before the first point."""
+"""Number of points on a power of the depth before the first point."""
 _SYSTEMATIC = 5.0
-"""Noises by which the mean of neighbouring points may lie off the curve."""
+"""Largest accepted misfit of a mean of neighbouring points, over its noise."""
 OCTAVE = 4
 """Entries of the table of errors in a factor of 2 of the depth."""
 _LAST = 0.05
-"""Of a depth: what slip of a part of the contact feels."""
+"""Relative step of the depth for the rise of the stiffness."""
 
 
 class Polyline(NamedTuple):
-    """A rising k(d), straight between nodes; a step is two nodes at one depth."""
+    """A rising k(d), linear between nodes; a step is two nodes at one depth."""
 
     depth: FloatArray
     """In m from the contact point, not falling, from 0 on."""
@@ -57,12 +57,12 @@ class Polyline(NamedTuple):
 def slopes_rise(depth: FloatArray, force: FloatArray) -> bool:
     """Whether the mean slopes between points rise, to rounding."""
     slopes = np.append(0.0, np.diff(force) / np.diff(depth))
-    falls = np.maximum.accumulate(slopes)[1:] - slopes[1:]
-    return bool(np.all(falls <= ROUNDING / np.diff(depth)))
+    decreases = np.maximum.accumulate(slopes)[1:] - slopes[1:]
+    return bool(np.all(decreases <= ROUNDING / np.diff(depth)))
 
 
 def with_beginning(depth: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points with others before the first, on the power of the depth that leads through the first two."""
+    """Points preceded by others on the power of the depth through the first two points."""
     one, two = force[1:3]
     if not one > 0.0:
         return depth, force
@@ -76,9 +76,8 @@ def polyline_through(depth: FloatArray, force: FloatArray) -> Polyline:
     """
     A rising k whose force is that of points with rising slopes.
 
-    At the points k is that of a local power of the depth, between the mean slopes on both sides; between two points it
-    rises to the mean slope and then on, in two straight pieces that meet where that leaves the mean as it is (Schumaker
-    1983).
+    At the points k follows a local power of the depth, between the mean slopes on both sides; between two points it has two
+    linear segments that meet at the mean slope where they preserve the mean (Schumaker 1983).
     """
     h = np.diff(depth)
     slope = np.maximum.accumulate(np.diff(force) / h)
@@ -95,15 +94,15 @@ def polyline_through(depth: FloatArray, force: FloatArray) -> Polyline:
     k = np.concatenate([[0.0], inner, [max(last, slope[-1])]])
     rise = np.diff(k)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(rise > 0.0, (k[1:] - slope) / rise, 0.5)
-    share = np.where(share < 1e-9, 0.0, np.where(share > 1.0 - 1e-9, 1.0, share))
-    meet = np.minimum(depth[:-1] + share * h, depth[1:])
+        fraction = np.where(rise > 0.0, (k[1:] - slope) / rise, 0.5)
+    fraction = np.where(fraction < 1e-9, 0.0, np.where(fraction > 1.0 - 1e-9, 1.0, fraction))
+    meet = np.minimum(depth[:-1] + fraction * h, depth[1:])
     t = np.append(np.stack([depth[:-1], meet], axis=1).ravel(), depth[-1])
     return Polyline(t, np.append(np.stack([k[:-1], slope], axis=1).ravel(), k[-1]))
 
 
 def graded_nodes(x: FloatArray, n: int) -> FloatArray:
-    """Depths between which dk/dd is straight, closer toward the contact point, with a point at least between two of them."""
+    """Nodes of a linear dk/dd, denser toward the contact point, with at least one point between two of them."""
     rows = np.arange(n + 1) / n
     index = np.maximum(x.size * rows**2, np.arange(n + 1.0))
     return np.unique(np.interp(index, np.arange(x.size + 1), np.append(0.0, x)))
@@ -111,9 +110,9 @@ def graded_nodes(x: FloatArray, n: int) -> FloatArray:
 
 def fit_ramps(x: FloatArray, y: FloatArray, sigma: FloatArray, nodes: FloatArray) -> tuple[Polyline, float]:
     """
-    The rising k whose force is nearest to points, and the squares that are left.
+    The rising k whose force fits points best, and the sum of the squared residuals.
 
-    dk/dd is straight between nodes and nowhere below 0, so that k is smooth; k may begin with a step.
+    dk/dd is linear between nodes and never negative, so that k is smooth; k may begin with a step.
     """
     from scipy.optimize import nnls
 
@@ -122,18 +121,18 @@ def fit_ramps(x: FloatArray, y: FloatArray, sigma: FloatArray, nodes: FloatArray
     size[size == 0.0] = 1.0
     target = y / sigma
     reduced = np.asarray(np.linalg.qr(np.column_stack([columns / size, target]), mode="r"))
-    found = nnls(reduced[:, :-1], reduced[:, -1])[0] / size
+    rates = nnls(reduced[:, :-1], reduced[:, -1])[0] / size
     part = np.arange(_PARTS) / _PARTS
     h = np.diff(nodes)[:, None]
-    begin, end = found[1:-1, None], found[2:, None]
+    begin, end = rates[1:-1, None], rates[2:, None]
     rise = np.append(0.0, np.cumsum(0.5 * h * (begin + end)))
-    k = found[0] + rise[:-1, None] + h * part * (begin + 0.5 * (end - begin) * part)
+    k = rates[0] + rise[:-1, None] + h * part * (begin + 0.5 * (end - begin) * part)
     depth = np.append((nodes[:-1, None] + h * part).ravel(), nodes[-1])
     line = Polyline(
         np.append(0.0, depth),
-        np.maximum.accumulate(np.concatenate([[0.0], k.ravel(), [found[0] + rise[-1]]])),
+        np.maximum.accumulate(np.concatenate([[0.0], k.ravel(), [rates[0] + rise[-1]]])),
     )
-    return line, float(np.sum((target - columns @ found) ** 2))
+    return line, float(np.sum((target - columns @ rates) ** 2))
 
 
 def _forces(x: FloatArray, nodes: FloatArray) -> FloatArray:
@@ -148,36 +147,36 @@ def _forces(x: FloatArray, nodes: FloatArray) -> FloatArray:
     return hats
 
 
-def fit_pieces(x: FloatArray, y: FloatArray, sigma: FloatArray) -> tuple[Polyline, FloatArray]:
-    """The rising k with as many pieces as the points ask for (Schwarz' criterion), where they ask for them; and its nodes."""
+def fit_segments(x: FloatArray, y: FloatArray, sigma: FloatArray) -> tuple[Polyline, FloatArray]:
+    """The rising k with the number and places of segments by Schwarz' criterion, and its nodes."""
 
     def tried(nodes: FloatArray) -> tuple[float, Polyline, FloatArray]:
         line, rest = fit_ramps(x, y, sigma, nodes)
         return x.size * math.log(rest / x.size + 1e-30) + math.log(x.size) * nodes.size, line, nodes
 
     best, worse = tried(graded_nodes(x, 1)), 0
-    for n in PIECES:
+    for n in SEGMENTS:
         nodes = graded_nodes(x, n)
         if nodes.size > 1 + max(x.size // 2, 2) or worse == _PATIENCE:
             break
-        found = tried(nodes)
-        worse = 0 if found[0] < best[0] else worse + 1
-        best = min(best, found, key=lambda one: one[0])
+        trial = tried(nodes)
+        worse = 0 if trial[0] < best[0] else worse + 1
+        best = min(best, trial, key=lambda one: one[0])
     current, worse = best, 0
     while worse < _PATIENCE:
         off = systematic_stretch(x, (y - current[1].at(x)[1]) / sigma)
         if off is None:
             break
         nodes = current[2]
-        beside = (nodes[1:] > off[0]) & (nodes[:-1] < off[1])
-        current = tried(np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])[beside])))
+        adjacent = (nodes[1:] > off[0]) & (nodes[:-1] < off[1])
+        current = tried(np.sort(np.append(nodes, 0.5 * (nodes[1:] + nodes[:-1])[adjacent])))
         worse = 0 if current[0] < best[0] else worse + 1
         best = min(best, current, key=lambda one: one[0])
     return best[1], best[2]
 
 
 def systematic_stretch(x: FloatArray, residual: FloatArray) -> tuple[float, float, float] | None:
-    """The stretch whose points lie off the curve on one side, in noises of its mean."""
+    """Ends of the interval with the largest mean residual, and its size over the noise of the mean; None if insignificant."""
     width = max(x.size // 16, 4)
     if x.size < 2 * width:
         return None
@@ -189,14 +188,14 @@ def systematic_stretch(x: FloatArray, residual: FloatArray) -> tuple[float, floa
 
 def missed_forces(residual: FloatArray, sigma: FloatArray) -> FloatArray:
     """
-    By how much a curve lies off every point beyond its noise: the largest mean of 1, 2, 4 ... neighbours that noise does not explain.
+    Misfit of every point beyond its noise: the largest mean of 1, 2, 4 ... neighbours that noise does not explain.
 
-    The noise is that of differences, which no smooth curve has: what is left of points without noise is all misfit.
+    The noise is estimated from differences, so that for points without noise all residuals are misfit.
     """
     missed = np.zeros(residual.size)
-    # without noise at all every sigma is 1, and no point is farther off than that
+    # without noise every sigma is 1
     noise = np.where(sigma < 1.0, sigma, 0.0)
-    # the noise of a few points is uncertain: the largest of two stretches beside a point counts
+    # the noise of a few points is uncertain, so the largest of the blocks on both sides counts
     noise = np.lib.stride_tricks.sliding_window_view(np.pad(noise, BLOCK, mode="edge"), 2 * BLOCK + 1).max(
         axis=1
     )
@@ -213,6 +212,6 @@ def missed_forces(residual: FloatArray, sigma: FloatArray) -> FloatArray:
 
 
 def stiffness_states(line: Polyline, depth: FloatArray) -> FloatArray:
-    """k, F and U at depths, and by how much k rises in the last part of them, shape (4, n)."""
+    """k, F and U at depths, and the rise of k over the last 5 % of the depth, shape (4, n)."""
     at = line.at(depth)
     return np.vstack([at, at[0] - line.at((1.0 - _LAST) * depth)[0]])

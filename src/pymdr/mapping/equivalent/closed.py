@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
-from pymdr.mapping import returning
+from pymdr.mapping import inverse_map
 from pymdr.mapping.equivalent.base import EquivalentProfile
-from pymdr.mapping.kernels import power_shares
+from pymdr.mapping.kernels import power_fractions
 from pymdr.numerics.panels import Position, rounded
 from pymdr.numerics.quadrature import gauss
 from pymdr.numerics.roots import rising_root
@@ -70,13 +70,13 @@ class PowerLine(EquivalentProfile):
 
     def moment(self, x: Position) -> FloatArray:
         """First moment, n/(n+1+k) x^(1+k) g."""
-        share = power_shares(self.n, self.exponent)[0]
-        return np.asarray(share * self._power(rounded(x), 1.0 + self.exponent) * self.g(x))
+        fraction = power_fractions(self.n, self.exponent)[0]
+        return np.asarray(fraction * self._power(rounded(x), 1.0 + self.exponent) * self.g(x))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of x^k (g(x) - g)^2, 2 n^2 / ((1+k)(n+1+k)(2n+1+k)) x^(1+k) g^2."""
-        share = power_shares(self.n, self.exponent)[1]
-        return np.asarray(share * self._power(rounded(x), 1.0 + self.exponent) * self.g(x) ** 2)
+        fraction = power_fractions(self.n, self.exponent)[1]
+        return np.asarray(fraction * self._power(rounded(x), 1.0 + self.exponent) * self.g(x) ** 2)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g."""
@@ -86,7 +86,7 @@ class PowerLine(EquivalentProfile):
     def inverse_moment(self, moment: ArrayLike) -> FloatArray:
         """Inverse of the first moment."""
         rise = 1.0 + self.exponent
-        factor = power_shares(self.n, self.exponent)[0] * self.scale * self.unit**rise
+        factor = power_fractions(self.n, self.exponent)[0] * self.scale * self.unit**rise
         relative = np.maximum(np.asarray(moment, dtype=float), 0.0) / factor
         return np.asarray(self.unit * self._power(relative, 1.0 / (self.n + rise)))
 
@@ -110,7 +110,7 @@ class PowerLine(EquivalentProfile):
             return super().displacement_integral(r, a)
         radius = np.asarray(r, dtype=float)
         top = np.full(radius.shape, float(rounded(a)))
-        return self.g(radius) * returning.power_with_arcsin(self.n, top, radius, self.exponent)
+        return self.g(radius) * inverse_map.power_with_arcsin(self.n, top, radius, self.exponent)
 
     @staticmethod
     def _power(x: FloatArray, n: float) -> FloatArray:
@@ -261,9 +261,9 @@ class SumLine(EquivalentProfile):
         answer = np.zeros(np.shape(rounded(x)))
         for one in powers:
             for two in powers:
-                share = one.n * two.n * (one.n + two.n + 2.0 * rise)
-                share /= rise * (one.n + rise) * (two.n + rise) * (one.n + two.n + rise)
-                answer += share * one.g(x) * two.g(x)
+                fraction = one.n * two.n * (one.n + two.n + 2.0 * rise)
+                fraction /= rise * (one.n + rise) * (two.n + rise) * (one.n + two.n + rise)
+                answer += fraction * one.g(x) * two.g(x)
         return np.asarray(rounded(x) ** rise * answer)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:

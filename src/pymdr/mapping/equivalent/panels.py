@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.mapping import returning
-from pymdr.mapping.charges import Charges, with_slope
+from pymdr.mapping import inverse_map
+from pymdr.mapping.abel_sums import AbelSums, with_slope
 from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.equivalent.searching import Search, never_rises
 from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, rooted_copy
-from pymdr.mapping.kernels import GradedCharges, power_shares, root_order
+from pymdr.mapping.kernels import GradedAbelSums, power_fractions, root_order
 from pymdr.mapping.resolving import SlopeSource, anchored_between
 from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope
 from pymdr.numerics.panels import (
@@ -48,7 +48,7 @@ _NOTHING = 1e-60
 """Part of g that no fall is seen below."""
 _LAST = 1e-10
 """Part of a value by which a step of Newton's method moves it, if it is the last that is needed."""
-_BESIDE = 1e-13
+_NEXT_TO = 1e-13
 """Part of a value below which steps of Newton's method may be nothing but rounding."""
 _ENDED = 8.0 * float(np.finfo(float).eps)
 """Rounding of the lower end of a panel, in parts of its distance from the base."""
@@ -97,7 +97,7 @@ class PanelLine(EquivalentProfile):
         self.height = height
         self._turning: tuple[Image | None, tuple[float, ...]] = (None, ())
         self._resolved = ResolvedSlope(source, min(edge, source.reach))
-        self._charges: Charges | None = None
+        self._abel: AbelSums | None = None
         self._image: Image | None = None
         self._inner = math.inf
         self._continued = 0.0
@@ -169,23 +169,23 @@ class PanelLine(EquivalentProfile):
             # larger radii have shown that nothing but rounding was mapped
             self._image, self._continued = None, slope.continued
         graded = self.exponent != 0.0
-        self._charges = (
-            GradedCharges(slope.slopes, slope.tail, self.exponent)
+        self._abel = (
+            GradedAbelSums(slope.slopes, slope.tail, self.exponent)
             if graded
-            else Charges(slope.slopes, slope.tail)
+            else AbelSums(slope.slopes, slope.tail)
         )
         if inward or self._image is None:
             settled = self._settled() if knots == slope.knots else None
             stop = slope.front if settled is None else float(settled.panels.start[0])
             panels = self._panels(self._begin, None, stop)
-            image = map_panels(self._charges, panels, self._tail_squared(self._begin))
+            image = map_panels(self._abel, panels, self._tail_squared(self._begin))
             self._image = image if settled is None else joined_images(image, settled)
         last = self._image.panels
         place = (float(last.base[-1]), float(last.high[-1]))
         # the sum of the two may round to less than the breakpoint at which the last panel ends
         if slope.front - place[0] > place[1]:
             fresh = map_panels(
-                self._charges, self._panels(self.front, place, slope.front), self._image.end_squared
+                self._abel, self._panels(self.front, place, slope.front), self._image.end_squared
             )
             self._image = joined_images(self._image, fresh)
         self._inner = min(self._inner, inner)
@@ -202,7 +202,7 @@ class PanelLine(EquivalentProfile):
     def _begin(self) -> float:
         """Where the first panel of the image begins; below it the image is a power."""
         slope = self._resolved
-        return min([ABOVE_TAIL * slope.floor, *slope.knots[:1]])
+        return min([ABOVE_TAIL * slope.tail_radius, *slope.knots[:1]])
 
     def _panels(self, start: float, place: tuple[float, float] | None, stop: float) -> Panels:
         """The first division of the line between two radii."""
@@ -231,7 +231,7 @@ class PanelLine(EquivalentProfile):
             g = top * (x / radius) ** n
             slope = n * top / radius * (x / radius) ** (n - 1.0)
         slope = np.where((x == 0.0) & (top == 0.0), 0.0, slope)
-        first, second = power_shares(n, self.exponent)
+        first, second = power_fractions(n, self.exponent)
         arm = x ** (1.0 + self.exponent)
         return g, slope, first * arm * g, second * arm * g * g
 
@@ -343,11 +343,11 @@ class PanelLine(EquivalentProfile):
             with np.errstate(divide="ignore", invalid="ignore"):
                 share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
             errors[:, k] *= np.maximum(share, 1.0)
-        return errors + self._beside_breakpoints(image, index, offset)
+        return errors + self._next_to_breakpoints(image, index, offset)
 
-    def _beside_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
+    def _next_to_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
         """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
-        exponent, place, unseen, height = image.beside[index].T
+        exponent, place, unseen, height = image.onset_error[index].T
         if not exponent.any() and not place.any():
             return np.zeros((index.size, 4))
         base, k = image.panels.base[index], self.exponent
@@ -382,7 +382,7 @@ class PanelLine(EquivalentProfile):
     def _away(self, place: Place, which: str, k: int) -> FloatArray:
         """Distances in m within which a curve surely takes the values that it seems to take at places."""
         last = float(place.x.max())
-        wanted = getattr(self, which)(place)
+        targets = getattr(self, which)(place)
         top = last
         while True:
             image = self.map_to(top)
@@ -396,8 +396,8 @@ class PanelLine(EquivalentProfile):
             wide += _TRUSTED * self._hidden(image, offset, k)
             # distances of probes from places keep the digits of the offsets
             distance = (probes.base - place.base[:, None]) + (probes.offset - place.offset[:, None])
-            above = np.where((distance >= 0.0) & (values - wide >= wanted[:, None]), distance, math.inf)
-            below = np.where((distance <= 0.0) & (values + wide <= wanted[:, None]), -distance, math.inf)
+            above = np.where((distance >= 0.0) & (values - wide >= targets[:, None]), distance, math.inf)
+            below = np.where((distance <= 0.0) & (values + wide <= targets[:, None]), -distance, math.inf)
             outward, inward = above.min(axis=1), np.minimum(below.min(axis=1), place.x)
             if np.isfinite(outward).all() or top >= min(2.0 * last, self._end):
                 return np.asarray(np.maximum(outward, inward))
@@ -405,14 +405,14 @@ class PanelLine(EquivalentProfile):
 
     def _hidden(self, image: Image, offset: FloatArray, k: int) -> FloatArray:
         """Errors of g in m, or of the moment, at offsets in panels where it is nothing and has no relative error."""
-        assert self._charges is not None
+        assert self._abel is not None
         nothing = image.size[:, k] == 0.0
         answer = np.zeros(offset.shape)
         if nothing.any():
             base = image.panels.base[nothing]
             x = base[:, None] + offset[nothing]
             arm = x ** (1.0 + self.exponent) if k == 2 else 1.0
-            answer[nothing] = arm * self._charges.spread_error(base, offset[nothing])
+            answer[nothing] = arm * self._abel.spread_error(base, offset[nothing])
         return answer.ravel()
 
     # -- inverses ---------------------------------------------------------------------------------
@@ -436,10 +436,10 @@ class PanelLine(EquivalentProfile):
     def _solve(self, target: FloatArray, which: str) -> Place:
         flat = np.ravel(target)
         base, offset = np.zeros(flat.shape), np.zeros(flat.shape)
-        wanted = flat > 0.0
-        if wanted.any():
-            image = self._reaching(float(flat[wanted].max()), float(flat[wanted].min()), which)
-            base[wanted], offset[wanted] = self._roots(image, flat[wanted], which, 0, image.panels.count)
+        targets = flat > 0.0
+        if targets.any():
+            image = self._reaching(float(flat[targets].max()), float(flat[targets].min()), which)
+            base[targets], offset[targets] = self._roots(image, flat[targets], which, 0, image.panels.count)
         return Place(base.reshape(target.shape), offset.reshape(target.shape))
 
     def between(self, depth: FloatArray, low: float, high: float) -> Place:
@@ -469,15 +469,17 @@ class PanelLine(EquivalentProfile):
                 self.map_to(radius, _INWARD * radius)
             image = self._image
             assert image is not None
-            begun, step = self.front, _FIRST_STEP
+            started, step = self.front, _FIRST_STEP
             while float(np.max(self._at_ends(image, which))) < target:
                 if self.front >= self._end * (1.0 - 1e-15):
                     break
                 ends = self._at_ends(image, which)
                 best = int(np.argmax(ends))
                 # a hollow end is far below its tip before it rises
-                told = ends[best] > 1e-6 * target
-                if self.front > (_FALLEN * float(image.panels.stop[best]) if told else _HOLLOW * begun):
+                described = ends[best] > 1e-6 * target
+                if self.front > (
+                    _FALLEN * float(image.panels.stop[best]) if described else _HOLLOW * started
+                ):
                     raise never_rises(self.front)
                 # rough images of parts that cancel are far too high: short steps grow
                 image = self.map_to(max(self._next_radius(target, which), (1.0 + step) * self.front))
@@ -604,14 +606,12 @@ class PanelLine(EquivalentProfile):
 
     def rests_on(self) -> tuple[str, ...]:
         """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
-        words = [self.source.fitted] if self.source.fitted else []
+        text = [self.source.fitted] if self.source.fitted else []
         if self.source.continued > 0.0:
-            words.append(
-                f"continued below r = {metres(self.source.continued)}, where its values are rounding"
-            )
+            text.append(f"continued below r = {metres(self.source.continued)}, where its values are rounding")
         if not self.source.surveyed:
-            words.append("features narrower than 1/2500 of their radius may be missed")
-        return tuple(words)
+            text.append("features narrower than 1/2500 of their radius may be missed")
+        return tuple(text)
 
     def searched_to(self, depth: float) -> float:
         """How far in m `overlap_radius` looks for a depth in m."""
@@ -656,15 +656,15 @@ class PanelLine(EquivalentProfile):
         if asked.size:
             image = self.map_to(float(edge.x), max(float(asked.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
-        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
-        answer[inside] = returning.over_root(part, base[inside], offset[inside], self.exponent)
+        part = inverse_map.Stretch(image.tree, (0.0, 0.0), stop)
+        answer[inside] = inverse_map.over_root(part, base[inside], offset[inside], self.exponent)
         start = float(image.panels.start[0])
         low = inside & (x < start)
         if low.any():
             top = min(start, float(edge.x))
             n = self.tip_power()[0]
             slope = float(self._tail(np.array([top]))[1][0])
-            answer[low] += returning.tail_over_root(n - 1.0, slope, top, x[low], self.exponent)
+            answer[low] += inverse_map.tail_over_root(n - 1.0, slope, top, x[low], self.exponent)
         return answer.reshape(shape)
 
     def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
@@ -672,16 +672,16 @@ class PanelLine(EquivalentProfile):
         image = self.map_to(high, low)
         if low < float(image.panels.start[0]):
             return super().pressure_between(r, low, high)
-        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
-        return returning.over_root(part, np.zeros(r.shape), r, self.exponent)
+        part = inverse_map.Stretch(image.tree, (0.0, low), (0.0, high))
+        return inverse_map.over_root(part, np.zeros(r.shape), r, self.exponent)
 
     def gap_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
         """The part of the gap integral from x = low to high, for r from high on."""
         image = self.map_to(float(np.max(r, initial=high)), low)
         if low < float(image.panels.start[0]):
             return super().gap_between(r, low, high)
-        part = returning.Stretch(image.bunches, (0.0, low), (0.0, high))
-        return returning.with_arccos(part, np.zeros(r.shape), r, self.exponent)
+        part = inverse_map.Stretch(image.tree, (0.0, low), (0.0, high))
+        return inverse_map.with_arccos(part, np.zeros(r.shape), r, self.exponent)
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_a^r g'(x) arccos(x / r) dx, or its like for k, beyond a."""
@@ -697,8 +697,8 @@ class PanelLine(EquivalentProfile):
             return answer.reshape(shape)
         image = self.map_to(float(x[outside].max()), float(x[outside].min()))
         last = (float(image.panels.base[-1]), float(image.panels.high[-1]))
-        part = returning.Stretch(image.bunches, start, last)
-        answer[outside] = returning.with_arccos(part, base[outside], offset[outside], self.exponent)
+        part = inverse_map.Stretch(image.tree, start, last)
+        answer[outside] = inverse_map.with_arccos(part, base[outside], offset[outside], self.exponent)
         first = float(image.panels.start[0])
         if start[0] + start[1] < first:
             answer[outside] += self._tail_gap(x[outside], start[0] + start[1], first)
@@ -708,9 +708,9 @@ class PanelLine(EquivalentProfile):
         """The part of the gap integral below the first panel."""
         n, top, radius = self.tip_power()
         scale, k = top * (r / radius) ** n, self.exponent
-        whole = scale * returning.power_with_arccos(n, np.minimum(first, r), r, k)
+        whole = scale * inverse_map.power_with_arccos(n, np.minimum(first, r), r, k)
         if a > 0.0:
-            whole -= scale * returning.power_with_arccos(n, np.full(r.shape, a), r, k)
+            whole -= scale * inverse_map.power_with_arccos(n, np.full(r.shape, a), r, k)
         return np.asarray(whole)
 
     def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
@@ -721,24 +721,24 @@ class PanelLine(EquivalentProfile):
         if self.exponent != 0.0:
             return self._graded_displacement(x, edge, image).reshape(np.shape(r))
         stop = (float(edge.base), float(edge.offset))
-        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
-        answer = returning.with_arcsin(part, np.zeros(x.shape), x)
+        part = inverse_map.Stretch(image.tree, (0.0, 0.0), stop)
+        answer = inverse_map.with_arcsin(part, np.zeros(x.shape), x)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self.tip_power()
-        answer += top * (x / radius) ** n * returning.power_with_arcsin(n, np.full(x.shape, first), x)
+        answer += top * (x / radius) ** n * inverse_map.power_with_arcsin(n, np.full(x.shape, first), x)
         return answer.reshape(np.shape(r))
 
     def _graded_displacement(self, r: FloatArray, edge: Place, image: Image) -> FloatArray:
         """The displacement integral; beside the contact by what the gap integral leaves of pi/2."""
         k, stop = self.exponent, (float(edge.base), float(edge.offset))
-        part = returning.Stretch(image.bunches, (0.0, 0.0), stop)
+        part = inverse_map.Stretch(image.tree, (0.0, 0.0), stop)
         first = min(float(image.panels.start[0]), float(edge.x))
         n, top, radius = self.tip_power()
         close = r < 2.0 * float(edge.x)
         answer = np.empty(r.shape)
         for chosen, integral, power in (
-            (close, returning.with_arccos, returning.power_with_arccos),
-            (~close, returning.with_arcsin, returning.power_with_arcsin),
+            (close, inverse_map.with_arccos, inverse_map.power_with_arccos),
+            (~close, inverse_map.with_arcsin, inverse_map.power_with_arcsin),
         ):
             x = r[chosen]
             answer[chosen] = integral(part, np.zeros(x.shape), x, k)
@@ -778,25 +778,25 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
         rate_of = panels.root(delta) if n == 2.0 else panels.root(delta) ** (n - 1.0)
         stretch = np.where(rooted[open_], n * (last[open_] - first[open_]) * rate_of, h - low[open_])
         with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
-            wanted = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
+            targets = np.where(p != 0.0, target[open_] / (delta / h) ** p, target[open_])
             # the logarithm of a power times a series is nearly straight in that of the offset
-            factor = np.exp(np.log(wanted / c) / (p + rate * delta / (c * stretch)))
+            factor = np.exp(np.log(targets / c) / (p + rate * delta / (c * stretch)))
             root = panels.root(delta * factor)
             along = np.where(
                 rooted[open_],
                 (root - first[open_]) / (last[open_] - first[open_]),
                 (delta * factor - low[open_]) / (h - low[open_]),
             )
-        above = c > wanted
+        above = c > targets
         right[open_] = np.where(above, u[open_], right[open_])
         left[open_] = np.where(above, left[open_], u[open_])
         with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
-            new = np.where(p != 0.0, along, u[open_] + (wanted - c) / rate)
+            new = np.where(p != 0.0, along, u[open_] + (targets - c) / rate)
         # a value that is met steps out of its bracket by rounding, also of where the panel begins, which is no reason to halve it
-        near = _BESIDE * new + _ENDED * ended[open_]
+        near = _NEXT_TO * new + _ENDED * ended[open_]
         bad = ~((new >= left[open_] - near) & (new <= right[open_] + near))
         new = np.where(bad, 0.5 * (left[open_] + right[open_]), np.clip(new, left[open_], right[open_]))
-        new = np.where(c == wanted, u[open_], new)
+        new = np.where(c == targets, u[open_], new)
         moved = np.abs(new - u[open_])
         u[open_] = new
         settled = moved <= 2e-16 * np.maximum(new, 1e-3)

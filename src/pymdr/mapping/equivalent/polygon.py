@@ -46,7 +46,7 @@ class PolygonLine(EquivalentProfile):
         return float(self.x[-1])
 
     @cached_property
-    def _pieces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _segments(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Slopes of the pieces; first moment and square integral at the corners."""
         h, rise = np.diff(self.x), np.diff(self.depth)
         x = self.x[:-1]
@@ -71,22 +71,22 @@ class PolygonLine(EquivalentProfile):
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m; inf beyond its end."""
         j, t, beyond = self._at(x)
-        return np.asarray(np.where(beyond, math.inf, self.depth[j] + self._pieces[0][j] * t))
+        return np.asarray(np.where(beyond, math.inf, self.depth[j] + self._segments[0][j] * t))
 
     def slope(self, x: Position) -> FloatArray:
         """Slope g', that to the right at a corner."""
-        return np.asarray(self._pieces[0][self._at(x)[0]])
+        return np.asarray(self._segments[0][self._at(x)[0]])
 
     def moment(self, x: Position) -> FloatArray:
         """First moment."""
         j, t, beyond = self._at(x)
-        slope, moment, _ = self._pieces
+        slope, moment, _ = self._segments
         return np.asarray(np.where(beyond, math.inf, moment[j] + slope[j] * t * (self.x[j] + 0.5 * t)))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of (g(x) - g)^2."""
         j, t, beyond = self._at(x)
-        slope, moment, squared = self._pieces
+        slope, moment, squared = self._segments
         rise = slope[j] * t
         more = 2.0 * rise * (moment[j] + rise * (0.5 * self.x[j] + t / 6.0))
         return np.asarray(np.where(beyond, math.inf, squared[j] + more))
@@ -108,7 +108,7 @@ class PolygonLine(EquivalentProfile):
     def place_of_moment(self, moment: ArrayLike) -> Place:
         """As `inverse_moment`, with the digits beside a corner."""
         m = np.asarray(moment, dtype=float)
-        known = self._pieces[1]
+        known = self._segments[1]
         j = np.clip(np.searchsorted(known, m, side="left") - 1, 0, self.x.size - 2)
 
         def root(y: FloatArray, slope: FloatArray, x: FloatArray) -> FloatArray:
@@ -127,7 +127,7 @@ class PolygonLine(EquivalentProfile):
     ) -> Place:
         none, beyond = ~(target > 0.0), target > known[-1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.minimum(root(more, self._pieces[0][j], self.x[j]), np.diff(self.x)[j])
+            t = np.minimum(root(more, self._segments[0][j], self.x[j]), np.diff(self.x)[j])
         base = np.where(none | beyond, 0.0, self.x[j])
         return Place(base, np.where(none, 0.0, np.where(beyond, math.inf, t)))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.abel import Curve
-from pymdr.mapping.kernels import share_below
+from pymdr.mapping.kernels import fraction_below
 from pymdr.units import FloatArray, metres
 
 _FARTHEST = 1e100
@@ -98,10 +98,10 @@ class Search:
         k, x = self.exponent, r[-count:]
         with np.errstate(all="ignore"):
             s = np.minimum(r / x[:, None], 1.0)
-            shares = np.diff(np.arcsin(s) if k == 0.0 else share_below(s, k))
+            fractions = np.diff(np.arcsin(s) if k == 0.0 else fraction_below(s, k))
             parts = 0.5 * (f[:-1] + f[1:])
             # what is not defined farther out does not matter
-            parts = np.where(shares > 0.0, parts * shares, 0.0)
+            parts = np.where(fractions > 0.0, parts * fractions, 0.0)
             return x * parts.sum(axis=1) + _below(r, f), x**k * (parts @ (r[:-1] * r[1:]))
 
 

@@ -20,7 +20,7 @@ _DISBELIEF = 6.63
 _SCATTERS = 2.58
 _ALIKE = (1.0, 4.0 / 9.0, 1.0 / 36.0)
 """Squares of the correlation of waves that are 0, 1 or 2 steps apart under a Hann window: of the transform of its square."""
-_APART = 4
+_SEPARATION = 4
 _LOBE = 1.0 / 3.0
 """Variance of a wave number of a Hann window, in squares of 2 pi over the side."""
 _FIRST_OF_WINDOW, _FIRST_OF_PERIOD = 2.5, 0.5
@@ -167,18 +167,20 @@ def _scatter(step: FloatArray, shape: tuple[int, ...], wide: float, last: int, p
     ring[ring > last] = 0
     count = np.bincount(ring.ravel(), minlength=last + 1)[1:].astype(float)
     # rings of waves two steps apart are at most four apart
-    pairs = np.zeros((last + 1, 2 * _APART + 1))
+    pairs = np.zeros((last + 1, 2 * _SEPARATION + 1))
     for i in range(-2, 3) if not periodic else (0,):
         for j in range(-2, 3) if not periodic else (0,):
             other = np.roll(ring, (i, j), axis=(0, 1))
             off = other - ring
-            near = (ring > 0) & (other > 0) & (np.abs(off) <= _APART)
-            found = np.bincount(ring[near] * (2 * _APART + 1) + off[near] + _APART, minlength=pairs.size)
+            near = (ring > 0) & (other > 0) & (np.abs(off) <= _SEPARATION)
+            found = np.bincount(
+                ring[near] * (2 * _SEPARATION + 1) + off[near] + _SEPARATION, minlength=pairs.size
+            )
             pairs += _ALIKE[abs(i)] * _ALIKE[abs(j)] * found.reshape(pairs.shape)
     whole = np.zeros((last, last))
-    for off in range(-_APART, _APART + 1):
+    for off in range(-_SEPARATION, _SEPARATION + 1):
         rows = np.arange(max(0, -off), min(last, last - off))
-        whole[rows, rows + off] = pairs[rows + 1, off + _APART]
+        whole[rows, rows + off] = pairs[rows + 1, off + _SEPARATION]
     # waves of opposite q are the same
     return np.asarray(2.0 * whole / np.outer(count, count))
 
@@ -225,14 +227,14 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
     even = np.floor((log_q - log_q[:1]) * (BINS_PER_DECADE / math.log(10.0)) + 1e-9).astype(int)
     beyond = np.exp(log_q) > highest * _ROUNDING
     starts, number = np.unique(even + 2 * even[-1:] * beyond, return_index=True, return_inverse=True)[1:]
-    share = np.zeros((starts.size, log_q.size))
-    share[number, np.arange(log_q.size)] = 1.0 / variance
-    share /= share.sum(axis=1, keepdims=True)
-    spread = share * np.sqrt(variance)
+    fraction = np.zeros((starts.size, log_q.size))
+    fraction[number, np.arange(log_q.size)] = 1.0 / variance
+    fraction /= fraction.sum(axis=1, keepdims=True)
+    spread = fraction * np.sqrt(variance)
     chance = np.einsum("ij,jk,ik->i", spread, rings.alike[np.ix_(used, used)], spread, optimize=True)
     ends = np.append(starts[1:], log_q.size) - 1
     # psi'(n) = 1/n + 1/(2 n^2) + ...
-    return Bins(share @ log_q, share @ log_c, chance, 1.0 / chance + 0.5, log_q[starts], log_q[ends])
+    return Bins(fraction @ log_q, fraction @ log_c, chance, 1.0 / chance + 0.5, log_q[starts], log_q[ends])
 
 
 def self_affine(rings: Rings, periodic: bool, highest: float) -> tuple[Bins, Law | None]:
@@ -351,6 +353,6 @@ def anisotropy(rings: Rings, low: float, high: float) -> float:
     inside &= np.all(np.isfinite(rings.sectors), axis=1) & (rings.spectrum > 0.0)
     if not inside.any():
         return 1.0
-    share = rings.sectors[inside] / rings.spectrum[inside, None]
-    mean = np.average(share, axis=0, weights=rings.waves[inside])
+    fraction = rings.sectors[inside] / rings.spectrum[inside, None]
+    mean = np.average(fraction, axis=0, weights=rings.waves[inside])
     return float(mean.max() / mean.min()) if mean.min() > 0.0 else math.inf

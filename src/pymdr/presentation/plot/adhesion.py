@@ -16,11 +16,13 @@ from pymdr.presentation.plot.shared import (
     GREEN,
     GREY,
     ORANGE,
+    SMALL,
     FigureData,
     axis_label,
     draw_zero,
     edge_sign,
     infinite_within,
+    legend_above,
     lengths,
     letter_panels,
     mark_radii,
@@ -51,7 +53,7 @@ def adhesive_overview(data: FigureData) -> Figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
         section_into(left, data)
         loop, pressure = right.subplots(2, 1, height_ratios=(1.25, 1.0))
-        draw_loop(loop, course_of(data), _abscissas(data)[0], 7.0)
+        draw_loop(loop, course_of(data), _abscissas(data)[0])
         draw_tensile_pressure(pressure, data)
         letter_panels(figure)
     return figure
@@ -116,7 +118,7 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
         strength = float(np.min(p.values[(r > a) & (r < c)]))
         label = f"$-\\sigma_0$ = {typeset(strength, 'Pa')}"
         at = float(scaled(np.array(strength), "pressure", unit))
-        axes.text(x[-1], at, label, ha="right", va="bottom", fontsize=8)
+        axes.text(x[-1], at, label, ha="right", va="bottom", fontsize=SMALL)
     sign = edge_sign(p, a)
     # halfway between p = 0 and the limit toward which the edge goes
     height = 0.5 * float(scaled(np.array(low if sign < 0.0 else high), "pressure", unit))
@@ -125,7 +127,7 @@ def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
         label = "\n".join(
             [*label.splitlines(), f"and outside, not drawn,\na pull of {typeset(data.pull, 'N')}"]
         )
-    axes.text(0.98 * x[-1], height, label, ha="right", va="center", fontsize=8)
+    axes.text(0.98 * x[-1], height, label, ha="right", va="center", fontsize=SMALL)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in {row_name(data, data.row)}")
     axes.set_ylabel(axis_label("pressure", unit))
 
@@ -164,7 +166,7 @@ def _draw_surfaces(axes: Axes, data: FigureData) -> None:
         return
     r, a, c = _radii(data)
     if not c > 0.0:
-        axes.set_axis_off()
+        show_text(axes, f"no contact in {row_name(data, data.row)}")
         return
     d = float(data.data["indentation"].values[data.row])
     surface = -data.field("normal_displacement", r).values
@@ -187,8 +189,8 @@ def _draw_surfaces(axes: Axes, data: FigureData) -> None:
     margin = 0.1 * (high - low) or 1.0
     axes.set_ylim(*lengths(np.array([low - margin, high + margin]), unit))
     axes.set_xlim(0.0, x[-1])
-    mark_radii(axes, a, c, r_unit)
+    mark_radii(axes, a, c, r_unit, named=False)
     draw_zero(axes)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(f"height ({unit})")
-    axes.legend(fontsize=8)
+    legend_above(axes)

@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     along_history,
     axis_label,
     draw_zero,
+    label_history,
     legend_above,
     lengths,
     letter_panels,
@@ -141,7 +142,7 @@ def draw_line(axes: Axes, curve: CurveData) -> None:
     x_unit, g_unit = good_unit(x, "m"), good_unit(g, "m")
     both = np.append(-x[::-1], x), np.append(g[::-1], g)
     axes.plot(lengths(both[0], x_unit), lengths(both[1], g_unit), color=GREEN, lw=1.5)
-    axes.set_title("line from a curve, not a picture of the contact", fontsize=8.0, color=GREY)
+    axes.set_title("line from a curve, not a picture of the contact", color=GREY)
     axes.set_xlabel(f"{POSITION.label} ({x_unit})")
     axes.set_ylabel(axis_label("equivalent_profile", g_unit))
 
@@ -151,12 +152,13 @@ def draw_solved(axes: Axes, data: FigureData) -> None:
     if "tangential_force" in data.data and np.ptp(np.nan_to_num(data.data["shift"].values)) > 0.0:
         across, name = "shift", "tangential_force"
         unit = good_unit(data.data[across].values, "m")
-        x, label = lengths(data.data[across].values, unit), axis_label(across, unit)
+        x = lengths(data.data[across].values, unit)
+        axes.set_xlabel(axis_label(across, unit))
     else:
         name = "normal_force"
         x, label = along_history(data)
+        label_history(axes, label)
     unit = good_unit(data.data[name].values, "N")
     axes.plot(*thinned_curve(np.asarray(x), scaled(data.data[name].values, name, unit)), color=ORANGE, lw=1.5)
-    axes.set_xlabel(label)
     axes.set_ylabel(axis_label(name, unit))
     draw_zero(axes)

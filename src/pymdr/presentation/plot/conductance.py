@@ -13,6 +13,7 @@ from pymdr.presentation.plot.shared import (
     GREY,
     MARKED_ROWS,
     ORANGE,
+    SMALL,
     FigureData,
     axis_label,
     column,
@@ -24,11 +25,11 @@ from pymdr.presentation.plot.shared import (
     scaled,
     styled,
     thinned_curve,
-    typeset,
+    typeset_unit,
     without_peaks,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
-from pymdr.units import good_unit
+from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +85,7 @@ def _draw_against_load(axes: Axes, data: FigureData, name: str, level: str) -> N
     else:
         axes.set_ylim(bottom=0.0)
     axes.set_xlabel(axis_label(along, load_unit))
-    axes.set_ylabel(axis_label(name, _typeset(unit)))
+    axes.set_ylabel(axis_label(name, unit))
     legend_above(axes)
 
 
@@ -93,24 +94,31 @@ def _draw_fluxes(axes: Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
     (name, flux), *others = fluxes.items()
     r, values = flux["r"].values, flux.values
     unit = good_unit(r, "m")
-    axes.plot(lengths(r, unit), np.where(np.isfinite(values), values, math.nan), color=ORANGE, lw=1.5)
-    limit_peaks(axes, without_peaks(values))
+    shown, factor = _readable(without_peaks(values), QUANTITIES[name].unit)
+    axes.plot(
+        lengths(r, unit), factor * np.where(np.isfinite(values), values, math.nan), color=ORANGE, lw=1.5
+    )
+    limit_peaks(axes, factor * without_peaks(values))
     edge = lengths(np.max(r[np.isinf(values)], initial=0.0), unit)
     axes.axvline(float(edge), color=GREY, lw=0.9, ls=":")
     axes.set_xlabel(f"{RADIUS.label} ({unit})")
-    axes.set_ylabel(axis_label(name, _typeset(QUANTITIES[name].unit)))
-    size = f"{typeset(float(flux['edge_amplitude']))} {_typeset(flux['edge_amplitude'].attrs['units'])}"
+    axes.set_ylabel(axis_label(name, shown))
+    amplitude = flux["edge_amplitude"]
+    own, power = _readable(amplitude.values[None], amplitude.attrs["units"])
+    size = f"{float(power * amplitude):.4g} {typeset_unit(own)}"
     label = f"$j \\simeq K/\\sqrt{{a-r}}$ at $r = a$:\n$K$ = {size}"
-    axes.text(0.04, 0.96, label, va="top", transform=axes.transAxes, fontsize=8)
+    axes.text(0.04, 0.96, label, va="top", transform=axes.transAxes, fontsize=SMALL)
     for other, same in others:
-        ratio = float(same["edge_amplitude"]) / float(flux["edge_amplitude"])
+        ratio = float(same["edge_amplitude"]) / float(amplitude)
+        own, power = _readable(ratio * without_peaks(values), QUANTITIES[other].unit)
         scale = axes.twinx()
-        scale.set_ylim(*(ratio * end for end in axes.get_ylim()))
+        scale.set_ylim(*(ratio * power / factor * end for end in axes.get_ylim()))
         scale.spines["right"].set_visible(True)
-        scale.set_ylabel(axis_label(other, _typeset(QUANTITIES[other].unit)))
+        scale.set_ylabel(axis_label(other, own))
 
 
-def _typeset(unit: str) -> str:
-    """A unit typeset for an axis."""
-    powers = unit.replace("m^2", "m²").replace("*m^0.5", " m$^{1/2}$")
-    return powers.replace("*", " ").replace("ohm", "Ω")
+def _readable(values: FloatArray, unit: str) -> tuple[str, float]:
+    """A compound unit whose first part has a readable prefix, and the factor of values in it."""
+    first, _, rest = unit.partition("/")
+    prefixed = good_unit(values, "W").replace("W", first)
+    return f"{prefixed}/{rest}", float(from_si(1.0, first, prefixed))

@@ -13,10 +13,12 @@ from pymdr.presentation.plot.shared import (
     GREY,
     MARKED_ROWS,
     ORANGE,
+    SMALL,
     FigureData,
     axis_label,
     edge_sign,
     infinite_within,
+    legend_above,
     letter_panels,
     limit_peaks,
     new_figure,
@@ -104,8 +106,7 @@ def draw_curve(axes: Axes, data: FigureData, name: str) -> None:
     axes.set_xlabel(axis_label("indentation", x_unit))
     axes.set_ylabel(axis_label(name, y_unit))
     axes.set_ylim(bottom=min(0.0, float(np.nanmin(scaled(shown[: d.size]), initial=0.0))))
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=8)
+    legend_above(axes)
 
 
 def draw_pressure(axes: Axes, data: FigureData) -> None:
@@ -123,7 +124,7 @@ def draw_pressure(axes: Axes, data: FigureData) -> None:
     for radius in (*peaks, *([a] if sign != 0.0 else [])):
         axes.axvline(from_si(radius, "m", r_unit), color=ORANGE, lw=0.9, ls="--")
     notes = singularities(float(p["edge_amplitude"]), sign, peaks)
-    axes.text(0.97, 0.95, notes, ha="right", va="top", transform=axes.transAxes, fontsize=8)
+    axes.text(0.97, 0.95, notes, ha="right", va="top", transform=axes.transAxes, fontsize=SMALL)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(axis_label("pressure", unit))
 
@@ -162,4 +163,4 @@ def draw_displacement(axes: Axes, data: FigureData) -> None:
     axes.set_ylim(from_si(low, "m", unit), None)
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
     axes.set_ylabel(f"length ({unit})")
-    axes.legend(fontsize=8)
+    legend_above(axes)

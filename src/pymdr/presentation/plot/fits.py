@@ -11,19 +11,23 @@ import numpy as np
 from pymdr.errors import UnitError
 from pymdr.presentation.plot.shared import (
     BLUE,
-    GREEN,
+    CYCLE,
     GREY,
     ORANGE,
+    SMALL,
     axis_label,
     draw_zero,
+    label_history,
     legend_above,
     lengths,
     letter_panels,
     new_figure,
     scaled,
     styled,
+    typeset_unit,
+    with_unit,
 )
-from pymdr.quantities import quantity
+from pymdr.quantities import parameter_label, quantity
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
@@ -31,8 +35,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LAWS = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), ("#CC79A7", ":"), ("#E69F00", "-"), ("#56B4E9", "--"))
-"""Colours (Okabe and Ito) and dashes of laws whose curves may coincide."""
+_LAWS = tuple(zip(CYCLE, ("-", "--", "-.", ":", "-", "--"), strict=True))
+"""Colours and dashes of laws whose curves may coincide."""
 _SMALL = 0.005
 """Smallest weight that is written out."""
 
@@ -75,7 +79,7 @@ def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:
         rest.set_xlabel(axis_label("time", own) if along == "time" else "sample")
         rest.set_ylabel(f"measured minus model ({unit})")
         letter_panels(figure)
-        figure.suptitle("\n".join(captions).replace("^2", "²"), fontsize=8)
+        figure.suptitle(typeset_unit("\n".join(captions)), fontsize=SMALL)
     return figure
 
 
@@ -129,7 +133,7 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
             own = str(data[name].attrs["units"])
             unit = good_unit(data[name].values, own)
             values = np.asarray(from_si(data[name].values, own, unit))
-            label = f"{name.replace('_', ' ')} ({unit.replace('^2', '²')})"
+            label = with_unit(parameter_label(name), unit)
             if len(dims) == 2:
                 _draw_picture(axes, data, dims, values, label)
             else:
@@ -143,8 +147,6 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
 
 def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     """Values over the number of the curve, with standard errors if given."""
-    from matplotlib.ticker import MaxNLocator
-
     own = str(data[name].attrs["units"])
     values = from_si(data[name].values.ravel(), own, unit)
     error = f"{name}_error"
@@ -152,8 +154,7 @@ def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     number = np.arange(data[name].size)
     axes.errorbar(number, values, bars, fmt=".", color=BLUE, ms=4, elinewidth=0.8)
     axes.set_xlim(-0.5, number.size - 0.5)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("curve")
+    label_history(axes, "curve")
 
 
 def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, label: str) -> None:
@@ -166,8 +167,8 @@ def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: Flo
     axes.set_facecolor(GREY)
     axes.set_aspect("equal" if up and up == along else "auto")
     axes.figure.colorbar(picture, ax=axes, label=label)
-    axes.set_ylabel(f"{dims[0]} ({up})" if up else dims[0])
-    axes.set_xlabel(f"{dims[1]} ({along})" if along else dims[1])
+    axes.set_ylabel(with_unit(dims[0], up))
+    axes.set_xlabel(with_unit(dims[1], along))
 
 
 def _coordinates(data: xr.Dataset, dim: str) -> tuple[FloatArray, str]:
@@ -231,10 +232,10 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
             axes = figure.add_subplot(grid[i, 1], sharex=rows[0] if rows else None)
             unit = good_unit(data[name]["residual"].values[data[name]["used"].values], "N")
             _draw_residuals(axes, sample, data[name], unit, colour)
-            axes.set_ylabel(f"{name} ({unit})", fontsize=8)
+            axes.set_ylabel(f"{name} ({unit})", fontsize=SMALL)
             axes.tick_params(labelbottom=i == len(order) - 1)
             rows.append(axes)
-        rows[0].set_title("measured minus model", fontsize=9)
+        rows[0].set_title("measured minus model")
         rows[-1].set_xlabel(axis_label("time", own) if along == "time" else "sample")
         figure.align_ylabels(rows)
         _name_axes(curve, along, own, drawn, newton)

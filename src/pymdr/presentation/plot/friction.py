@@ -21,6 +21,7 @@ from pymdr.presentation.plot.shared import (
     column,
     draw_zero,
     infinite_within,
+    label_history,
     legend_above,
     lengths,
     letter_panels,
@@ -153,8 +154,7 @@ def _draw_zones(axes: Axes, data: FigureData, rows: list[int]) -> None:
         axes.plot(x, least, ".", color=BLUE, ms=3, label="stick radius, kept rows")
     else:
         _fill_zones(axes, x, a, least, most)
-    axes.ticklabel_format(axis="x", style="plain")
-    axes.set_xlabel(x_label)
+    label_history(axes, x_label)
     axes.set_ylabel(f"radius ({unit})")
     axes.set_ylim(0.0, 1.1 * float(np.nanmax(a, initial=0.0)) or 1.0)
     axes.margins(x=0.0)
@@ -293,7 +293,6 @@ def _draw_energies(axes: Axes, data: FigureData) -> None:
         few = "o" if x.size <= MARKED_ROWS else None
         axes.plot(x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5, label=label)
     draw_zero(axes)
-    axes.set_xlabel(x_label)
+    label_history(axes, x_label)
     axes.set_ylabel(f"energy ({unit})")
-    axes.ticklabel_format(axis="x", style="plain")
     legend_above(axes)

@@ -18,6 +18,7 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     show_text,
     styled,
+    typeset_unit,
 )
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -65,7 +66,7 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
             x, cold = from_si(along, si, shown), from_si(current * resistance, "V", unit)
             axes[1].plot(x, given, few, color=BLUE, ms=4, label="heated")
             axes[1].plot(x, cold, few, color=GREY, ms=3, label="cold")
-            axes[1].set_xlabel(f"{label} ({shown.replace('ohm', 'Ω')})")
+            axes[1].set_xlabel(f"{label} ({typeset_unit(shown)})")
             axes[1].set_ylabel(f"voltage $V$ ({unit})")
             draw_zero(axes[1])
             legend_above(axes[1])

@@ -14,8 +14,10 @@ from pymdr.presentation.plot.shared import (
     LIGHT,
     MARKED_ROWS,
     ORANGE,
+    SMALL,
     FigureData,
     axis_label,
+    legend_above,
     lengths,
     letter_panels,
     new_figure,
@@ -95,7 +97,7 @@ def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Fig
         axes.axhline(1.0, color=GREY, lw=0.8)
         axes.set_xlabel(axis_label("indentation", unit))
         axes.set_ylabel("layer over half-space")
-        axes.legend(fontsize=8)
+        legend_above(axes)
     return figure
 
 
@@ -131,14 +133,16 @@ def _draw_stack(axes: Axes, data: FigureData) -> None:
         axes.axhline(foot, color=GREY, lw=0.8)
         if thickness > 0.06 * (highest - lowest):
             middle = float(lengths(np.array(-depth + 0.5 * thickness), unit))
-            axes.text(x[0], middle, f" {material}", fontsize=7, va="center", color=GREY)
+            axes.text(x[0], middle, f" {material}", fontsize=SMALL, va="center", color=GREY)
         top = np.full(x.shape, foot)
     bottom = float(lengths(np.array(lowest), unit))
     if total < -lowest:
         axes.fill_between(
             x, top, bottom, color=LIGHT, lw=0, hatch="////" if drawn.rigid else None, edgecolor=GREY
         )
-        axes.text(x[0], 0.5 * (float(top[0]) + bottom), f" {drawn.base}", fontsize=7, va="center", color=GREY)
+        axes.text(
+            x[0], 0.5 * (float(top[0]) + bottom), f" {drawn.base}", fontsize=SMALL, va="center", color=GREY
+        )
     axes.plot(x, _both(-u, unit), color=GREY, lw=1.2)
     body = _both(np.where(np.isfinite(tip), np.minimum(tip, highest), highest), unit)
     axes.fill_between(x, body, float(lengths(np.array(highest), unit)), color=BLUE, alpha=0.18, lw=0)
@@ -148,7 +152,7 @@ def _draw_stack(axes: Axes, data: FigureData) -> None:
     axes.set_ylim(bottom, float(lengths(np.array(highest), unit)))
     axes.set_xlabel(f"{RADIUS.label} ({unit})")
     axes.set_ylabel(f"height $z$ ({unit})")
-    axes.set_title("to scale", fontsize=8)
+    axes.set_title("to scale")
 
 
 def _both(values: FloatArray, unit: str, sign: float = 1.0) -> FloatArray:
@@ -195,4 +199,4 @@ def _draw_forces(axes: Axes, data: FigureData, trail: Mapping[str, FloatArray] |
     axes.set_ylim(min(1.1 * low, 0.0), 1.25 * max(high, 0.0) or None)
     axes.set_xlabel(axis_label("indentation", x_unit))
     axes.set_ylabel(axis_label("normal_force", y_unit))
-    axes.legend(fontsize=7)
+    legend_above(axes)

@@ -19,6 +19,7 @@ from pymdr.presentation.plot.shared import (
     GREY,
     MARKED_ROWS,
     ORANGE,
+    SMALL,
     FigureData,
     axis_label,
     draw_zero,
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
 _DRAWN_JUMPS = 100
 _LINE = 60
 """Characters per line of small text in a loop."""
-_SMALL = 7.0
 _DEEP = 6.0
 """Ratio of largest force to largest pull above which the pull is enlarged in an inset."""
 
@@ -89,7 +89,7 @@ def course_of(data: FigureData) -> Course:
     return Course(data, None, rows, unknown)
 
 
-def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> None:
+def draw_loop(axes: Axes, course: Course, across: str) -> None:
     """Force over travel or indentation: the path on all equilibria, its jumps and their losses."""
     plane = _plane(axes, course, across, "normal_force")
     if plane is None:
@@ -103,15 +103,12 @@ def draw_loop(axes: Axes, course: Course, across: str, size: float = 8.0) -> Non
     _mark_row(plane, course.data)
     _mark_pull_off(plane, course)
     if course.branches is None:
-        text, size_of_text = "the surfaces never touch", None
+        text = "the surfaces never touch"
         if course.unknown:
             text = fill(f"equilibria between the rows are not known: {course.unknown}", _LINE)
-            size_of_text = _SMALL
-        axes.text(
-            0.5, 0.9, text, ha="center", va="top", color=GREY, fontsize=size_of_text, transform=axes.transAxes
-        )
+        axes.text(0.5, 0.9, text, ha="center", va="top", color=GREY, fontsize=SMALL, transform=axes.transAxes)
     _enlarge_pull(plane, course)
-    legend_above(axes, size)
+    legend_above(axes)
 
 
 def draw_radius(axes: Axes, course: Course) -> None:
@@ -229,7 +226,7 @@ def _enlarge_pull(plane: _Plane, course: Course) -> None:
         *scaled(np.array([known.min() - margin, known.max() + margin]), plane.across, plane.x_unit)
     )
     inset.set_ylim(*scaled(np.array([1.3 * least, -least]), plane.up, plane.y_unit))
-    inset.tick_params(labelsize=6)
+    inset.tick_params(labelsize=SMALL)
     draw_zero(inset)
     enlarged = replace(plane, axes=inset)
     _shade_losses(enlarged, course)
@@ -253,10 +250,10 @@ def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
 
 
 def _shade_losses(plane: _Plane, course: Course) -> None:
-    label: str | None = "energy dissipated in jumps"
+    label: str | None = "lost in jumps"
     if "jump_dissipation" in course.data.data:
         dissipated = course.data.data["jump_dissipation"].values
-        label = f"energy dissipated in jumps, {written(float(np.nansum(dissipated)), 'J')}"
+        label = f"lost in jumps, {written(float(np.nansum(dissipated)), 'J')}"
     for jump in course.jumps:
         if jump.loss > 0.0 and math.isfinite(jump.loss):
             x, y = plane.points(jump.outline)
@@ -266,7 +263,7 @@ def _shade_losses(plane: _Plane, course: Course) -> None:
 
 def _draw_jumps(plane: _Plane, course: Course, *, labelled: bool = True) -> None:
     sloped = plane.up == "normal_force" and plane.across == "indentation" and "travel" in course.data.data
-    label: str | None = "jump (slope $-k$ of the machine)" if sloped else "jump"
+    label: str | None = "jump, slope $-k$" if sloped else "jump"
     if not labelled:
         label = None
     left = plane.axes.get_xlim()[0]

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.presentation.plot.shared import (
+    AMBER,
     BLUE,
-    GREEN,
     GREY,
     LIGHT,
     ORANGE,
+    SMALL,
     axis_label,
     draw_zero,
     legend_above,
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 Interval = tuple[float, float, float]
 """A value with the ends of its interval."""
 
-_COLOURS = {"approach": BLUE, "hold": GREEN, "retreat": ORANGE, "": BLUE}
+_COLOURS = {"approach": BLUE, "hold": AMBER, "retreat": ORANGE, "": BLUE}
 _MARKS = (("outliers", "x", "outliers"), ("saturated", "s", "saturated"))
 
 
@@ -167,7 +168,7 @@ def _draw_beginning(
             (0.01, height),
             xycoords=axes.get_yaxis_transform(),
             va="center",
-            fontsize=7.5,
+            fontsize=SMALL,
         )
     axes.axvline(0.0, color=BLUE, lw=1.0, ls=":")
     right = float(lengths(np.array(high - value + around), length))

@@ -9,6 +9,7 @@ import numpy as np
 
 from pymdr.presentation.plot.shared import (
     BLUE,
+    ORANGE,
     axis_label,
     lengths,
     letter_panels,
@@ -21,6 +22,7 @@ from pymdr.units import FloatArray, from_si, good_unit
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
     from matplotlib.image import AxesImage
 
@@ -63,16 +65,14 @@ def pressed_surface(
         image = _map(second, np.asarray(from_si(pressure.values, "Pa", unit)), pressure, "viridis")
         for axes in (first, second):
             axes.set_title(title)
+        figure.colorbar(image, ax=second, label=axis_label("pressure", unit))
         _draw_curve(third, data, "indentation", "normal_force")
         _draw_curve(fourth, data, "normal_force", "normal_stiffness")
         letter_panels(figure)
-        figure.colorbar(image, ax=second, label=f"pressure $p$ ({unit})")
     return figure
 
 
-def _map(
-    axes: Axes, values: FloatArray, pressure: xr.DataArray, colours: str, highest: float | None = None
-) -> AxesImage:
+def _map(axes: Axes, values: FloatArray, pressure: xr.DataArray, colours: str | Colormap) -> AxesImage:
     unit = good_unit(pressure["x"].values, "m")
     ends = []
     for axis in ("x", "y"):
@@ -85,8 +85,6 @@ def _map(
         extent=(ends[0], ends[1], ends[2], ends[3]),
         cmap=colours,
         interpolation="none",
-        vmin=None if highest is None else 0.0,
-        vmax=highest,
     )
     axes.set_xlabel(f"$x$ ({unit})")
     axes.set_ylabel(f"$y$ ({unit})")
@@ -94,8 +92,14 @@ def _map(
 
 
 def _draw_contact(axes: Axes, heights: FloatArray, pressure: xr.DataArray) -> None:
-    _map(axes, heights, pressure, "Greys_r")
-    _map(axes, np.where(pressure.values > 0.0, 1.0, np.nan), pressure, "autumn", 2.0)
+    """Heights over the mean in grey, and what touches."""
+    from matplotlib.colors import ListedColormap
+
+    above = heights - np.nanmean(heights)
+    unit = good_unit(above, "m")
+    image = _map(axes, lengths(above, unit), pressure, "Greys_r")
+    axes.figure.colorbar(image, ax=axes, label=f"height over the mean ({unit})")
+    _map(axes, np.where(pressure.values > 0.0, 1.0, np.nan), pressure, ListedColormap([ORANGE]))
 
 
 def _draw_curve(axes: Axes, data: xr.Dataset, along: str, up: str) -> None:

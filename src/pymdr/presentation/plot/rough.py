@@ -13,6 +13,7 @@ from pymdr.presentation.plot.shared import (
     LIGHT,
     MARKED_ROWS,
     ORANGE,
+    SMALL,
     axis_label,
     legend_above,
     lengths,
@@ -171,7 +172,7 @@ def calibration_study(data: xr.Dataset) -> Figure:
             second.axhline(at, color=GREEN, lw=0.8, ls=":")
         second.set_ylabel("over that in three dimensions")
         note = "dotted: Geike's line as measured\nwith 64 and 128 waves, 0.89 to 1.44"
-        second.annotate(note, (0.04, 0.9), xycoords="axes fraction", fontsize=7.5, color=GREY)
+        second.annotate(note, (0.04, 0.9), xycoords="axes fraction", fontsize=SMALL, color=GREY)
         third.fill_between(
             load, data["area_low"].values, data["area_high"].values, color=ORANGE, alpha=0.25, lw=0
         )
@@ -193,7 +194,6 @@ def calibration_study(data: xr.Dataset) -> Figure:
             legend_above(axes)
         second.set_title(
             f"$H$ = {attributes['hurst']:g}, {attributes['bandwidth']:.4g} shortest waves in the side",
-            fontsize=9,
         )
         letter_panels(figure)
     return figure

@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     FigureData,
     axis_label,
     infinite_within,
+    legend_above,
     lengths,
     letter_panels,
     mark_radii,
@@ -71,7 +72,7 @@ def section_into(figure: Any, data: FigureData) -> None:
     _draw_pressure_profile(upper, data, a, c, x_unit)
     mark_radii(upper, a, c, x_unit, both_sides=True)
     if data.data.sizes["step"] > 1:
-        upper.set_title(row_name(data, data.row), fontsize=8, pad=14)
+        upper.set_title(row_name(data, data.row), pad=14)
     if "stick_radius" in data.data:
         _draw_stick(upper, a, float(data.data["stick_radius"].values[data.row]), x_unit)
     if lower is not None:
@@ -113,7 +114,7 @@ def _draw_refused(axes: Axes, data: FigureData) -> None:
     if "force_lower_bound" in data.data:
         reason += f". The force is at least {written(float(data.data['force_lower_bound'].values[-1]), 'N')} (rigorous)"
     caption = textwrap.fill(reason.replace("$", ""), 78)
-    axes.set_title("not a disk contact: undeformed profile", fontsize=9)
+    axes.set_title("not a disk contact: undeformed profile")
     axes.set_xlabel(f"{RADIUS.label} ({x_unit})\n\n{caption}")
 
 
@@ -133,7 +134,7 @@ def _draw_stick(axes: Axes, a: float, b: float, x_unit: str) -> None:
             axes.axvline(x, color=GREY, lw=0.8, ls=":")
         place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
         axes.annotate("$b$", (inner, 1.0), (0, 2), ha="center", color=GREY, **place)
-    axes.legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 0.05), borderaxespad=0.3)
+    legend_above(axes)
 
 
 def _outer_radius(data: FigureData) -> float:
@@ -285,4 +286,4 @@ def _label_springs(axes: Axes, head: FloatArray) -> None:
     ):
         if exists:
             axes.plot([], [], color=colour, lw=1.6, label=label)
-    axes.legend(fontsize=7, loc="lower center", ncols=3, framealpha=0.9, frameon=True, edgecolor="none")
+    legend_above(axes)

@@ -15,6 +15,7 @@ from pymdr.presentation.plot.shared import (
     GREEN,
     GREY,
     ORANGE,
+    SMALL,
     FigureData,
     axis_label,
     draw_zero,
@@ -156,7 +157,7 @@ def draw_plan(axes: Axes, shape: ShapeData) -> None:
         (0.03, 0.03),
         xycoords="axes fraction",
         color=GREY,
-        fontsize=7.5,
+        fontsize=SMALL,
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
     )
     legend_above(axes)

@@ -9,6 +9,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from cycler import cycler
 from numpy.typing import NDArray
 
 from pymdr.interpretation.jumps import Branches
@@ -25,8 +26,13 @@ if TYPE_CHECKING:
 
 IntArray = NDArray[np.int_]
 
-BLUE, ORANGE, GREEN, GREY, LIGHT = "#0072B2", "#D55E00", "#009E73", "#666666", "#DDDDDD"
+BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
+SKY, AMBER, PURPLE = "#56B4E9", "#E69F00", "#CC79A7"
+GREY, LIGHT = "#666666", "#DDDDDD"
+CYCLE = (BLUE, ORANGE, SKY, AMBER, PURPLE, GREEN)
 """Okabe and Ito's colours, distinct for colour-blind readers."""
+SMALL = 8.0
+"""Font size in points of legends and of notes in panels."""
 MOST = 20_000
 """Largest number of points drawn of one curve."""
 MARKED_ROWS = 40
@@ -37,7 +43,18 @@ _NAMED = 3
 """Largest number of kinks that are labelled by their radii."""
 _UNMET = 100
 """Characters per line below a figure."""
-_STYLE: Any = {"axes.spines.top": False, "axes.spines.right": False, "font.size": 9, "legend.frameon": False}
+STYLE: Any = {
+    "axes.prop_cycle": cycler(color=CYCLE),
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": SMALL,
+    "font.size": 9,
+    "legend.fontsize": SMALL,
+    "legend.columnspacing": 1.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "legend.title_fontsize": SMALL,
+}
 
 
 @dataclass(frozen=True)
@@ -111,7 +128,7 @@ def styled() -> AbstractContextManager[None]:
     """The style of all figures."""
     import matplotlib as mpl
 
-    return mpl.rc_context(_STYLE)
+    return mpl.rc_context(STYLE)
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -228,7 +245,9 @@ def peak_notes(radii: Sequence[float]) -> list[str]:
 def note_peaks(axes: Axes, radii: Sequence[float]) -> None:
     """Label the places inside a contact where the pressure in a panel is infinite."""
     if notes := peak_notes(radii):
-        axes.text(0.02, 0.98, "\n".join(notes), va="top", transform=axes.transAxes, fontsize=7, color=ORANGE)
+        axes.text(
+            0.02, 0.98, "\n".join(notes), va="top", transform=axes.transAxes, fontsize=SMALL, color=ORANGE
+        )
 
 
 def singularities(amplitude: float, sign: float, peaks: Sequence[float]) -> str:
@@ -237,8 +256,7 @@ def singularities(amplitude: float, sign: float, peaks: Sequence[float]) -> str:
     if sign != 0.0:
         label = f"$p \\to {'' if sign > 0.0 else '-'}\\infty$ at $r = a$"
         if not np.isnan(amplitude):
-            size = typeset(amplitude, "Pa*m^0.5").replace("*m^0.5", " m$^{1/2}$")
-            label += f":\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {size}"
+            label += f":\n$p \\simeq K/\\sqrt{{a-r}}$\n$K$ = {typeset(amplitude, 'Pa*m^0.5')}"
         notes.append(label)
     return "\n".join([*notes, *peak_notes(peaks)])
 
@@ -265,19 +283,27 @@ def letter_panels(figure: Figure) -> None:
         )
 
 
-def legend_above(axes: Axes, size: float = 8.0) -> None:
-    """A legend above the axes."""
+def legend_above(axes: Axes, title: str | None = None) -> None:
+    """A legend above the axes, in as many columns as fit between their sides."""
     labels = axes.get_legend_handles_labels()[1]
-    if labels:
-        columns = 3 if len(labels) <= 3 and sum(map(len, labels)) < 40 else 2
-        axes.legend(
-            loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=columns, fontsize=size, borderaxespad=0.0
+    for columns in range(min(len(labels), 4), 0, -1):
+        legend = axes.legend(
+            loc="lower left", bbox_to_anchor=(0.0, 1.01), borderaxespad=0.0, ncols=columns, title=title
         )
+        if legend.get_window_extent().width <= 0.9 * axes.bbox.width:
+            return
 
 
-def typeset(value: float, unit: str = "") -> str:
+def typeset(value: float, unit: str = "", digits: int = 4) -> str:
     """A value with its unit and a typographic minus sign."""
-    return written(value, unit).replace("-", "\u2212", 1)
+    number, _, own = written(value, unit, digits).partition(" ")
+    return f"{number} {typeset_unit(own)}".strip().replace("-", "\u2212", 1)
+
+
+def typeset_unit(unit: str) -> str:
+    """A unit with typographic powers and products."""
+    powers = unit.replace("*m^0.5", " m$^{1/2}$").replace("^2", "²").replace("^4", "⁴").replace("m^-1", "1/m")
+    return powers.replace("*", " ").replace("ohm", "Ω")
 
 
 def scaled(values: FloatArray, name: str, unit: str) -> FloatArray:
@@ -299,7 +325,12 @@ def column(data: FigureData, name: str) -> tuple[FloatArray, str]:
 
 def axis_label(name: str, unit: str) -> str:
     """Name, symbol and unit of a quantity."""
-    return f"{QUANTITIES.get(name, RADIUS).label} ({unit})"
+    return with_unit(QUANTITIES.get(name, RADIUS).label, unit)
+
+
+def with_unit(label: str, unit: str) -> str:
+    """A label of an axis with its unit, if it has one."""
+    return f"{label} ({typeset_unit(unit)})" if unit else label
 
 
 def along_history(data: FigureData) -> tuple[FloatArray, str]:
@@ -310,6 +341,16 @@ def along_history(data: FigureData) -> tuple[FloatArray, str]:
     if "row" in data.data.coords:
         return np.asarray(data.data["row"].values, dtype=float), "row of the path"
     return np.arange(float(data.data.sizes["step"])), "step"
+
+
+def label_history(axes: Axes, label: str) -> None:
+    """Label the axis of time or of numbered rows."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set_xlabel(label)
+    axes.ticklabel_format(axis="x", style="plain")
+    if not label.startswith("time"):
+        axes.xaxis.set_major_locator(MaxNLocator("auto", integer=True, steps=[1, 2, 5, 10]))
 
 
 def row_name(data: FigureData, row: int) -> str:
@@ -353,7 +394,7 @@ def with_unmet(figure: Figure, assumptions: Iterable[Assumption]) -> Figure:
     """A figure with the unmet assumptions of the model below it."""
     lines = [assumption_text(a) for a in assumptions if not a.met]
     if lines:
-        figure.supxlabel("\n".join(fill(line, _UNMET) for line in lines), fontsize=8, color=ORANGE)
+        figure.supxlabel("\n".join(fill(line, _UNMET) for line in lines), fontsize=SMALL, color=ORANGE)
     return figure
 
 

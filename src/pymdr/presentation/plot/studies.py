@@ -9,6 +9,7 @@ import numpy as np
 
 from pymdr.presentation.plot.shared import (
     BLUE,
+    CYCLE,
     GREEN,
     GREY,
     LIGHT,
@@ -16,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     ORANGE,
     axis_label,
     draw_zero,
+    label_history,
     legend_above,
     lengths,
     letter_panels,
@@ -23,6 +25,7 @@ from pymdr.presentation.plot.shared import (
     scaled,
     styled,
     typeset,
+    with_unit,
     without_peaks,
 )
 from pymdr.quantities import QUANTITIES, RADIUS
@@ -83,7 +86,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                 if mu is None and name == "dissipated_per_cycle" and (y > 0.0).any():
                     _draw_cubic(axes, x, y, limit)
                 few = "o" if u.size <= MARKED_ROWS else None
-                colour, label = (BLUE, None) if mu is None else (f"C{i}", f"$\\mu$ = {mu:g}")
+                colour, label = (BLUE, None) if mu is None else (CYCLE[i % len(CYCLE)], f"$\\mu$ = {mu:g}")
                 axes.plot(x, y, color=colour, lw=1.5, marker=few, ms=3, label=label)
                 if f"{name}_low" in study:
                     ends = [study[f"{name}_{end}"].values[order] for end in ("low", "high")]
@@ -91,11 +94,10 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
                     band = "band of the scatter" if mu is None else None
                     axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0, label=band)
             axes.set_xlabel(f"amplitude of the shift ({unit})")
-            axes.set_ylabel(f"{y_label} ({shown})" if shown else y_label)
+            axes.set_ylabel(with_unit(y_label, shown))
             if name == "damping_ratio":
                 axes.set_ylim(bottom=0.0)
-            if axes.get_legend_handles_labels()[0]:
-                axes.legend(fontsize=8)
+            legend_above(axes)
         letter_panels(figure)
     return figure
 
@@ -332,6 +334,8 @@ def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, sliding: FloatArray) -
 
 _CREEP_LAWS = {"plain": ("MDR springs", BLUE), "calibrated": ("with Kalker's slope", ORANGE)}
 _MOST_LOADS = 5
+_ROUNDING = 1e-4
+"""Relative range of values that is drawn as constant."""
 
 
 def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | None) -> Figure:
@@ -419,7 +423,13 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
     rows = np.unique(np.linspace(0, springs.sizes["creepage"] - 1, _MOST_LOADS).round().astype(int))
     for i, row in enumerate(rows):
         zeta, q = float(springs["creepage"][row]), springs["line_load"].values[row]
-        axes.plot(place, from_si(q, "N/m", unit), color=f"C{i}", lw=1.5, label=rf"$\zeta$ = {zeta:.3g}")
+        axes.plot(
+            place,
+            from_si(q, "N/m", unit),
+            color=CYCLE[i % len(CYCLE)],
+            lw=1.5,
+            label=rf"$\zeta$ = {zeta:.3g}",
+        )
     axes.set_xlabel(f"position on the line $x$ ({x_unit}), rolling to the right")
     axes.set_ylabel(f"line load $q$ ({unit})")
 
@@ -501,13 +511,21 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
             axes = figure.add_subplot(1, len(names), i + 1)
             si = str(data[name].attrs.get("units", ""))
             unit = good_unit(data[name].values, si)
-            axes.plot(
-                data[along].values, from_si(data[name].values, si, unit), "o-", color=BLUE, ms=3.0, lw=1.0
-            )
-            axes.set_xlabel(str(along))
-            axes.set_ylabel(f"{labels[name]} ({unit})" if unit else labels[name])
+            values = np.asarray(from_si(data[name].values, si, unit))
+            axes.plot(data[along].values, values, "o-", color=BLUE, ms=3.0, lw=1.0)
+            label_history(axes, str(along))
+            label = QUANTITIES[name].label if name in QUANTITIES else labels[name]
+            axes.set_ylabel(with_unit(label, unit))
+            _limit_rounding(axes, values)
         letter_panels(figure)
     return figure
+
+
+def _limit_rounding(axes: Axes, values: FloatArray) -> None:
+    """Start at 0 if values hardly differ, so that their rounding is not enlarged."""
+    known = values[np.isfinite(values)]
+    if known.size and np.ptp(known) <= _ROUNDING * np.max(np.abs(known)):
+        axes.set_ylim(*sorted((0.0, 1.2 * float(known[0]) or 1.0)))
 
 
 def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
@@ -525,11 +543,11 @@ def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
     with styled():
         figure = new_figure(6.4, 1.2 + 0.35 * len(assumptions))
         axes = figure.add_subplot()
-        colours = [GREEN if a.met else ORANGE for a in assumptions]
+        colours = [BLUE if a.met else ORANGE for a in assumptions]
         measures, limits = (np.array([getattr(a, n) for a in assumptions]) for n in ("measure", "limit"))
         with np.errstate(divide="ignore", invalid="ignore"):
             axes.barh([a.name for a in assumptions], np.minimum(measures / limits, 3.0), color=colours)
-        axes.axvline(1.0, color="0.3", lw=1.0)
+        axes.axvline(1.0, color=GREY, lw=1.0)
         axes.invert_yaxis()
         axes.set_xlabel("measure / limit (cut at 3)")
     return figure

@@ -7,9 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import axis_label, letter_panels, new_figure, scaled, styled, thinned
-from pymdr.quantities import quantity
-from pymdr.units import FloatArray, from_si, good_unit, written
+from pymdr.presentation.plot.shared import (
+    axis_label,
+    legend_above,
+    letter_panels,
+    new_figure,
+    scaled,
+    styled,
+    thinned,
+    typeset,
+    with_unit,
+)
+from pymdr.quantities import parameter_label, quantity
+from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +93,7 @@ def _draw_along(
             label=names[first] if first in named else None,
         )
         named.discard(first)
-    axes.legend(title=parameters[0], fontsize=8, title_fontsize=8)
+    legend_above(axes, parameter_label(parameters[0]))
 
 
 def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Sequence[str]) -> None:
@@ -93,29 +103,38 @@ def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Se
     if numeric:
         unit = good_unit(x, first.attrs["units"])
         x = np.asarray(from_si(x, first.attrs["units"], unit))
-        axes.set_xlabel(f"{parameters[0]} ({unit})" if unit else parameters[0])
+        axes.set_xlabel(with_unit(parameter_label(parameters[0]), unit))
         if np.all(x > 0.0) and x.max() > 10.0 * x.min():
             axes.set_xscale("log")
     else:
         axes.set_xticks(x, [str(value).partition("(")[0] for value in first.values])
-        axes.set_xlabel(parameters[0])
+        axes.set_xlabel(parameter_label(parameters[0]))
     rest = largest.reshape(first.size, -1)
     names = _names(data, parameters[1:])
     for i in thinned(np.arange(float(rest.shape[1])), _CURVES):
-        axes.plot(x, rest[:, i], "o-", ms=3.5, lw=1.0, label=names[i] if rest.shape[1] <= _NAMED else None)
-    if 1 < rest.shape[1] <= _NAMED:
-        axes.legend(fontsize=8)
+        axes.plot(
+            x, rest[:, i], "o-", ms=3.5, lw=1.0, label=names[i] if 1 < rest.shape[1] <= _NAMED else None
+        )
+    legend_above(axes)
 
 
 def _names(data: xr.Dataset, parameters: Sequence[str], bare: bool = False) -> list[str]:
     """Labels of all combinations; `bare` leaves out the names of the parameters."""
     names = [""]
     for parameter in parameters:
-        values = data[parameter]
-        unit = values.attrs.get("units")
-        texts = [
-            str(v).partition("(")[0] if unit is None else written(float(v), unit, 3) for v in values.values
-        ]
-        labels = texts if bare else [f"{parameter} = {text}" for text in texts]
+        texts = _distinct(data[parameter])
+        labels = texts if bare else [f"{parameter_label(parameter)} = {text}" for text in texts]
         names = [f"{name}, {label}".removeprefix(", ") for name in names for label in labels]
     return names
+
+
+def _distinct(values: xr.DataArray) -> list[str]:
+    """Texts of values, with as many digits as distinguish them."""
+    unit = values.attrs.get("units")
+    if unit is None:
+        return [str(value).partition("(")[0] for value in values.values]
+    for digits in range(3, 18):
+        texts = [typeset(float(value), unit, digits) for value in values.values]
+        if len(set(texts)) == np.unique(values.values).size:
+            break
+    return texts

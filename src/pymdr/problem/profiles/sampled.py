@@ -1,4 +1,4 @@
-"""Profiles known at sampled radii, and the ways to run a curve through them."""
+"""Profiles known at sampled radii, and the options for a curve through them."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 FEWEST_SAMPLES = 5
 CLOSEST = 1e-9
-"""Distance of neighbours over their radius below which heights of sixteen digits tell no slope."""
+"""Least distance of neighbours over their radius; below it double precision cannot resolve a slope."""
 WIDEST = 1e30
-"""Last radius over the first above 0: what third powers of distances stand."""
+"""Largest ratio of the last radius to the first above 0; third powers of larger ones overflow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +34,12 @@ class CubicSpline(Value):
     Parameters
     ----------
     tip : {"round", "sharp"}
-        Whether f' is 0 at r = 0, or free there (not-a-knot).
+        "round": f' = 0 at r = 0; "sharp": f' is free there (not-a-knot).
 
     Raises
     ------
     ProblemError
-        If `tip` is another word.
+        If `tip` has another value.
 
     Examples
     --------
@@ -73,27 +73,26 @@ class ShapePreserving(Value):
 @dataclass(frozen=True, eq=False)
 class SmoothingSpline(Value):
     """
-    A smoothing spline whose stiffness the samples choose, for noisy data.
+    A smoothing spline for noisy data, whose smoothing is estimated from the samples.
 
-    The curve minimises sum (y_i - f(r_i))^2 / s_i^2 + lambda int (d^3 f / dr^3)^2 dr with f'(0) = 0, as if it were
-    mirrored at r = 0: its tip is round. A paraboloid costs nothing, so that it is not flattened. Between samples
-    the curve is the cubic with the heights and slopes of that minimum. Smooth samples without noise are met.
+    The curve minimises sum (y_i - f(r_i))^2 / s_i^2 + lambda int (d^3 f / dr^3)^2 dr with f'(0) = 0, mirrored at r = 0,
+    so that its tip is round. The penalty of a paraboloid is 0, so it is not flattened. Between samples the curve is the
+    cubic with the heights and slopes of that minimum. Smooth samples without noise are interpolated.
 
-    Without a scatter, all s_i are alike. Their size and lambda make the samples likeliest (restricted maximum
-    likelihood, steadier than cross-validation where samples are few).
+    Without a scatter, all s_i are equal. Their size and lambda maximise the restricted likelihood, which is more robust
+    than cross-validation for few samples.
 
-    With a scatter, s_i is the scatter, believed as the noise of the samples: lambda alone makes them likeliest,
-    and they lie about the curve by about their scatter (chi-square is n less what the curve takes up). Where the
-    samples contradict it (by a likelihood ratio that chance passes once in a hundred; the scatter of an azimuthal
-    mean is that of single heights, more than the noise of the mean), only its ratios count, and the size of the noise
-    is found as without one. An entry of 0 says that samples were aligned there, not that one is exact: it counts
-    as its neighbours do.
+    With a scatter, s_i is the scatter, taken as the noise of the samples: only lambda maximises the likelihood, and the
+    residuals are about the scatter (chi-square is n minus the degrees of freedom of the curve). If the samples contradict
+    the scatter (likelihood ratio test at 1 %; the scatter of an azimuthal mean is that of single heights, larger than the
+    noise of the mean), only its ratios are used, and the size of the noise is estimated as without a scatter. An entry of
+    0 means that samples were aligned there, not that one is exact: it is interpolated from its neighbours.
 
     Notes
     -----
     The expectation of f if its third derivative is white noise: Wahba (1978), J. R. Stat. Soc. B 40, 364.
-    Likelihood against cross-validation: Wahba (1985), Ann. Stat. 13, 1378. Reinsch (1967), Numer. Math. 10, 177,
-    asks for chi-square = n, which smooths too much, as part of the noise is in the curve.
+    Likelihood compared with cross-validation: Wahba (1985), Ann. Stat. 13, 1378. Reinsch (1967), Numer. Math. 10, 177,
+    requires chi-square = n, which smooths too much because the curve contains part of the noise.
 
     Examples
     --------
@@ -111,16 +110,16 @@ Interpolation: TypeAlias = CubicSpline | ShapePreserving | SmoothingSpline
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve run through samples."""
+    """A curve through samples."""
 
     poly: PPoly
     """The piecewise cubic f(r) - f(0)."""
     offset: float
     """Its f(0) in m."""
     words: str
-    """What it is."""
+    """Description of the curve."""
     misfit: float = 0.0
-    """Root mean square in m by which the samples lie off it."""
+    """Root mean square distance in m of the samples from the curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +127,7 @@ class Sampled(Profile):
     """
     A profile known at sampled radii, for example the azimuthal mean of a measured tip.
 
-    Nothing is extrapolated beyond the last sample: loads whose contact or certificate would need it are
-    refused.
+    Nothing is extrapolated beyond the last sample: loads whose contact or certificate would need it are refused.
 
     Parameters
     ----------
@@ -138,10 +136,10 @@ class Sampled(Profile):
     height : array_like or quantity
         f at those radii in m; an offset at r = 0 is removed when the profile is mapped.
     scatter : array_like or quantity, optional
-        Standard deviation of f at those radii in m, not below 0. It becomes a band on every quantity.
+        Standard deviation of f at those radii in m, not negative. It gives a band on every quantity.
     interpolation : CubicSpline, ShapePreserving or SmoothingSpline, optional
-        How a curve is run through the samples. Unless given, it is ``SmoothingSpline()`` where an entry of
-        `scatter` is above 0, and ``CubicSpline()`` otherwise.
+        The curve through the samples; default ``SmoothingSpline()`` if an entry of `scatter` is above 0, else
+        ``CubicSpline()``.
 
     Raises
     ------
@@ -178,7 +176,7 @@ class Sampled(Profile):
             values = getattr(self, name)
             if values is not None and values.shape != r.shape:
                 raise ProblemError(
-                    f"Sampled: {values.size} entries of {name} for {r.size} radii; give one for each"
+                    f"Sampled: {values.size} entries of {name} for {r.size} radii; give one entry per radius"
                 )
         if r[0] != 0.0:
             raise ProblemError(f"Sampled.radius begins at {metres(r[0])}: it must begin at 0 m, the apex")
@@ -206,34 +204,33 @@ class Sampled(Profile):
 
     @property
     def curve_in_words(self) -> str:
-        """What curve was run through the samples, and what it took for their noise."""
+        """Description of the curve through the samples, and of their noise."""
         return self._curve.words
 
     @property
     def misfit(self) -> float:
-        """Root mean square in m by which the samples lie off the curve; 0 if it runs through every one."""
+        """Root mean square distance in m of the samples from the curve; 0 for interpolation."""
         return self._curve.misfit
 
     @property
     def offset(self) -> float:
-        """The height of the curve at r = 0 in m, which is removed."""
+        """The removed height of the curve at r = 0 in m."""
         return self._curve.offset
 
     @cached_property
     def noise(self) -> float:
         """
-        The standard deviation in m by which heights differ at random from one sample to the next.
+        Standard deviation of the noise of the heights in m.
 
-        From the heights alone, whatever curve is run through them: what differences of three to five neighbours
-        leave of a line, a parabola or a cubic, each over the standard deviation that unit noise would give it; the
-        median of their sizes over 0.6745. It is rounding where samples have no noise, 0 where most of them
-        repeat a height, too small where the noise of neighbours is alike, too large where few samples follow a bend, and rough below about
-        twenty samples.
+        It is estimated from the heights alone, independent of the curve: the median of the absolute residuals of three to
+        five neighbours from a line, a parabola or a cubic, each over its standard deviation for unit noise, divided by
+        0.6745. It is rounding for samples without noise, 0 if most samples repeat a height, too small for correlated noise,
+        too large if few samples resolve a bend, and imprecise below about twenty samples.
 
         Notes
         -----
-        Gasser, Sroka and Jennen-Steinmetz (1986), Biometrika 73, 625, with the median in place of the mean: a
-        kink or an outlier is no noise.
+        Gasser, Sroka and Jennen-Steinmetz (1986), Biometrika 73, 625, with the median in place of the mean, so that
+        kinks and outliers do not count as noise.
 
         Examples
         --------
@@ -278,9 +275,9 @@ def _refuse_unsorted(r: FloatArray) -> None:
     steps = np.diff(r)
     if np.any(steps <= 0.0):
         i = int(np.argmax(steps <= 0.0))
-        word = "repeats" if steps[i] == 0.0 else "falls"
+        verb = "repeats" if steps[i] == 0.0 else "falls"
         raise ProblemError(
-            f"Sampled.radius {word} at entry {i + 2} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
+            f"Sampled.radius {verb} at entry {i + 2} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
             "sort the samples and average those that repeat"
         )
     merged = steps < CLOSEST * r[1:]
@@ -288,13 +285,13 @@ def _refuse_unsorted(r: FloatArray) -> None:
         i = int(np.argmax(merged))
         raise ProblemError(
             f"Sampled.radius: entries {i + 1} and {i + 2} ({float(r[i])!r} m, then {float(r[i + 1])!r} m) are "
-            f"{metres(steps[i])} apart, less than {CLOSEST:g} of their radius, so that their heights tell no slope; "
+            f"{metres(steps[i])} apart, less than {CLOSEST:g} of their radius, where double precision cannot resolve a slope; "
             "average them"
         )
     if r[1] < r[-1] / WIDEST:
         raise ProblemError(
             f"Sampled.radius: entry 2 is {float(r[1])!r} m, less than {1.0 / WIDEST:g} of the last, "
-            f"{metres(r[-1])}; leave out samples that close to the apex"
+            f"{metres(r[-1])}; omit samples so close to the apex"
         )
 
 
@@ -304,7 +301,7 @@ def curve(
     """
     Run a piecewise cubic through samples, with the value 0 at r = 0.
 
-    Lengths are divided by powers of two first: nanometres and metres are treated alike, and no digit is lost.
+    Lengths are first divided by powers of two, so that the result is independent of the scale and no digit is lost.
 
     Parameters
     ----------
@@ -321,7 +318,7 @@ def curve(
     Raises
     ------
     ProblemError
-        If a coefficient of the cubics is beyond what a float holds.
+        If a coefficient of the cubics overflows.
     """
     from scipy import interpolate
 
@@ -337,8 +334,8 @@ def curve(
                 c[3 - power] /= width
     if not np.isfinite(c).all():
         raise ProblemError(
-            f"Sampled: heights that differ by {highest:g} m over radii up to {float(radius[-1]):g} m give cubics "
-            "beyond what a float holds; give lengths in m"
+            f"Sampled: the cubics through heights up to {highest:g} m over radii up to {float(radius[-1]):g} m overflow; give "
+            "lengths in m"
         )
     poly = interpolate.PPoly(c, np.array(radius))
     for array in (poly.c, poly.x):
@@ -349,7 +346,7 @@ def curve(
 def _scaled_curve(
     r: FloatArray, f: FloatArray, scatter: FloatArray | None, size: float, interpolation: Interpolation
 ) -> tuple[FloatArray, float, float, str]:
-    """Coefficients, f(0), misfit and words of the curve through samples of size 1."""
+    """Coefficients, f(0), misfit and description of the curve through samples of size 1."""
     from scipy import interpolate
 
     if not np.isfinite(f).all():
@@ -374,11 +371,11 @@ def _smoothing(
     known = scatter is not None and bool(np.any(scatter > 0.0))
     deviation = np.ones(r.size)
     if scatter is not None and known:
-        told = np.flatnonzero(scatter)
-        deviation = np.interp(np.arange(r.size), told, scatter[told] / size)
-    found = smooth(r, f, deviation, known)
-    value, slope, bend = found.values[:-1].T
-    third, fourth, fifth = found.higher[:-1].T
+        positive = np.flatnonzero(scatter)
+        deviation = np.interp(np.arange(r.size), positive, scatter[positive] / size)
+    fit = smooth(r, f, deviation, known)
+    value, slope, bend = fit.values[:-1].T
+    third, fourth, fifth = fit.higher[:-1].T
     h = np.diff(r)
     # the cubic with the heights and slopes of the quintic at both ends, without differences of them
     c = np.array(
@@ -389,17 +386,17 @@ def _smoothing(
             value,
         ]
     )
-    misfit = math.sqrt(np.mean((f - found.level - found.values[:, 0]) ** 2))
+    misfit = math.sqrt(np.mean((f - fit.level - fit.values[:, 0]) ** 2))
     if not known:
         words = (
-            f"a smoothing spline, off which the samples lie by {metres(misfit * size)} (root mean square); their noise is "
-            f"about {metres(found.noise * size)}"
+            f"a smoothing spline with a misfit of {metres(misfit * size)} (root mean square); the noise of the samples is about "
+            f"{metres(fit.noise * size)}"
         )
-    elif found.believed:
-        words = f"a smoothing spline by the scatter; the samples lie about it by {found.noise:.2g} of it"
+    elif fit.believed:
+        words = f"a smoothing spline by the scatter; the residuals are {fit.noise:.2g} times the scatter"
     else:
         words = (
-            "a smoothing spline by the ratios of the scatter, not its size; the samples lie about it by "
-            f"{found.noise:.2g} of it"
+            "a smoothing spline by the ratios of the scatter, not its size; the residuals are "
+            f"{fit.noise:.2g} times the scatter"
         )
-    return c, found.level, misfit, words
+    return c, fit.level, misfit, words

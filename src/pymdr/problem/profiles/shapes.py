@@ -33,7 +33,7 @@ class Shape(Profile):
     """
 
     whole: ClassVar[bool] = True
-    no_radius: ClassVar[str] = "the contact is no disk"
+    no_radius: ClassVar[str] = "the contact is not a disk"
 
     @abstractmethod
     def gap_at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:

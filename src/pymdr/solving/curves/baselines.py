@@ -1,4 +1,4 @@
-"""The force that is recorded where nothing touches: an offset and a tilt."""
+"""The recorded force out of contact: an offset and a tilt."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from pymdr.units import FloatArray, QuantityLike, to_si, written
 
 _LEAST = 10
 _SEEN = 5.0
-"""Times the noise by which a contact has to stand out."""
+"""Smallest rise of a contact relative to the noise."""
 _EVIDENCE = 30.0
 
 
 @dataclass(frozen=True)
 class Baseline:
     r"""
-    The line F = offset + tilt (position - middle), and what was seen about it.
+    The line F = offset + tilt (position - middle), with its noise and range.
 
     Parameters
     ----------
     offset : float
         In N, at the `middle`.
     tilt : float
-        In N/m: virtual deflection, or a drift at constant speed, which a line cannot tell apart.
+        In N/m: virtual deflection, or a drift at constant speed.
     middle : float
-        Of the positions without contact in m.
+        Middle of the positions out of contact in m.
     low, high : float
         Ends of those positions in m.
     noise : float
         Standard deviation about the line in N, from the median of absolute deviations.
     samples : int
-        Number of samples of which the line is made.
+        Number of samples of the line.
     """
 
     offset: float
@@ -61,16 +61,16 @@ class Baseline:
 
 def baseline_of(curve: MeasuredSamples) -> Baseline:
     """
-    The baseline of a curve: a robust line through what was recorded before contact.
+    The baseline of a curve: a robust line through the samples before contact.
 
-    The part before contact ends where a line with a power-law rise leaves it, less a tenth of its length, or less a quarter where the
-    noise hides the beginning of the rise. The line has the least
-    sum of log(1 + r^2/s^2) (Cauchy's loss), which few outliers cannot pull, with the scale s of the residuals themselves.
+    The part before contact ends at the start of a fitted power-law rise, less a tenth of its length, or less a quarter if the
+    noise hides the beginning of the rise. The line minimises the sum of log(1 + r^2/s^2) (Cauchy's loss), which is robust
+    against few outliers, with the scale s of the residuals.
 
     Parameters
     ----------
     curve : MeasuredCurve
-        An approach, a retreat, or a whole record, of which the approach is looked at; positive forces press.
+        An approach, a retreat, or a whole record, of which the approach is used; compression positive.
 
     Returns
     -------
@@ -87,8 +87,8 @@ def baseline_of(curve: MeasuredSamples) -> Baseline:
     >>> import pymdr as mdr
     >>> x = np.linspace(-1e-6, 1e-6, 400)
     >>> force = 2e-3 * x + 1e-9 + 2.0 * np.clip(x, 0.0, None) ** 1.5
-    >>> found = mdr.MeasuredCurve(force=force, indentation=x).baseline()
-    >>> round(found.tilt, 6)
+    >>> line = mdr.MeasuredCurve(force=force, indentation=x).baseline()
+    >>> round(line.tilt, 6)
     0.002
     """
     branch = branch_of(curve)
@@ -96,12 +96,12 @@ def baseline_of(curve: MeasuredSamples) -> Baseline:
     seen = broken_power(branch.position, branch.force, jump=leaving)
     check_contact(branch, seen.rise, seen.noise, seen.evidence)
     free_end = float(branch.position[0])
-    # where the noise is large, the interval may reach to the free end; most of what lies before the rise is seen is taken then
+    # with much noise the interval may extend to the free end; then take most of the part before the visible rise
     end = max(seen.low - 0.1 * (seen.low - free_end), free_end + 0.75 * (seen.clear_from - free_end))
     count = int(np.argmax(branch.position > end)) if np.any(branch.position > end) else branch.position.size
     if count < _LEAST:
         raise ProblemError(
-            f"samples before the contact, where the baseline is read: {count}; at least {_LEAST} are needed: retract farther before "
+            f"{count} samples are before the contact (limit {_LEAST}), too few for a baseline; retract farther before "
             "pressing, or give the baseline as a force"
         )
     return _line(branch.position[:count], branch.force[:count])
@@ -109,19 +109,19 @@ def baseline_of(curve: MeasuredSamples) -> Baseline:
 
 def check_contact(branch: Branch, rise: float, noise: float, evidence: float) -> None:
     """
-    See that a rise stands out of the noise.
+    Require a rise that exceeds the noise.
 
     Raises
     ------
     ProblemError
-        If it does not: the curve has no contact.
+        If it does not, so that the curve has no contact.
     """
     size = float(np.ptp(branch.force))
     if rise <= max(_SEEN * noise, 1e-9 * size) or evidence < _EVIDENCE:
         raise ProblemError(
-            f"no contact is seen in the curve: over {written(float(np.ptp(branch.position)), 'm')} its force rises from a straight line by "
-            f"{written(rise, 'N')}, which does not stand out of its noise of {written(noise, 'N')} (limit: {_SEEN:g} times, and "
-            f"all along); press deeper, begin farther away, or see with curve.orient() whether a sign is turned"
+            f"the curve shows no contact: over {written(float(np.ptp(branch.position)), 'm')} its force rises from a straight line by "
+            f"{written(rise, 'N')} with a noise of {written(noise, 'N')} (limit {_SEEN:g} times the noise); press "
+            "deeper, begin farther away, or check the signs with curve.orient()"
         )
 
 
@@ -134,7 +134,7 @@ def subtract_baseline(curve: Samples, baseline: Baseline | QuantityLike | None =
     curve : MeasuredCurve
         In any of its segments.
     baseline : Baseline or quantity, optional
-        That of the approach for a hold or a retreat, or an offset in N; that of the curve unless given.
+        That of the approach for a hold or a retreat, or an offset in N; that of the curve by default.
 
     Returns
     -------
@@ -151,13 +151,13 @@ def subtract_baseline(curve: Samples, baseline: Baseline | QuantityLike | None =
     return replace(
         curve,
         force=curve.force - line.force_at(curve.position),
-        step=Step("baseline", f"{line} taken from the force", Facts(numbers)),
+        step=Step("baseline", f"{line}, subtracted from the force", Facts(numbers)),
         before=curve,
     )
 
 
 def given_baseline(curve: MeasuredSamples, baseline: Baseline | QuantityLike | None) -> Baseline:
-    """A baseline as it is given, or that of the curve."""
+    """The given baseline, or that of the curve."""
     if baseline is None:
         return baseline_of(curve)
     return baseline if isinstance(baseline, Baseline) else Baseline(to_si(baseline, "N", name="baseline"))
@@ -170,14 +170,14 @@ def _line(x: FloatArray, f: FloatArray) -> Baseline:
     start = np.linalg.lstsq(columns, f, rcond=None)[0]
     scale = spread(f - columns @ start)
     if scale > 0.0:
-        found = scipy.optimize.least_squares(
+        fitted = scipy.optimize.least_squares(
             lambda p: (f - columns @ (start + scale * p)) / scale,
             np.zeros(2),
             jac=lambda p: -columns,
             loss="cauchy",
             f_scale=2.0,
         )
-        start = start + scale * found.x
+        start = start + scale * fitted.x
     return Baseline(
         offset=float(start[0]),
         tilt=float(start[1]) / half,

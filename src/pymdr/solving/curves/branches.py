@@ -1,4 +1,4 @@
-"""The branch of a curve on which its baseline and its contact point are looked for."""
+"""The branch of a curve from which its baseline and its contact point are determined."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from pymdr.units import FloatArray, written
 IntArray = NDArray[np.int_]
 
 MOST = 600
-"""Means of so many blocks stand for a branch where every candidate is tried."""
+"""Largest number of blocks, whose means represent a branch in exhaustive searches."""
 _FLAT = 1e-9
-"""Of the range of the forces: what rounding may do."""
+"""Rounding error relative to the range of the forces."""
 
 
 @dataclass(frozen=True)
 class Branch:
-    """Samples from the free end to the deep one, without those that are marked."""
+    """Unmarked samples from the free end to the deep one."""
 
     samples: IntArray
-    """Their numbers in the curve."""
+    """Their indices in the curve."""
     position: FloatArray
     force: FloatArray
 
 
 def branch_of(curve: MeasuredSamples) -> Branch:
     """
-    The approach, or the retreat backwards where there is no approach.
+    The approach, or the reversed retreat if there is no approach.
 
     Raises
     ------
@@ -40,13 +40,13 @@ def branch_of(curve: MeasuredSamples) -> Branch:
     """
     if curve.segment == "hold":
         raise ProblemError(
-            "a hold has neither baseline nor contact point: find them in the approach and give them, or join the segments"
+            "a hold has neither baseline nor contact point: give those of the approach, or join the segments"
         )
     position, marked = curve.position, curve.marked
     width = float(np.ptp(position))
     if not width > 1e-12 * float(np.max(np.abs(position))):
         raise ProblemError(
-            f"the position stays at {written(float(position[0]), 'm')}: a curve along which it changes is needed"
+            f"the position is constant, {written(float(position[0]), 'm')}; give a curve along which it changes"
         )
     deepest = np.flatnonzero(position >= position.max() - 0.005 * width)
     first, last = int(deepest[0]), int(deepest[-1])
@@ -57,13 +57,13 @@ def branch_of(curve: MeasuredSamples) -> Branch:
     samples = samples[~marked[samples]]
     if samples.size < 20:
         raise ProblemError(
-            f"{samples.size} samples lie between the free end and the deepest one; at least 20 are needed: sample faster, or read the whole file"
+            f"{samples.size} samples are between the free end and the deepest one (limit 20); sample faster, or read the whole file"
         )
     return Branch(samples, position[samples], curve.force[samples])
 
 
 def blocks(values: FloatArray, most: int = MOST) -> FloatArray:
-    """Means of blocks of equal numbers of samples, without the rest at the beginning."""
+    """Means of blocks of equal numbers of samples, without the remainder at the beginning."""
     size = max(1, values.size // most)
     return np.asarray(values[values.size % size :].reshape(-1, size).mean(axis=1))
 
@@ -74,7 +74,7 @@ def spread(values: FloatArray) -> float:
 
 
 def correlation_length(values: FloatArray) -> float:
-    """Samples that tell as much as one, for residuals that forget exponentially: (1 + r)/(1 - r) of the first lag."""
+    """Samples per independent sample, for exponential correlation: (1 + r)/(1 - r) with the first lag."""
     d = values - values.mean()
     total = float(d @ d)
     r = float(d[1:] @ d[:-1]) / total if total > 0.0 else 0.0
@@ -83,7 +83,7 @@ def correlation_length(values: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class BrokenPower:
-    """A line, from x0 on with a power of the distance: f = a + b x + c (x - x0)^n, or with a jump and a power."""
+    """A line plus a power of the distance from x0: f = a + b x + c (x - x0)^n, optionally with a jump."""
 
     start: float
     """x0 in m."""
@@ -92,13 +92,13 @@ class BrokenPower:
     """Ends of the interval of the profile likelihood of three standard errors."""
     exponent: float
     evidence: float
-    """By how much the squares shrink, in those of independent differences."""
+    """Decrease of the sum of squares, relative to an independent residual."""
     rise: float
     """Largest departure from the line in N."""
     noise: float
-    """Of a block of the branch about the line in N."""
+    """Noise of a block of the branch in N."""
     clear_from: float
-    """Where the power is half the noise, in m."""
+    """Position in m at which the power is half the noise."""
 
 
 _EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)
@@ -106,14 +106,14 @@ _EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0)
 
 def broken_power(x: FloatArray, f: FloatArray, *, jump: bool = False) -> BrokenPower:
     """
-    The line with a power beyond a point that leaves the least squares, every point tried.
+    Least squares of a line with a power beyond a point, for every point.
 
     Parameters
     ----------
     x, f : ndarray
         Positions in m from the free end on, and forces in N.
     jump : bool
-        Whether the force jumps at the point, as where adhesion ends.
+        Whether the force jumps at the point, as at the end of adhesion.
 
     Returns
     -------
@@ -124,11 +124,11 @@ def broken_power(x: FloatArray, f: FloatArray, *, jump: bool = False) -> BrokenP
     height = float(np.ptp(y)) or 1.0
     u, y = (u - low) / width, (y - y[0]) / height
     starts = np.linspace(0.0, 1.0, 161)[1:-1]
-    for _ in range(2):  # the second time closer
+    for _ in range(2):  # the second search is finer
         squares, total, count = _squares(u, y, starts, jump)
         least = np.min(squares, axis=0)
-        floor = count * _FLAT**2
-        allowed = (least + floor) <= (float(least.min()) + floor) * (1.0 + 9.0 / count)
+        rounding = count * _FLAT**2
+        allowed = (least + rounding) <= (float(least.min()) + rounding) * (1.0 + 9.0 / count)
         inside = starts[allowed]
         step = float(starts[1] - starts[0])
         starts_before = starts
@@ -145,7 +145,7 @@ def broken_power(x: FloatArray, f: FloatArray, *, jump: bool = False) -> BrokenP
         low=low + width * (float(inside[0]) - step),
         high=low + width * (float(inside[-1]) + step),
         exponent=exponent,
-        evidence=count * (total - float(squares.min())) / (float(squares.min()) + floor),
+        evidence=count * (total - float(squares.min())) / (float(squares.min()) + rounding),
         rise=height * rise,
         noise=height * noise,
         clear_from=low + width * (start + hidden),
@@ -153,7 +153,7 @@ def broken_power(x: FloatArray, f: FloatArray, *, jump: bool = False) -> BrokenP
 
 
 def _squares(u: FloatArray, y: FloatArray, starts: FloatArray, jump: bool) -> tuple[FloatArray, float, float]:
-    """What exponents and starts leave, what the line alone leaves, and how many independent samples there are."""
+    """Sums of squares by exponent and start, that of the line alone, and the number of independent samples."""
     basis = np.linalg.qr(np.stack([np.ones_like(u), u], axis=1))[0]
     distance = np.clip(u[:, None] - starts, 0.0, None)
     enough = np.count_nonzero(distance, axis=0) >= 4
@@ -188,6 +188,6 @@ def _without(basis: FloatArray, columns: FloatArray) -> FloatArray:
 
 
 def _off(columns: FloatArray, others: FloatArray) -> FloatArray:
-    """Each column without its part along the other one."""
+    """Each column orthogonalised to the other one."""
     size = np.maximum(np.einsum("ij,ij->j", others, others), 1e-300)
     return np.asarray(columns - others * (np.einsum("ij,ij->j", columns, others) / size))

@@ -1,4 +1,4 @@
-"""The contact point, by the methods of the field, which do not agree."""
+"""The contact point by four methods of the literature."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Estimate:
     """
-    What one method says.
+    The contact point by one method.
 
     Parameters
     ----------
     value : float
         Contact point in m along the position of the curve.
     low, high : float
-        How far its windows and the noise let it tell.
+        Its resolution, by its windows and the noise.
     source : str
-        Who described it.
+        Its reference.
     """
 
     value: float
@@ -44,18 +44,18 @@ class Estimate:
 @dataclass(frozen=True)
 class ContactPoint:
     """
-    The contact point of a curve, with what its methods say.
+    The contact point of a curve, with the estimates of all methods.
 
     Parameters
     ----------
     value : float
         Median of the methods in m, along the position of the curve (travel or indentation).
     low, high : float
-        The smallest and the largest that any of the methods allows: their disagreement is the uncertainty.
+        The smallest and the largest estimate of all methods, including their resolutions.
     methods : mapping of str to Estimate
         By name.
     baseline : Baseline
-        Against which it was looked for.
+        The baseline that was subtracted.
     """
 
     value: float
@@ -66,19 +66,19 @@ class ContactPoint:
 
     @property
     def disagreement(self) -> float:
-        """Distance in m of the methods that are farthest apart."""
+        """Largest difference of the estimates in m."""
         values = [one.value for one in self.methods.values()]
         return max(values) - min(values)
 
     def summary(self) -> str:
-        """The methods and their disagreement, a line each."""
+        """The estimates relative to the contact point, one line each."""
         width = max(map(len, self.methods))
 
-        def away(place: float) -> str:
+        def offset(place: float) -> str:
             return written(place - self.value, "m", 3)
 
         lines = [
-            f"  {name:<{width}}  {away(one.value)}  ({away(one.low)} to {away(one.high)})"
+            f"  {name:<{width}}  {offset(one.value)}  ({offset(one.low)} to {offset(one.high)})"
             for name, one in self.methods.items()
         ]
         return "\n".join([f"baseline {self.baseline}", f"{self}; from there", *lines])
@@ -91,12 +91,12 @@ class ContactPoint:
 
     def plot(self, *curves: MeasuredSamples) -> Figure:
         """
-        The curve with its baseline, and the beginning of its contact with what the methods say.
+        The curve with its baseline, and the beginning of its contact with all estimates.
 
         Parameters
         ----------
         *curves : MeasuredCurve
-            That in which it was found, or all segments of the record.
+            The curve of the contact point, or all segments of the record.
 
         Returns
         -------
@@ -110,26 +110,26 @@ class ContactPoint:
 
 def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike | None = None) -> ContactPoint:
     """
-    The contact point by four methods, and how far they disagree.
+    The contact point by four methods, and their disagreement.
 
     ``deviation``
-        The last sample, from the deep end, whose smoothed force is not above all that was seen before contact (Müller et al.
-        2019, `deviation from baseline`). The contact is earlier than it, by what the noise hides.
+        The last sample, from the deep end, whose smoothed force is below the threshold of the baseline (Müller et al. 2019,
+        `deviation from baseline`). The contact is earlier, because the noise hides its beginning.
     ``gradient``
-        Where the slope of the force, by a regression in a sliding window, comes down to 0 (Müller et al. 2019, `gradient zero
+        Where the slope of the force, by a regression in a sliding window, decreases to 0 (Müller et al. 2019, `gradient zero
         crossing`).
     ``line and power``
-        Least squares of a line that is left by a power of the depth, every point tried (Lin, Dimitriadis and Horkay 2007; Rudoy et
+        Least squares of a line followed by a power of the depth, for every contact point (Lin, Dimitriadis and Horkay 2007; Rudoy et
         al. 2010), on the first third of the rise, with exponents from 1 to 3.
     ``ratio of variances``
-        Where the variance of the window after a sample exceeds that of the one before it most (Gavara 2016).
+        The largest ratio of the variances in the windows after and before a sample (Gavara 2016).
 
     Parameters
     ----------
     curve : MeasuredCurve
-        An approach, or a whole record, of which the approach is looked at.
+        An approach, or a whole record, of which the approach is used.
     baseline : Baseline or quantity, optional
-        That of the curve unless given.
+        The baseline of the curve by default.
 
     Returns
     -------
@@ -138,12 +138,12 @@ def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike |
     Raises
     ------
     ProblemError
-        If the curve is a hold or a retreat, has no contact, or too little before it.
+        If the curve is a hold or a retreat, has no contact, or too few samples before it.
 
     Notes
     -----
-    Where bodies attract each other, they jump into contact: the methods then differ by the width of the jump, and
-    :func:`pymdr.fit` finds the point from the law of adhesion instead.
+    With adhesion the bodies jump into contact, and the methods differ by the width of the jump; :func:`pymdr.fit` uses the law of
+    adhesion instead.
 
     Sources: Lin, Dimitriadis and Horkay, J. Biomech. Eng. 129 (2007) 430; Rudoy et
     al., J. R. Stat. Soc. C 59 (2010) 573; Gavara, Sci. Rep. 6 (2016) 21267; Müller et al. (nanite), BMC Bioinformatics 20 (2019) 465.
@@ -154,13 +154,13 @@ def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike |
     >>> import pymdr as mdr
     >>> x = np.linspace(-1e-6, 1e-6, 400)
     >>> noise = 1e-12 * np.random.default_rng(1).normal(size=400)
-    >>> found = mdr.MeasuredCurve(force=2.0 * np.clip(x, 0.0, None) ** 1.5 + noise, indentation=x).contact_point()
-    >>> found.low < 0.0 < found.high
+    >>> point = mdr.MeasuredCurve(force=2.0 * np.clip(x, 0.0, None) ** 1.5 + noise, indentation=x).contact_point()
+    >>> point.low < 0.0 < point.high
     True
     """
     if curve.segment == "retreat":
         raise ProblemError(
-            "the contact point is looked for in the approach: at the retreat bodies may stick; give that of the approach, or a position"
+            "the contact point of a retreat is not defined, because the bodies may stick; give that of the approach, or a position"
         )
     line = given_baseline(curve, baseline)
     branch = branch_of(curve)
@@ -168,7 +168,7 @@ def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike |
     noise = max(line.noise, 1e-9 * float(np.ptp(rise.force)))
     smooth, threshold = _thresholds(rise, line)
     power = _line_and_power(rise, noise)
-    # how long the rise takes to be clear of all noise
+    # the number of samples in which the rise exceeds all noise
     start = int(np.searchsorted(np.maximum.accumulate(rise.position), power.value))
     clear = np.flatnonzero(smooth[start:] >= max(4.0 * threshold, 6.0 * noise))
     window = int(clear[0]) if clear.size else smooth.size - 1 - start
@@ -189,14 +189,14 @@ def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike |
 
 def set_contact_point(curve: Samples, contact_point: ContactPoint | QuantityLike | None = None) -> Samples:
     """
-    A curve whose positions count from the contact point.
+    A curve with positions relative to the contact point.
 
     Parameters
     ----------
     curve : MeasuredCurve
         In any of its segments, without its baseline.
     contact_point : ContactPoint or quantity, optional
-        That of the approach for a hold or a retreat, or a position in m; that of the curve unless given.
+        That of the approach for a hold or a retreat, or a position in m; that of the curve by default.
 
     Returns
     -------
@@ -210,36 +210,36 @@ def set_contact_point(curve: Samples, contact_point: ContactPoint | QuantityLike
     """
     point = contact_point_of(curve) if contact_point is None else contact_point
     if isinstance(point, ContactPoint):
-        place, words = point.value, str(point)
+        place, text = point.value, str(point)
         numbers = {"value": point.value, "low": point.low, "high": point.high}
     else:
         place = to_si(point, "m", name="contact_point")
-        words, numbers = f"contact point {written(place, 'm')}, given", {"value": place}
+        text, numbers = f"contact point {written(place, 'm')}, given", {"value": place}
     name = "travel" if curve.indentation is None else "indentation"
     position = curve.position - place
     return replace(
         curve,
         indentation=None if curve.indentation is None else position,
         travel=None if curve.travel is None else position,
-        step=Step("contact point", f"{words}; {name} from there", Facts(numbers)),
+        step=Step("contact point", f"{text}; {name} from there", Facts(numbers)),
         before=curve,
     )
 
 
 def _thresholds(rise: Branch, line: Baseline) -> tuple[FloatArray, float]:
-    """The smoothed force, and what it has to exceed."""
+    """The smoothed force, and its threshold."""
     smooth = scipy.ndimage.uniform_filter1d(rise.force, max(1, rise.force.size // 200))
     free = smooth[rise.position <= line.high] if line.samples else smooth[: max(5, smooth.size // 10)]
     size = spread(free) if free.size else line.noise
     largest = float(np.max(np.abs(free), initial=0.0))
-    floor = 1e-9 * float(np.ptp(rise.force))
-    return smooth, max(float(np.clip(largest, 3.0 * size, 6.0 * size)), floor)
+    rounding = 1e-9 * float(np.ptp(rise.force))
+    return smooth, max(float(np.clip(largest, 3.0 * size, 6.0 * size)), rounding)
 
 
 def _deviation(rise: Branch, smooth: FloatArray, least: float) -> Estimate:
     below = np.flatnonzero(smooth <= least)
     if not below.size or below[-1] >= smooth.size - 3:
-        where = "nowhere below" if not below.size else "not above"
+        where = "always above" if not below.size else "never above"
         raise ProblemError(
             f"no contact point: the force is {where} the threshold of {written(least, 'N')} that the noise of the baseline sets; begin farther "
             "away or press deeper, or give the baseline as a force"
@@ -249,15 +249,15 @@ def _deviation(rise: Branch, smooth: FloatArray, least: float) -> Estimate:
     window = int(above[0]) if above.size else smooth.size - 1 - last
     x = rise.position
     hidden = abs(float(x[min(last + window, x.size - 1)] - x[last]))
-    reach = _reach(rise, last, max(2, x.size // 200))
-    # of a force that grows with a power of at most 2, the part below a threshold is no longer than that up to its fourfold;
-    # noise of a third of the threshold at both ends may halve what is seen of it
+    length = _window_length(rise, last, max(2, x.size // 200))
+    # for a power of at most 2 the part below a threshold is no longer than that up to four times the threshold;
+    # noise of a third of the threshold at both ends may halve the visible part
     value = float(x[last])
-    return Estimate(value, value - 2.0 * hidden - reach, value + reach, "Müller et al. 2019")
+    return Estimate(value, value - 2.0 * hidden - length, value + length, "Müller et al. 2019")
 
 
-def _reach(rise: Branch, at: int, samples: int) -> float:
-    """Length in m of some samples beside one."""
+def _window_length(rise: Branch, at: int, samples: int) -> float:
+    """Length in m of some samples adjacent to one."""
     x, last = rise.position, rise.position.size - 1
     ends = max(at - samples, 0), min(at + samples, last)
     return max(abs(float(x[at] - x[ends[0]])), abs(float(x[ends[1]] - x[at])), float(np.ptp(x)) / x.size)
@@ -285,9 +285,9 @@ def _gradient(rise: Branch, noise: float, window: int) -> Estimate:
     error = noise / np.sqrt(width * max(float(spread_x[at]), 1e-300))
     clear = np.flatnonzero(slope[at : steepest + 1] >= max(4.0 * error, 4.0 * limit))
     hidden = abs(float(x[at + int(clear[0])] - x[at])) if clear.size else 0.0
-    reach = _reach(rise, at, width)
+    length = _window_length(rise, at, width)
     value = float(rise.position[at])
-    return Estimate(value, value - max(reach, hidden), value + reach, "Müller et al. 2019")
+    return Estimate(value, value - max(length, hidden), value + length, "Müller et al. 2019")
 
 
 def _line_and_power(rise: Branch, noise: float) -> Estimate:
@@ -314,6 +314,6 @@ def _ratio_of_variances(rise: Branch, noise: float, window: int) -> Estimate:
 
     ratio = variance(at) / (variance(at - width) + (0.5 * noise) ** 2)
     best = int(at[int(np.argmax(ratio))])
-    # the ratio is largest where the rise fills the window after the sample, later than the contact by up to a window
-    reach, value = _reach(rise, best, width), float(rise.position[best])
-    return Estimate(value, value - reach, value + reach, "Gavara 2016")
+    # the ratio is largest where the rise fills the window after the sample, up to a window after the contact
+    length, value = _window_length(rise, best, width), float(rise.position[best])
+    return Estimate(value, value - length, value + length, "Gavara 2016")

@@ -1,4 +1,4 @@
-"""Samples that are marked: single outliers, and the plateau of a detector that ran out of range."""
+"""Marked samples: single outliers, and the plateau of a saturated detector."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from pymdr.units import FloatArray, written
 
 _WINDOW, _AROUND = 15, 101
 _FAR = 8.0
-"""Times the noise: one normal sample in 10^15 is as far."""
+"""Distance of an outlier relative to the noise; about one normal sample in 10^15 exceeds it."""
 _SHORT = 3
 SHORTEST, FLAT = 5, 1e-3
-"""Samples of a plateau, and how far its forces are apart at most, in parts of their range."""
+"""Samples of a plateau, and the largest spread of its forces relative to their range."""
 
 
 def mark_outliers(curve: Samples) -> Samples:
     """
-    A curve whose outliers are marked; none is taken away.
+    Mark outliers, without removing them.
 
-    An outlier, or up to three in a row, lies more than 8 times the noise from the median of its 15 neighbours (Hampel's filter; Davies and
-    Gather, J. Am. Stat. Assoc. 88 (1993) 782) and as far from the lines through four samples before it and four after it, and three times as
-    far as those samples themselves, so that jumps, cusps and rough stretches of the force are none.
+    An outlier, or up to three in a row, is more than 8 times the noise from the median of its 15 neighbours (Hampel's filter; Davies and
+    Gather, J. Am. Stat. Assoc. 88 (1993) 782) and from the lines through four samples before and after it, and three times as far from these
+    lines as those samples, so that jumps, cusps and rough parts of the force are not outliers.
 
     Parameters
     ----------
@@ -41,34 +41,37 @@ def mark_outliers(curve: Samples) -> Samples:
     """
     force = curve.force
     marks = np.zeros(force.size, dtype=bool)
-    away = force - scipy.ndimage.median_filter(force, size=min(_WINDOW, force.size), mode="nearest")
+    deviation = force - scipy.ndimage.median_filter(force, size=min(_WINDOW, force.size), mode="nearest")
     steps = np.abs(np.diff(force))
-    # of forces in coarse digits most differ by nothing
-    noise = max(spread(away), float(np.median(steps[steps > 0.0])) if np.any(steps) else 0.0)
+    # coarsely digitised forces are mostly equal
+    noise = max(spread(deviation), float(np.median(steps[steps > 0.0])) if np.any(steps) else 0.0)
     around = np.maximum(
         noise,
-        1.4826 * scipy.ndimage.median_filter(np.abs(away), size=min(_AROUND, force.size), mode="nearest"),
+        1.4826
+        * scipy.ndimage.median_filter(np.abs(deviation), size=min(_AROUND, force.size), mode="nearest"),
     )
-    for first, end in _runs(np.abs(away) > _FAR * around):
+    for first, end in _runs(np.abs(deviation) > _FAR * around):
         if end - first <= _SHORT and _stands_out(force, first, end, _FAR * float(around[first])):
             marks[first:end] = True
     count = int(np.count_nonzero(marks))
-    words = f"{_counted(count, 'outlier')} marked, farther than {written(_FAR * noise, 'N')} from the samples around"
+    text = (
+        f"{_counted(count, 'outlier')} marked, more than {written(_FAR * noise, 'N')} from the samples around"
+    )
     return replace(
         curve,
         outliers=marks,
-        step=Step("outliers", words, Facts({"count": float(count), "limit": _FAR * noise})),
+        step=Step("outliers", text, Facts({"count": float(count), "limit": _FAR * noise})),
         before=curve,
     )
 
 
 def mark_saturated(curve: Samples) -> Samples:
     """
-    A curve whose plateau at the largest force is marked: there the detector had run out of range.
+    Mark the plateau at the largest force, where the detector was saturated.
 
     At least five samples in a row have the largest force, to a thousandth of its range and a quarter of the noise, while the position
-    changed by more than 1 % of its range; then all samples of that force are marked. Do it when the signs are right, and before the
-    baseline is taken away, which tilts the plateau.
+    changed by more than 1 % of its range; then all samples of that force are marked. Apply it to the correct signs and before the baseline
+    is subtracted, which tilts the plateau.
 
     Parameters
     ----------
@@ -90,22 +93,22 @@ def mark_saturated(curve: Samples) -> Samples:
     )
     marks = largest_of_all & plateau
     count = int(np.count_nonzero(marks))
-    words = (
-        f"{_counted(count, 'sample')} marked at the largest force, {written(largest, 'N')}, where the detector had run out of range"
+    text = (
+        f"{_counted(count, 'sample')} marked at the largest force, {written(largest, 'N')}, where the detector was saturated"
         if count
         else f"no plateau at the largest force, {written(largest, 'N')}"
     )
     return replace(
         curve,
         saturated=marks,
-        step=Step("saturation", words, Facts({"count": float(count), "largest": largest})),
+        step=Step("saturation", text, Facts({"count": float(count), "largest": largest})),
         before=curve,
     )
 
 
 def leave_out_marked(curve: Samples) -> Samples:
     """
-    A curve without the samples that are marked, for what is made of it afterwards.
+    A curve without the marked samples.
 
     Parameters
     ----------
@@ -114,7 +117,7 @@ def leave_out_marked(curve: Samples) -> Samples:
     Returns
     -------
     MeasuredCurve
-        With the step; its `before` has them still.
+        With the step; its `before` still has them.
 
     Raises
     ------
@@ -125,8 +128,8 @@ def leave_out_marked(curve: Samples) -> Samples:
     count = int(np.count_nonzero(~kept))
     if np.count_nonzero(kept) < 8:
         raise ProblemError(
-            f"{count} of {kept.size} samples are marked, which leaves {kept.size - count}; at least 8 are needed: measure again with a larger "
-            "range of the detector, or undo() the marks"
+            f"{count} of {kept.size} samples are marked, which leaves {kept.size - count} (limit 8); measure again with a larger "
+            "detector range, or undo() the marks"
         )
 
     def part(values: FloatArray | None) -> FloatArray | None:
@@ -150,13 +153,13 @@ def _counted(count: int, word: str) -> str:
 
 
 def _runs(where: BoolArray) -> Iterator[tuple[int, int]]:
-    """First samples and ends of what holds without a gap."""
+    """First samples and ends of runs of true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
     return zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def _stands_out(force: FloatArray, first: int, end: int, least: float) -> bool:
-    """Whether samples lie off the lines through those before and those after them, on the same side of both."""
+    """Whether samples are off the lines through those before and after them, on the same side of both."""
     places = np.arange(first, end)
     sides = []
     for near in (np.arange(max(first - 4, 0), first), np.arange(end, min(end + 4, force.size))):

@@ -1,4 +1,4 @@
-"""Measured force curves with the steps from a record to what is fitted."""
+"""Measured force curves with the steps from the record to the fitted curve."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ from pymdr.solving.curves import baselines, contacts, marking, preparing
 
 class MeasuredCurve(MeasuredSamples):
     """
-    Force against indentation, or against the travel of a machine, in the order in which it was measured.
+    Force against indentation, or against the travel of a machine, in the order of measurement.
 
     Parameters
     ----------
     force : array_like of quantity
         Normal force in N, compression positive, with or without an offset.
     indentation : array_like of quantity, optional
-        In m, positive into the body, from any origin; or, in its place,
+        In m, positive into the body, from any origin; or
     travel : array_like of quantity, optional
         of the machine (a piezo, a crosshead) in m, positive toward the body, from any origin: indentation + force /
         spring constant.
     time : array_like of quantity, optional
-        In s, rising; bodies with memory need it.
+        In s, increasing; needed for bodies with memory.
     spring_constant : quantity, optional
-        Of the machine (a cantilever, a load frame) in N/m; needed with travel.
+        Stiffness in N/m of the machine (a cantilever, a load frame); needed with travel.
     segment : str
         ``"approach"``, ``"hold"`` or ``"retreat"``; empty for a whole record.
     metadata : Facts
-        What the file says of the measurement, in SI units.
+        Metadata of the file in SI units.
     outliers, saturated : array_like of bool, optional
-        Samples that are marked; none unless given.
+        Marked samples; none by default.
     step : Step, optional
-        What made this curve of the one `before`.
+        The step that made this curve from the one `before`.
     before : MeasuredCurve, optional
         The curve before the last step.
 
@@ -38,7 +38,7 @@ class MeasuredCurve(MeasuredSamples):
     ------
     ProblemError
         If both or none of indentation and travel are given, travel without a spring constant, columns of different lengths or
-        of fewer than 8 samples, or times that do not rise; a segment of another name.
+        of fewer than 8 samples, or times that do not increase; an unknown segment.
     UnitError
         If a text is not a quantity of the right kind, or a number is not finite.
 

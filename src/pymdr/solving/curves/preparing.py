@@ -1,4 +1,4 @@
-"""Steps from the record to the curve that is fitted; each gives a new curve and can be undone."""
+"""Steps from the record to the fitted curve; each returns a new curve and can be undone."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ _OTHER = {"approach": "retreat", "retreat": "approach"}
 
 def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
     """
-    A curve in which compression is positive and the position grows toward the body, as the record itself tells them.
+    Turn signs such that compression is positive and the position increases toward the body.
 
-    Contact lies at that end of the positions where the force varies more, and presses there; samples that are marked are not looked at.
+    The contact is at the end of the positions where the force varies more, and is compressive; marked samples are ignored.
 
     Parameters
     ----------
     curve : MeasuredCurve
         With any signs; an approach, a retreat or a whole record.
     signs : mapping of str to float, optional
-        1 or -1 for ``force`` and for ``travel`` or ``indentation``, as the `numbers` of the step of another segment have them; looked for unless
-        given.
+        1 or -1 for ``force`` and for ``travel`` or ``indentation``, as in the `numbers` of the step of another segment; determined from
+        the record by default.
 
     Returns
     -------
     MeasuredCurve
-        With the step, which says which signs were turned, also where none was.
+        With the step, which names the turned signs.
 
     Raises
     ------
     ProblemError
-        If the force varies alike at both ends: there is no contact, or nothing but contact; or a sign is none.
+        If the force varies similarly at both ends, so that the contact end is not clear, or a sign is neither 1 nor -1.
 
     Examples
     --------
@@ -53,14 +53,14 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
     signs: turned, so that compression is positive and the position grows toward the body: force and indentation
     """
     name = "travel" if curve.indentation is None else "indentation"
-    found = _signs(curve, name) if signs is None else signs
+    orientation = _signs(curve, name) if signs is None else signs
     for word in ("force", name):
-        if found.get(word) not in (1.0, -1.0):
+        if orientation.get(word) not in (1.0, -1.0):
             raise ProblemError(
-                f"orient: the sign of {word} is {found.get(word)!r}; give 1 or -1, for example hold.orient(approach.orient().step.numbers)"
+                f"orient: the sign of {word} is {orientation.get(word)!r}; give 1 or -1, for example hold.orient(approach.orient().step.numbers)"
             )
-    turned = [word for word in ("force", name) if found[word] == -1.0]
-    told = "compression is positive and the position grows toward the body"
+    turned = [word for word in ("force", name) if orientation[word] == -1.0]
+    meaning = "compression is positive and the position grows toward the body"
     position = -curve.position if name in turned else curve.position
     return replace(
         curve,
@@ -70,8 +70,8 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
         segment=_OTHER.get(curve.segment, curve.segment) if name in turned else curve.segment,
         step=Step(
             "signs",
-            f"turned, so that {told}: {' and '.join(turned)}" if turned else f"kept: {told}",
-            Facts({"force": float(found["force"]), name: float(found[name])}),
+            f"turned, so that {meaning}: {' and '.join(turned)}" if turned else f"kept: {meaning}",
+            Facts({"force": float(orientation["force"]), name: float(orientation[name])}),
         ),
         before=curve,
     )
@@ -83,12 +83,12 @@ def _signs(curve: MeasuredSamples, name: str) -> dict[str, float]:
     low, high = (float(np.ptp(blocks(part, 20))) if part.size >= 20 else 0.0 for part in (near, far))
     if max(near.size, far.size) < 20:
         raise ProblemError(
-            f"the signs cannot be told of {curve.position.size} samples, whose ends are too few; give a longer record, or the signs"
+            f"the signs cannot be determined from {curve.position.size} samples, too few at both ends; give a longer record, or signs="
         )
     if not max(low, high) > 1.5 * min(low, high):
         raise ProblemError(
-            f"the signs cannot be told: the force varies by {written(low, 'N')} and {written(high, 'N')} at the two ends of the positions, and one "
-            "has to exceed the other 1.5 times; give a record with a part before contact and one in it, or the signs"
+            f"the signs cannot be determined: the force varies by {written(low, 'N')} and {written(high, 'N')} at the two ends of the positions, and one "
+            "must exceed 1.5 times the other; give a record with samples before and in contact, or signs="
         )
     deep, free = (far, near) if high > low else (near, far)
     count = max(1, deep.size // 20)
@@ -109,14 +109,14 @@ def _ends(position: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArr
 
 def to_indentation(curve: Samples) -> Samples:
     """
-    A curve over its indentation, from which the lag of the machine is taken: indentation = travel - force/spring constant.
+    A curve over its indentation, without the deflection of the machine: indentation = travel - force/spring constant.
 
-    The noise of the force goes into the indentation. :func:`pymdr.fit` takes the travel as it is, and computes the model at it.
+    The noise of the force enters the indentation. :func:`pymdr.fit` does not need this step; it computes the model over the travel.
 
     Parameters
     ----------
     curve : MeasuredCurve
-        Over travel, without its baseline, which would be taken for a deflection.
+        Over travel, with its baseline subtracted, which would otherwise count as a deflection.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def to_indentation(curve: Samples) -> Samples:
     Raises
     ------
     ProblemError
-        If the curve has its indentation already.
+        If the curve already has its indentation.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def to_indentation(curve: Samples) -> Samples:
     """
     if curve.travel is None or curve.spring_constant is None:
         raise ProblemError(
-            "to_indentation: the curve has its indentation; only a curve over travel has a lag"
+            "to_indentation: the curve already has its indentation; only a curve over travel has a deflection"
         )
     lag = float(np.ptp(curve.force)) / curve.spring_constant
     return replace(
@@ -147,7 +147,7 @@ def to_indentation(curve: Samples) -> Samples:
         indentation=curve.depth,
         step=Step(
             "lag",
-            f"the machine of {written(curve.spring_constant, 'N/m')} gives way by up to {written(lag, 'm')}: indentation = travel - force/spring constant",
+            f"the machine of {written(curve.spring_constant, 'N/m')} deflects by up to {written(lag, 'm')}: indentation = travel - force/spring constant",
             Facts({"spring_constant": curve.spring_constant, "largest": lag}),
         ),
         before=curve,
@@ -156,7 +156,7 @@ def to_indentation(curve: Samples) -> Samples:
 
 def recalibrate(curve: Samples, spring_constant: QuantityLike) -> Samples:
     """
-    A curve with another spring constant: the deflection, which was measured, stays; the force grows with the constant.
+    A curve with another spring constant: the measured deflection is kept, the force is proportional to the constant.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def recalibrate(curve: Samples, spring_constant: QuantityLike) -> Samples:
         If the curve has no spring constant, or the new one is not above 0.
     """
     if curve.spring_constant is None:
-        raise ProblemError("recalibrate: the curve has no spring constant by which its forces were made")
+        raise ProblemError("recalibrate: the curve has no spring constant")
     new = to_si(spring_constant, "N/m", name="spring_constant")
     if not new > 0.0:
         raise ProblemError(f"spring_constant = {written(new, 'N/m')}: it must be above 0 N/m")
@@ -201,21 +201,21 @@ def prepare(
     contact_point: ContactPoint | QuantityLike | None = None,
 ) -> Samples:
     """
-    All steps in their order: outliers, signs, saturation, baseline, contact point.
+    All steps in order: outliers, signs, saturation, baseline, contact point.
 
     Parameters
     ----------
     curve : MeasuredCurve
         An approach, a retreat or a whole record.
     baseline : Baseline or quantity, optional
-        That of the oriented curve unless given.
+        That of the oriented curve by default.
     contact_point : ContactPoint or quantity, optional
-        That of the curve unless given.
+        That of the curve by default.
 
     Returns
     -------
     MeasuredCurve
-        Whose `steps` say what was done, and whose `original` is the record.
+        Its `steps` list what was done, and its `original` is the record.
 
     Raises
     ------
@@ -239,12 +239,12 @@ def prepare(
 
 def join(curve: Samples, *others: Samples) -> Samples:
     """
-    One record of its segments, in their order.
+    One record from its segments, in order.
 
     Parameters
     ----------
     curve, *others : MeasuredCurve
-        Segments of one record, as they were read or all with the same steps.
+        Segments of one record, as read or all with the same steps.
 
     Returns
     -------
@@ -254,13 +254,13 @@ def join(curve: Samples, *others: Samples) -> Samples:
     Raises
     ------
     ProblemError
-        If they were recorded by different machines, only some have times, or they are of different records.
+        If their machines differ, only some have times, or they are of different records.
     """
     parts, first = (curve, *others), curve
     for name in ("spring_constant", "metadata"):
         if any(getattr(one, name) != getattr(first, name) for one in parts):
             raise ProblemError(
-                f"join: the curves differ in {name.replace('_', ' ')}: they are not of one record; join the segments of each apart"
+                f"join: the curves differ in {name.replace('_', ' ')}: they are not of one record; join the segments of each record separately"
             )
     for name in ("time", "travel", "indentation"):
         if len({getattr(one, name) is None for one in parts}) > 1:
@@ -277,9 +277,9 @@ def join(curve: Samples, *others: Samples) -> Samples:
         none = [np.zeros(one.force.size, bool) for one in parts]
         return np.concatenate([n if g is None else g for n, g in zip(none, given, strict=True)])
 
-    words = ", ".join(one.segment or "a record" for one in parts)
+    text = ", ".join(one.segment or "a record" for one in parts)
     earlier = dict.fromkeys(str(step) for one in parts for step in one.steps)
-    words += f"; done before: {'; '.join(earlier)}" if earlier else ""
+    text += f"; done before: {'; '.join(earlier)}" if earlier else ""
     return replace(
         first,
         force=np.concatenate([one.force for one in parts]),
@@ -287,7 +287,7 @@ def join(curve: Samples, *others: Samples) -> Samples:
         travel=whole("travel"),
         time=whole("time"),
         segment="",
-        step=Step("joined", words),
+        step=Step("joined", text),
         before=None,
         outliers=marks("outliers"),
         saturated=marks("saturated"),

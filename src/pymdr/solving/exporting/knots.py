@@ -1,4 +1,4 @@
-"""Cubic Hermite interpolation of a law between knots that are as many as a tolerance asks for."""
+"""Cubic Hermite interpolation of a law with knots refined to a tolerance."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from pymdr.errors import ConvergenceError
 from pymdr.units import FloatArray
 
 _WITHIN = np.array([0.01, 0.1, 0.21, 0.35, 0.5, 0.65, 0.79, 0.9])
-"""Of an interval: where it is judged; the slope of a cubic errs most near 0.21 and 0.79, in parts of one
-that begins at 0 at its beginning."""
+"""Check points in an interval; the error of the slope of a cubic is largest near 0.21 and 0.79, at the tip near the start."""
 _MIDDLE = int(np.searchsorted(_WITHIN, 0.5))
-_SHARE = 0.7
-"""Of the tolerance: what is allowed where it is judged, since errors may be larger between."""
+_FRACTION = 0.7
+"""Allowed error at the check points relative to the tolerance, because it may be larger in between."""
 _MOST = 20_000
 _CLOSE = 1e-8
-"""Of the parameter and its range: intervals of this width stand for a kink and are not divided."""
+"""Width, relative to the parameter and its range, of intervals at a kink, which are not divided."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Knots:
         )
 
     def at(self, u: FloatArray) -> Knots:
-        """The cubic Hermite interpolants and the derivative of the one of y; slopes of z are not given."""
+        """The cubic Hermite interpolants of y and z, and the slope of y."""
         from scipy.interpolate import CubicHermiteSpline
 
         y = CubicHermiteSpline(self.u, self.y, self.y_slope)
@@ -59,16 +58,16 @@ Error = Callable[[Knots, Knots], FloatArray]
 
 def adapted(sample: Sample, marks: FloatArray, error: Error, tolerance: float) -> Knots:
     """
-    Knots between which the interpolants err by less than a tolerance.
+    Knots whose interpolants have errors below a tolerance.
 
     Parameters
     ----------
     sample : callable
-        Exact values and slopes at parameters; u rises with them.
+        Exact values and slopes at parameters; u increases with them.
     marks : ndarray
         Parameters between which the functions are smooth.
     error : callable
-        Of interpolated values (first) against exact ones, one number for each.
+        Error of interpolated values (first) against exact ones, one number for each.
     tolerance : float
 
     Returns
@@ -97,18 +96,18 @@ def adapted(sample: Sample, marks: FloatArray, error: Error, tolerance: float) -
         between = (x[wide, None] + np.diff(x)[wide, None] * _WITHIN).ravel()
         exact = sample(between)
         errors = error(knots.at(exact.u), exact).reshape(wide.size, -1)
-        bad = ~(np.max(errors, axis=1) <= _SHARE * tolerance)
+        bad = ~(np.max(errors, axis=1) <= _FRACTION * tolerance)
         if x.size + np.count_nonzero(bad) > _MOST:
             raise ConvergenceError(
-                f"export_law: {_MOST} knots leave an error of {np.nanmax(errors):.2g}, above the tolerance of {tolerance:g}: "
-                "the law is rough at this scale; ask for a larger tolerance, or smooth the profile"
+                f"export_law: {_MOST} knots have an error of {np.nanmax(errors):.2g} (limit {tolerance:g}, the tolerance); "
+                "the law is rough at this scale: use a larger tolerance, or smooth the profile"
             )
         settled[wide[~bad]] = True
         middle = np.flatnonzero(bad) * _WITHIN.size + _MIDDLE
         at = np.concatenate([x, between[middle]])
         order = np.argsort(at, kind="stable")
         knots = knots.with_others(exact.take(middle), order)
-        # both halves of what was divided are judged anew
+        # both halves of a divided interval are checked again
         x, settled = (
             at[order],
             np.repeat(settled, np.where(np.isin(np.arange(settled.size), wide[bad]), 2, 1)),

@@ -1,4 +1,4 @@
-"""The exact law of a contact, in coordinates in which it is smooth from its tip or its pull-off on."""
+"""The exact law of a contact, in coordinates in which it is smooth at the tip or the pull-off."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from pymdr.solving.pulloff import PullOff
 from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, metres, newtons
 
-_BESIDE = 1e-9
-"""Of a depth: how far from a kink the knots on both of its sides are."""
+_KINK_OFFSET = 1e-9
+"""Relative distance of the knots on both sides of a kink."""
 _BELOW = 73
 """Depths below the first knot at which a law is checked, over twelve decades."""
 _CORNER = 1e-3
-"""Slopes of d at a fold, in parts of those beside it, above which it is a corner."""
+"""Ratio of the slopes of d at a fold and next to it, above which it is a corner."""
 _WIDTHS = np.array([1.0, 0.3, 0.1, 0.03, 0.01, 0.003])
-"""Of a stretch beside a fold: a corner near by asks for narrow ones, rounding for wide ones."""
+"""Widths of the fit next to a fold: narrow ones avoid a near corner, wide ones rounding."""
 _DECADES = (16.0, 30.0)
-"""Below the largest depth, in which the power of the tip is looked for: a layer is felt like the root of the depth."""
+"""Decades below the largest depth for the power of the tip; the effect of a layer decreases as the root of the depth."""
 _ROUNDING = 20.0 * float(np.finfo(float).eps)
 _KNOWN = 4.0
-"""Decades in which it has to be seen."""
+"""Decades over which the power must hold."""
 _NO_POWER = 1e-12
-"""The power of a radius below which it is that of a flat end."""
+"""Power of the radius below which the end is flat."""
 
 
 @dataclass(frozen=True)
@@ -47,16 +47,16 @@ class Tip:
     radius_power: float
     """d ln a / d ln d there."""
     pull: float
-    """Constant pull in N that is taken off the force; 0 without adhesion."""
+    """Constant pull in N that is subtracted from the force; 0 without adhesion."""
 
     @property
     def added(self) -> tuple[float, float]:
-        """What is added to |F| in N and to |k| in N/m where errors are relative to them."""
+        """Force in N and stiffness in N/m that are added to |F| and |k| for relative errors."""
         return self.pull, 0.0
 
     @property
     def tip(self) -> tuple[float, float, float]:
-        """Both powers and the pull in N, with which the law begins."""
+        """Both powers and the pull in N at the tip."""
         return self.power, self.radius_power, self.pull
 
     def least(self, knots: Knots) -> float:
@@ -74,20 +74,20 @@ class Tip:
         return answers
 
     def checked(self, d: FloatArray, first: float) -> FloatArray:
-        """Depths in m at which a law is checked, of those between its knots: far below the first depth too."""
+        """Depths in m at which a law is checked: those between its knots, and far below the first."""
         return np.concatenate([first * np.geomspace(1e-12, 1.0, _BELOW), d])
 
-    def outside(self, first: float, lost: PullOff | None) -> str:
-        """What holds outside a table, in words."""
+    def outside(self, first: float, pull_off: PullOff | None) -> str:
+        """Text on the law outside a table."""
         pull = f", F = -{self.pull!r} N at first touch" if self.pull else ""
         return f"below d = {first!r} m F ~ d^{self.power:.12g}, a ~ d^{self.radius_power:.12g}; d <= 0: no contact{pull}"
 
-    def remark(self, lost: PullOff | None) -> str:
-        """The same in short."""
+    def remark(self, pull_off: PullOff | None) -> str:
+        """Short text on the law outside a table."""
         return f"below the table F ~ d^{self.power:.6g}, a ~ d^{self.radius_power:.6g}"
 
     def relative_to(self) -> dict[str, str]:
-        """What errors of force and stiffness are relative to, in words, where it is more than themselves."""
+        """Text on the reference of relative errors, if it is not the value itself."""
         return {"normal_force": f"|F| + {self.pull:.6g} N, the pull"} if self.pull else {}
 
     def coordinate(self, d: FloatArray) -> FloatArray:
@@ -113,55 +113,55 @@ class Tip:
 
 @dataclass(frozen=True)
 class Fold:
-    """A law that begins where the contact is lost: F and a over u = sqrt(d - d_off)."""
+    """A law from the loss of contact on: F and a over u = sqrt(d - d_off)."""
 
     off: float
     """D_off in m."""
     force: float
-    """Force in N that is added to |F| where errors of F are relative to it: the largest pull."""
+    """Force in N added to |F| for relative errors: the largest pull."""
     stiffness: float
-    """Stiffness in N/m that is added to |k|: that of the contact held at its radius of the pull-off."""
+    """Stiffness in N/m added to |k| for relative errors: that at the fixed radius of the pull-off."""
     nearest: float
-    """Depth in m above d_off below which the rounding of d is seen in the stiffness."""
+    """Depth in m above d_off below which rounding of d affects the stiffness."""
 
     tip: ClassVar = None
 
     @property
     def added(self) -> tuple[float, float]:
-        """What is added to |F| in N and to |k| in N/m where errors are relative to them."""
+        """Force in N and stiffness in N/m that are added to |F| and |k| for relative errors."""
         return self.force, self.stiffness
 
     def least(self, knots: Knots) -> float:
-        """The least coordinate that is interpolated: the stiffness has no bound at the first knot."""
-        return float(_BESIDE * knots.u[1])
+        """The least coordinate that is interpolated: the stiffness is unbounded at the first knot."""
+        return float(_KINK_OFFSET * knots.u[1])
 
     def before(self, d: FloatArray, knots: Knots) -> FloatArray:
         """Force, stiffness and radius before the first knot: there is no contact."""
         return np.zeros((3, d.size))
 
     def checked(self, d: FloatArray, first: float) -> FloatArray:
-        """Depths in m at which a law is checked, of those between its knots: beyond the rounding of d."""
+        """Depths in m at which a law is checked: those between its knots where rounding of d does not matter."""
         return d[d - self.off >= self.nearest]
 
-    def outside(self, first: float, lost: PullOff | None) -> str:
-        """What holds outside a table, in words."""
-        assert lost is not None
+    def outside(self, first: float, pull_off: PullOff | None) -> str:
+        """Text on the law outside a table."""
+        assert pull_off is not None
         return (
-            "of a contact that is made: it begins at d = 0, where the surfaces touch and it jumps to "
-            f"F = {lost.jump_in_force!r} N, a = {lost.jump_in_radius!r} m, and is held down to d = {lost.indentation!r} m, where it is lost "
-            f"from F = {lost.normal_force!r} N; the largest pull on the way is {-lost.largest_pull!r} N"
+            "in contact: the surfaces touch at d = 0 and jump to "
+            f"F = {pull_off.jump_in_force!r} N, a = {pull_off.jump_in_radius!r} m, and separate at d = {pull_off.indentation!r} m, "
+            f"F = {pull_off.normal_force!r} N; the largest pull is {-pull_off.largest_pull!r} N"
         )
 
-    def remark(self, lost: PullOff | None) -> str:
-        """The same in short."""
-        assert lost is not None
-        return f"lost at d = {metres(lost.indentation)}, F = {newtons(lost.normal_force)}"
+    def remark(self, pull_off: PullOff | None) -> str:
+        """Short text on the law outside a table."""
+        assert pull_off is not None
+        return f"lost at d = {metres(pull_off.indentation)}, F = {newtons(pull_off.normal_force)}"
 
     def relative_to(self) -> dict[str, str]:
-        """What errors of force and stiffness are relative to, in words."""
+        """Text on the reference of relative errors."""
         return {
             "normal_force": f"|F| + {self.force:.6g} N, the largest pull",
-            "normal_stiffness": f"|k| + {self.stiffness:.6g} N/m, that of the contact held at its radius of the pull-off",
+            "normal_stiffness": f"|k| + {self.stiffness:.6g} N/m, that at the fixed radius of the pull-off",
         }
 
     def coordinate(self, d: FloatArray) -> FloatArray:
@@ -194,7 +194,7 @@ Form = Tip | Fold
 
 @dataclass(frozen=True)
 class Source:
-    """What a law is tabulated from."""
+    """The exact law for a table."""
 
     form: Form
     sample: Sample
@@ -209,9 +209,9 @@ def source_of(contact: Contact, to: float, tolerance: float) -> Source:
     Raises
     ------
     ProblemError
-        If there is no law that has one value at each depth.
+        If the law does not have one value at each depth.
     ConvergenceError
-        If it is not a power of the depth at its tip.
+        If the law is not a power of the depth at its tip.
     """
     law = contact.adhesion
     if law is None:
@@ -235,7 +235,7 @@ def _from_tip(line: Line, pull: float, to: float, tolerance: float) -> Source:
         return Knots(u, np.log(pressing), power, np.log(a), rate * d / a)
 
     first, power, radius_power = _closing(sample, math.log(to), tolerance)
-    # bodies in layers are solved contact by contact: none is that nobody asks for
+    # contacts of layers are solved one by one: avoid unneeded ones
     least, most = states_at_depth(line, [math.exp(first), to]).contact_radius
     radii = np.array([b for b in (*line.breakpoints, line.edge) if least <= b <= most])
     depths = line.depth(radii)
@@ -244,7 +244,7 @@ def _from_tip(line: Line, pull: float, to: float, tolerance: float) -> Source:
     return Source(
         Tip(power, radius_power, pull),
         sample,
-        _marked(sample, (first, math.log(to)), kinks, np.full(kinks.shape, _BESIDE), tolerance),
+        _marked(sample, (first, math.log(to)), kinks, np.full(kinks.shape, _KINK_OFFSET), tolerance),
     )
 
 
@@ -257,7 +257,7 @@ def _closing(sample: Sample, last: float, tolerance: float) -> tuple[float, floa
         if radius_power < _NO_POWER:
             radius_power = 0.0
         # the errors of straight lines from each depth to all smaller ones
-        apart = np.max(
+        deviation = np.max(
             [
                 _range_below(tip.y - power * u),
                 _range_below(tip.z - radius_power * u),
@@ -265,27 +265,27 @@ def _closing(sample: Sample, last: float, tolerance: float) -> tuple[float, floa
             ],
             axis=0,
         )
-        small = np.flatnonzero(apart <= 0.25 * tolerance)
+        small = np.flatnonzero(deviation <= 0.25 * tolerance)
         if small.size and u[small[0]] >= u[-1] + _KNOWN * math.log(10.0):
             return float(u[max(small[0], 1)]), power, radius_power
     at = int(np.searchsorted(-u, -(u[-1] + _KNOWN * math.log(10.0))))
     raise ConvergenceError(
-        f"export_law: the force is not a power of the depth at the tip: below d = {metres(math.exp(u[at]))} it still differs from "
-        f"one by {apart[at]:.2g}, and a quarter of the tolerance of {tolerance:g} is allowed; ask for a larger tolerance"
+        f"export_law: the force is not a power of the depth at the tip: below d = {metres(math.exp(u[at]))} it differs from one by "
+        f"{deviation[at]:.2g} (limit a quarter of the tolerance of {tolerance:g}); use a larger tolerance"
     )
 
 
 def _range_below(values: FloatArray) -> FloatArray:
-    """The range of values from each on."""
+    """The range of the values from each one to the end."""
     back = values[::-1]
     return np.asarray((np.maximum.accumulate(back) - np.minimum.accumulate(back))[::-1])
 
 
 def _marked(
-    sample: Sample, ends: tuple[float, float], kinks: FloatArray, beside: FloatArray, tolerance: float
+    sample: Sample, ends: tuple[float, float], kinks: FloatArray, offsets: FloatArray, tolerance: float
 ) -> FloatArray:
     """Both ends, and a knot on each side of every kink where a slope jumps."""
-    left, right = kinks - beside, kinks + beside
+    left, right = kinks - offsets, kinks + offsets
     before, after = sample(left), sample(right)
     jumps = [
         np.abs(b - a) > tolerance * np.abs(b)
@@ -301,11 +301,11 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
     track = line.track(math.inf, to)
     press = pressed(track, lambda s: curve.states(s).indentation, to)
     pull = pulled(track, press.branch, press.last)
-    for way, words in ((press, "pressed in"), (pull, "pulled out")):
-        if way.begin.size > 1:
+    for passage, text in ((press, "pressed in"), (pull, "pulled out")):
+        if passage.begin.size > 1:
             raise ProblemError(
-                f"export_law: the contact jumps {way.begin.size - 1} times while it is {words}, so that its force is no single function "
-                "of the depth; follow it with solve(...), or take a smoother profile or a smaller work of adhesion"
+                f"export_law: the contact jumps {passage.begin.size - 1} times while it is {text}, so its force is not a function "
+                "of the depth; use solve(...), a smoother profile or a smaller work of adhesion"
             )
     begin, end = pull.last, press.last
     knots = np.array([s for s in curve.knots if begin < s < end])
@@ -329,7 +329,7 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
             np.where(fold, at_fold[1], widening),
         )
 
-    return Source(form, sample, _marked(sample, (begin, end), knots, _BESIDE * knots, tolerance))
+    return Source(form, sample, _marked(sample, (begin, end), knots, _KINK_OFFSET * knots, tolerance))
 
 
 def _slopes(curve: ShortRange, s: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -342,14 +342,14 @@ def _slopes(curve: ShortRange, s: FloatArray, u: FloatArray) -> tuple[FloatArray
 
 def _slopes_at_fold(curve: ShortRange, begin: float, end: float, off: float) -> tuple[float, float]:
     """
-    The same where the contact is lost.
+    The slopes at the loss of contact.
 
-    Where d turns smoothly both are 0 over 0: the limits of polynomials through states beside it. At a corner of the curve, such
-    as that of a sharp edge, F and a are smooth over d, and so flat over its root.
+    At a smooth fold of d both are 0 over 0; their limits are those of polynomials through adjacent states. At a corner, such as
+    a sharp edge, F and a are smooth over d, and therefore flat over its root.
     """
     near = 0.05 * min(begin, end - begin)
-    at_once, farther = curve.slopes(begin + near * np.array([_BESIDE, 1.0]))[0]
-    if at_once > _CORNER * farther:
+    at_once, far = curve.slopes(begin + near * np.array([_KINK_OFFSET, 1.0]))[0]
+    if at_once > _CORNER * far:
         return 0.0, 0.0
     best, limits = math.inf, (0.0, 0.0)
     for width in near * _WIDTHS:

@@ -32,12 +32,12 @@ _SHOWN = 9
 
 @dataclass(frozen=True)
 class Table:
-    """Knots of a law in a form, and what holds outside."""
+    """Knots of a law in a form, with its extrapolation."""
 
     form: Form
     knots: Knots
     last: float
-    """The largest depth in m, which its coordinate holds to rounding."""
+    """The largest depth in m, which its coordinate represents to rounding."""
 
     @property
     def first(self) -> float:
@@ -60,7 +60,7 @@ class Table:
         d, force, stiffness, radius, rate = self.form.physical(self.knots)
         if np.isnan(stiffness[0]):  # 0 over 0, at a corner of the law
             stiffness[0], rate[0] = self.at(np.array([self.first]))[1, 0], 0.0
-        # the ends are those that were asked for, and not those of their logarithms
+        # the exact ends, without rounding of their logarithms
         d[0], d[-1] = self.first, self.last
         values = {
             "indentation": d,
@@ -78,34 +78,34 @@ class ContactLaw(Study):
     Normal force, stiffness and contact radius of a contact as functions of the indentation d, by cubic Hermite interpolation.
 
     Without adhesion ln F and ln a are interpolated over ln d, so that errors are relative at every depth; below the first
-    knot both are powers of d. Under JKR F and a are interpolated over sqrt(d - d_off), where d_off is the last indentation
-    at which the contact is held, and hold for a contact that is made. The stiffness is the derivative of the interpolated
-    force. Outside: no contact (0) below d = 0 or d_off, nan above the last knot.
+    knot both are powers of d. With JKR F and a are interpolated over sqrt(d - d_off), where d_off is the indentation at the
+    loss of contact, and hold in contact. The stiffness is the derivative of the interpolated force. Outside: no contact (0)
+    below d = 0 or d_off, NaN above the last knot.
     """
 
     contact: Contact
     tolerance: float
-    """What was asked of the errors."""
+    """Limit of the errors."""
     errors: Mapping[str, float]
-    """The largest errors that were measured against :func:`pymdr.solve`, by quantity; see `relative_to`."""
+    """The largest measured errors against :func:`pymdr.solve`, by quantity; see `relative_to`."""
     relative_to: Mapping[str, str]
-    """What each error is relative to, in words."""
+    """Text on the reference of each relative error."""
     table: Table
     """The interpolants."""
     checks: xr.Dataset
-    """The errors that were measured between the knots and below them, over ``check``."""
+    """Measured errors between the knots and below them, over ``check``."""
     pull_off: PullOff | None
-    """With adhesion: where the contact is lost under displacement control, and what it jumps into at the first touch."""
+    """With adhesion: loss of contact under displacement control, and the state after the jump into contact."""
 
-    what: ClassVar[str] = "the law"
+    subject: ClassVar[str] = "the law"
     columns: ClassVar[Mapping[str, Column]] = {
         "indentation": Column("indentation", "m"),
         "normal_force": Column("force", "N"),
         "normal_stiffness": Column("stiffness", "N/m"),
         "contact_radius": Column("radius", "m"),
     }
-    told: ClassVar[tuple[str, ...]] = ("normal_force",)
-    """Force, stiffness and radius are claimed alike."""
+    summary_claims: ClassVar[tuple[str, ...]] = ("normal_force",)
+    """Force, stiffness and radius have the same claim."""
 
     @property
     def range(self) -> tuple[float, float]:
@@ -119,12 +119,12 @@ class ContactLaw(Study):
         Parameters
         ----------
         indentation : array_like or quantity
-            In m; 0 without contact, nan beyond the table.
+            In m; the force is 0 without contact, NaN beyond the table.
 
         Returns
         -------
         ndarray
-            Of the shape of `indentation`.
+            With the shape of `indentation`.
         """
         return np.asarray(self._at(indentation)[0])
 
@@ -140,34 +140,34 @@ class ContactLaw(Study):
         return self.table.at(to_si_array(indentation, "m", name="indentation"))
 
     def remarks(self) -> tuple[str, ...]:
-        """What the law is, its range, errors, claims and sources, in lines."""
+        """Lines on the law, its range, errors, claims and sources."""
         from pymdr.presentation.tables import about_lines
 
         return tuple(about_lines(self._about()))
 
     def _others(self) -> dict[str, str]:
         first, last = self.range
-        told = {
+        rows = {
             "law": f"force, stiffness and radius over d, {self.table.knots.u.size} knots from d = {first!r} m to {last!r} m",
             "course": self.table.form.outside(first, self.pull_off),
         }
         for name in LAW_QUANTITIES:
-            told[f"measured error of {name}"] = (
+            rows[f"measured error of {name}"] = (
                 f"{self.errors[name]:.2g} relative to {self.relative_to[name]}, the largest at {self.checks.sizes['check']} depths "
                 "against pymdr.solve"
             )
-        return told
+        return rows
 
     def _remarks(self) -> list[str]:
         first, last = self.range
-        errors = ", ".join(f"{self.columns[name].words} {self.errors[name]:.1e}" for name in LAW_QUANTITIES)
+        errors = ", ".join(f"{self.columns[name].label} {self.errors[name]:.1e}" for name in LAW_QUANTITIES)
         return [
             f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; largest errors: {errors}",
             self.table.form.remark(self.pull_off),
         ]
 
     def _table(self) -> TextTable:
-        """Some of the knots, evenly among them."""
+        """Evenly spaced knots."""
         rows = np.unique(np.linspace(0, self.table.knots.u.size - 1, _SHOWN).round().astype(int))
         return Study._table(replace(self, data=self.data.isel(knot=rows)))
 
@@ -178,17 +178,17 @@ class ContactLaw(Study):
         Parameters
         ----------
         name : str
-            What names in the header begin with, a C identifier.
+            Prefix of the names in the header, a C identifier.
 
         Returns
         -------
         str
-            C99 that compiles as C++ too, in SI units, with nothing to link but the mathematical functions.
+            C99 that is also C++, in SI units, linked with the mathematical functions only.
 
         Raises
         ------
         ProblemError
-            If the name is no identifier.
+            If the name is not an identifier.
         """
         knots, form, off = self.table.knots, self.table.form, self.pull_off
         constants = {
@@ -227,16 +227,16 @@ class ContactLaw(Study):
         self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = True
     ) -> None:
         """
-        Write the knots to a CSV file; errors, what holds outside, claims and sources stand above its header.
+        Write the knots to a CSV file, with errors, extrapolation, claims and sources above its header.
 
         Parameters
         ----------
         file : path
             For example "ball.csv"; :func:`pymdr.read_record` reads it back.
         units : mapping of str to str, optional
-            Name of a quantity -> unit; SI units unless given.
+            Name of a quantity -> unit; SI units by default.
         about : bool
-            Whether anything stands above the header, in lines that begin with ``#``.
+            Whether to write the lines above the header, which begin with ``#``.
         """
         super().to_csv(file, units=units, about=about)
 
@@ -249,12 +249,12 @@ class ContactLaw(Study):
         file : path
             For example "ball.h".
         name : str, optional
-            As for :meth:`c_header`; that of the file unless given.
+            As for :meth:`c_header`; that of the file by default.
 
         Raises
         ------
         FileError
-            If the file cannot be written, or is not named as a header.
+            If the file cannot be written, or its name is not that of a header.
         """
         from pymdr.presentation.files import named_file, write_atomically
 
@@ -264,7 +264,7 @@ class ContactLaw(Study):
                 f"cannot write {str(file)!r}: a C header has a name that ends with '.h', such as 'ball.h'; tables are written by to_csv"
             )
         text = self.c_header(target.stem if name is None else name)
-        write_atomically(file, lambda beside: beside.write_text(text, encoding="ascii"))
+        write_atomically(file, lambda temporary: temporary.write_text(text, encoding="ascii"))
 
     def _figure(self) -> Figure:
         """The law, and its errors against :func:`pymdr.solve` at depths between the knots."""

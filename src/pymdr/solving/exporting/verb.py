@@ -25,35 +25,35 @@ from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 _BETWEEN = np.array([0.02, 0.07, 0.18, 0.31, 0.46, 0.57, 0.72, 0.83, 0.96])
-"""Of every interval: where the law is held against `solve`, none of them where the knots were chosen."""
+"""Points of every interval at which the law is compared with `solve`, other than those of the refinement."""
 _ITSELF = {"normal_force": "the force", "normal_stiffness": "the stiffness", "contact_radius": "the radius"}
 _TIGHTEST, _LOOSEST = 1e-7, 1e-2
-"""Tolerances; below, the rounding of d - d_off is seen where a contact is lost."""
+"""Range of tolerances; below it rounding of d - d_off matters at the loss of contact."""
 _FEW, _FINER = 33, 0.3
 _OF_A_PATH = ("jumped into contact", "bands are")
-"""Beginnings of notes on what is not in a law."""
+"""Beginnings of notes on paths, which do not apply to a law."""
 
 
 def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -> ContactLaw:
     """
     The normal force, stiffness and contact radius over the indentation, as a table with a stated error.
 
-    Without adhesion, or with DMT, the cubic Hermite interpolant is that of ln F over ln d, with its exact slope d k / F, and
-    below the first knot the power law to which the tip tends; with JKR that of F over sqrt(d - d_off), from the pull-off
-    under displacement control on. Knots are halved where the force, its derivative or the radius err by more than the
-    tolerance; the finished law is held against :func:`pymdr.solve` between all knots and far below the first.
+    Without adhesion, or with DMT, ln F is interpolated over ln d by cubic Hermite polynomials with the exact slope d k / F, and
+    below the first knot by the power law of the tip; with JKR F is interpolated over sqrt(d - d_off), from the pull-off under
+    displacement control on. Intervals are halved until the errors of force, stiffness and radius are below the tolerance; the
+    law is compared with :func:`pymdr.solve` between all knots and far below the first.
 
     Parameters
     ----------
     contact : Contact
-        Of elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT. Friction is not
-        in the law.
+        Elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT. Friction has no
+        effect.
     to : quantity
         The largest indentation in m.
     tolerance : float
-        Largest relative error of force, stiffness and radius, 1e-7 to 1e-2. With adhesion that of the force is relative to
-        its size plus the largest pull, and under JKR that of the stiffness to its size plus that of the contact held at its radius
-        of the pull-off: both pass through 0.
+        Largest relative error of force, stiffness and radius, 1e-7 to 1e-2. With adhesion, because both pass through 0, that of
+        the force is relative to its size plus the largest pull, and with JKR that of the stiffness to its size plus that at the
+        fixed radius of the pull-off.
 
     Returns
     -------
@@ -62,8 +62,8 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     Raises
     ------
     ProblemError
-        If the contact has no law with one value at each depth and a radius, its disk is not certified at some depth, or the
-        tolerance is beyond its limits.
+        If the contact has no radius or no unique force at each depth, is not a disk at some depth, or the tolerance is outside
+        its limits.
     PathError
         If the depth cannot be reached.
     ConvergenceError
@@ -83,9 +83,9 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     alone = replace(contact, friction=None)
     plain = _solved(alone, np.geomspace(1e-9, 1.0, _FEW) * deepest)
     source = source_of(alone, deepest, tolerance)
-    # an error may be larger between the places at which the knots were chosen
-    for share in (1.0, _FINER):
-        knots = adapted(source.sample, source.marks, source.form.error, share * tolerance)
+    # an error may be larger between the points of the refinement
+    for fraction in (1.0, _FINER):
+        knots = adapted(source.sample, source.marks, source.form.error, fraction * tolerance)
         table = Table(source.form, knots, deepest)
         checks, exact = _checked_against_solve(table, alone)
         errors = {name: float(np.max(checks[name].values)) for name in LAW_QUANTITIES}
@@ -94,8 +94,8 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
             break
     else:
         raise ConvergenceError(
-            f"export_law: the {quantity(worst).long_name} between the knots errs by {errors[worst]:.2g}, above the tolerance of "
-            f"{tolerance:g}; ask for a larger tolerance, or smooth the profile"
+            f"export_law: the {quantity(worst).long_name} has an error of {errors[worst]:.2g} between the knots (limit "
+            f"{tolerance:g}, the tolerance); use a larger tolerance, or smooth the profile"
         )
     return ContactLaw(
         contact=contact,
@@ -105,7 +105,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
         assumptions=plain.assumptions,
         notes=_notes(contact, plain),
         errors=errors,
-        relative_to={name: source.form.relative_to().get(name, words) for name, words in _ITSELF.items()},
+        relative_to={name: source.form.relative_to().get(name, text) for name, text in _ITSELF.items()},
         table=table,
         checks=checks,
         pull_off=None if contact.adhesion is None else pull_off(alone, pressed_to=deepest),
@@ -122,7 +122,7 @@ def _depth(to: QuantityLike) -> float:
 
 def check_lawful(contact: Contact, tolerance: float) -> None:
     """
-    Refuse what has no law of the depth alone, or none with a radius.
+    Refuse contacts without a law of the depth alone, or without a radius.
 
     Raises
     ------
@@ -142,13 +142,13 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
     for refused, why in (
         (
             contact.remembers,
-            "a viscoelastic body has no law of the depth alone: its force depends on the time; give Elastic for the stiffness at one "
-            "time, or take the relaxation function to the other program",
+            "the force of a viscoelastic body depends on time; use Elastic with the modulus at one time, or implement the relaxation "
+            "function in the other program",
         ),
         (
             contact.adhesion is not None and contact.adhesion.cohesive_stress is not None,
-            f"{type(contact.adhesion).__name__} pulls before the surfaces touch and through a zone around the contact that a table of force, stiffness and "
-            "radius does not hold; give JKR or DMT, as adhesion_regime(contact) recommends",
+            f"{type(contact.adhesion).__name__} has a cohesive zone, which a table of force, stiffness and radius does not "
+            "represent; give JKR or DMT, as adhesion_regime(contact) recommends",
         ),
         (
             bool(contact.profile.no_radius),
@@ -161,17 +161,17 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
 
 
 def _solved(contact: Contact, depths: FloatArray) -> Result:
-    """Exact states at rising depths in m, all of which are disks."""
+    """Exact states at increasing depths in m, all of them disks."""
     path: LoadingPath = Path(indentation=depths)
     if contact.adhesion is not None:
-        # the branch of a contact that is made
+        # the branch in contact
         path = indent(float(depths[-1])) >> Path(indentation=depths[::-1])
     result = solve(contact, path)
     claim = result.claims["contact_radius"]
     if not claim.where.all() or not claim.readable:
         at = result.data["indentation"].values[~claim.where]
         below = depths[depths < np.nanmin(at)] if np.isfinite(at).any() else depths[:0]
-        remedy = f"; up to d = {metres(below[-1])} it is: export to there" if below.size else ""
+        remedy = f"; it is a disk up to d = {metres(below[-1])}: export up to there" if below.size else ""
         raise RefusedError(f"export_law: the contact is not a disk at every depth: {claim.reason}{remedy}")
     return result
 
@@ -213,7 +213,7 @@ def _claims(exact: Result, errors: Mapping[str, float], knots: int) -> dict[str,
 def _notes(contact: Contact, result: Result) -> tuple[str, ...]:
     notes = tuple(note for note in result.notes if not note.startswith(_OF_A_PATH))
     if contact.friction is not None:
-        notes += ("friction is not in the law: the normal force does not depend on it",)
+        notes += ("friction has no effect on the law",)
     if scatter_of(contact.profile):
-        notes += ("the scatter of the profile is not in the law",)
+        notes += ("the scatter of the profile is ignored",)
     return notes

@@ -2,7 +2,7 @@
 
 from pymdr.solving.fits.comparing import LawComparison, compare_laws
 from pymdr.solving.fits.fitting import fit
-from pymdr.solving.fits.found import FitResult, Fitted
 from pymdr.solving.fits.maps import FittedMap, fit_map
+from pymdr.solving.fits.results import FitResult, Fitted
 
 __all__ = ["FitResult", "Fitted", "FittedMap", "LawComparison", "compare_laws", "fit", "fit_map"]

@@ -1,4 +1,4 @@
-"""The smallest misfit of a fit, from where it may begin."""
+"""The smallest misfit of a fit from several starts."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import Coulomb
-from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, Asked, fewest_in_contact
-from pymdr.solving.fits.families import Ladder, Ways, whole_ladder
-from pymdr.solving.fits.quick import fit_by_family, reaches
+from pymdr.solving.fits.families import FamilyAxes, Ladder, whole_ladder
+from pymdr.solving.fits.quick import depth_ranges, fit_by_family
 from pymdr.solving.fits.records import ListedCurves, Stretch
-from pymdr.solving.fits.searching import Search, found_from
+from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, FitRequest, fewest_in_contact
+from pymdr.solving.fits.searching import Search, minimize_from
 from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -30,39 +30,42 @@ if TYPE_CHECKING:
 
 _STARTS, _COARSE, _FINE = 4, 14, 12
 _AS_WELL = 1e-11
-"""Part by which sums of squares of the same end may differ."""
+"""Relative difference below which two sums of squares are equal."""
 
 
 class End(NamedTuple):
-    """Where a search ends."""
+    """The end of a search."""
 
     misfit: float
     """In N^2."""
     free: FloatArray
     wide: FloatArray
-    """Standard errors of the free numbers where ends that fit as well lie farther apart than the curvature tells; else 0."""
+    """Standard errors of the free numbers where equally good ends are farther apart than the curvature implies; else 0."""
 
 
 def best_end(search: Search) -> End:
-    """The smallest misfit that searches from several starts end at; of bodies with memory about where it lies."""
+    """The smallest misfit of searches from several starts; approximate for bodies with memory."""
     quick = _quick_start(search)
-    eased = _eased(search)
+    monotone = _with_monotone_records(search)
     once = not search.shears and all(map(is_pressed_once, search.measured))
-    followed = search if once else eased
-    apart = (
-        [starts(eased.contact, eased.unknowns, curve, eased.known, _STARTS) for curve in eased.curves]
+    followed = search if once else monotone
+    starts_by_curve = (
+        [
+            starts(monotone.contact, monotone.unknowns, curve, monotone.known, _STARTS)
+            for curve in monotone.curves
+        ]
         if quick is None
         else [[quick[0]]]
     )
     ends = []
-    for rank in range(max(len(found) for found in apart)):
-        chosen = [found[min(rank, len(found) - 1)] for found in apart]
+    for rank in range(max(map(len, starts_by_curve))):
+        chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        found = found_from(followed, followed.to_free(chosen[0].values.tolist(), places))
-        ends.append((found.misfit, found.free))
+        minimum = minimize_from(followed, followed.to_free(chosen[0].values.tolist(), places))
+        ends.append((minimum.misfit, minimum.free))
     least = min(misfit for misfit, _ in ends)
     signed = np.array([not u.is_size for u in search.unknowns] + [False] * search.origin_scales.size)
-    # of those that fit as well, as of Poisson's ratios of either sign, the nearest to what the contact says
+    # of equally good ends, as with Poisson's ratios of either sign, the nearest to the start
     misfit, best = min(
         (end for end in ends if end[0] <= least * (1.0 + _AS_WELL)),
         key=lambda end: (float((end[1][signed] ** 2).sum()), end[0]),
@@ -73,109 +76,111 @@ def best_end(search: Search) -> End:
     return End(misfit, search.to_free(values.tolist(), origin), wide)
 
 
-def _eased(search: Search) -> Search:
-    """The search with the records of bodies with memory as one approach and one retreat, which are followed far faster, where they are."""
+def _with_monotone_records(search: Search) -> Search:
+    """The search with records of bodies with memory as one approach and one retreat, if they are; these are solved much faster."""
     if not search.contact.remembers or search.shears:
         return search
     curves = [pressed_once(one, search.known.get(BASELINE)) for one in search.measured]
-    eased = tuple(one for one in curves if one is not None)
-    return replace(search, curves=eased) if len(eased) == len(search.curves) else search
+    monotone = tuple(one for one in curves if one is not None)
+    return replace(search, curves=monotone) if len(monotone) == len(search.curves) else search
 
 
-def machine_in_words(place: FloatArray, force: FloatArray, softness: float) -> str:
-    """That a machine bends farther than it travels while the force rises, where it does."""
+def soft_machine_text(place: FloatArray, force: FloatArray, softness: float) -> str:
+    """Hint on the spring constant if the machine deflects more than it travels while the force rises."""
     top = int(np.nanargmax(force))
-    begun = int(np.nanargmin(np.where(force > 0.9 * np.nanmin(force) + 0.1 * force[top], place, math.nan)))
-    rise, way = float(force[top] - force[begun]), float(place[top] - place[begun])
-    if softness == 0.0 or not 0.0 < way < softness * rise:
+    rise_start = int(
+        np.nanargmin(np.where(force > 0.9 * np.nanmin(force) + 0.1 * force[top], place, math.nan))
+    )
+    rise, travel = float(force[top] - force[rise_start]), float(place[top] - place[rise_start])
+    if softness == 0.0 or not 0.0 < travel < softness * rise:
         return ""
     return (
-        f"a machine of {written(1.0 / softness, 'N/m', 3)} bends by more than the {written(way, 'm', 3)} that it travels while the force rises by "
-        f"{written(rise, 'N', 3)}: see whether spring_constant is that of this record, "
+        f"a machine of {written(1.0 / softness, 'N/m', 3)} deflects more than its travel of {written(travel, 'm', 3)} while the force rises by "
+        f"{written(rise, 'N', 3)}: check spring_constant; "
     )
 
 
 def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
-    """Where the search over a family of forces ends, if there is one and it finds something, and its errors of the free numbers."""
+    """The end of a search over a family of forces and the errors of its free numbers, if it applies and succeeds."""
     unknowns = search.unknowns
     curves = ListedCurves(search.measured)
-    begun = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
-    asked = Asked(begun, unknowns, search.known, {}, [u.name for u in unknowns])
-    ways = asked.ways
-    if ways is None or not unknowns or len(curves.curves) != 1:
+    at_start = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
+    request = FitRequest(at_start, unknowns, search.known, {}, [u.name for u in unknowns])
+    axes = request.axes
+    if axes is None or not unknowns or len(curves.curves) != 1:
         return None
     stretch = curves.read(0, 1)
     law = search.contact.adhesion
-    if (law is not None and law.cohesive_stress is not None) or _is_of_layers(asked, ways):
-        asked = _nearby(asked, ways, stretch)
-    found = fit_by_family(asked, ways, stretch).columns
-    if found["ending"][0] == AT_END and asked.ladder is not None and _is_of_layers(asked, ways):
-        # coarse steps may have told of another place
-        found = fit_by_family(replace(asked, ladder=None), ways, stretch).columns
-    if found["ending"][0] == NO_CONTACT:
+    if (law is not None and law.cohesive_stress is not None) or _is_of_layers(request, axes):
+        request = _nearby(request, axes, stretch)
+    fitted = fit_by_family(request, axes, stretch).columns
+    if fitted["ending"][0] == AT_END and request.ladder is not None and _is_of_layers(request, axes):
+        # coarse steps may lead to another place
+        fitted = fit_by_family(replace(request, ladder=None), axes, stretch).columns
+    if fitted["ending"][0] == NO_CONTACT:
         raise ProblemError(
-            f"fit: no contact is seen in the record: one without any leaves squares that are larger by less than {SEEN:g} variances of "
-            f"the noise; {machine_in_words(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}press deeper, mark outliers (curve.mark_outliers()), or see with curve.orient() whether a sign is turned"
+            f"fit: the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
+            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}press deeper, mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
         )
-    if found["ending"][0] == AT_END:
-        _refuse_beyond_layers(asked, ways, stretch)
-    if found["ending"][0] != FOUND:
+    if fitted["ending"][0] == AT_END:
+        _refuse_beyond_layers(request, axes, stretch)
+    if fitted["ending"][0] != FITTED:
         return None
-    origin = {name: float(found[name][0]) for name in asked.origins}
-    values = np.array([found[u.name][0] for u in unknowns])
+    origin = {name: float(fitted[name][0]) for name in request.origins}
+    values = np.array([fitted[u.name][0] for u in unknowns])
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
-    errors = np.array([found[f"{name}_error"][0] for name in asked.names]) / scales
+    errors = np.array([fitted[f"{name}_error"][0] for name in request.names]) / scales
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
 
 
-def _is_of_layers(asked: Asked, ways: Ways) -> bool:
-    """Whether a length is looked for on layers, which are mapped anew for each."""
-    return asked.contact.layered is not None and ways.number is not None and ways.number.unit == "m"
+def _is_of_layers(request: FitRequest, axes: FamilyAxes) -> bool:
+    """Whether an unknown is a length on layers, whose map depends on it."""
+    return request.contact.layered is not None and axes.number is not None and axes.number.unit == "m"
 
 
-def _refuse_beyond_layers(asked: Asked, ways: Ways, stretch: Stretch) -> None:
-    """Refuse a length on layers that is beyond all that are tried, towards which there would be hundreds of steps."""
-    number = ways.number
-    if number is None or not _is_of_layers(asked, ways) or math.isfinite(number.high):
+def _refuse_beyond_layers(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> None:
+    """Refuse a length on layers beyond the range that is tried."""
+    number = axes.number
+    if number is None or not _is_of_layers(request, axes) or math.isfinite(number.high):
         return
-    tried = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
+    tried = whole_ladder(request.contact, number, float(depth_ranges(stretch)[0]))
     low, high = (written(number.from_free(free), number.unit, 4) for free in (tried.first, tried.last))
     raise ProblemError(
-        f"fit: the record asks for a {number.name} that is not between {low} and {high}, a tenth and ten times what the contact says: begin nearer to it, give "
-        "bounds in free, or leave it out of free; where it has no end, the record tells only a combination with the modulus, or of another law"
+        f"fit: the best {number.name} is not between {low} and {high}, a tenth and ten times its start; start nearer to it, give bounds in "
+        "free, or leave it out of free; if it diverges, the record determines only its combination with the modulus, or needs another law"
     )
 
 
-def _nearby(asked: Asked, ways: Ways, stretch: Stretch) -> Asked:
-    """The same on a short ladder of fine steps, about what one of coarse steps tells: members of the family take long."""
-    number = ways.number
-    if number is None or (ways.work is None and not _is_of_layers(asked, ways)):
-        return asked
-    whole = whole_ladder(asked.contact, number, float(reaches(stretch)[0]))
-    coarse = replace(asked, ladder=whole._replace(rungs=_COARSE))
-    found = fit_by_family(coarse, ways, stretch).columns
-    if found["ending"][0] != FOUND:
-        return asked
-    (middle,) = ways.numbers(np.array([[found[u.name][0] for u in asked.unknowns]]))
+def _nearby(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> FitRequest:
+    """The request with a short ladder of fine steps about the result of coarse steps, because members of the family are slow."""
+    number = axes.number
+    if number is None or (axes.work is None and not _is_of_layers(request, axes)):
+        return request
+    whole = whole_ladder(request.contact, number, float(depth_ranges(stretch)[0]))
+    coarse = replace(request, ladder=whole._replace(rungs=_COARSE))
+    fitted = fit_by_family(coarse, axes, stretch).columns
+    if fitted["ending"][0] != FITTED:
+        return request
+    (middle,) = axes.numbers(np.array([[fitted[u.name][0] for u in request.unknowns]]))
     half = 0.5 * (_FINE - 1) * (whole.last - whole.first) / (whole.rungs - 1)
-    return replace(asked, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
+    return replace(request, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
 
 
 def refuse_few(search: Search, best: FloatArray) -> None:
-    """Refuse a contact of which there are no more samples than numbers that only they tell."""
+    """Refuse records with too few samples in contact."""
     if search.shears or search.place in search.known:
         return
     pressed = sum(int(one.touches.sum()) for one in search.models(best))
     needed = fewest_in_contact(len(search.unknowns), len(search.curves))
     if pressed < needed:
         raise ProblemError(
-            f"fit: {pressed} samples of the record are in contact, and {needed} at least tell {', '.join(u.name for u in search.unknowns)} and where it begins: "
-            "record more of the contact, or give contact_point"
+            f"fit: {pressed} samples of the record are in contact (limit {needed} for {', '.join(u.name for u in search.unknowns)} and the "
+            "contact point); record more of the contact, or give contact_point"
         )
 
 
 def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
-    """Refuse an adhesion, or a friction that is not infinite, without which the record fits as well."""
+    """Refuse an adhesion, or a finite friction, without which the record fits as well."""
     law, effect = ("friction", "slip") if search.shears else ("adhesion", "adhesion")
     without = tuple(u for u in search.unknowns if not u.name.startswith(f"{law}."))
     if len(without) == len(search.unknowns):
@@ -188,7 +193,7 @@ def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
     bare = replace(search, contact=contact, unknowns=without)
     try:
         larger = best_end(bare).misfit if bare.names else float((bare.residuals(np.zeros(0)) ** 2).sum())
-    except ProblemError:  # all that is seen is the pull
+    except ProblemError:  # the record shows the pull only
         return
     samples = search.residuals(best).size
     grows = (larger / misfit - 1.0) * samples
@@ -196,9 +201,9 @@ def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         instead = (
             "fit the contact without adhesion"
             if law == "adhesion"
-            else "move the bodies farther, or look for their moduli too"
+            else "move the bodies farther, or add their moduli to free"
         )
         raise ProblemError(
-            f"fit: the record shows no {effect} of this contact: without it the squares of the differences grow by {max(grows, 0.0):.2g} times "
-            f"the variance of the noise, {SEEN:g} are needed; {instead}"
+            f"fit: the record shows no {effect} of this contact: without it the sum of squares grows by {max(grows, 0.0):.2g} variances of "
+            f"the noise (limit {SEEN:g}); {instead}"
         )

@@ -1,4 +1,4 @@
-"""Which law a measured curve speaks for."""
+"""Comparison of laws by their fits to a measured curve."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pymdr.quantities import one_name
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.estimating import aicc
 from pymdr.solving.fits.fitting import fit
-from pymdr.solving.fits.found import FitResult
+from pymdr.solving.fits.results import FitResult
 from pymdr.solving.fits.unknowns import TILT
 from pymdr.solving.study import Answer, Column
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class LawComparison(Answer):
-    """Fits of several laws to one record, and what it says of them."""
+    """Fits of several laws to one record, with their weights."""
 
     data: xr.Dataset
-    """Over ``law``, the likeliest first: ``weight``, ``difference`` of AICc from the smallest one, the level of the ``claim`` of the
+    """Over ``law``, the most likely first: ``weight``, ``difference`` of AICc from the smallest one, the level of the ``claim`` of the
     force, and the assumptions that are ``not_met``."""
     fits: Mapping[str, FitResult]
     """By the names of the laws."""
     refusals: Mapping[str, str]
-    """Why the others could not be fitted."""
+    """Messages of the laws that could not be fitted."""
     samples: int
-    """That all of the fits use."""
+    """Number of samples that all fits use."""
 
     columns: ClassVar = {
         "law": Column("law", ""),
@@ -49,12 +49,12 @@ class LawComparison(Answer):
 
     @property
     def weights(self) -> dict[str, float]:
-        """Akaike's: how likely each law is the best of those compared."""
+        """Akaike weights: the probability of each law to be the best of those compared."""
         return self._by_law("weight")
 
     @property
     def differences(self) -> dict[str, float]:
-        """Of AICc from the smallest one."""
+        """Differences of AICc from the smallest one."""
         return self._by_law("difference")
 
     @property
@@ -79,11 +79,11 @@ class LawComparison(Answer):
     def _remarks(self) -> list[str]:
         return [
             f"{len(self.fits)} laws over {self.samples} samples",
-            *(f"{name}: {words}" for name, words in self.refusals.items()),
+            *(f"{name}: {text}" for name, text in self.refusals.items()),
         ]
 
     def _figure(self) -> Figure:
-        """The record with the models of all laws, and what each leaves."""
+        """The record with the models of all laws, and the residuals of each."""
         from pymdr.presentation.plot import weighed_laws
 
         return weighed_laws({name: one.data for name, one in self.fits.items()}, self.weights)
@@ -104,11 +104,11 @@ def compare_laws(
     Parameters
     ----------
     contacts : mapping of str to Contact
-        The laws by the names that they are to have.
+        The laws by name.
     curve, contact_point, shift_origin, baseline
         As for :func:`fit`.
     free : sequence of str, or mapping of str to pair of quantities or None
-        What is looked for; every law takes what it has of it.
+        Unknowns; every law uses those that it has.
 
     Returns
     -------
@@ -117,14 +117,14 @@ def compare_laws(
     Raises
     ------
     ProblemError
-        If fewer than two laws are given, none can be fitted, or one has nothing of what is looked for.
+        If fewer than two laws are given, none can be fitted, or one has none of the unknowns.
 
     Notes
     -----
     AICc = n log(S/n) + 2 k + 2 k (k + 1)/(n - k - 1), with the sum of squares S over the samples that all fits use, k numbers and
     the noise, and n independent samples: those of the law that leaves the least correlated differences. Akaike's weights are
-    exp(-difference/2) over their sum (Burnham and Anderson 2002, sections 2.4 and 2.9). They compare the laws that are given; that
-    one of them is right is not said. An adhesion that the record does not show is refused by :func:`fit`, and told here.
+    exp(-difference/2) over their sum (Burnham and Anderson 2002, sections 2.4 and 2.9). They compare the given laws only; all of
+    them may be wrong. An adhesion that the record does not show is refused by :func:`fit` and listed in `refusals`.
 
     Examples
     --------
@@ -147,7 +147,7 @@ def compare_laws(
         own = {p.name for p in parameters_of(contact)}
         taken = [key for key in free if key in own or key == TILT]
         if not own.intersection(taken):
-            raise ProblemError(f"compare_laws: {name} has nothing of {', '.join(free)}")
+            raise ProblemError(f"compare_laws: {name} has none of the parameters {', '.join(free)}")
         try:
             fits[name] = fit(
                 contact,
@@ -176,7 +176,7 @@ def compare_laws(
 
 
 def _weighed(fits: Mapping[str, FitResult], criteria: Mapping[str, float]) -> xr.Dataset:
-    """The laws with their weights, the likeliest first."""
+    """The laws with their weights, the most likely first."""
     import xarray as xr
 
     order = sorted(criteria, key=lambda name: criteria[name])
@@ -194,6 +194,6 @@ def _weighed(fits: Mapping[str, FitResult], criteria: Mapping[str, float]) -> xr
     )
 
 
-def _aicc(found: FitResult, used: np.ndarray, n: float) -> float:
-    mean_square = float((found.data["residual"].values[used] ** 2).mean())
-    return aicc(mean_square, n, len(found.values))
+def _aicc(result: FitResult, used: np.ndarray, n: float) -> float:
+    mean_square = float((result.data["residual"].values[used] ** 2).mean())
+    return aicc(mean_square, n, len(result.values))

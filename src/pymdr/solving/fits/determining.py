@@ -1,4 +1,4 @@
-"""What records determine, and the refusal of what they do not."""
+"""Refusals of unknowns that records do not determine."""
 
 from __future__ import annotations
 
@@ -16,60 +16,60 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray, written
 
-_BLIND = 1e-6
-"""Of the largest: singular values of unknowns that a record cannot tell apart."""
-_LOST = math.log(1e3)
+_INDISTINCT = 1e-6
+"""Ratio to the largest singular value below which a combination of unknowns is not determined."""
+_LARGEST_ERROR = math.log(1e3)
 _ALONE = 0.05
-"""Of the unknown that moves most: what the others take part in."""
+"""Smallest component of a combination, relative to the largest."""
 _BEYOND = 1e6
-"""Times the start: a size that nothing holds back."""
+"""Ratio of a size to its start beyond which it diverges."""
 
 
-def refuse_blind(search: Search, free: FloatArray) -> None:
+def refuse_undetermined(search: Search, free: FloatArray) -> None:
     """
-    Refuse unknowns that the records cannot tell apart.
+    Refuse unknowns that the records cannot distinguish.
 
     Raises
     ------
     ProblemError
-        With what they do determine.
+        With the combination that they determine.
     """
     own, sizes = _own_slopes(search, search.slopes(free))
     left = np.linalg.norm(own, axis=0)
-    unfelt = left <= _BLIND * np.maximum(sizes, sizes.max())
-    if unfelt.any():
-        raise ProblemError(_unfelt(search, free, unfelt))
+    undetermined = left <= _INDISTINCT * np.maximum(sizes, sizes.max())
+    if undetermined.any():
+        raise ProblemError(_undetermined_text(search, free, undetermined))
     _, singular, rows = np.linalg.svd(own / np.linalg.norm(own, axis=0), full_matrices=False)
-    if singular[-1] > _BLIND * singular[0]:
+    if singular[-1] > _INDISTINCT * singular[0]:
         return
     direction = rows[-1] / np.linalg.norm(own, axis=0)
-    raise ProblemError(_combination(search, free, direction / np.abs(direction).max()))
+    raise ProblemError(_combination_text(search, free, direction / np.abs(direction).max()))
 
 
-def refuse_lost(search: Search, free: FloatArray, slopes: FloatArray, noise: float) -> None:
+def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: float) -> None:
     """
-    Refuse sizes that the noise of records, in N, moves by more than a factor of a thousand.
+    Refuse sizes whose error by the noise of the records, in N, exceeds a factor of a thousand.
 
     Raises
     ------
     ProblemError
-        With what the records do determine.
+        With the combination that the records determine.
     """
     if not all(u.is_size for u in search.unknowns) or not search.unknowns:
         return
     own, _ = _own_slopes(search, slopes)
     _, singular, rows = np.linalg.svd(own, full_matrices=False)
-    if noise <= _LOST * singular[-1]:
+    if noise <= _LARGEST_ERROR * singular[-1]:
         return
     weakest = rows[-1] / np.abs(rows[-1]).max()
     if np.count_nonzero(np.abs(weakest) > _ALONE) > 1:
-        raise ProblemError(_combination(search, free, np.where(np.abs(weakest) > _ALONE, weakest, 0.0)))
-    lost = np.abs(weakest) == 1.0
-    raise ProblemError(_unfelt(search, free, lost))
+        raise ProblemError(_combination_text(search, free, np.where(np.abs(weakest) > _ALONE, weakest, 0.0)))
+    undetermined = np.abs(weakest) == 1.0
+    raise ProblemError(_undetermined_text(search, free, undetermined))
 
 
 def _own_slopes(search: Search, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rates of the residuals over the unknowns, without what the origins of the records take up, and how large they were with that."""
+    """Rates of the residuals over the unknowns orthogonal to those of the origins, and their norms before that."""
     n = len(search.unknowns)
     own, origin = slopes[:, :n], slopes[:, n:]
     sizes = np.linalg.norm(own, axis=0)
@@ -78,40 +78,42 @@ def _own_slopes(search: Search, slopes: FloatArray) -> tuple[FloatArray, FloatAr
     return own, sizes
 
 
-def _unfelt(search: Search, free: FloatArray, unfelt: BoolArray) -> str:
-    """What is determined where unknowns leave no trace."""
+def _undetermined_text(search: Search, free: FloatArray, undetermined: BoolArray) -> str:
+    """Message on unknowns without an effect, and what is determined."""
     values, _ = search.from_free(free)
-    told = [_near(u, float(v)) for u, v in zip(search.unknowns, values, strict=True)]
-    silent = [one for one, is_silent in zip(told, unfelt, strict=True) if is_silent]
-    heard = [one for one, is_silent in zip(told, unfelt, strict=True) if not is_silent]
-    rest = f"; it determines {', '.join(heard)}" if heard else ""
-    names = " and ".join(u.name for u, is_silent in zip(search.unknowns, unfelt, strict=True) if is_silent)
+    texts = [_value_text(u, float(v)) for u, v in zip(search.unknowns, values, strict=True)]
+    unseen = [one for one, is_unseen in zip(texts, undetermined, strict=True) if is_unseen]
+    seen = [one for one, is_unseen in zip(texts, undetermined, strict=True) if not is_unseen]
+    rest = f"; it determines {', '.join(seen)}" if seen else ""
+    names = " and ".join(
+        u.name for u, is_unseen in zip(search.unknowns, undetermined, strict=True) if is_unseen
+    )
     return (
-        f"fit: the record does not feel {names}, which is fitted best with {', '.join(silent)}{rest}; leave {names} out of free, or take a contact "
+        f"fit: {names} has no effect on the record; the best fit has {', '.join(unseen)}{rest}; leave {names} out of free, or use a contact "
         "without it"
     )
 
 
-def _near(unknown: Unknown, value: float) -> str:
-    """A value in words where a search took it beyond all measure."""
+def _value_text(unknown: Unknown, value: float) -> str:
+    """Text of a value, in words if it diverges."""
     if unknown.is_size and value < unknown.start / _BEYOND:
         return f"{unknown.name} near 0"
     if unknown.is_size and value > unknown.start * _BEYOND:
-        return f"{unknown.name} without end"
+        return f"{unknown.name} unbounded"
     return f"{unknown.name} = {written(value, unknown.unit, 4)}"
 
 
-def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str:
-    """What is determined where unknowns may change along a direction without a trace."""
+def _combination_text(search: Search, free: FloatArray, direction: FloatArray) -> str:
+    """Message on unknowns of which only a combination is determined."""
     values, _ = search.from_free(free)
     moving = [i for i in range(direction.size) if abs(direction[i]) > 1e-3]
     names = [search.unknowns[i].name for i in moving]
-    told = f"fit: the record cannot tell {' and '.join(names)} apart"
+    text = f"fit: the record cannot distinguish {' and '.join(names)}"
     record = search.curves[0]
     if isinstance(record, ShearRecord):
         stiffness, load = record.stuck(put_into(search.contact, search.unknowns, values))
-        told += (
-            f": of the bodies it determines the tangential stiffness where they stick, {stiffness:.4g} N/m under "
+        text += (
+            f": it determines the tangential stiffness at full stick, {stiffness:.4g} N/m under "
             f"{written(load, 'N', 4)}"
         )
     elif all(search.unknowns[i].is_size for i in moving):
@@ -123,5 +125,5 @@ def _combination(search: Search, free: FloatArray, direction: FloatArray) -> str
                 value = float(values[i] * values[last] ** power)
                 u, v = search.unknowns[i], search.unknowns[last]
                 products.append(f"{u.name} x {v.name}^{power:g} = {value:.4g} (in {u.unit} and {v.unit})")
-        told += f": it determines {', and '.join(products)}"
-    return f"{told}; fix one of them"
+        text += f": it determines {', and '.join(products)}"
+    return f"{text}; fix one of them"

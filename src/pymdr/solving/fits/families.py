@@ -1,4 +1,4 @@
-"""The forces of contacts that differ in one number and in their scale, as tables that fits of many curves read."""
+"""Tabulated forces of contacts that differ in one number and in their scale, for fits of many curves."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ from pymdr.units import FloatArray, written
 
 _CELLS, RUNGS, _LEAST = 256, 96, 16
 _WORKS = (1e-6, 1.0)
-"""Of the modulus times the depth."""
+"""Range of the work of adhesion, relative to the modulus times the depth."""
 _SIZES = (0.1, 10.0)
-"""Of what the contact says."""
+"""Range of a size, relative to its start."""
 _FARTHEST = 300.0
-"""Of the logarithm of a scale: a search may end anywhere where a record has no contact."""
+"""Limit of the logarithm of a scale, which diverges if a record has no contact."""
 WORK = "adhesion.work"
 
 
 @dataclass(frozen=True)
-class Ways:
+class FamilyAxes:
     """
-    How unknowns move the two numbers of a family: the logarithm of its scale, and the number in which it differs.
+    Unknowns as functions of the two numbers of a family: the logarithm of its scale, and the number in which it differs.
 
     The forces of elastic bodies of moduli and work s E and s w are s times those of E and w.
     """
 
     unknowns: tuple[Unknown, ...]
     scale: int | None
-    """Which unknown is the modulus."""
+    """Index of the modulus among the unknowns."""
     shape: int | None
-    """Which unknown is the number of the family."""
+    """Index of the number of the family among the unknowns."""
     work: Unknown | None
-    """The work of adhesion, where the modulus is looked for too: the family differs in the work over the scale."""
-    share: float
-    """Of the compliance of both bodies that is the one whose modulus is looked for."""
+    """The work of adhesion, if the modulus is unknown too: the family differs in the ratio of the work to the scale."""
+    fraction: float
+    """Fraction of the compliance of both bodies that belongs to the unknown modulus."""
 
     @property
     def is_tied(self) -> bool:
@@ -55,7 +55,7 @@ class Ways:
 
     @property
     def number(self) -> Unknown | None:
-        """In which the family differs."""
+        """The unknown in which the family differs."""
         return self.work if self.shape is None else self.unknowns[self.shape]
 
     def columns(self) -> FloatArray:
@@ -79,8 +79,8 @@ class Ways:
             else np.array([number.to_free(float(v)) for v in values[:, self.shape]])
         )
         if self.work is not None and self.scale is not None:
-            own = self.share * self.unknowns[self.scale].start / values[:, self.scale]
-            free += np.log(own + 1.0 - self.share)
+            own = self.fraction * self.unknowns[self.scale].start / values[:, self.scale]
+            free += np.log(own + 1.0 - self.fraction)
         return free
 
     def values(self, log_scale: FloatArray, number: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -90,9 +90,9 @@ class Ways:
         for i, unknown in enumerate(self.unknowns):
             if i == self.scale:
                 softness = np.exp(-np.clip(log_scale, -_FARTHEST, _FARTHEST))
-                own = softness - (1.0 - self.share)
+                own = softness - (1.0 - self.fraction)
                 values[:, i] = np.where(
-                    own > 0.0, unknown.start * self.share / np.where(own > 0.0, own, 1.0), np.inf
+                    own > 0.0, unknown.start * self.fraction / np.where(own > 0.0, own, 1.0), np.inf
                 )
                 rates[:, i] = values[:, i] * np.where(
                     own > 0.0, softness / np.where(own > 0.0, own, 1.0), 1.0
@@ -104,15 +104,15 @@ class Ways:
         return values, rates
 
 
-def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
-    """The ways of a contact's unknowns; None where they are not those of one scale and one number."""
+def axes_of(contact: Contact, unknowns: Sequence[Unknown]) -> FamilyAxes | None:
+    """The axes of a contact's unknowns; None if they are not one scale and one number."""
     if contact.remembers:
         return None
     law = contact.adhesion
     if law is not None and not theory_of(law).proportional(law):
         return None
     moduli = [p.name for p in parameters_of(contact) if p.unit == "Pa"]
-    share = 1.0
+    fraction = 1.0
     scale = next((i for i, u in enumerate(unknowns) if u.name in moduli), None)
     others = [i for i in range(len(unknowns)) if i != scale]
     if scale is not None:
@@ -122,7 +122,7 @@ def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
         }
         own, other = bodies.get(unknowns[scale].name, (None, None))
         if isinstance(own, Elastic) and (other is None or isinstance(other, Elastic | Rigid)):
-            share = (
+            fraction = (
                 (1.0 - own.poisson**2)
                 / own.young
                 * effective_moduli(contact.body, contact.counterbody).normal
@@ -134,7 +134,7 @@ def ways_of(contact: Contact, unknowns: Sequence[Unknown]) -> Ways | None:
         work = Unknown(WORK, "J/m^2", 0.0, math.inf, contact.adhesion.work)
     if len(others) > 1 or (others and work is not None and unknowns[others[0]].name != WORK):
         return None
-    return Ways(tuple(unknowns), scale, others[0] if others else None, work, share)
+    return FamilyAxes(tuple(unknowns), scale, others[0] if others else None, work, fraction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ class Family:
     """
     Forces over the root of the depth beyond the fold, one row for each rung of a ladder of numbers.
 
-    Of a member whose fold is at d_f the columns stand at d = d_f + (deepest - d_f) r^2, r from 0 to 1.
+    The columns of a member with the fold d_f are at d = d_f + (deepest - d_f) r^2, r from 0 to 1.
     """
 
     forces: FloatArray
@@ -153,7 +153,7 @@ class Family:
     """In m."""
     first: float
     step: float
-    """Of the free numbers of the rungs."""
+    """Step of the free numbers of the rungs."""
     deepest: float
     """In m."""
     members: tuple[ElasticForces | AdhesiveForces, ...]
@@ -162,7 +162,7 @@ class Family:
 
     @cached_property
     def error(self) -> float:
-        """The largest difference between cells from the forces themselves, in parts of a member's range."""
+        """The largest interpolation error in the middle of cells, relative to the range of a member."""
         worst, roots = 0.0, (np.arange(0, _CELLS, 3) + 0.5) / _CELLS
         for forces, row, slope, fold, end in zip(
             self.members, self.forces, self.slopes, self.folds, self.ends, strict=True
@@ -183,7 +183,7 @@ class Family:
 
 
 _Member = tuple[ElasticForces | AdhesiveForces, FloatArray, FloatArray, float]
-"""Forces, what they and their slopes are over the root, and where the profile ends."""
+"""Forces, their values and slopes over the root, and the depth at which the profile ends."""
 
 
 class Ladder(NamedTuple):
@@ -196,7 +196,7 @@ class Ladder(NamedTuple):
 
 def family_of(
     contact: Contact,
-    ways: Ways,
+    axes: FamilyAxes,
     deepest: float,
     bounds: tuple[float, float] | None = None,
     ladder: Ladder | None = None,
@@ -207,20 +207,20 @@ def family_of(
     Parameters
     ----------
     contact : Contact
-    ways : Ways
+    axes : FamilyAxes
     deepest : float
         Largest depth in m that is read.
     bounds : pair of float or None
-        Of the number in which the family differs, in its unit.
+        Bounds of the number in which the family differs, in its unit.
     ladder : Ladder, optional
-        Its rungs; all that it may be unless given.
+        Rungs of that number; its whole range by default.
 
     Raises
     ------
     PymdrError
-        If the contact can be computed at none of the numbers.
+        If the contact cannot be solved for any of the numbers.
     """
-    number = ways.number
+    number = axes.number
     if number is None:
         only = bare_forces(contact, deepest)
         members, rungs = [(only, *_row(only, deepest))], np.zeros(1)
@@ -243,8 +243,8 @@ def family_of(
 def _members(
     contact: Contact, number: Unknown, rungs: FloatArray, deepest: float
 ) -> tuple[list[_Member], FloatArray]:
-    """The longest stretch of rungs at which the contact can be computed."""
-    found: list[tuple[float, _Member]] = []
+    """The first run of rungs at which the contact can be solved."""
+    members: list[tuple[float, _Member]] = []
     failure: PymdrError | None = None
     for rung in rungs:
         try:
@@ -253,21 +253,21 @@ def _members(
             member = (forces, *_row(forces, deepest))
         except PymdrError as error:
             failure = error
-            if len(found) >= 4:
+            if len(members) >= 4:
                 break
-            found = []
+            members = []
         else:
-            found.append((float(rung), member))
-    if len(found) < 4:
+            members.append((float(rung), member))
+    if len(members) < 4:
         assert failure is not None
         raise failure
-    return [member for _, member in found], np.array([rung for rung, _ in found])
+    return [member for _, member in members], np.array([rung for rung, _ in members])
 
 
 def whole_ladder(
     contact: Contact, number: Unknown, deepest: float, bounds: tuple[float, float] | None = None
 ) -> Ladder:
-    """All that the number of a family may be."""
+    """The whole range of the number of a family."""
     if (
         bounds is not None
         and all(math.isfinite(end) for end in bounds)
@@ -288,16 +288,16 @@ def whole_ladder(
 
 def _row(forces: ElasticForces | AdhesiveForces, deepest: float) -> tuple[FloatArray, FloatArray, float]:
     """Forces, their slopes over the root, and the depth at which the profile ends."""
-    r, reach = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
-    depth = forces.fold + reach * r * r
-    value, slope = forces.over_root(r, reach)
+    r, span = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
+    depth = forces.fold + span * r * r
+    value, slope = forces.over_root(r, span)
     known = depth <= forces.end
     if known.all():
         return value, slope, math.inf
     if np.count_nonzero(known) < _LEAST:
         raise ProblemError(
-            f"fit_map: the profile ends {written(forces.end, 'm', 4)} deep, and the record is of {written(deepest, 'm', 4)}; give it farther "
-            "out, or leave out samples far from the contact"
+            f"fit_map: the record has an indentation of {written(deepest, 'm', 4)} (limit {written(forces.end, 'm', 4)}, the end of the profile); "
+            "extend the profile, or leave out samples far from the contact"
         )
     beyond, stiffness = forces.at(depth)
-    return np.where(known, value, beyond), np.where(known, slope, stiffness * 2.0 * r * reach), forces.end
+    return np.where(known, value, beyond), np.where(known, slope, stiffness * 2.0 * r * span), forces.end

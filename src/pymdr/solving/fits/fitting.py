@@ -13,9 +13,16 @@ from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact
 from pymdr.result import labelled
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.estimating import Estimate, at_bounds, checked, estimated, judged, with_intervals
-from pymdr.solving.fits.found import FitResult, force_of
+from pymdr.solving.fits.estimating import (
+    Estimate,
+    at_bounds,
+    checked,
+    estimated,
+    solve_fitted,
+    with_intervals,
+)
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
+from pymdr.solving.fits.results import FitResult, force_of
 from pymdr.solving.fits.searching import Modelled, Search
 from pymdr.solving.fits.unexplained import unexplained
 from pymdr.solving.fits.unknowns import (
@@ -35,7 +42,7 @@ if TYPE_CHECKING:
 
 LEVENBERG_MARQUARDT = "levenberg-marquardt"
 _NOTED = 0.1
-"""Share of a standard error from which a systematic one is noted."""
+"""Ratio of a systematic to a standard error from which on it is noted."""
 
 
 def fit(
@@ -48,28 +55,27 @@ def fit(
     baseline: QuantityLike | None = None,
 ) -> FitResult:
     """
-    Find parameters of a contact in measured force curves, or in records of friction.
+    Fit parameters of a contact to measured force curves, or to records of friction.
 
     Parameters
     ----------
     contact : Contact
-        What is known, and the law: elastic bodies with or without adhesion, or bodies with memory; with friction, where
-        tangential forces were measured. Lengths that are looked for begin from what it says.
+        Known parameters and the law: elastic bodies with or without adhesion, or bodies with memory; with friction for
+        measured tangential forces. Its values are the start of unknown lengths.
     curve : MeasuredCurve, xarray.Dataset, or sequence of them
         One, or several of the same contact, each with its own origins. Of a contact with friction a record as
         :func:`pymdr.read_record` reads it: ``tangential_force``, ``shift``, and ``normal_force``, or without it ``indentation``,
-        which is prescribed; ``used`` is false at samples that are followed and not compared.
+        which is prescribed; ``used`` is false at samples that are solved but not compared.
     free : sequence of str, or mapping of str to pair of quantities or None
-        Parameters that are looked for by their dotted names, such as ``["body.young", "adhesion.work"]``, with bounds where
-        there are any. ``"tilt"`` among them, in N/m of the travel or indentation, is the rise of the force along the record before
+        Unknown parameters by their dotted names, such as ``["body.young", "adhesion.work"]``, with optional bounds. ``"tilt"`` among them, in N/m of the travel or indentation, is the rise of the force along the record before
         contact, as by drift or virtual deflection; the baseline is then that in the middle of the record.
     contact_point : quantity, optional
-        The depth of the record in m at which the bodies touch; looked for unless given.
+        The depth of the record in m at first touch; unknown by default.
     shift_origin : quantity, optional
-        With friction the shift of the record in m at which the bodies were pressed together, before its first sample; looked for
-        unless given.
+        With friction the shift of the record in m at which the bodies were pressed together, before its first sample; unknown
+        by default.
     baseline : quantity, optional
-        The force of the record in N when they do not; looked for unless given.
+        The force of the record in N out of contact; unknown by default.
 
     Returns
     -------
@@ -78,18 +84,18 @@ def fit(
     Raises
     ------
     ProblemError
-        If the contact has no number of a name, the records cannot tell the unknowns apart, or show no adhesion or no slip that is
-        looked for, or are of another kind than the contact.
+        If the contact has no such parameter, the records do not determine the unknowns (such as an adhesion or slip that they do not
+        show), or do not belong to the law.
     ConvergenceError
-        If the search does not settle.
+        If the search does not converge.
 
     Notes
     -----
-    The depth of a sample is its travel less the deflection of the machine; the noise of the force, which is in both, is taken
-    out of the weights. Under adhesion samples between the depths at which bodies jump into contact and leave it belong to the
-    branch that is nearer, and those beside a jump are left out. The search begins from the best places of a grid over
-    everything that is not linear. Errors are those of the curvature of the misfit, times the root of how many samples tell as
-    much as an independent one.
+    The depth of a sample is its travel less the deflection of the machine; the weights account for the noise of the force,
+    which is in both. With adhesion, samples between the depths of the jumps into contact and out of it belong to the nearer
+    branch, and those adjacent to a jump are left out. The search starts from the best points of a grid over the nonlinear
+    unknowns. Errors come from the curvature of the misfit, times the root of the number of samples that are equivalent to one
+    independent sample.
 
     Examples
     --------
@@ -97,12 +103,12 @@ def fit(
     >>> import pymdr as mdr
     >>> depth = np.linspace(-1e-6, 1e-6, 101)
     >>> force = 16e3 / 9 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
-    >>> found = mdr.fit(
+    >>> result = mdr.fit(
     ...     mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5)),
     ...     mdr.MeasuredCurve(force=force, indentation=depth + 3e-7),
     ...     ["body.young"],
     ... )
-    >>> round(found["body.young"].value, 6), round(1e9 * found["contact_point"].value, 6)
+    >>> round(result["body.young"].value, 6), round(1e9 * result["contact_point"].value, 6)
     (1000.0, 300.0)
     """
     if not isinstance(contact, Contact):
@@ -113,9 +119,9 @@ def fit(
         free,
         {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
     )
-    found = _interpreted(estimated(search))
+    result = _interpreted(estimated(search))
     notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
-    return replace(found, notes=(*notes, *unexplained(found), *found.notes))
+    return replace(result, notes=(*notes, *unexplained(result), *result.notes))
 
 
 def _search(
@@ -124,7 +130,7 @@ def _search(
     free: Free,
     given: dict[str, QuantityLike | None],
 ) -> tuple[Search, int]:
-    """What is looked for in which records, and how many marked samples were left out of them."""
+    """The search, and the number of marked samples that are left out."""
     from xarray import Dataset
 
     listed = (curve,) if isinstance(curve, MeasuredCurve | Dataset) else tuple(curve)
@@ -155,54 +161,56 @@ def _search(
     return Search(contact, unknowns, records, known, used), 0
 
 
-def _interpreted(found: Estimate) -> FitResult:
-    """How far to trust the model, and what is to be said of the search."""
-    search, values = found.search, found.values
-    result = judged(found)
-    systematic = _systematic(found, result.claims[force_of(found.contact)])
+def _interpreted(estimate: Estimate) -> FitResult:
+    """The result of an estimate, with claims and notes."""
+    search, values = estimate.search, estimate.values
+    result = solve_fitted(estimate)
+    systematic = _systematic(estimate, result.claims[force_of(estimate.contact)])
     if systematic.any():
-        values = with_intervals(search, found.best, found.errors + systematic / found.width, found.width)
+        values = with_intervals(
+            search, estimate.best, estimate.errors + systematic / estimate.width, estimate.width
+        )
     left_out = sum(int((~part).sum()) for part in search.used)
-    why = "that the record marks" if search.shears else "beside jumps"
+    why = "marked in the record" if search.shears else "adjacent to jumps"
     notes: tuple[str, ...] = (f"{left_out} samples {why} are left out",) if left_out else ()
     notes += tuple(
-        f"{name} rests at its bound {written(values[name].value, values[name].unit, 4)}: the record asks for what lies beyond, and its "
-        "interval is that of the bounds"
-        for name in at_bounds(search, found.best)
+        f"{name} reached its bound {written(values[name].value, values[name].unit, 4)}: the best fit is beyond it, and the interval is "
+        "that of the bounds"
+        for name in at_bounds(search, estimate.best)
     )
     notes += tuple(
-        f"the record does not feel its {name}"
-        for name, is_felt in zip(search.names, found.felt, strict=True)
+        f"{name} has no effect on the record"
+        for name, is_felt in zip(search.names, estimate.felt, strict=True)
         if not is_felt
     )
-    if np.any(systematic > _NOTED * found.errors):
-        notes += ("the intervals include the error of the model, which is not small beside the noise",)
+    if np.any(systematic > _NOTED * estimate.errors):
+        notes += ("the intervals include the error of the model, which is not small compared with the noise",)
     return FitResult(
-        contact=found.contact,
+        contact=estimate.contact,
         curves=search.curves,
         values=values,
-        data=_table(search, found.models),
-        noise=found.noise,
-        waves=found.waves,
-        correlated=found.correlated,
-        aicc=found.aicc,
+        data=_table(search, estimate.models),
+        noise=estimate.noise,
+        waves=estimate.waves,
+        correlated=estimate.correlated,
+        aicc=estimate.aicc,
         claims=result.claims,
         assumptions=result.assumptions,
         notes=notes,
         references=(*result.references, LEVENBERG_MARQUARDT),
         search=search,
-        free=found.best,
+        free=estimate.best,
     )
 
 
-def _systematic(found: Estimate, claim: Claim) -> FloatArray:
-    """By how much the error of the forces of the model may move the free numbers, each sample in the direction that moves most."""
+def _systematic(estimate: Estimate, claim: Claim) -> FloatArray:
+    """Largest change of the free numbers by the error of the forces of the model, with the worst sign at each sample."""
     error = 0.0 if claim.error is None else float(np.max(claim.error, initial=0.0, where=claim.where))
-    return (error if error > EXACT_WITHIN else 0.0) * found.moved
+    return (error if error > EXACT_WITHIN else 0.0) * estimate.moved
 
 
 def _table(search: Search, models: Sequence[Modelled]) -> xr.Dataset:
-    """The samples of all curves, one after another."""
+    """The samples of all curves, concatenated."""
     used = search.used or tuple(np.ones(one.force.size, dtype=bool) for one in models)
     columns = {
         "shift" if search.shears else "indentation": np.concatenate([one.depth for one in models]),

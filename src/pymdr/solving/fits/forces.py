@@ -32,20 +32,20 @@ from pymdr.units import FloatArray, written
 
 _NODES, _LEAST, _SPRINGS = 256, 8, 300
 _ROWS = 120
-"""Of a record on a machine that springs follow, at least."""
+"""Smallest number of rows of a record on a machine that is solved by springs."""
 _NARROWED, _BETWEEN = 2, 65
-"""How often a fold is looked for more closely, and among how many parameters: few calls, each of which takes long."""
+"""Refinements of a fold, and parameters of each: few calls, because each is slow."""
 _OUTWARD = 1.25 ** np.arange(12)
 _SAME, _WITHIN = 1e-9, 1.0 - 1e-9
 _POLISHED, _STEEP = 3, 1e-3
 
 
 class Forces(Protocol):
-    """What a contact bears at depths that were measured."""
+    """The force of a contact at measured depths."""
 
     @property
     def fold(self) -> float:
-        """The smallest depth in m at which a contact lasts when it is drawn back; inf where the history decides."""
+        """The smallest depth in m of the contact in retreat; inf if it depends on the history."""
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m in contact, at depths in m."""
@@ -53,14 +53,14 @@ class Forces(Protocol):
 
 @dataclass(frozen=True)
 class ElasticForces:
-    """Of elastic bodies without adhesion."""
+    """Forces of elastic bodies without adhesion."""
 
     line: Line
     fold: float = 0.0
 
     @cached_property
     def end(self) -> float:
-        """The depth in m at which the profile ends, and from which on the force goes on along its tangent; inf where it does not."""
+        """The depth in m at the end of the profile, beyond which the force is extrapolated along its tangent; inf without an end."""
         return (
             float(self.line.depth(np.array(_WITHIN * self.line.reach)))
             if math.isfinite(self.line.reach)
@@ -73,10 +73,10 @@ class ElasticForces:
         stiffness = self.line.stiffness(states.place)
         return normal_force(self.line, states) + stiffness * np.maximum(depth - self.end, 0.0), stiffness
 
-    def over_root(self, r: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over r at the depths reach r^2, in m."""
-        force, stiffness = self.at(reach * r * r)
-        return force, stiffness * 2.0 * r * reach
+    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over r at the depths span r^2, in m."""
+        force, stiffness = self.at(span * r * r)
+        return force, stiffness * 2.0 * r * span
 
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
@@ -85,21 +85,21 @@ class ElasticForces:
 
 @dataclass(frozen=True)
 class AdhesiveForces:
-    """Of elastic bodies that attract each other: the branch that is stable at prescribed depths."""
+    """Forces of elastic bodies with adhesion: the branch that is stable at prescribed depths."""
 
     depth: FloatArray
-    """Rising, from the fold on."""
+    """In m, increasing, from the fold on."""
     force: FloatArray
     contact_radius: FloatArray
 
     @property
     def fold(self) -> float:
-        """The smallest depth in m at which the contact lasts."""
+        """The smallest depth in m of the contact."""
         return float(self.depth[0])
 
     @property
     def end(self) -> float:
-        """The last depth in m that is known; beyond it the force goes on along its tangent."""
+        """The last known depth in m, beyond which the force is extrapolated along its tangent."""
         return float(self.depth[-1])
 
     @cached_property
@@ -111,9 +111,9 @@ class AdhesiveForces:
         """Contact radius in m at depths in m."""
         return np.interp(depth, self.depth, self.contact_radius)
 
-    def over_root(self, r: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over r at the distances reach r^2 from the fold, in m."""
-        root = math.sqrt(reach)
+    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over r at the distances span r^2 from the fold, in m."""
+        root = math.sqrt(span)
         return self._over_root(r * root), self._over_root(r * root, 1) * root
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -126,7 +126,7 @@ class AdhesiveForces:
 
 @dataclass(frozen=True)
 class OnMachine:
-    """The forces of a contact on a machine, whose depths are travels."""
+    """Forces of a contact on a machine, over its travel."""
 
     forces: Forces
     compliance: float
@@ -136,7 +136,7 @@ class OnMachine:
 
     @cached_property
     def _table(self) -> tuple[FloatArray, FloatArray]:
-        """Depths and travels, rising, from the one at which the machine lets go."""
+        """Depths and travels, increasing, from the loss of contact on."""
         first = self.forces.fold
         depth = first + (self.deepest - first) * np.linspace(0.0, 1.0, _NODES) ** 2
         force, _ = self.forces.at(depth)
@@ -147,7 +147,7 @@ class OnMachine:
 
     @property
     def fold(self) -> float:
-        """The smallest travel in m at which the contact lasts."""
+        """The smallest travel in m of the contact."""
         return float(self._table[1][0])
 
     def at(self, travel: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -168,7 +168,7 @@ class OnMachine:
 
 @dataclass(frozen=True)
 class RememberedForces:
-    """Of bodies with memory, which follow the whole record."""
+    """Forces of bodies with memory, solved along the whole record."""
 
     contact: Contact
     time: FloatArray
@@ -177,12 +177,12 @@ class RememberedForces:
 
     @cached_property
     def relaxation(self) -> Relaxation:
-        """How the springs relax."""
+        """Relaxation of the springs."""
         span = float(np.diff(self.time).min()), float(self.time[-1] - self.time[0])
         return relaxation_of(self.contact.body, self.contact.counterbody, span=span)
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force in N of one record, in the order of its times; its stiffness is that of the whole history, and not told."""
+        """Force in N of one record, in the order of its times, and NaN for the stiffness, which is not defined."""
         time, unknown = self.time - self.time[0], np.full(depth.shape, math.nan)
         table = _table_of(self.contact.profile, rounded_up(float(depth.max())))
         if table is not None:
@@ -192,11 +192,11 @@ class RememberedForces:
         line = _unit_line(self.contact.profile)
         if self.compliance == 0.0:
             return follow_springs(line, self.relaxation, time, depth, n=_SPRINGS).force, unknown
-        # where travels are straight, the depths are not
+        # straight travels do not have straight depths
         parts = math.ceil(_ROWS / depth.size)
         many = divided(time, depth, parts)
-        found = follow_travels(line, self.relaxation, *many, 1.0 / self.compliance, n=_SPRINGS)
-        return found.force[::parts], unknown
+        followed = follow_travels(line, self.relaxation, *many, 1.0 / self.compliance, n=_SPRINGS)
+        return followed.force[::parts], unknown
 
 
 @lru_cache(maxsize=16)
@@ -211,17 +211,17 @@ def _table_of(profile: Profile, deepest: float) -> Tabulated | None:
 
 def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatArray | None) -> Forces:
     """
-    What a contact bears at depths, or at travels of a machine.
+    The forces of a contact over depths, or over travels of a machine.
 
     Parameters
     ----------
     contact : Contact
     deepest : float
-        Largest depth in m that is asked for.
+        Largest depth in m.
     compliance : float
-        Of the machine in m/N; 0 for depths.
+        Compliance of the machine in m/N; 0 for depths.
     time : ndarray or None
-        Times in s of the samples, which bodies with memory need.
+        Times in s of the samples, needed for bodies with memory.
 
     Raises
     ------
@@ -239,14 +239,14 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
 
 
 def bare_forces(contact: Contact, deepest: float) -> ElasticForces | AdhesiveForces:
-    """What a contact without memory bears at depths up to one in m, as :func:`forces_of` says."""
+    """The forces of a contact without memory at depths up to one in m."""
     if contact.adhesion is None:
         return ElasticForces(_line_of(contact))
     return _adhesive(contact, rounded_up(deepest))
 
 
 def rounded_up(deepest: float) -> float:
-    """To a few values in a decade, so that a branch serves many depths."""
+    """A depth rounded up to one of a few values per decade, so that a branch is computed for many depths."""
     return float(10.0 ** (math.ceil(8.0 * math.log10(deepest)) / 8.0)) if deepest > 0.0 else deepest
 
 
@@ -258,7 +258,7 @@ def _line_of(contact: Contact) -> Line:
 @lru_cache(maxsize=16)
 def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
     line = AdhesiveLine(contact)
-    states, last = line.equilibria.states, _reaching(line, deepest)
+    states, last = line.equilibria.states, _parameter_at_depth(line, deepest)
     s = line.equilibria.start + last * np.linspace(0.0, 1.0, _NODES) ** 2
     lowest = int(np.argmin(states(s).indentation))
     low, high = s[max(lowest - 1, 0)], s[min(lowest + 1, s.size - 1)]
@@ -268,34 +268,44 @@ def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
         low, high = inner[max(at - 1, 0)], inner[min(at + 1, _BETWEEN - 1)]
     first = float(inner[at])
     s = first + (last - first) * np.linspace(0.0, 1.0, _NODES) ** 1.5
-    found = states(s)
-    rises = np.append(True, np.diff(np.maximum.accumulate(found.indentation)) > 0.0)
-    if np.any(~rises & (found.indentation - found.indentation[0] > _SAME * np.ptp(found.indentation))):
+    states_from_fold = states(s)
+    rises = np.append(True, np.diff(np.maximum.accumulate(states_from_fold.indentation)) > 0.0)
+    if np.any(
+        ~rises
+        & (
+            states_from_fold.indentation - states_from_fold.indentation[0]
+            > _SAME * np.ptp(states_from_fold.indentation)
+        )
+    ):
         raise ProblemError(
             "fit: the adhesive contact has several stable branches; fits follow contacts that have one"
         )
     if np.count_nonzero(rises) < _LEAST:
         raise ProblemError(
-            f"fit: the profile ends before adhesion with {written(line.law.work, 'J/m^2', 4)} holds a contact; give it farther out"
+            f"fit: the profile ends before adhesion with {written(line.law.work, 'J/m^2', 4)} keeps a contact; extend the profile"
         )
-    return AdhesiveForces(found.indentation[rises], found.normal_force[rises], found.contact_radius[rises])
+    return AdhesiveForces(
+        states_from_fold.indentation[rises],
+        states_from_fold.normal_force[rises],
+        states_from_fold.contact_radius[rises],
+    )
 
 
-def _reaching(line: AdhesiveLine, deepest: float) -> float:
-    """A parameter in m at which the depth is reached, or the end of the profile."""
+def _parameter_at_depth(line: AdhesiveLine, deepest: float) -> float:
+    """A parameter in m at which the contact has a depth, or the end of the profile."""
     limit = line.equilibria.limit
     last = min(float(line.line.place(np.array([deepest])).x[0]), limit)
     while last < limit:
         tried = np.minimum(last * _OUTWARD, limit)
-        reached = line.equilibria.states(tried).indentation >= deepest
-        if reached.any():
-            return float(tried[np.argmax(reached)])
+        deep_enough = line.equilibria.states(tried).indentation >= deepest
+        if deep_enough.any():
+            return float(tried[np.argmax(deep_enough)])
         last = float(tried[-1])
     return last
 
 
 def modelled(forces: Forces, depth: FloatArray, measured: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Force of the model in N at every sample, and whether the bodies touch there; the record tells of the branch between the jumps."""
+    """Force of the model in N at every sample, and whether it is in contact; between the jumps the record decides."""
     force, _ = forces.at(depth)
     if math.isinf(forces.fold):
         return force, force != 0.0

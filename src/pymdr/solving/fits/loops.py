@@ -23,40 +23,40 @@ if TYPE_CHECKING:
 
 _LEAST = 8
 NORMAL = ("normal_force", "indentation")
-"""What a record may say of how the bodies are pressed; the first that it has is prescribed."""
+"""Normal channels of a record; the first that it has is prescribed."""
 _UNITS = {"shift": "m", "tangential_force": "N", "normal_force": "N", "indentation": "m", "time": "s"}
 BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
 class ShearRecord:
-    """Tangential force against shift of bodies that are pressed together, from their first touch on."""
+    """Tangential force against shift of bodies that are pressed together."""
 
     shift: FloatArray
     """In m, from any origin."""
     force: FloatArray
     """Tangential force in N, with or without an offset."""
     channel: str
-    """Of the normal direction, one of :data:`NORMAL`."""
+    """The normal channel, one of :data:`NORMAL`."""
     normal: FloatArray
     """Normal force in N or indentation in m."""
     time: FloatArray | None
     """In s."""
     used: BoolArray
-    """Samples that are compared with the model; all of them are followed."""
+    """Samples that are compared with the model; all of them are solved."""
 
     @property
     def depth(self) -> FloatArray:
-        """The shift in m, which the force is over."""
+        """The shift in m."""
         return self.shift
 
     @property
     def position(self) -> FloatArray:
-        """What was measured in m."""
+        """The measured shift in m."""
         return self.shift
 
     def path(self, contact: Contact, origin: float) -> LoadingPath:
-        """Pressed at the origin of the shift in m, and then moved as it was recorded."""
+        """The path: pressed at the origin of the shift in m, then moved as recorded."""
         shift = self.shift - origin
         pressed: dict[str, Any] = {self.channel: self.normal}
         if contact.remembers:
@@ -72,11 +72,11 @@ class ShearRecord:
         return (load(first) if self.channel == "normal_force" else indent(first)) >> moved
 
     def solved(self, contact: Contact, origin: float) -> Result:
-        """The contact along the record."""
+        """The contact solved along the record."""
         return solve(contact, self.path(contact, origin))
 
     def stuck(self, contact: Contact) -> tuple[float, float]:
-        """Tangential stiffness in N/m over the shift of the record of bodies that stick, and the largest load in N."""
+        """Tangential stiffness in N/m at full stick over the shift of the record, and the largest load in N."""
         result = self.solved(replace(contact, friction=Coulomb(math.inf)), float(self.shift[0]))
         force = result["tangential_force"].values
         return float(np.ptp(force) / np.ptp(self.shift)), float(result["normal_force"].max())
@@ -94,13 +94,13 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
     Parameters
     ----------
     data : xarray.Dataset
-        With ``shift``, ``tangential_force`` and ``normal_force`` or ``indentation`` over one dimension, in the units that their
-        attributes name, or in SI units; ``used`` where samples are to be followed and not compared.
+        With ``shift``, ``tangential_force`` and ``normal_force`` or ``indentation`` over one dimension, in the units of their
+        attributes, or in SI units; ``used`` is false at samples that are not compared.
 
     Raises
     ------
     ProblemError
-        If a column is missing, has another size or unit, or holds what is no number.
+        If a column is missing, has another size or unit, or contains NaN.
     """
     channel = next((name for name in NORMAL if name in data), None)
     missing = [name for name in ("shift", "tangential_force") if name not in data]
@@ -119,7 +119,7 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
         raise ProblemError("fit: the shift of the record does not change")
     if not float(np.max(columns[channel])) > 0.0:
         raise ProblemError(
-            f"fit: {channel} of the record is never above 0: nothing presses the bodies together"
+            f"fit: {channel} of the record is never above 0 {_UNITS[channel]}; press the bodies together"
         )
     used = np.asarray(data["used"].values, dtype=bool) if "used" in data else np.ones(n, dtype=bool)
     if used.shape != (n,) or not used.any():
@@ -150,5 +150,5 @@ def _column(data: xr.Dataset, name: Hashable) -> FloatArray:
         ) from error
     if not np.isfinite(values).all():
         row = int(np.argmin(np.isfinite(values))) + 1
-        raise ProblemError(f"fit: {name} of the record is not known in row {row}: leave such rows out")
+        raise ProblemError(f"fit: {name} of the record is not known in row {row}; leave such rows out")
     return values

@@ -19,22 +19,22 @@ from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.asking import (
+from pymdr.solving.fits.families import WORK
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT
+from pymdr.solving.fits.quick import depth_ranges
+from pymdr.solving.fits.records import Records, records_of
+from pymdr.solving.fits.request import (
     ENDINGS,
-    FOUND,
+    FITTED,
     OF_LIMIT,
     PLATEAU,
     WAVES,
-    Asked,
     Columns,
+    FitRequest,
     FittedStretch,
-    asked_of,
+    request_of,
 )
-from pymdr.solving.fits.families import WORK
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT
-from pymdr.solving.fits.quick import reaches
-from pymdr.solving.fits.records import Records, records_of
-from pymdr.solving.fits.storing import Held, Kept, attributes_of
+from pymdr.solving.fits.storing import InMemory, Kept, attributes_of
 from pymdr.solving.fits.stretches import curves_of_chunk, fitted_stretches, of_limits
 from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
@@ -53,54 +53,54 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_TOLD = 5
-"""Refusals that are told."""
+_SHOWN_REFUSALS = 5
+"""Largest number of refusals in the notes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FittedMap(Study):
-    """What fits found in many curves."""
+    """Fits of many curves."""
 
     contact: Contact
-    """That of which parameters were looked for."""
+    """The contact whose parameters were fitted."""
     data: xr.Dataset
     """
-    Over the grid of the curves: what was found by its name and its standard error as ``..._error``, NaN where nothing was;
+    Over the grid of the curves: values by name and standard errors as ``..._error``, NaN where a fit failed;
     ``noise`` (N), ``waves`` (see :attr:`~pymdr.solving.fits.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
-    largest measure of what the model assumes of each curve in parts of its limit (above 1 the curve lies beyond), ``plateau``, the
-    samples at the largest force while the depth changes, and ``ending``, a number whose meaning stands in its attributes. The
-    claims are those of the curve that was pressed deepest.
+    largest ratio of a measure of the assumptions to its limit (not met above 1), ``plateau``, the number of samples at the largest
+    force while the depth changes, and ``ending``, a number with its meaning in the attributes. The claims are those of the curve
+    with the largest indentation.
     """
     names: tuple[str, ...]
-    """What was looked for."""
+    """Names of the unknowns."""
 
-    what: ClassVar = "this map"
-    told: ClassVar = ("normal_force",)
+    subject: ClassVar = "this map"
+    summary_claims: ClassVar = ("normal_force",)
     claims_of_rows: ClassVar = False
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many curves ended how."""
+        """Number of curves by ending."""
         number = np.bincount(self.data["ending"].values.ravel(), minlength=len(ENDINGS))
-        return {words: int(n) for words, n in zip(ENDINGS, number, strict=True) if n}
+        return {text: int(n) for text, n in zip(ENDINGS, number, strict=True) if n}
 
     def __repr__(self) -> str:
         return f"<pymdr.FittedMap {', '.join(self.names)}; {self._remarks()[0]}>"
 
     def _remarks(self) -> list[str]:
         counts = self.counts
-        first = f"{counts.pop(ENDINGS[FOUND], 0)} of {self.data['ending'].size} curves fitted"
-        return [first, *(f"{n}: {words}" for words, n in counts.items())]
+        first = f"{counts.pop(ENDINGS[FITTED], 0)} of {self.data['ending'].size} curves fitted"
+        return [first, *(f"{n}: {text}" for text, n in counts.items())]
 
     def _table(self) -> TextTable:
-        """Median and quartiles of what was found and of the noise."""
+        """Median and quartiles of the values and of the noise."""
         rows = []
-        for name in (*self.names, "noise") if ENDINGS[FOUND] in self.counts else ():
+        for name in (*self.names, "noise") if ENDINGS[FITTED] in self.counts else ():
             low, middle, high = np.nanquantile(self.data[name].values, [0.25, 0.5, 0.75]).tolist()
             unit = str(self.data[name].attrs["units"])
             rows.append([name, *(written(value, unit, 4) for value in (middle, low, high))])
-        words = ["found", "median", "half of the curves from", "to"] if rows else []
-        return (words, [""] * len(words)), rows
+        header = ["found", "median", "half of the curves from", "to"] if rows else []
+        return (header, [""] * len(header)), rows
 
     def _columns(self) -> dict[str, np.ndarray]:
         """One row for each curve, with its place in the grid."""
@@ -108,7 +108,7 @@ class FittedMap(Study):
         return Study._columns(replace(self, data=self.data.assign_coords(places)))
 
     def _figure(self) -> Figure:
-        """A panel for each number that was found and for the noise: pictures of grids, else points."""
+        """A panel per value and one for the noise: images of grids, else points."""
         from pymdr.presentation.plot import fitted_map
 
         return fitted_map(self.data, (*self.names, "noise"))
@@ -126,7 +126,7 @@ def fit_map(
     progress: Progress | None = None,
 ) -> FittedMap:
     """
-    Find parameters of a contact in many measured force curves, in each by itself.
+    Fit parameters of a contact to each of many measured force curves.
 
     Parameters
     ----------
@@ -135,11 +135,11 @@ def fit_map(
     curves : sequence of MeasuredCurve, xarray.Dataset, or path
         A dataset, or the folder of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
         ``sample``, with ``units`` in their attributes; with travel ``spring_constant``, one or over the grid; ``time`` for bodies
-        with memory. It is read a stretch at a time.
+        with memory. It is read in parts.
     free, contact_point, baseline
         As for :func:`fit`.
     folder : path, optional
-        Of a Zarr store into which curves are written as they are finished: the same call goes on where a killed one was.
+        Zarr store of finished curves; the same call continues an interrupted one.
     workers : int or dask.distributed.Client
         Number of cores, or the client of a cluster; the numbers do not depend on it.
     progress : callable, optional
@@ -152,17 +152,17 @@ def fit_map(
     Raises
     ------
     ProblemError
-        If the contact has no number of a name, there are no curves, or they lack what the contact needs.
+        If the contact has no such parameter, there are no curves, or a variable is missing.
     FileError
-        If the folder cannot be written or holds another work.
+        If the folder cannot be written or belongs to another fit.
     MissingExtraError
-        If zarr is not installed and a store is asked for.
+        If zarr is not installed and a store is used.
 
     Notes
     -----
-    Where a modulus is looked for, and at most one number more (the work of adhesion, or a radius), the forces are tabulated once
-    for all curves, over the root of the depth beyond the fold, and a compiled search of Levenberg and Marquardt reads them; other
-    parameters are looked for by :func:`fit`, curve by curve.
+    With a modulus and at most one other unknown (the work of adhesion, or a radius), the forces are tabulated once for all curves,
+    over the root of the depth beyond the fold, and a compiled Levenberg-Marquardt search reads them; otherwise :func:`fit` is
+    applied to each curve.
 
     Examples
     --------
@@ -181,7 +181,7 @@ def fit_map(
         raise ProblemError(f"fit_map: {contact!r} is not a Contact; write Contact(profile, body)")
     if contact.friction is not None:
         raise ProblemError(
-            "fit_map: the contact has friction, which force curves do not feel; leave friction out, or give each record of "
+            "fit_map: the contact has friction, which does not affect force curves; leave friction out, or pass each record of "
             "tangential force and shift to fit"
         )
     if not hasattr(workers, "get_executor") and (type(workers) is not int or workers < 1):
@@ -189,35 +189,35 @@ def fit_map(
     records = records_of(curves)
     total = math.prod(records.shape)
     known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, free)
-    asked = asked_of(contact, without_tilt(free), known, total)
-    chunk = curves_of_chunk(asked, records)
-    store = Kept(folder, asked, records, chunk) if folder is not None else Held(asked, total)
+    request = request_of(contact, without_tilt(free), known, total)
+    chunk = curves_of_chunk(request, records)
+    store = Kept(folder, request, records, chunk) if folder is not None else InMemory(request, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
     todo = [part for part in parts if not store.has(*part)]
     done = total - sum(last - first for first, last in todo)
     if progress is not None and done:
         progress(done, total)
 
-    def told(more: int) -> None:
+    def report(more: int) -> None:
         if progress is not None:
             progress(done + more, total)
 
-    for (first, last), fitted in fitted_stretches(asked, records, todo, workers, told):
+    for (first, last), fitted in fitted_stretches(request, records, todo, workers, report):
         store.keep(first, last, fitted)
         done += last - first
-        told(0)
-    if asked.ways is not None:
-        first = reaches(records.read(0, 1))[0]
-        store.complete(OF_LIMIT, of_limits(asked, asked.ways, store.columns(), float(first)))
-    return _interpreted(asked, records, FittedStretch(store.columns(), store.refusals()))
+        report(0)
+    if request.axes is not None:
+        first = depth_ranges(records.read(0, 1))[0]
+        store.complete(OF_LIMIT, of_limits(request, request.axes, store.columns(), float(first)))
+    return _interpreted(request, records, FittedStretch(store.columns(), store.refusals()))
 
 
-def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> FittedMap:
+def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -> FittedMap:
     import xarray as xr
 
     columns = fitted.columns
 
-    units = {**asked.units, "ending": ""}
+    units = {**request.units, "ending": ""}
     data = xr.Dataset(
         {
             name: (records.dims, columns[name].reshape(records.shape), attributes_of(name, unit))
@@ -227,16 +227,16 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
     )
     claims: Mapping[str, Claim] = {}
     assumed: tuple[Assumption, ...] = ()
-    notes = [f"refused: {words}" for words in sorted(fitted.refusals)[:_TOLD]]
-    found = np.flatnonzero(columns["ending"] == FOUND)
+    notes = [f"refused: {text}" for text in sorted(fitted.refusals)[:_SHOWN_REFUSALS]]
+    fits = np.flatnonzero(columns["ending"] == FITTED)
     references: tuple[str, ...] = ()
-    if found.size:
-        judged = _judged(asked, columns, int(found[np.argmax(columns["indentation"][found])]))
-        references = judged.references
-        # with memory they are those of a history, which differs from curve to curve
-        if not asked.contact.remembers:
-            claims, assumed = judged.claims, judged.assumptions
-    for name, limit, words in (
+    if fits.size:
+        deepest = _solve_deepest(request, columns, int(fits[np.argmax(columns["indentation"][fits])]))
+        references = deepest.references
+        # with memory they are those of a history, which is different for each curve
+        if not request.contact.remembers:
+            claims, assumed = deepest.claims, deepest.assumptions
+    for name, limit, text in (
         (
             WAVES,
             WAVY,
@@ -245,29 +245,29 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
         (
             PLATEAU,
             0.0,
-            "have samples at their largest force while the depth changes (plateau): where the detector had run out of range, set them to nan, or read the "
-            "files by read_prepared_curves, which leaves them out",
+            "have samples at their largest force while the depth changes (plateau): if the detector was saturated, set them to nan, or read the "
+            "files with read_prepared_curves, which leaves them out",
         ),
-        (OF_LIMIT, 1.0, "lie beyond a limit of what the model assumes (of_limit)"),
+        (OF_LIMIT, 1.0, "exceed a limit of the assumptions (of_limit)"),
     ):
-        many = int((columns[name][found] > limit).sum())
+        many = int((columns[name][fits] > limit).sum())
         if many:
-            notes.append(f"{many} of {found.size} curves {words}")
-    if asked.ways is not None and asked.ways.work is not None and found.size:
-        number, law = asked.ways.number, asked.contact.adhesion
+            notes.append(f"{many} of {fits.size} curves {text}")
+    if request.axes is not None and request.axes.work is not None and fits.size:
+        number, law = request.axes.number, request.contact.adhesion
         assert number is not None
         assert law is not None
-        numbers = asked.ways.numbers(np.column_stack([columns[u.name][found] for u in asked.unknowns]))
-        # a law of short range is strained most where the work is smallest against the modulus, one of long range where it is largest
+        numbers = request.axes.numbers(np.column_stack([columns[u.name][fits] for u in request.unknowns]))
+        # the critical work for the range of a law is the smallest one for JKR-like laws, the largest one for DMT-like laws
         strained = numbers.max() if theory_of(law).pulls_beyond else numbers.min()
-        notes += range_of_law(with_parameters(asked.contact, {WORK: number.from_free(float(strained))}))
-    if asked.ways is not None and asked.families:
-        worst = max(family.error for family in asked.families.values())
-        notes.append(f"tables of the forces are right to {worst:.1g} of their largest")
+        notes += range_of_law(with_parameters(request.contact, {WORK: number.from_free(float(strained))}))
+    if request.axes is not None and request.families:
+        worst = max(family.error for family in request.families.values())
+        notes.append(f"tables of the forces have an error of {worst:.1g} of their largest value")
     return FittedMap(
-        contact=asked.contact,
+        contact=request.contact,
         data=data,
-        names=asked.names,
+        names=request.names,
         claims=claims,
         assumptions=assumed,
         references=(*references, LEVENBERG_MARQUARDT),
@@ -275,9 +275,9 @@ def _interpreted(asked: Asked, records: Records, fitted: FittedStretch) -> Fitte
     )
 
 
-def _judged(asked: Asked, columns: Columns, i: int) -> Result:
-    """The contact that was found in one curve, where it was pressed deepest."""
-    values = np.array([columns[u.name][i] for u in asked.unknowns])
+def _solve_deepest(request: FitRequest, columns: Columns, i: int) -> Result:
+    """The contact of one curve, solved at its largest indentation."""
+    values = np.array([columns[u.name][i] for u in request.unknowns])
     deepest = float(columns["indentation"][i])
-    path = indent(deepest, duration=1.0) if asked.contact.remembers else indent(deepest)
-    return solve(put_into(asked.contact, asked.unknowns, values), path)
+    path = indent(deepest, duration=1.0) if request.contact.remembers else indent(deepest)
+    return solve(put_into(request.contact, request.unknowns, values), path)

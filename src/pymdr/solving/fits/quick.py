@@ -9,19 +9,7 @@ from functools import cache
 import numpy as np
 
 from pymdr.errors import PymdrError
-from pymdr.solving.fits.asking import (
-    AT_END,
-    FOUND,
-    REFUSED,
-    SEEN,
-    UNREAD,
-    WAVES,
-    Asked,
-    Columns,
-    FittedStretch,
-    empty_columns,
-)
-from pymdr.solving.fits.families import WORK, Ways
+from pymdr.solving.fits.families import WORK, FamilyAxes
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.kernels import (
     AS_IT_IS,
@@ -30,74 +18,86 @@ from pymdr.solving.fits.kernels import (
     POINT,
     SHAPE,
     Batch,
+    CurveFits,
     Engine,
     FamilyTable,
-    Found,
     Wanted,
     fit_curves,
 )
 from pymdr.solving.fits.kernels import TILT as TILTED
 from pymdr.solving.fits.records import Stretch
-from pymdr.solving.fits.residuals import hanging
+from pymdr.solving.fits.request import (
+    AT_END,
+    FITTED,
+    REFUSED,
+    SEEN,
+    UNREAD,
+    WAVES,
+    Columns,
+    FitRequest,
+    FittedStretch,
+    empty_columns,
+)
+from pymdr.solving.fits.residuals import serial_correlation
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, TILT
 from pymdr.units import FloatArray, written
 
 _PLACES = {CONTACT_POINT: POINT, BASELINE: BASE, TILT: TILTED}
-"""Of the origins among the numbers of the model."""
+"""Indices of the origins among the numbers of the model."""
 _DEPTH = NUMBERS + 2
 
 _log = logging.getLogger("pymdr")
 
 
-def fit_by_family(asked: Asked, ways: Ways, stretch: Stretch) -> FittedStretch:
-    """What the search over one family of forces finds in some curves."""
+def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> FittedStretch:
+    """Fit some curves by one family of forces."""
     count, width = stretch.place.shape
-    free = len(asked.names)
-    found = Found(
+    free = len(request.names)
+    fits = CurveFits(
         np.full((count, NUMBERS + 4), math.nan),
         np.full((count, free, free), math.nan),
         np.full((count, width), math.nan),
         np.full(count, UNREAD, dtype=np.int8),
     )
     refusals = set()
-    wanted, own_ways = _wanted(asked, ways)
-    engine = _compiled() if asked.many else AS_IT_IS
-    reach = reaches(stretch)
-    for deepest in np.unique(reach[reach > 0.0]):
-        chosen = np.flatnonzero(reach == deepest)
+    wanted, rates = _wanted(request, axes)
+    engine = _compiled() if request.many else AS_IT_IS
+    ranges = depth_ranges(stretch)
+    for deepest in np.unique(ranges[ranges > 0.0]):
+        chosen = np.flatnonzero(ranges == deepest)
         try:
-            family = asked.family(float(deepest))
+            family = request.family(float(deepest))
         except PymdrError as error:
-            found.ended[chosen] = REFUSED
+            fits.ended[chosen] = REFUSED
             refusals.add(str(error))
             continue
-        own = found.of(chosen)
+        own = fits.of(chosen)
         curves = Batch(stretch.place[chosen], stretch.force[chosen], stretch.softness[chosen])
         table = FamilyTable(
             family.forces, family.slopes, family.folds, family.first, family.step, family.deepest
         )
         fit_curves(curves, wanted, table, own, engine)
-        found.put(chosen, own)
-        end = family.end(found.numbers[chosen, SHAPE])
-        depths = found.numbers[:, _DEPTH]
-        beyond = chosen[(found.ended[chosen] == FOUND) & (depths[chosen] > end)]
+        fits.put(chosen, own)
+        end = family.end(fits.numbers[chosen, SHAPE])
+        depths = fits.numbers[:, _DEPTH]
+        beyond = chosen[(fits.ended[chosen] == FITTED) & (depths[chosen] > end)]
         if beyond.size:
-            found.ended[beyond] = REFUSED
+            fits.ended[beyond] = REFUSED
             refusals.add(
-                f"fit_map: pressed to {written(float(depths[beyond].max()), 'm', 4)}, and the profile ends at {written(float(end.min()), 'm', 4)} "
-                "of depth; give it farther out"
+                f"fit_map: the profile ends at {written(float(end.min()), 'm', 4)} of indentation, and a curve has "
+                f"{written(float(depths[beyond].max()), 'm', 4)}; extend the profile"
             )
-    if own_ways.shape[1] == 2:
+    if rates.shape[1] == 2:
         back = np.eye(free)
-        back[:2, :2] = np.linalg.inv(own_ways)
-        with np.errstate(invalid="ignore"):  # curves that were not fitted have none
-            found = found._replace(covariances=back @ found.covariances @ back.T)
+        back[:2, :2] = np.linalg.inv(rates)
+        with np.errstate(invalid="ignore"):  # curves that were not fitted have no covariances
+            fits = fits._replace(covariances=back @ fits.covariances @ back.T)
     span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
-    return FittedStretch(_columns(asked, ways, found, span), frozenset(refusals))
+    return FittedStretch(_columns(request, axes, fits, span), frozenset(refusals))
 
 
 def _compiled() -> Engine:
-    """The search with what is done at every sample compiled; as it is where numba is missing, which is said once."""
+    """The compiled search; the interpreted one, with a warning, if numba is missing."""
     try:
         from pymdr.solving.fits.kernels import compiled
     except ImportError:
@@ -108,65 +108,63 @@ def _compiled() -> Engine:
 
 @cache
 def _say_slow() -> None:
-    _log.warning(
-        "numba cannot be imported: the curves of maps are fitted some fifty times slower; install numba"
-    )
+    _log.warning("numba cannot be imported: fits of maps are about fifty times slower; install numba")
 
 
-def _wanted(asked: Asked, ways: Ways) -> tuple[Wanted, FloatArray]:
-    """What the search looks for, and the rates of scale and number of the family over the unknowns."""
-    rates, number = ways.columns(), ways.number
-    directions = np.zeros((len(asked.names), NUMBERS))
-    # both numbers of the family are searched by themselves, so that one of them may rest at its end
-    directions[: len(ways.unknowns), :2] = np.eye(2) if rates.shape[1] == 2 else rates.T
-    for i, name in enumerate(asked.origins, len(ways.unknowns)):
+def _wanted(request: FitRequest, axes: FamilyAxes) -> tuple[Wanted, FloatArray]:
+    """The free numbers of the search, and the rates of scale and number of the family over the unknowns."""
+    rates, number = axes.columns(), axes.number
+    directions = np.zeros((len(request.names), NUMBERS))
+    # both numbers of the family are free, so that one of them may be at its end
+    directions[: len(axes.unknowns), :2] = np.eye(2) if rates.shape[1] == 2 else rates.T
+    for i, name in enumerate(request.origins, len(axes.unknowns)):
         directions[i, _PLACES[name]] = 1.0
-    known = np.array([0.0, 0.0, *(asked.known.get(name, 0.0) for name in _PLACES)])
-    if number is not None and ways.shape is None:
+    known = np.array([0.0, 0.0, *(request.known.get(name, 0.0) for name in _PLACES)])
+    if number is not None and axes.shape is None:
         known[SHAPE] = number.to_free(number.start)
-    free = [ways.scale is not None, ways.shape is not None, *(name not in asked.known for name in _PLACES)]
-    return Wanted(known, np.array(free), directions, ways.is_tied, asked.contact.adhesion is not None), rates
+    free = [axes.scale is not None, axes.shape is not None, *(name not in request.known for name in _PLACES)]
+    return Wanted(
+        known, np.array(free), directions, axes.is_tied, request.contact.adhesion is not None
+    ), rates
 
 
-def reaches(stretch: Stretch) -> FloatArray:
-    """Depths in m, rounded up, that the tables for each curve have to reach; 0 where it has none."""
+def depth_ranges(stretch: Stretch) -> FloatArray:
+    """Depth ranges in m, rounded up, that the tables for each curve need; 0 where there is none."""
     depth = stretch.place - stretch.softness[:, None] * stretch.force
     depth = np.where(np.isfinite(depth), depth, math.nan)
     spans = np.fmax.reduce(depth, axis=1) - np.fmin.reduce(depth, axis=1)
     return np.array([rounded_up(span) for span in np.nan_to_num(spans).tolist()])
 
 
-def _columns(asked: Asked, ways: Ways, found: Found, span: FloatArray) -> Columns:
-    """What is told of every curve."""
-    numbers, ended = found.numbers, found.ended
-    out = empty_columns(asked, len(numbers))
+def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, span: FloatArray) -> Columns:
+    """Values and errors of every curve."""
+    numbers, ended = fits.numbers, fits.ended
+    out = empty_columns(request, len(numbers))
     out["ending"][:] = ended
     theta, (misfit, used, depth, grows) = numbers[:, :NUMBERS], numbers[:, NUMBERS:].T
-    free = len(asked.names)
+    free = len(request.names)
     with np.errstate(invalid="ignore", divide="ignore"):
         noise = np.sqrt(misfit / np.maximum(used - free, 1.0))
     correlated = np.ones(len(numbers))
     fitted = np.flatnonzero(np.isfinite(noise))
     if fitted.size:
         some = slice(None) if fitted.size == len(numbers) else fitted
-        correlated[some], out[WAVES][some] = hanging(found.residuals[some], span[some])
-    with np.errstate(invalid="ignore"):  # no noise in what a constant record leaves undetermined
-        error = noise[:, None] * np.sqrt(
-            correlated[:, None] * np.abs(np.einsum("ijj->ij", found.covariances))
-        )
-    values, rates = ways.values(theta[:, 0], theta[:, 1])
+        correlated[some], out[WAVES][some] = serial_correlation(fits.residuals[some], span[some])
+    with np.errstate(invalid="ignore"):  # a constant record has no noise
+        error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", fits.covariances)))
+    values, rates = axes.values(theta[:, 0], theta[:, 1])
     plain = {name: theta[:, place] for name, place in _PLACES.items()}
-    for i, name in enumerate(asked.names):
+    for i, name in enumerate(request.names):
         value = plain[name] if name in plain else values[:, i]
         out[name][:] = value
-        with np.errstate(invalid="ignore"):  # a number without end, known without error
+        with np.errstate(invalid="ignore"):  # an infinite value without an error
             out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
-    for name, (low, high) in asked.bounded.items():
+    for name, (low, high) in request.bounded.items():
         outside = (out[name] < low) | (out[name] > high)
-        out["ending"][outside & (ended == FOUND)] = AT_END
+        out["ending"][outside & (ended == FITTED)] = AT_END
     if WORK in out:
-        # the misfit tells where a pull of a few samples widens the error, and the error where the law leaves waves
+        # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves
         unseen = (grows < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
-        out["ending"][unseen & (ended == FOUND)] = AT_END
+        out["ending"][unseen & (ended == FITTED)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     return out

@@ -1,4 +1,4 @@
-"""Where the curves of a map come from, a stretch at a time."""
+"""Sources of the curves of a map, read in stretches."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ SAMPLE = "sample"
 
 
 class Stretch(NamedTuple):
-    """Some curves, one in each row, filled up with nan at their ends."""
+    """Some curves, one per row, padded with NaN."""
 
     place: FloatArray
     """Travel, or indentation, in m."""
     force: FloatArray
     """In N."""
     softness: FloatArray
-    """Of the machine in m/N; 0 where the indentation itself was measured."""
+    """Compliance of the machine in m/N; 0 for measured indentations."""
     time: FloatArray | None
     """In s."""
 
@@ -51,15 +51,15 @@ class Records(Protocol):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the grid."""
+        """Shape of the grid."""
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Of the grid."""
+        """Dimensions of the grid."""
 
     @property
     def coords(self) -> dict[str, Any]:
-        """Of the grid, as xarray takes them."""
+        """Coordinates of the grid, as in xarray."""
 
     def read(self, first: int, last: int) -> Stretch:
         """The curves from `first` to before `last`, the last dimension of the grid running fastest."""
@@ -73,21 +73,21 @@ class ListedCurves:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many."""
+        """Number of curves."""
         return (len(self.curves),)
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Their numbers."""
+        """The dimension of their numbers."""
         return ("curve",)
 
     @property
     def coords(self) -> dict[str, Any]:
-        """None."""
+        """No coordinates."""
         return {}
 
     def read(self, first: int, last: int) -> Stretch:
-        """Fill them up to the longest."""
+        """Read some curves, padded to the longest."""
         some = self.curves[first:last]
         width = max(one.force.size for one in some)
 
@@ -108,23 +108,23 @@ class ListedCurves:
 
 @dataclass(frozen=True)
 class StoredCurves:
-    """Curves in a dataset over a grid and ``sample``, of which only what is asked for is read."""
+    """Curves in a dataset over a grid and ``sample``, read in parts."""
 
     data: xr.Dataset
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of all dimensions but that along a curve."""
+        """Shape of the grid."""
         return tuple(self.data.sizes[name] for name in self.dims)
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """All but that along a curve."""
+        """Dimensions of the grid."""
         return tuple(str(name) for name in self.data["force"].dims if name != SAMPLE)
 
     @property
     def coords(self) -> dict[str, Any]:
-        """Those of the grid."""
+        """Coordinates of the grid."""
         return {str(n): c.variable for n, c in self.data.coords.items() if set(c.dims) <= set(self.dims)}
 
     @property
@@ -132,7 +132,7 @@ class StoredCurves:
         return "travel" if "travel" in self.data else "indentation"
 
     def read(self, first: int, last: int) -> Stretch:
-        """Read whole slices of the first dimension, and of them what is asked for."""
+        """Read some curves from whole slices of the first dimension."""
         inner = math.prod(self.shape[1:])
         low, high = first // inner, -(-last // inner)
         some = self.data.isel({self.dims[0]: slice(low, high)})
@@ -159,7 +159,7 @@ class StoredCurves:
 
 def records_of(curves: Any) -> Records:
     """
-    Curves as they may be given to a fit of many.
+    The curves of a fit of many, from any accepted argument.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def records_of(curves: Any) -> Records:
     Raises
     ------
     ProblemError
-        If they are none of these, empty, or the dataset lacks a variable.
+        If they are of another type, empty, or the dataset lacks a variable.
     FileError
         If the store cannot be read.
     """
@@ -210,10 +210,10 @@ def _opened(file: str | os.PathLike[str]) -> xr.Dataset:
 
     zarr()
     try:
-        found: xr.Dataset = xr.open_zarr(file, chunks=None, consolidated=False)
+        dataset: xr.Dataset = xr.open_zarr(file, chunks=None, consolidated=False)
     except (OSError, ValueError, KeyError) as error:
         raise FileError(f"cannot read {os.fspath(file)} as a Zarr store: {error}") from error
-    return found
+    return dataset
 
 
 def _stored(data: xr.Dataset) -> StoredCurves:
@@ -228,10 +228,10 @@ def _stored(data: xr.Dataset) -> StoredCurves:
         )
     if SAMPLE not in data["force"].dims or len(data["force"].dims) < 2:
         raise ProblemError(
-            f"fit_map: force stands over {', '.join(map(str, data['force'].dims))}; a grid and {SAMPLE} are needed"
+            f"fit_map: force has the dimensions {', '.join(map(str, data['force'].dims))}; a grid and {SAMPLE} are needed"
         )
-    found = StoredCurves(data)
-    if math.prod(found.shape) == 0 or data.sizes[SAMPLE] == 0:
+    curves = StoredCurves(data)
+    if math.prod(curves.shape) == 0 or data.sizes[SAMPLE] == 0:
         raise ProblemError("fit_map: the dataset holds no curve")
     for name, unit in (
         ("force", "N"),
@@ -242,37 +242,37 @@ def _stored(data: xr.Dataset) -> StoredCurves:
     ):
         if name in data:
             _factor(data[name], name, unit)
-            _refuse_misplaced(data, name, found.dims)
+            _refuse_misplaced(data, name, curves.dims)
     if "travel" in data:
         stiff = np.asarray(data["spring_constant"].values, dtype=float)
         if np.any(stiff <= 0.0):
             raise ProblemError(
                 f"fit_map: spring_constant has {shown(float(np.nanmin(stiff)))}; it must be above 0, or NaN where there is no curve"
             )
-    return found
+    return curves
 
 
 def _refuse_misplaced(data: xr.Dataset, name: str, grid: Sequence[str]) -> None:
-    """Refuse what does not belong to the curves of the grid, one by one, or is no number."""
+    """Refuse variables that do not match the grid, or are not numbers."""
     array = data[name]
     stands = [str(d) for d in array.dims]
     stray = [d for d in stands if d not in (*grid, SAMPLE)]
     if stray:
         raise ProblemError(
-            f"fit_map: {name} stands over {', '.join(stray)}, and force does not; its dimensions are {', '.join((*grid, SAMPLE))}"
+            f"fit_map: {name} has the dimensions {', '.join(stray)}, which force does not have; its dimensions are {', '.join((*grid, SAMPLE))}"
         )
     if (SAMPLE in stands) is (name == "spring_constant"):
-        told = f"over {', '.join(stands)}" if stands else "over nothing"
+        dimensions = f"the dimensions {', '.join(stands)}" if stands else "no dimension"
         needed = (
             f"one number, or one over {', '.join(grid)}," if SAMPLE in stands else f"a column over {SAMPLE}"
         )
-        raise ProblemError(f"fit_map: {name} stands {told}; {needed} is needed")
+        raise ProblemError(f"fit_map: {name} has {dimensions}; {needed} is needed")
     if array.dtype.kind not in "fiu":
         raise ProblemError(f"fit_map: {name} is of the type {array.dtype}; real numbers are needed")
 
 
 def _factor(array: xr.DataArray, name: str, unit: str) -> float:
-    """What its numbers are in the SI unit."""
+    """The factor from the unit of a variable to SI."""
     own = array.attrs.get("units", unit)
     try:
         return to_si(f"1 {own}", unit, name=name)

@@ -1,4 +1,4 @@
-"""How the residuals of records hang together."""
+"""Serial correlation of the residuals of records."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from pymdr.numerics.panels import IndexArray
 from pymdr.units import FloatArray
 
 _LAGS = 32
-"""Whose correlations are summed one by one; longer ones come from the spectrum."""
+"""Lags whose correlations are summed directly; longer ones come from the spectrum."""
 _SIGNIFICANT, _FLAT = 5.0, 1e-4
 
 
-class Hanging(NamedTuple):
-    """How the residuals of records hang together."""
+class SerialCorrelation(NamedTuple):
+    """Serial correlation of the residuals of records."""
 
     correlated: FloatArray
-    """1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1: how many samples tell as much as
-    one independent one."""
+    """1 + 2 sum_k rho_k, up to the first lag whose correlation is within the noise; at least 1: the number of samples
+    that are equivalent to one independent sample."""
     waves: FloatArray
-    """What of them hangs together, in parts of what differs between neighbours."""
+    """Correlated part of the residuals relative to the noise between neighbours."""
 
 
-def hanging(residuals: FloatArray, span: FloatArray) -> Hanging:
+def serial_correlation(residuals: FloatArray, span: FloatArray) -> SerialCorrelation:
     """
-    How residuals hang together.
+    Serial correlation of residuals.
 
     Parameters
     ----------
     residuals : ndarray, shape (records, samples)
-        In the order in which they were measured; shorter records are filled up with nan at their ends.
+        In the order in which they were measured; shorter records are padded with NaN.
     span : ndarray, shape (records,)
-        Of the forces of each record: waves of less than 1e-4 of it are none.
+        Range of the forces of each record: smaller residuals than 1e-4 of it are not waves.
 
     Returns
     -------
@@ -46,29 +46,29 @@ def hanging(residuals: FloatArray, span: FloatArray) -> Hanging:
     Examples
     --------
     >>> noise, wave = np.random.default_rng(1).normal(size=1000), 3.0 * np.sin(np.linspace(0.0, 20.0, 1000))
-    >>> found = hanging(np.array([noise, noise + wave]), np.full(2, 100.0))
-    >>> found.waves.round(1).tolist(), found.correlated.round().tolist()
+    >>> result = serial_correlation(np.array([noise, noise + wave]), np.full(2, 100.0))
+    >>> result.waves.round(1).tolist(), result.correlated.round().tolist()
     ([0.0, 2.1], [1.0, 80.0])
     """
-    there = np.isfinite(residuals)
-    n = there.sum(axis=1)
-    values = np.where(there, residuals, 0.0)
+    known = np.isfinite(residuals)
+    n = known.sum(axis=1)
+    values = np.where(known, residuals, 0.0)
     square = (values**2).sum(axis=1)
-    differences = np.where(there[:, 1:], np.diff(values, axis=1), 0.0)
+    differences = np.where(known[:, 1:], np.diff(values, axis=1), 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = (differences**2).sum(axis=1) / (n - 1) / (square / n)
         waves = np.sqrt(np.maximum(2.0 / ratio - 1.0, 0.0))
         plain = (ratio > 2.0 - _SIGNIFICANT * 2.0 / np.sqrt(n)) | (np.sqrt(square / n) < _FLAT * span)
-        centred = np.where(there, values - (values.sum(axis=1) / n)[:, None], 0.0)
+        centred = np.where(known, values - (values.sum(axis=1) / n)[:, None], 0.0)
     times = _correlation_times(centred, n)
     long = np.flatnonzero(np.isnan(times))
     if long.size:
         times[long] = _long_correlations(centred[long], n[long])
-    return Hanging(times, np.where(plain | ~np.isfinite(waves), 0.0, waves))
+    return SerialCorrelation(times, np.where(plain | ~np.isfinite(waves), 0.0, waves))
 
 
 def _correlation_times(centred: FloatArray, n: IndexArray) -> FloatArray:
-    """1 + 2 sum rho_k of each row, up to the first lag within the noise; nan where that is none of the first."""
+    """1 + 2 sum rho_k of each row, up to the first lag within the noise; NaN if that is beyond the direct sums."""
     times, total, rows = np.full(n.size, math.nan), np.ones(n.size), np.arange(n.size)
     power = (centred**2).sum(axis=1)
     for lag in range(1, _LAGS + 1):
@@ -87,7 +87,7 @@ def _correlation_times(centred: FloatArray, n: IndexArray) -> FloatArray:
 
 
 def _long_correlations(centred: FloatArray, n: IndexArray) -> FloatArray:
-    """The same by the spectrum."""
+    """Correlation times by the spectrum."""
     width = centred.shape[1]
     lags = width // 2 + 1
     size = next_fast_len(width + lags, real=True)

@@ -1,4 +1,4 @@
-"""The search of a fit: least squares from the best starts, and what the record determines."""
+"""The search of a fit: least squares from a start."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from pymdr.units import FloatArray
 _STEP, _FORWARD = 1e-4, 1e-6
 _TOLERANCE, _TRIALS = 1e-8, 400
 _POOR = 10.0
-"""A residual in parts of the noise, where the model cannot be computed."""
+"""Residual relative to the range of the force where the model cannot be solved."""
 
 
 class Modelled(NamedTuple):
@@ -39,20 +39,20 @@ class Modelled(NamedTuple):
     depth: FloatArray
     """Indentation from the contact point, or the shift from its origin."""
     force: FloatArray
-    """As it was measured, without offset."""
+    """As measured, without offset."""
     model: FloatArray
     touches: BoolArray
 
 
 @dataclass(frozen=True)
 class Search:
-    """What is looked for, in which records."""
+    """Unknowns of a contact, and the records of the fit."""
 
     contact: Contact
     unknowns: tuple[Unknown, ...]
     curves: tuple[MeasuredCurve, ...] | tuple[ShearRecord, ...]
     known: dict[str, float]
-    """The origins that are not looked for."""
+    """The known origins."""
     used: tuple[BoolArray, ...] = field(default=())
 
     @property
@@ -67,7 +67,7 @@ class Search:
 
     @property
     def place(self) -> str:
-        """What the origin of the positions is called."""
+        """Name of the origin of the positions."""
         return SHIFT_ORIGIN if self.shears else CONTACT_POINT
 
     @property
@@ -80,7 +80,7 @@ class Search:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Of all free numbers: unknowns, then the origins of every curve."""
+        """Names of all free numbers: unknowns, then the origins of every curve."""
         several = len(self.curves) > 1
         return (
             *(u.name for u in self.unknowns),
@@ -115,27 +115,23 @@ class Search:
         n = len(self.unknowns)
         values = np.array([u.from_free(x) for u, x in zip(self.unknowns, free[:n], strict=True)])
         shifts = iter(free[n:] * self.origin_scales)
-        found = [
+        origins = [
             {name: self.known[name] if name in self.known else float(next(shifts)) for name in self._origins}
             for _ in self.curves
         ]
-        return values, found
+        return values, origins
 
     def models(self, free: FloatArray) -> list[Modelled]:
         """The model at all samples of all curves."""
         values, origins = self.from_free(free)
         contact = put_into(self.contact, self.unknowns, values)
-        found = []
-        for i, origin in enumerate(origins):
-            found.append(
-                _modelled(
-                    contact, self.curves[i], origin[self.place], origin[BASELINE], origin.get(TILT, 0.0)
-                )
-            )
-        return found
+        return [
+            _modelled(contact, self.curves[i], one[self.place], one[BASELINE], one.get(TILT, 0.0))
+            for i, one in enumerate(origins)
+        ]
 
     def residuals(self, free: FloatArray) -> FloatArray:
-        """Differences in N of all samples that are used; far too large ones where nothing can be computed."""
+        """Residuals in N of all used samples; large ones if the model cannot be solved."""
         try:
             models = self.models(free)
         except PymdrError:
@@ -169,7 +165,7 @@ class Search:
         return named
 
     def bounds(self) -> list[tuple[float, float]]:
-        """Of the free numbers."""
+        """Bounds of the free numbers."""
         inner = []
         for u in self.unknowns:
             low = (
@@ -198,7 +194,7 @@ def _modelled(
 
 
 class Minimum(NamedTuple):
-    """Where a search over free numbers ends."""
+    """The end of a search over free numbers."""
 
     free: FloatArray
     misfit: float
@@ -208,13 +204,13 @@ class Minimum(NamedTuple):
     message: str
 
 
-def found_from(search: Search, start: FloatArray, fixed: int | None = None) -> Minimum:
+def minimize_from(search: Search, start: FloatArray, fixed: int | None = None) -> Minimum:
     """Least squares by Levenberg and Marquardt from one start, within bounds by trust regions; one free number may be fixed."""
     from scipy.optimize import least_squares
 
     low, high = np.array(search.bounds()).T
-    room = np.where(np.isfinite(high - low), 1e-9 * (high - low), 1e-9)
-    free = np.clip(start, low + room, high - room)
+    margin = np.where(np.isfinite(high - low), 1e-9 * (high - low), 1e-9)
+    free = np.clip(start, low + margin, high - margin)
     moving = np.flatnonzero(np.arange(free.size) != fixed)
     unit = max(float(np.ptp(curve.force)) for curve in search.curves)
 
@@ -234,7 +230,7 @@ def found_from(search: Search, start: FloatArray, fixed: int | None = None) -> M
     if not moving.size:
         return Minimum(free, float((search.residuals(free) ** 2).sum()), True, 1, "")
     bounded = bool(np.isfinite([*low[moving], *high[moving]]).any())
-    found = least_squares(
+    solution = least_squares(
         residuals,
         free[moving],
         slopes,
@@ -246,14 +242,18 @@ def found_from(search: Search, start: FloatArray, fixed: int | None = None) -> M
         gtol=1e-15,
         max_nfev=_TRIALS,
     )
-    free[moving] = found.x
+    free[moving] = solution.x
     return Minimum(
-        free, 2.0 * float(found.cost) * unit**2, bool(found.success), int(found.nfev), found.message
+        free,
+        2.0 * float(solution.cost) * unit**2,
+        bool(solution.success),
+        int(solution.nfev),
+        solution.message,
     )
 
 
 def profile_end(search: Search, best: FloatArray, i: int, step: float, grows: float) -> float:
-    """Where a free number, moved from its best in steps of a direction, leaves a sum of squares larger by a part."""
+    """The value of a free number, on one side of its best, at which the sum of squares has grown by a fraction."""
     from scipy.optimize import brentq
 
     least, others = float((search.residuals(best) ** 2).sum()), best.copy()
@@ -261,7 +261,7 @@ def profile_end(search: Search, best: FloatArray, i: int, step: float, grows: fl
     def beyond(x: float) -> float:
         start = others.copy()
         start[i] = x
-        end = found_from(search, start, fixed=i)
+        end = minimize_from(search, start, fixed=i)
         others[:] = end.free
         return end.misfit / least - 1.0 - grows
 
@@ -275,8 +275,8 @@ def profile_end(search: Search, best: FloatArray, i: int, step: float, grows: fl
     return outer
 
 
-def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:
-    """Which samples are used: not those on either side of a jump into contact or out of it."""
+def samples_off_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:
+    """Used samples: all but those adjacent to a jump into contact or out of it."""
     used = []
     for one in models:
         keep = np.ones(one.touches.size, dtype=bool)
@@ -288,16 +288,16 @@ def beside_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray,
     return tuple(used)
 
 
-def refuse_unsettled(found: Minimum) -> None:
+def refuse_unsettled(minimum: Minimum) -> None:
     """
-    Refuse a search that did not end.
+    Refuse a search that did not converge.
 
     Raises
     ------
     ConvergenceError
     """
-    if not found.settled:
+    if not minimum.settled:
         raise ConvergenceError(
-            f"fit: the search did not settle after {found.trials} trials: {found.message} See with curve.orient() whether a sign is turned, or give "
+            f"fit: the search did not converge in {minimum.trials} trials: {minimum.message} Check the signs with curve.orient(), or give "
             "bounds in free"
         )

@@ -1,4 +1,4 @@
-"""Where the search of a fit begins: a grid over what is not linear, and the rest by least squares."""
+"""Starts of the search of a fit: a grid over nonlinear unknowns, the others by least squares."""
 
 from __future__ import annotations
 
@@ -29,28 +29,28 @@ from pymdr.units import FloatArray
 
 _SAMPLES, _POINTS, _COMBINATIONS = 256, 33, 100
 _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
-"""Of bodies with memory, whose every trial follows the whole record."""
+"""The same for bodies with memory, whose every trial solves the whole record."""
 _WANDERS = 0.05
-"""Of the range of the depths: what a record with one approach and one retreat may lie off them."""
+"""Largest deviation from one approach and one retreat, relative to the range of the depths."""
 _SCALES = np.geomspace(0.3, 1e4, 17)
-"""Of what would bear the force at the depth that the whole travel is."""
+"""Stiffness relative to that of a contact with the largest force at a depth of the whole travel."""
 _LADDER = np.linspace(0.0, 1.0, 257) ** 2
 _FRICTION = "friction."
-_STIFFER, _HELD = np.geomspace(0.7, 30.0, 7), (1.001, 1.4, 2.2, 6.0)
-"""Stiffness and friction of a loop in parts of what its largest force tells; that of a half loop is twice as large."""
+_STIFFNESS_RATIOS, _FRICTION_RATIOS = np.geomspace(0.7, 30.0, 7), (1.001, 1.4, 2.2, 6.0)
+"""Stiffness and friction of a loop relative to the estimates from its largest force; those of a half loop are twice as large."""
 _BEFORE, _PLAIN = (-0.1, 0.0, 0.1), 8
-"""Of the shift: where it may have begun."""
+"""Origins of the shift, relative to its range."""
 
 
 class Start(NamedTuple):
-    """A place from which to search."""
+    """A start of a search."""
 
     misfit: float
     """Sum of squares in N^2."""
     values: FloatArray
-    """Of the unknowns."""
+    """Values of the unknowns."""
     origin: float
-    """Of the position, in m."""
+    """Origin of the position in m."""
     baseline: float
     tilt: float = 0.0
 
@@ -63,7 +63,7 @@ def starts(
     count: int,
 ) -> list[Start]:
     """
-    The best places of a grid.
+    The best starts of a grid.
 
     Parameters
     ----------
@@ -71,14 +71,14 @@ def starts(
     unknowns : sequence of Unknown
     curve : MeasuredCurve or ShearRecord
     known : dict
-        The origins that are not looked for.
+        The known origins.
     count : int
-        Number of places, of as many combinations of the unknowns.
+        Number of starts.
 
     Raises
     ------
     ProblemError
-        If no combination can be computed; with what the last one says.
+        If no combination can be solved; with the message of the last one.
     """
     if isinstance(curve, ShearRecord):
         return _sheared_starts(contact, unknowns, curve, known, count)
@@ -94,7 +94,7 @@ def starts(
         tried = float(position.max()) - size * np.linspace(1.0, 0.01, points)
     together = scales_together(contact, unknowns)
     span = 0.0 if curve.time is None else float(np.ptp(curve.time))
-    found, failures = [], []
+    best_starts, failures = [], []
     for values in candidates(contact, unknowns, size, span, most):
         best = Start(math.inf, values, float(tried[0]), 0.0)
         try:
@@ -108,43 +108,43 @@ def starts(
                 best = min((best, *places), key=lambda start: start.misfit)
             except PymdrError as error:
                 failures.append(error)
-        found.append(best)
-    found = [start for start in found if math.isfinite(start.misfit)]
-    if not found:
+        best_starts.append(best)
+    best_starts = [start for start in best_starts if math.isfinite(start.misfit)]
+    if not best_starts:
         raise ProblemError(
-            f"fit: no start can be computed: {failures[-1] if failures else 'no force in the record rises with the depth; see with curve.orient() whether a sign is turned'}"
+            f"fit: no start can be computed: {failures[-1] if failures else 'the force does not increase with the depth; check the signs with curve.orient()'}"
         )
-    return sorted(found, key=lambda start: start.misfit)[:count]
+    return sorted(best_starts, key=lambda start: start.misfit)[:count]
 
 
 def is_pressed_once(curve: MeasuredCurve) -> bool:
-    """Whether what was measured rises and then falls, without noise."""
+    """Whether the positions increase and then decrease, without noise."""
     steps, deepest = np.diff(curve.position), int(np.argmax(curve.position))
     return bool((steps[:deepest] >= 0.0).all() and (steps[deepest:] <= 0.0).all())
 
 
 def pressed_once(curve: MeasuredCurve, baseline: float | None) -> MeasuredCurve | None:
     """
-    The indentations of a record as one approach and one retreat, without their noise; None where it is something else, or has no times.
+    The indentations of a record as one approach and one retreat without noise; None if there are more, or no times.
 
-    Its contact point is about that of the travels. A record that is one already, of indentations, is itself.
+    The contact point is approximately that of the travels. A monotone record of indentations is returned unchanged.
     """
     if curve.compliance == 0.0 and is_pressed_once(curve):
         return curve
     if curve.time is None:
         return None
-    apart = np.argsort(curve.position)[: max(1, curve.force.size // 10)]
-    base = float(np.median(curve.force[apart])) if baseline is None else baseline
+    farthest = np.argsort(curve.position)[: max(1, curve.force.size // 10)]
+    base = float(np.median(curve.force[farthest])) if baseline is None else baseline
     depth = curve.position - curve.compliance * (curve.force - base)
     deepest = int(np.argmax(depth))
-    eased = np.concatenate([_risen(depth[: deepest + 1]), _risen(depth[deepest:][::-1])[::-1][1:]])
-    if float(np.sqrt(np.mean((eased - depth) ** 2))) > _WANDERS * float(np.ptp(depth)):
+    monotone = np.concatenate([_monotone(depth[: deepest + 1]), _monotone(depth[deepest:][::-1])[::-1][1:]])
+    if float(np.sqrt(np.mean((monotone - depth) ** 2))) > _WANDERS * float(np.ptp(depth)):
         return None
-    return MeasuredCurve(force=curve.force, indentation=eased, time=curve.time)
+    return MeasuredCurve(force=curve.force, indentation=monotone, time=curve.time)
 
 
-def _risen(values: FloatArray) -> FloatArray:
-    """Values that rise up to a last stretch, straight between the middles of those in which the largest before and the smallest after are the same."""
+def _monotone(values: FloatArray) -> FloatArray:
+    """Monotone values: the mean of the running maximum and the reverse running minimum, linear between the middles of its plateaus."""
     even = 0.5 * (np.maximum.accumulate(values) + np.minimum.accumulate(values[::-1])[::-1])
     first = np.flatnonzero(np.diff(even, prepend=-np.inf) > 0.0)
     last = np.append(first[1:], even.size) - 1
@@ -156,49 +156,49 @@ def _risen(values: FloatArray) -> FloatArray:
 def _sheared_starts(
     contact: Contact, unknowns: Sequence[Unknown], record: ShearRecord, known: dict[str, float], count: int
 ) -> list[Start]:
-    """Of a record of friction, whose bodies may have been pressed together where it begins."""
+    """Starts for a record of friction, with several origins of the shift."""
     size, first = float(np.ptp(record.shift)), float(record.shift[0])
     tried = [known[SHIFT_ORIGIN]] if SHIFT_ORIGIN in known else [first + part * size for part in _BEFORE]
-    found, failures = [], []
+    best_starts, failures = [], []
     for values in _sheared_candidates(contact, unknowns, record):
-        begun = put_into(contact, unknowns, values)
+        candidate = put_into(contact, unknowns, values)
         for origin in tried:
             try:
-                left = (record.force - record.forces(begun, origin))[record.used]
+                left = (record.force - record.forces(candidate, origin))[record.used]
             except PymdrError as error:
                 failures.append(error)
                 continue
             baseline = known.get(BASELINE, float(left.mean()))
-            found.append(Start(float(((left - baseline) ** 2).sum()), values, origin, baseline))
-    if not found:
+            best_starts.append(Start(float(((left - baseline) ** 2).sum()), values, origin, baseline))
+    if not best_starts:
         raise ProblemError(f"fit: no start can be computed: {failures[-1]}")
-    return sorted(found, key=lambda start: start.misfit)[:count]
+    return sorted(best_starts, key=lambda start: start.misfit)[:count]
 
 
 def _sheared_candidates(
     contact: Contact, unknowns: Sequence[Unknown], record: ShearRecord
 ) -> list[FloatArray]:
-    """Moduli with which bodies that stick bear the force at the shift, or somewhat more, and frictions that hold it."""
-    pull, way = 0.5 * float(np.ptp(record.force)), 0.5 * float(np.ptp(record.shift))
+    """Values with which sticking bodies carry about the measured force at the measured shift, and sufficient friction."""
+    pull, amplitude = 0.5 * float(np.ptp(record.force)), 0.5 * float(np.ptp(record.shift))
     plain = [u for u in unknowns if not u.is_of_force and not u.name.startswith(_FRICTION)]
-    found = []
-    for own in candidates(contact, plain, way, 0.0, _PLAIN):
+    values_tried = []
+    for own in candidates(contact, plain, amplitude, 0.0, _PLAIN):
         shaped = put_into(contact, plain, own)
         grown = np.ones(1)
         if any(u.is_of_force for u in unknowns):
             stuck, _ = record.stuck(shaped)
-            grown = (_STIFFER * pull / (way * stuck)) ** 1.5
+            grown = (_STIFFNESS_RATIOS * pull / (amplitude * stuck)) ** 1.5
         for scale in grown:
             values = {
                 u.name: float(np.clip(u.start * scale, u.low, u.high)) for u in unknowns if u.is_of_force
             }
             values |= {u.name: float(v) for u, v in zip(plain, own, strict=True)}
             _, load = record.stuck(with_parameters(contact, values))
-            held = [u for u in unknowns if u.name.startswith(_FRICTION)]
-            for share in _HELD if held else (1.0,):
-                values |= {u.name: float(np.clip(share * pull / load, u.low, u.high)) for u in held}
-                found.append(np.array([values[u.name] for u in unknowns]))
-    return found
+            frictions = [u for u in unknowns if u.name.startswith(_FRICTION)]
+            for ratio in _FRICTION_RATIOS if frictions else (1.0,):
+                values |= {u.name: float(np.clip(ratio * pull / load, u.low, u.high)) for u in frictions}
+                values_tried.append(np.array([values[u.name] for u in unknowns]))
+    return values_tried
 
 
 def _tried(
@@ -211,10 +211,10 @@ def _tried(
     unknowns: Sequence[Unknown],
     together: bool,
 ) -> Iterator[Start]:
-    """Places with one contact point, with scale and baseline by least squares."""
+    """Starts with one contact point, with scale and baseline by least squares."""
     force = curve.force[few]
     for scale, model in _scaled(forces, curve, curve.position[few] - point, force, together):
-        # 1 where not all that forces are proportional to is looked for
+        # 1 if not all factors of the force are unknown
         known_scale = math.nan if together and scale is None else 1.0
         factor, baseline = scale_and_baseline(model, force, known_scale, known.get(BASELINE, math.nan))
         if factor > 0.0:
@@ -228,9 +228,9 @@ def _scaled(
     forces: Forces, curve: MeasuredCurve, position: FloatArray, force: FloatArray, together: bool
 ) -> Iterator[tuple[float | None, FloatArray]]:
     """
-    Forces in N of the model: of one scale that is to be found, or on a machine of several that are tried.
+    Forces in N of the model: for one unknown scale, or on a machine for several scales.
 
-    On a machine of the compliance c a contact s times as stiff bears s F(d) at d + c s F(d).
+    On a machine of compliance c a contact s times as stiff carries s F(d) at the travel d + c s F(d).
     """
     if curve.compliance == 0.0 or math.isinf(forces.fold):
         yield None, _carried(forces.fold, forces.at(position)[0], position, force)
@@ -247,7 +247,7 @@ def _scaled(
 
 
 def _carried(fold: float, model: FloatArray, position: FloatArray, force: FloatArray) -> FloatArray:
-    """Force in N of the model: approaching bodies touch at 0, receding ones are held while something pulls."""
+    """Force in N of the model: contact from 0 on in approach, and while the force is tensile in retreat."""
     if math.isinf(fold):
         return model
     level = float(np.median(force[: max(3, force.size // 20)]))

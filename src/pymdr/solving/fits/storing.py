@@ -1,4 +1,4 @@
-"""Where what was found in a map stands: in memory, or in a store of Zarr from which a killed fit goes on."""
+"""Columns of the fit of a map: in memory, or in a Zarr store from which an interrupted fit continues."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ import numpy as np
 
 from pymdr.errors import FileError, ProblemError, PymdrError
 from pymdr.problem.codec import encode
-from pymdr.solving.fits.asking import ENDINGS, NOT_YET, Asked, Columns, FittedStretch, empty_columns
 from pymdr.solving.fits.records import Records, zarr
+from pymdr.solving.fits.request import ENDINGS, NOT_YET, Columns, FitRequest, FittedStretch, empty_columns
 from pymdr.units import FloatArray
 
-_BEGUN, _MARK, _REFUSALS = "pymdr_begun", "pymdr_work", "pymdr_refusals"
-_WORDS = {
+_STARTED, _MARK, _REFUSALS = "pymdr_begun", "pymdr_work", "pymdr_refusals"
+_LONG_NAMES = {
     "noise": "standard deviation of the residuals",
-    "waves": "what of the residuals hangs together, in parts of the noise between neighbours",
+    "waves": "correlated part of the residuals relative to the noise between neighbours",
     "plateau": "samples at the largest force while the depth changes",
-    "of_limit": "largest measure of what the model assumes, in parts of its limit",
-    "correlated": "samples that tell as much as an independent one",
+    "of_limit": "largest ratio of a measure of the assumptions to its limit",
+    "correlated": "number of samples equivalent to one independent sample",
     "indentation": "largest indentation",
     "ending": "how the fit ended",
 }
 
 
-class Held:
+class InMemory:
     """Columns in memory."""
 
-    def __init__(self, asked: Asked, total: int) -> None:
-        self._columns = empty_columns(asked, total)
+    def __init__(self, request: FitRequest, total: int) -> None:
+        self._columns = empty_columns(request, total)
         self._refusals: frozenset[str] = frozenset()
 
     def has(self, first: int, last: int) -> bool:
@@ -41,47 +41,48 @@ class Held:
         return False
 
     def keep(self, first: int, last: int, fitted: FittedStretch) -> None:
-        """Put a finished stretch in its place."""
+        """Store a finished stretch."""
         for name, values in fitted.columns.items():
             self._columns[name][first:last] = values
         self._refusals |= fitted.refusals
 
     def complete(self, name: str, values: FloatArray) -> None:
-        """Put a whole column in its place."""
+        """Store a whole column."""
         self._columns[name][:] = values
 
     def columns(self) -> Columns:
-        """All of them."""
+        """All columns."""
         return self._columns
 
     def refusals(self) -> frozenset[str]:
-        """What curves that were refused were told."""
+        """Messages of refused curves."""
         return self._refusals
 
 
 class Kept:
     """Columns in a Zarr store, in which a stretch is finished when its endings are written."""
 
-    def __init__(self, folder: str | os.PathLike[str], asked: Asked, records: Records, chunk: int) -> None:
+    def __init__(
+        self, folder: str | os.PathLike[str], request: FitRequest, records: Records, chunk: int
+    ) -> None:
         from pymdr.presentation.files import named_file
 
         package = zarr()
         self._shape = records.shape
         place, total = named_file(folder, "write"), math.prod(records.shape)
-        mark = _mark(asked, records, total, chunk)
+        mark = _mark(request, records, total, chunk)
         try:
             there = place.exists() and any(place.iterdir())
-            held = dict(package.open_group(str(place), mode="r").attrs) if there else {_BEGUN: mark}
-            # a store that was begun and not finished, when the work was killed, is made anew
-            begun = _MARK not in held and held.get(_BEGUN) == mark
-            if not begun and held.get(_MARK) != mark:
+            attributes = dict(package.open_group(str(place), mode="r").attrs) if there else {_STARTED: mark}
+            # an unfinished store of an interrupted fit is created again
+            unfinished = _MARK not in attributes and attributes.get(_STARTED) == mark
+            if not unfinished and attributes.get(_MARK) != mark:
                 raise FileError(
-                    f"{place} holds another work: something that was asked, one of the curves, or the version of pymdr has changed since; take another folder, or empty "
-                    "this one"
+                    f"{place} belongs to another fit: its arguments, a curve, or the version of pymdr have changed; use another folder, or empty this one"
                 )
-            if begun:
-                self._group = package.create_group(str(place), overwrite=True, attributes={_BEGUN: mark})
-                self._make(asked, records, chunk)
+            if unfinished:
+                self._group = package.create_group(str(place), overwrite=True, attributes={_STARTED: mark})
+                self._make(request, records, chunk)
                 self._group.attrs[_MARK] = mark
             else:
                 self._group = package.open_group(str(place), mode="a")
@@ -89,14 +90,14 @@ class Kept:
             if isinstance(error, FileError):
                 raise
             raise FileError(f"cannot write into {place}: {error}; choose another folder") from error
-        self._names = (*asked.units, "ending")
+        self._names = (*request.units, "ending")
 
-    def _make(self, asked: Asked, records: Records, chunk: int) -> None:
+    def _make(self, request: FitRequest, records: Records, chunk: int) -> None:
         import xarray as xr
 
         inner = records.shape[1:]
         chunks = (chunk // math.prod(inner), *inner)
-        for name, unit in asked.units.items():
+        for name, unit in request.units.items():
             array = self._group.create_array(
                 name,
                 shape=records.shape,
@@ -115,7 +116,7 @@ class Kept:
             dimension_names=records.dims,
         )
         ending.attrs.update(attributes_of("ending", ""))
-        # which writes the attributes of the group anew
+        # this also rewrites the attributes of the group
         xr.Dataset(coords=records.coords, attrs=dict(self._group.attrs)).to_zarr(
             self._group.store, mode="a", consolidated=False
         )
@@ -141,29 +142,29 @@ class Kept:
         self._group[name][...] = values.reshape(self._shape)
 
     def columns(self) -> Columns:
-        """All of them."""
+        """All columns."""
         return {name: np.asarray(self._group[name][...]).ravel() for name in self._names}
 
     def refusals(self) -> frozenset[str]:
-        """What curves that were refused were told."""
+        """Messages of refused curves."""
         return frozenset(self._group.attrs.get(_REFUSALS, ()))
 
 
-def _mark(asked: Asked, records: Records, total: int, chunk: int) -> str:
-    """What changes with what is asked, with any of the curves, and with the version."""
+def _mark(request: FitRequest, records: Records, total: int, chunk: int) -> str:
+    """A hash of the request, the curves and the version."""
     try:
-        contact = encode(asked.contact)
+        contact = encode(request.contact)
     except PymdrError as error:
         raise ProblemError(
-            f"fit_map: folder= keeps the contact that is fitted, and no file holds this one: {error}; leave folder out, or give the "
+            f"fit_map: folder= stores the contact, which cannot be written: {error}; leave folder out, or give the "
             "profile as Sampled"
         ) from error
     work = {
         "contact": contact,
-        "free": [[u.name, u.low, u.high] for u in asked.unknowns],
-        "known": dict(asked.known),
+        "free": [[u.name, u.low, u.high] for u in request.unknowns],
+        "known": dict(request.known),
         "shape": list(records.shape),
-        "told": list(asked.units),
+        "columns": list(request.units),
         "version": version("pymdr"),
     }
     mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())
@@ -175,10 +176,14 @@ def _mark(asked: Asked, records: Records, total: int, chunk: int) -> str:
 
 
 def attributes_of(name: str, unit: str) -> dict[str, Any]:
-    """Unit and words of a column, and what the numbers of endings mean."""
-    told: dict[str, Any] = {"units": unit} if unit else {"units": ""}
-    if name in _WORDS:
-        told["long_name"] = _WORDS[name]
+    """Attributes of a column: unit, name, and the meaning of endings."""
+    attributes: dict[str, Any] = {"units": unit} if unit else {"units": ""}
+    if name in _LONG_NAMES:
+        attributes["long_name"] = _LONG_NAMES[name]
     if name == "ending":
-        told = {**told, "flag_values": list(range(len(ENDINGS))), "flag_meanings": "; ".join(ENDINGS)}
-    return told
+        attributes = {
+            **attributes,
+            "flag_values": list(range(len(ENDINGS))),
+            "flag_meanings": "; ".join(ENDINGS),
+        }
+    return attributes

@@ -1,4 +1,4 @@
-"""Which relaxation times a record can tell."""
+"""Refusal of relaxation times that a record does not determine."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
 _NOTHING = 1e-6
-"""Of the equilibrium modulus: a weaker relaxation leaves no trace."""
+"""Ratio to the equilibrium modulus below which a relaxation has no effect."""
 _BEYOND = 100.0
-"""How many times shorter than the steps of a record, or longer than it, a time is that leaves no trace of its own."""
+"""Factor to the steps or the duration of a record beyond which a time is not determined."""
 
 
 def refuse_untimed(
@@ -25,23 +25,23 @@ def refuse_untimed(
     """
     Refuse relaxation times that are far outside of the records, and relaxations without strength.
 
-    A relaxation whose modulus is less than 1e-6 of the equilibrium modulus fits alike with any time; of these equal minima the
-    shortest time is named, wherever the search ended.
+    A relaxation whose modulus is less than 1e-6 of the equilibrium modulus fits equally well with any time; the message then names
+    the shortest.
 
     Parameters
     ----------
     contact : Contact
-        With the values that were found.
+        With the fitted values.
     unknowns : sequence of Unknown
     values : ndarray
         In their units.
     times : sequence of ndarray
-        Of the samples of each record in s.
+        Times of the samples of each record in s.
 
     Raises
     ------
     ProblemError
-        With what the records do determine: of a fast relaxation the product of modulus and time, of a slow one the sum with the equilibrium modulus.
+        With what the records determine: the product of modulus and time of a fast relaxation, the sum with the equilibrium modulus of a slow one.
     """
     step = min(float(np.diff(one).min()) for one in times)
     span = max(float(np.ptp(one)) for one in times)
@@ -59,13 +59,13 @@ def refuse_untimed(
         end = "below" if value < step else "above"
         limit = step / _BEYOND if value < step else span * _BEYOND
         raise ProblemError(
-            f"fit: the record asks for {unknown.name} {end} {written(limit, 's', 3)}, and has steps of {written(step, 's', 3)} over {written(span, 's', 3)}: it tells only "
-            f"{_told(kernel.equilibrium, modulus, value, step)}; take a law without it, or give bounds in free"
+            f"fit: {unknown.name} is {end} {written(limit, 's', 3)}, beyond the steps of {written(step, 's', 3)} and the duration of {written(span, 's', 3)} of the record, which determines only "
+            f"{_determined_text(kernel.equilibrium, modulus, value, step)}; take a law without it, or give bounds in free"
         )
 
 
-def _told(equilibrium: float, modulus: float, time: float, step: float) -> str:
-    """What a record tells of a relaxation far outside of it."""
+def _determined_text(equilibrium: float, modulus: float, time: float, step: float) -> str:
+    """What a record determines of a relaxation far outside of it."""
     if time > step:
         return (
             f"the sum of its modulus and the equilibrium modulus, {written(equilibrium + modulus, 'Pa', 4)}"

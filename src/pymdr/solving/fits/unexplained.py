@@ -1,4 +1,4 @@
-"""What a record shows and a fit leaves unexplained, in words."""
+"""Notes on what a record shows and a fit leaves unexplained."""
 
 from __future__ import annotations
 
@@ -10,87 +10,87 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.line.adhesion import maugis_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.solving.fits.found import FitResult
+from pymdr.solving.fits.results import FitResult
 from pymdr.units import written
 
 _PULLS, _SMALL = 8.0, 0.02
-"""A pull that is told: in parts of the noise, and of the range of the force."""
+"""Smallest pull that is noted, relative to the noise and to the range of the force."""
 WAVY = 1.0
-"""Waves in the residuals that are told, in parts of the noise."""
+"""Smallest waves in the residuals that are noted, relative to the noise."""
 
 
-def unexplained(found: FitResult) -> tuple[str, ...]:
+def unexplained(result: FitResult) -> tuple[str, ...]:
     """Notes on a plateau of the detector, a pull without adhesion, the range of a law of adhesion, and waves that the model leaves."""
     return (
-        *_unmarked_plateau(found),
-        *_undetermined(found),
-        *_unexplained_pull(found),
-        *range_of_law(found.contact),
-        *_unexplained_waves(found),
+        *_unmarked_plateau(result),
+        *_undetermined(result),
+        *_unexplained_pull(result),
+        *range_of_law(result.contact),
+        *_unexplained_waves(result),
     )
 
 
 def range_of_law(contact: Contact) -> tuple[str, ...]:
-    """How far the attraction may reach for the law of adhesion of a contact to hold; nothing where Maugis' parameter is not defined."""
+    """A note on the largest range of attraction for which the law of adhesion holds, if Maugis' parameter is defined."""
     law, radius = contact.adhesion, contact.profile.tip_radius
     bodies = [one for one in (contact.body, contact.counterbody) if one is not None]
     if law is None or radius is None or not all(one.homogeneous for one in bodies):
         return ()
     modulus = effective_moduli(contact.body, contact.counterbody).normal
-    # of a range of 1 m, to which it is inversely proportional
+    # for a range of 1 m; it is inversely proportional to the range
     size = float(maugis_parameter(radius, modulus, law.work, law.work))
     note = theory_of(law).range_note(law, size)
     return (note,) if note else ()
 
 
-def _unmarked_plateau(found: FitResult) -> tuple[str, ...]:
-    """Whether a record stays at its largest force while it is pressed on."""
-    curves = found.search.measured
+def _unmarked_plateau(result: FitResult) -> tuple[str, ...]:
+    """A note on records that stay at their largest force while the depth changes."""
+    curves = result.search.measured
     count = sum(int(one.mark_saturated().marked.sum()) for one in curves if one.saturated is None)
     if not count:
         return ()
     return (
-        f"{count} samples have the largest force, while the depth changes: where the detector had run out of range, leave them out by "
+        f"{count} samples have the largest force while the depth changes: if the detector was saturated, leave them out with "
         "prepare or mark_saturated",
     )
 
 
-def _undetermined(found: FitResult) -> tuple[str, ...]:
+def _undetermined(result: FitResult) -> tuple[str, ...]:
     """A note on sizes whose errors are larger than they are themselves."""
-    sizes = [found.values[one.name] for one in found.search.unknowns if one.is_size]
+    sizes = [result.values[one.name] for one in result.search.unknowns if one.is_size]
     blurred = [one for one in sizes if one.error > one.value]
     return tuple(
-        f"{one.name} is not determined: its standard error, {written(one.error, one.unit, 3)}, is larger than it; only the ends of its interval say something"
+        f"{one.name} is not determined: its standard error, {written(one.error, one.unit, 3)}, is larger than its value; use its interval only"
         for one in blurred
     )
 
 
-def _unexplained_pull(found: FitResult) -> tuple[str, ...]:
-    """A note where a record pulls, and the contact has no adhesion; the noise is that between neighbours."""
-    if found.contact.adhesion is not None or found.contact.friction is not None:
+def _unexplained_pull(result: FitResult) -> tuple[str, ...]:
+    """A note on a pull in the record of a contact without adhesion; the noise is that between neighbours."""
+    if result.contact.adhesion is not None or result.contact.friction is not None:
         return ()
-    force = found.data["normal_force"].values
+    force = result.data["normal_force"].values
     noise = 1.4826 * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2.0)
     smooth = np.median(np.lib.stride_tricks.sliding_window_view(force, 3), axis=1)
     pull = -float(smooth.min())
     if pull <= max(_PULLS * noise, _SMALL * float(np.ptp(force))):
         return ()
     return (
-        f"the record pulls with up to {written(pull, 'N', 3)}, below the baseline that was found, and the contact has no adhesion: "
-        "fit it with one, such as JKR(work), or the approach alone",
+        f"the record pulls with up to {written(pull, 'N', 3)}, below the fitted baseline, and the contact has no adhesion: "
+        "add one, such as JKR(work), or fit the approach alone",
     )
 
 
-def _unexplained_waves(found: FitResult) -> tuple[str, ...]:
-    """A note where what the model leaves hangs together more than it is noise."""
-    if found.waves <= WAVY:
+def _unexplained_waves(result: FitResult) -> tuple[str, ...]:
+    """A note on residuals whose correlated part is larger than their noise."""
+    if result.waves <= WAVY:
         return ()
     missing = (
         "another law, a work of adhesion, a layer, the shape of the tip, or a drift"
-        if found.contact.friction is None
+        if result.contact.friction is None
         else "another law, slip before the record begins (make used false where it acts), or a drift"
     )
     return (
-        f"what the model leaves are waves {found.waves:.2g} times as large as the noise between neighbours: {missing} may be "
-        "missing; the intervals hold the noise, not that",
+        f"the residuals have waves {result.waves:.2g} times as large as the noise between neighbours: {missing} may be "
+        "missing; the intervals cover the noise only",
     )

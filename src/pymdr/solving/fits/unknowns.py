@@ -1,4 +1,4 @@
-"""What a fit looks for: parameters of the contact, and where the record has its origin."""
+"""The unknowns of a fit: parameters of the contact, and origins of the record."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_s
 
 CONTACT_POINT, SHIFT_ORIGIN, BASELINE, TILT = "contact_point", "shift_origin", "baseline", "tilt"
 ORIGINS = {CONTACT_POINT: "m", SHIFT_ORIGIN: "m", BASELINE: "N", TILT: "N/m"}
-"""Where records have their origins of depth, shift and force, and how that of the force rises along the record."""
+"""Units of the origins of depth, shift and force of a record, and of the tilt of its force."""
 _OF_FORCE = ("Pa", "Pa*s", "J/m^2", "N/m", "N")
-"""Units of what all forces are proportional to, taken together."""
+"""Units of parameters to which, taken together, all forces are proportional."""
 
 FARTHEST = 100.0
-"""Logarithm of how far from its start a size is looked for."""
+"""Largest logarithm of the ratio of a size to its start."""
 
 Free = Sequence[str] | Mapping[str, ArrayQuantityLike | None]
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """A number that is looked for."""
+    """An unknown number."""
 
     name: str
     unit: str
@@ -39,20 +39,20 @@ class Unknown:
     high: float
     """Bounds in the unit."""
     start: float
-    """What the contact says, in the unit."""
+    """The value of the contact, in the unit."""
 
     @property
     def is_size(self) -> bool:
-        """Whether it is above 0, and looked for by its logarithm."""
+        """Whether it is positive, with its logarithm as free number."""
         return self.low >= 0.0 and self.start > 0.0
 
     @property
     def is_of_force(self) -> bool:
-        """Whether forces grow with it."""
+        """Whether forces are proportional to parameters of its unit."""
         return self.unit in _OF_FORCE
 
     def to_free(self, value: float) -> float:
-        """The number that the search changes."""
+        """The free number of a value."""
         return math.log(value / self.start) if self.is_size else value - self.start
 
     def from_free(self, value: float) -> float:
@@ -64,7 +64,7 @@ class Unknown:
         )
 
     def rate(self, value: float) -> float:
-        """What the unknown changes by when its free number does."""
+        """The rate of the unknown over its free number."""
         return value if self.is_size else 1.0
 
 
@@ -81,37 +81,35 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
     Raises
     ------
     ProblemError
-        If none is named, the contact has no number of a name, or bounds do not rise or do not hold what the contact says.
+        If none is named, the contact has no such parameter, or bounds do not increase.
     """
     if isinstance(free, str):
         free = [free]
     names = list(free)
     if not names or len(set(names)) < len(names):
-        raise ProblemError(
-            f"fit: free = {shown(free)}; name what is looked for, each once, such as ['body.young']"
-        )
+        raise ProblemError(f"fit: free = {shown(free)}; name the unknowns, each once, such as ['body.young']")
     bounds = free if isinstance(free, Mapping) else dict.fromkeys(names)
     return tuple(_unknown(contact, str(name), bounds[name]) for name in names)
 
 
 def _unknown(contact: Contact, name: str, bounds: ArrayQuantityLike | None) -> Unknown:
-    found = parameter_of(contact, name)
+    parameter = parameter_of(contact, name)
     low, high = _limits(contact, name)
     if bounds is not None:
-        ends = to_si_array(bounds, found.unit, name=f"fit: bounds of {name}")
+        ends = to_si_array(bounds, parameter.unit, name=f"fit: bounds of {name}")
         if ends.shape != (2,) or not ends[0] < ends[1]:
-            raise ProblemError(f"fit: bounds of {name} = {shown(bounds)}; a pair that rises is needed")
+            raise ProblemError(f"fit: bounds of {name} = {shown(bounds)}; an increasing pair is needed")
         low, high = max(low, float(ends[0])), min(high, float(ends[1]))
-    start = float(np.clip(found.value, low, high))
+    start = float(np.clip(parameter.value, low, high))
     if not math.isfinite(start):
         raise ProblemError(
-            f"fit: {name} = {found.value} of the contact, from where the search begins; give a finite number, or leave it out of free"
+            f"fit: {name} = {parameter.value} of the contact is the start of the search; give a finite number, or leave it out of free"
         )
-    return Unknown(name, found.unit, low, high, start)
+    return Unknown(name, parameter.unit, low, high, start)
 
 
 def _limits(contact: Contact, name: str) -> tuple[float, float]:
-    """Of the field that holds a parameter; entries of arrays are sizes."""
+    """Bounds of the field of a parameter; entries of arrays are positive."""
     *path, last = name.split(".")
     if last.endswith("]"):
         return 0.0, math.inf
@@ -127,7 +125,7 @@ def _limits(contact: Contact, name: str) -> tuple[float, float]:
 
 
 def without_tilt(free: Free) -> Free:
-    """What is looked for in the contact, of names among which may be that of a tilt."""
+    """The unknowns of the contact, without the tilt."""
     if isinstance(free, Mapping):
         if free.get(TILT) is not None:
             raise ProblemError(f"fit: bounds of {TILT} = {shown(free[TILT])}; it has none: write None")
@@ -136,7 +134,7 @@ def without_tilt(free: Free) -> Free:
 
 
 def origins(given: Mapping[str, QuantityLike | None], free: Free) -> dict[str, float]:
-    """The origins that are known, in SI units: those that are given, and no tilt unless it is looked for."""
+    """The known origins in SI units: the given ones, and a tilt of 0 unless it is unknown."""
     level = {} if TILT in ([free] if isinstance(free, str) else free) else {TILT: 0.0}
     return level | {
         name: to_si(value, ORIGINS[name], name=f"fit: {name}")
@@ -146,7 +144,7 @@ def origins(given: Mapping[str, QuantityLike | None], free: Free) -> dict[str, f
 
 
 def scales_together(contact: Contact, unknowns: Sequence[Unknown]) -> bool:
-    """Whether all numbers to which forces are proportional, taken together, are looked for."""
+    """Whether all parameters to which, taken together, forces are proportional are unknown."""
     free = {unknown.name for unknown in unknowns}
     of_force = [p.name for p in parameters_of(contact) if p.unit in _OF_FORCE]
     return bool(of_force) and set(of_force) <= free

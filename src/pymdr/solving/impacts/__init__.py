@@ -1,4 +1,4 @@
-"""Impacts: what a mass that meets a contact does until it leaves again."""
+"""Impacts of a mass on a contact, from first touch to separation."""
 
 from pymdr.solving.impacts.speeds import restitution
 from pymdr.solving.impacts.value import Event, Impact, Restitution

@@ -1,4 +1,4 @@
-"""Impacts of bodies that attract each other."""
+"""Impacts with adhesion."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from pymdr.interpretation.validity import SOURCES
 from pymdr.problem.paths import indent
 from pymdr.solving.colliding import collide
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.impacts.asking import Asked
-from pymdr.solving.impacts.telling import told
+from pymdr.solving.impacts.interpreting import interpret
+from pymdr.solving.impacts.request import ImpactRequest
 from pymdr.solving.impacts.value import Event, Impact
 from pymdr.solving.verb import solve
 
 
-def adhesive(asked: Asked) -> Impact:
-    """Bodies that attract each other, on the curve of their stable contacts and the jumps between them."""
-    contact = asked.contact
+def adhesive(request: ImpactRequest) -> Impact:
+    """An impact along the stable branches of the adhesive contact, with jumps between them."""
+    contact = request.contact
     line = AdhesiveLine(contact)
-    course = collide(line, asked.mass, asked.normal, asked.steps)
+    course = collide(line, request.mass, request.normal, request.steps)
     deepest = float(course.depth[course.deepest])
     last = float(course.depth[-1])
-    # a little farther, where it has parted
+    # slightly beyond separation
     back = last if course.sticks else last - 1e-3 * (deepest - last)
     solved = solve(contact, indent(deepest) >> indent(back))
     if not solved.claims["normal_force"].where.all():
@@ -33,4 +33,4 @@ def adhesive(asked: Asked) -> Impact:
         events.append(Event("jump into contact", 0.0, float(course.depth[1])))
     events.append(Event("turning point", float(course.time[course.deepest]), deepest))
     events.append(Event("rest" if course.sticks else "separation", float(course.time[-1]), last))
-    return told(asked, course, solved, SOURCES["thornton-ning"], balance, tuple(events))
+    return interpret(request, course, solved, SOURCES["thornton-ning"], balance, tuple(events))

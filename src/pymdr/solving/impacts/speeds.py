@@ -25,8 +25,8 @@ from pymdr.quantities import quantity
 from pymdr.result import Result
 from pymdr.solving.colliding import Course, collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.impacts.asking import above, coefficient_of
-from pymdr.solving.impacts.telling import NOT_MEASURED, of_shape, slow
+from pymdr.solving.impacts.interpreting import NOT_MEASURED, of_shape, slow
+from pymdr.solving.impacts.request import above, coefficient_of
 from pymdr.solving.impacts.value import Restitution
 from pymdr.solving.reach import map_to_springs
 from pymdr.solving.rebounding import followed, motion_at
@@ -34,7 +34,7 @@ from pymdr.solving.verb import solve
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
 
 _ALONG, _ADHESIVE = 1e-12, 1e-10
-"""Of the logarithms of what an impact is known by: what a series may err between its nodes."""
+"""Tolerance of the logarithms in a series over the speed, without and with adhesion."""
 COLUMNS = ("restitution", "contact_time", "indentation", "normal_force", "contact_radius")
 
 
@@ -42,7 +42,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     """
     Restitution and contact time of many normal impacts of one contact, on one curve.
 
-    Friction changes nothing in them, and is not asked for.
+    Friction has no effect on them.
 
     Parameters
     ----------
@@ -55,9 +55,9 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     Returns
     -------
     Restitution
-        Over ``speed`` (m/s): restitution, contact_time (s; inf of bodies that stick), and the largest indentation (m),
-        normal_force (N) and contact_radius (m). The errors of its claims are those of the shape at the largest indentations, of
-        the series through all speeds and, with memory, of the steps, which are halved at three of the speeds.
+        Over ``speed`` (m/s): restitution, contact_time (s; inf for bodies that stick), and the largest indentation (m),
+        normal_force (N) and contact_radius (m). The errors in its claims include those of the shape at the largest indentations,
+        of the series over the speed and, with memory, of the steps, which are halved at three of the speeds.
 
     Raises
     ------
@@ -85,13 +85,13 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         within_range(extreme, "m/s", "restitution: speeds", size=True)
     coefficient_of(contact, "restitution")
     many = _many_elastic if contact.adhesion is None else _many_adhesive
-    found = (_many_remembering if contact.remembers else many)(contact, m, v)
+    impacts = (_many_remembering if contact.remembers else many)(contact, m, v)
     variables = {
         name: ("speed", values, {"units": quantity(name).unit, "long_name": quantity(name).long_name})
-        for name, values in zip(COLUMNS, found.columns, strict=True)
+        for name, values in zip(COLUMNS, impacts.columns, strict=True)
     }
     speed = ("speed", v, {"units": "m/s", "long_name": "normal speed before the impact"})
-    claims, solved = _claims(contact, found)
+    claims, solved = _claims(contact, impacts)
     similar = "elastic similarity" if contact.remembers else ""
     return Restitution(
         data=of_shape(contact, xr.Dataset(variables, coords={"speed": speed}, attrs={"mass": m})),
@@ -103,33 +103,33 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
 
 
 class _Many(NamedTuple):
-    """What many impacts have in common."""
+    """Results of many impacts."""
 
     columns: list[FloatArray]
     """By the order of COLUMNS."""
     error: float
-    """Relative, of the series through all speeds and of the steps of the motion."""
+    """Relative error of the series over the speed and of the steps of the motion."""
     source: str
     parting: float | None = None
-    """With adhesion: the indentation in m at which the fastest parts, if it does."""
+    """With adhesion: the indentation in m at which the bodies separate at the highest speed, if they do."""
 
 
 _OWN = {"indentation": "elastic_energy", "normal_force": "normal_force", "contact_radius": "contact_radius"}
-"""The quantities of a static contact whose claims those of an impact share; others share that of the force."""
+"""The quantities of a static contact whose claims apply to an impact; the others use that of the force."""
 
 
-def _claims(contact: Contact, found: _Many) -> tuple[dict[str, Claim], Result]:
-    """Those of the static contact at the largest indentation of every speed, and that result."""
-    depth = found.columns[2]
+def _claims(contact: Contact, many: _Many) -> tuple[dict[str, Claim], Result]:
+    """The claims of the static contact at the largest indentation of every speed, and that result."""
+    depth = many.columns[2]
     levels, which = np.unique(depth, return_inverse=True)
     static = replace(contact, friction=None)
     if contact.remembers:
-        # of the shape alone: what relaxes is in the error of the motion
+        # of the shape alone: the error of the motion includes the relaxation
         static = Contact(contact.profile, Elastic(1.0, 0.5), Rigid())
     path: LoadingPath = Path(indentation=levels)
-    if found.parting is not None:
-        # a little farther, where it has parted
-        path = path >> indent(found.parting - 1e-3 * (float(levels[-1]) - found.parting))
+    if many.parting is not None:
+        # slightly beyond separation
+        path = path >> indent(many.parting - 1e-3 * (float(levels[-1]) - many.parting))
     solved = solve(static, path)
     rows = solved.claims["normal_force"].where
     if not rows.all():
@@ -142,19 +142,19 @@ def _claims(contact: Contact, found: _Many) -> tuple[dict[str, Claim], Result]:
             np.zeros(rows.size) if claim.error is None else claim.error, [levels.size]
         )
         error = np.maximum(pressing, np.max(pulling, initial=0.0))[which]
-        held = replace(
+        own_claim = replace(
             claim, where=claim.where[: levels.size][which], error=None if claim.error is None else error
         )
         if contact.remembers:
-            held = replace(
-                held, reason=held.reason.replace("elastic half-spaces", "viscoelastic half-spaces")
+            own_claim = replace(
+                own_claim, reason=own_claim.reason.replace("elastic half-spaces", "viscoelastic half-spaces")
             )
-        return slow(held, found.source)
+        return slow(own_claim, many.source)
 
     own = {name: at_speeds(solved.claims[_OWN.get(name, "normal_force")]) for name in COLUMNS}
-    motion = np.full(depth.shape, found.error)
-    words = "as the motion is followed and its series through all speeds do"
-    return with_errors(own, dict.fromkeys(own, motion), cause=words), solved
+    motion = np.full(depth.shape, many.error)
+    cause = "as the motion and its series over the speed do"
+    return with_errors(own, dict.fromkeys(own, motion), cause=cause), solved
 
 
 def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
@@ -177,27 +177,27 @@ def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> _Many:
     line = AdhesiveLine(contact)
 
     def followed(speeds: FloatArray) -> FloatArray:
-        found = np.empty((len(COLUMNS), speeds.size))
-        # the fastest first: it needs most of the curve
+        values = np.empty((len(COLUMNS), speeds.size))
+        # the fastest first: it needs the longest curve
         for i in np.argsort(-speeds):
             course = collide(line, mass, float(speeds[i]), 8)
-            share = course.lost / (0.5 * mass * speeds[i] ** 2)
-            found[:, i] = (
-                0.0 if course.sticks else math.sqrt(max(1.0 - share, 0.0)),
+            fraction = course.jump_loss / (0.5 * mass * speeds[i] ** 2)
+            values[:, i] = (
+                0.0 if course.sticks else math.sqrt(max(1.0 - fraction, 0.0)),
                 math.inf if course.sticks else course.time[-1],
                 course.depth[course.deepest],
                 course.force.max(),
                 course.radius.max(),
             )
-        return found
+        return values
 
     fastest = collide(line, mass, float(speed.max()), 8)
-    slowest = math.sqrt(2.0 * fastest.lost / mass)
+    slowest = math.sqrt(2.0 * fastest.jump_loss / mass)
     parts = speed > slowest
     ready = partial(_Many, source=SOURCES["thornton-ning"], parting=_parting(fastest))
     if fastest.branches > 1:
         return ready(list(followed(speed)), _ALONG)
-    # the rebound speed is what the contact time depends on smoothly
+    # the contact time is a smooth function of the rebound speed
     rebound = np.sqrt((speed[parts] - slowest) * (speed[parts] + slowest))
 
     def parting(logarithm: FloatArray) -> FloatArray:
@@ -217,19 +217,19 @@ def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> _Many:
 
 
 def _parting(fastest: Course) -> float | None:
-    """The indentation in m at which bodies part; None of those that stick."""
+    """The indentation in m at separation; None if the bodies stick."""
     return None if fastest.sticks else float(fastest.depth[-1])
 
 
 _BETWEEN = 1e-9
-"""Of the logarithms of what an impact with memory is known by: what its series may err between its nodes."""
+"""Tolerance of the logarithms in a series over the speed, with memory."""
 _NOTHING = 1e-300
-"""Restitution, and the inverse of the contact time in s, of bodies that come to rest: their logarithms are numbers."""
+"""Restitution and inverse contact time in s of bodies that come to rest, with finite logarithms."""
 
 
 def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> _Many:
-    ground, fastest = followed(contact, mass, (float(speed.min()), float(speed.max())))
-    line = ground.line
+    target, fastest = followed(contact, mass, (float(speed.min()), float(speed.max())))
+    line = target.line
 
     def numbers(motion: Motion) -> FloatArray:
         e = motion.rebound_speed / float(motion.steps[0, 3])
@@ -237,7 +237,7 @@ def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> _Many
         return np.log([max(e, _NOTHING), time, motion.deepest, largest_force(motion)[1]])
 
     def at(logarithm: float) -> Motion:
-        return motion_at(ground, mass, min(math.exp(logarithm), float(speed.max())))
+        return motion_at(target, mass, min(math.exp(logarithm), float(speed.max())))
 
     def followed_at(logarithm: FloatArray) -> FloatArray:
         return np.stack([numbers(at(each)) for each in logarithm], axis=1)
@@ -250,7 +250,7 @@ def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> _Many
     error = _BETWEEN
     for motion in (fastest, at(float(np.log(np.median(speed)))), at(float(np.log(speed.min())))):
         own = float(motion.steps[0, 3])
-        halved = rebound(ground.curves, ground.relaxation, mass, own, ground.first / own, halved=motion)
+        halved = rebound(target.curves, target.relaxation, mass, own, target.first / own, halved=motion)
         if halved is not None and not motion.rests:
             error = max(error, float(np.max(np.abs(numbers(halved) - numbers(motion)))))
     columns = [
@@ -260,11 +260,11 @@ def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> _Many
         force,
         states_at_depth(line, deepest).contact_radius,
     ]
-    return _Many(columns, error + ground.relaxation.error, SOURCES["ting"])
+    return _Many(columns, error + target.relaxation.error, SOURCES["ting"])
 
 
 def _speed_at(at: Callable[[float], Motion], low: float, high: float, depth: float) -> float | None:
-    """The logarithm of the speed at which a mass goes as deep as a kink, between two others; None if it is beyond them."""
+    """The logarithm of the speed at which the indentation reaches a kink; None if it is not between two others."""
     if not at(low).deepest < depth < at(high).deepest:
         return None
     return float(

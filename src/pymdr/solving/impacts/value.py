@@ -1,4 +1,4 @@
-"""What an impact is when it is known."""
+"""Results of impacts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Event(NamedTuple):
-    """What happens in an impact."""
+    """An event of an impact."""
 
     name: str
     """``"touch"``, ``"jump into contact"``, ``"turning point"``, ``"separation"`` or ``"rest"``."""
@@ -28,38 +28,38 @@ class Event(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Impact(Study):
-    """An impact from the first touch to the last, or to the first rest of bodies that stick."""
+    """An impact from first touch to separation, or to the first rest of bodies that stick."""
 
     data: xr.Dataset
     """Over ``step``: time, indentation, velocity (above 0 on the approach), normal_force and contact_radius; with friction
     also shift, tangential_velocity, tangential_force, stick_radius and dissipated_energy; with memory elastic_energy and
-    dissipated_energy of the springs. Besides the single numbers that are attributes."""
+    dissipated_energy of the springs. The single numbers are also attributes."""
     contact: Contact
-    """What meets."""
+    """The contact of the bodies."""
     events: tuple[Event, ...]
-    """What happens, in order."""
+    """Events in order."""
 
-    what: ClassVar = "an impact"
+    subject: ClassVar = "an impact"
 
     restitution = number(
-        "restitution", "Normal speed after the impact over that before it; 0 of bodies that stick."
+        "restitution", "Normal speed after the impact over that before it; 0 for bodies that stick."
     )
-    contact_time = number("contact_time", "In s; inf of bodies that stick.")
+    contact_time = number("contact_time", "In s; inf for bodies that stick.")
     rebound_speed = number("rebound_speed", "Normal speed after the impact in m/s.")
     largest_force = number("largest_force", "In N.")
     largest_indentation = number("largest_indentation", "In m.")
-    largest_radius = number("largest_radius", "Of the contact in m; nan of a force curve.")
+    largest_radius = number("largest_radius", "Contact radius in m; NaN for a force curve.")
     largest_pressure = number(
         "largest_pressure",
-        "In Pa, without memory that at the turning point; inf under a sharp tip or edge, nan of a force curve.",
+        "In Pa, without memory that at the turning point; inf under a sharp tip or edge, NaN for a force curve.",
     )
     energy_lost = number(
         "energy_lost",
-        "Of the motion in J; all of it where the bodies stick. With memory a part of it is still in the springs as they part.",
+        "Kinetic energy lost in J; all of it if the bodies stick. With memory a part of it is in the springs at separation.",
     )
     sticking_speed = number(
         "sticking_speed",
-        "Normal speed in m/s below which the energy that adhesion takes keeps the bodies together; 0 without adhesion.",
+        "Normal speed in m/s below which the bodies stick because of adhesion; 0 without adhesion.",
     )
     tangential_speed = number("tangential_speed", "Tangential speed of the centre after the impact in m/s.")
     spin = number("spin", "In rad/s after the impact.")
@@ -68,7 +68,7 @@ class Impact(Study):
     )
     tangential_restitution = number(
         "tangential_restitution",
-        "Less the ratio of the contact point's tangential speeds after and before; nan without such a speed.",
+        "Negative ratio of the contact point's tangential speeds after and before; NaN without such a speed.",
     )
 
     def groups(self) -> dict[str, dict[str, float]]:
@@ -114,10 +114,10 @@ class Restitution(Study):
     """Normal impacts of one contact at many speeds."""
 
     data: xr.Dataset
-    """Over ``speed`` (m/s): restitution, contact_time (s; inf of bodies that stick), and the largest indentation (m),
+    """Over ``speed`` (m/s): restitution, contact_time (s; inf for bodies that stick), and the largest indentation (m),
     normal_force (N) and contact_radius (m)."""
 
-    what: ClassVar = "a study of restitution"
+    subject: ClassVar = "a study of restitution"
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "restitution": Column("restitution", ""),
@@ -126,7 +126,7 @@ class Restitution(Study):
         "normal_force": Column("F_N", "N"),
         "contact_radius": Column("radius", "m"),
     }
-    told: ClassVar = ("restitution", "indentation")
+    summary_claims: ClassVar = ("restitution", "indentation")
 
     def _figure(self) -> Figure:
         """Restitution and contact time against the speed."""

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from pymdr.problem.contact import Contact
 from pymdr.solving.impacts.adhesive import adhesive
-from pymdr.solving.impacts.asking import read
 from pymdr.solving.impacts.elastic import elastic
+from pymdr.solving.impacts.interpreting import of_shape, with_history
 from pymdr.solving.impacts.memory import remembering
-from pymdr.solving.impacts.telling import of_shape, with_history
+from pymdr.solving.impacts.request import read
 from pymdr.solving.impacts.value import Impact
 from pymdr.units import QuantityLike
 
@@ -26,32 +26,32 @@ def impact(
     steps: int = 200,
 ) -> Impact:
     """
-    The impact of two bodies, by states of equilibrium.
+    Impact of two bodies through states of equilibrium.
 
-    The normal motion is m d'' = -F(d). Without adhesion the bodies are deepest where U(d) = m v^2 / 2, and part with the
-    speed with which they met after T = 2 int dd / sqrt(v^2 - 2 U(d) / m). Adhesion takes the energy W that is lost where
-    the contact jumps under a prescribed indentation, e = sqrt(1 - 2 W / (m v^2)). With friction the contact point moves
-    sideways by m_x u_x'' = -F_x, 1 / m_x = 1 / m + R^2 / I, where F_x remembers the whole history; the normal motion does
+    The normal motion is m d'' = -F(d). Without adhesion the largest indentation satisfies U(d) = m v^2 / 2, and the bodies
+    separate with the initial speed after T = 2 int dd / sqrt(v^2 - 2 U(d) / m). With adhesion the energy W is lost in the
+    jumps of the contact under a prescribed indentation, e = sqrt(1 - 2 W / (m v^2)). With friction the contact point moves
+    tangentially by m_x u_x'' = -F_x, 1 / m_x = 1 / m + R^2 / I, where F_x depends on the whole history; the normal motion does
     not depend on it. With memory F = int_0^t1 E*(t - s) dF0(d(s)), where t1 = t on the approach and
-    int_t1^t E*(t - s) dd(s) = 0 on the retreat, and the bodies part where t1 = 0.
+    int_t1^t E*(t - s) dd(s) = 0 on the retreat, and the bodies separate at t1 = 0.
 
     Parameters
     ----------
     contact : Contact
         Profile, materials and laws.
     mass : quantity
-        Reduced mass 1 / (1/m_1 + 1/m_2) in kg: that of the body where the other one is fixed.
+        Reduced mass 1 / (1/m_1 + 1/m_2) in kg: that of the body if the other one is fixed.
     speed : quantity
         Speed at the first touch in m/s, above 0.
     angle : quantity, optional
         Angle of the velocity from the normal in rad, at least 0 and below pi/2, such as "30 deg".
     inertia : quantity, optional
-        Moment of inertia I in kg m^2 about the centre, for friction; of a solid ball, 2/5 m R^2, unless given. It has to
-        be given for other profiles than a sphere or a paraboloid.
+        Moment of inertia I in kg m^2 about the centre, for friction; by default that of a solid ball, 2/5 m R^2, for a
+        sphere or a paraboloid; required for other profiles.
     radius : quantity, optional
-        Distance R in m from the centre to the contact point, for friction and spin; the radius of the ball unless given.
+        Distance R in m from the centre to the contact point, for friction and spin; by default the radius of the ball.
     spin : quantity, optional
-        Angular velocity in rad/s, above 0 where it moves the contact point on in the direction of its tangential speed.
+        Angular velocity in rad/s, positive if it adds to the tangential speed of the contact point.
     steps : int
         Moves of the history, a multiple of 4.
 
@@ -69,7 +69,7 @@ def impact(
     Notes
     -----
     Hertz (1882) for spheres; Thornton and Ning (1998) with adhesion; Maw, Barber and Fawcett (1976) with friction;
-    Lee and Radok (1960), Ting (1966) with memory, where the motion is followed in steps by collocation at Radau's nodes.
+    Lee and Radok (1960), Ting (1966) with memory, with steps by collocation at Radau's nodes.
 
     Examples
     --------
@@ -79,8 +79,8 @@ def impact(
     >>> round(hit.contact_time * 1 / hit.largest_indentation, 6)
     2.943275
     """
-    asked = read(contact, mass, speed, angle, inertia, radius, spin, steps)
+    request = read(contact, mass, speed, angle, inertia, radius, spin, steps)
     if contact.adhesion is not None:
-        return with_history(adhesive(asked))
-    found = remembering(asked) if contact.remembers else elastic(asked)
-    return with_history(replace(found, data=of_shape(contact, found.data)))
+        return with_history(adhesive(request))
+    result = remembering(request) if contact.remembers else elastic(request)
+    return with_history(replace(result, data=of_shape(contact, result.data)))

@@ -1,4 +1,4 @@
-"""Results of loads as datasets, which a folder keeps."""
+"""States at loads as datasets, for files."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def as_dataset(state: State, surface: Topography) -> xr.Dataset:
     return xr.Dataset(maps | numbers, coords={"x": surface.x, "y": surface.y})
 
 
-def from_dataset(found: xr.Dataset) -> State:
+def from_dataset(dataset: xr.Dataset) -> State:
     """The inverse of :func:`as_dataset`."""
-    numbers = {name: float(found[name]) for name in State.numbers()}
-    return State(**numbers, pressure=found["pressure"].values, gap=found["gap"].values)
+    numbers = {name: float(dataset[name]) for name in State.numbers()}
+    return State(**numbers, pressure=dataset["pressure"].values, gap=dataset["gap"].values)
 
 
 def fingerprint(surface: Topography) -> str:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 
 @lru_cache(maxsize=1)
-def _told() -> TypeAdapter[Any]:
-    """What the text in the attributes has to be."""
+def _schema() -> TypeAdapter[Any]:
+    """The schema of the JSON text in the attributes."""
     from pydantic import TypeAdapter, create_model
 
     level: Any = Literal[tuple(level.name for level in Level)]
@@ -40,7 +40,7 @@ def _told() -> TypeAdapter[Any]:
     )
     return TypeAdapter(
         create_model(
-            "told",
+            "attributes",
             claims=(dict[str, claim], ...),
             assumptions=(list[assumption], ...),
             notes=(list[str], ...),
@@ -65,7 +65,7 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     Raises
     ------
     FileError
-        If the file is missing, damaged or of something else.
+        If the file is missing, damaged or not a pressed surface.
 
     Examples
     --------
@@ -76,27 +76,27 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     """
     from pymdr.presentation.files import read_dataset
 
-    found = read_dataset(file)
-    if found.attrs.get("pymdr_format") != FORMAT:
+    dataset = read_dataset(file)
+    if dataset.attrs.get("pymdr_format") != FORMAT:
         raise FileError(
-            f"{file} is no pressed surface: its format is {found.attrs.get('pymdr_format')!r}, {FORMAT!r} is needed; "
+            f"{file} is not a pressed surface: its format is {dataset.attrs.get('pymdr_format')!r}, {FORMAT!r} is needed; "
             "write it with PressedSurface.save"
         )
     try:
-        return _pressed(found)
+        return _pressed(dataset)
     except (LookupError, ValueError, TypeError, RecursionError, PymdrError) as error:
         raise FileError(f"{file} is a damaged pressed surface: {error}") from error
 
 
-def _pressed(found: xr.Dataset) -> PressedSurface:
+def _pressed(dataset: xr.Dataset) -> PressedSurface:
     """The inverse of :meth:`~pymdr.solving.press.PressedSurface.save`."""
-    attrs = found.attrs
-    told = _told().validate_json(attrs["pymdr_told"]).model_dump()
-    (load,) = (name for name in map(str, found.dims) if name not in ("x", "y"))
-    count = found.sizes[load]
-    surface = Topography(found["heights"].values, attrs["size"], tuple(told["steps"]))
-    pressures, gaps = (found[name].transpose(load, "x", "y").values for name in MAPS)
-    data = found.drop_vars([*MAPS, "heights", "x", "y"]).assign_attrs(
+    attrs = dataset.attrs
+    stored = _schema().validate_json(attrs["pymdr_told"]).model_dump()
+    (load,) = (name for name in map(str, dataset.dims) if name not in ("x", "y"))
+    count = dataset.sizes[load]
+    surface = Topography(dataset["heights"].values, attrs["size"], tuple(stored["steps"]))
+    pressures, gaps = (dataset[name].transpose(load, "x", "y").values for name in MAPS)
+    data = dataset.drop_vars([*MAPS, "heights", "x", "y"]).assign_attrs(
         modulus=float(attrs["modulus"]),
         engine=str(attrs["engine"]),
         points=surface.heights.shape,
@@ -105,19 +105,19 @@ def _pressed(found: xr.Dataset) -> PressedSurface:
     )
     for name in ("pymdr_format", "pymdr_told", "pymdr_checksum"):
         data.attrs.pop(name, None)
-    claims = {name: _claim(name, plain, count) for name, plain in told["claims"].items()}
+    claims = {name: _claim(name, plain, count) for name, plain in stored["claims"].items()}
     conducted = {each.quantity for each in CONDUCTIONS}
     missing = [name for name in PressedSurface.columns if name not in claims and name not in conducted]
     missing += [name for name, claim in claims.items() if claim.readable and name not in data.variables]
     if missing:
-        raise FileError(f"it says nothing of {', '.join(missing)}")
+        raise FileError(f"it has no claims or data of {', '.join(missing)}")
     return PressedSurface(
         data=data,
         surface=surface,
         maps=tuple(zip(pressures, gaps, strict=True)),
         claims=claims,
-        assumptions=tuple(Assumption(**plain) for plain in told["assumptions"]),
-        notes=tuple(told["notes"]),
+        assumptions=tuple(Assumption(**plain) for plain in stored["assumptions"]),
+        notes=tuple(stored["notes"]),
     )
 
 
@@ -125,5 +125,5 @@ def _claim(name: str, plain: dict[str, Any], count: int) -> Claim:
     where = np.array(plain["where"], dtype=bool)
     error = None if plain["error"] is None else np.array(plain["error"], dtype=float)
     if where.shape != (count,) or (error is not None and error.shape != (count,)):
-        raise FileError(f"another number of loads in the claim of {name}")
+        raise FileError(f"the claim of {name} has another number of loads")
     return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)

@@ -1,4 +1,4 @@
-"""What is found at a load: forces, stiffnesses and areas of a solution, and of one on half as many pixels."""
+"""The state at a load: forces, stiffnesses and areas of a solution, and of one on a coarse grid."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ MAPS = {"pressure": "Pa", "gap": "m"}
 TOLERANCE = 1e-6
 """Largest gap in the contact, and penetration, over the indentation."""
 _NEVER = -4.0
-"""Indentations below a punch where nothing comes."""
+"""Height in indentations of pixels out of contact with a punch."""
 _OUTLINE = (math.pi - 1.0 + math.log(2.0)) / 24.0
-"""Of the pixel sides on the outline of a contact, what its pixels have too much of area (Yastrebov et al. 2017)."""
+"""Excess area of the pixels of a contact per pixel side of its outline (Yastrebov et al. 2017)."""
 
 
 class State(NamedTuple):
-    """At a load, in SI units; ``coarse_`` of every second pixel along both sides."""
+    """The state at a load in SI units; ``coarse_`` with every second pixel along both sides."""
 
     normal_force: float
     indentation: float
@@ -43,7 +43,7 @@ class State(NamedTuple):
 
     @classmethod
     def numbers(cls) -> tuple[str, ...]:
-        """Fields that are no maps."""
+        """Fields that are not maps."""
         return cls._fields[:-2]
 
 
@@ -64,51 +64,51 @@ class Grid:
         Parameters
         ----------
         scale : float
-            Length in m in which heights are told to the engine.
+            Unit length in m of the heights in the engine.
         modulus : float
             E* in Pa.
         start : ndarray or None
-            Pressure over E* to begin with.
+            Initial pressure over E*.
         **load : float
             ``indentation`` or ``force``.
         """
         unit = modulus * scale * self.width
         depth, force = load.get("indentation"), load.get("force")
-        found = self._half_space.press(
+        solution = self._half_space.press(
             self.heights / scale,
             indentation=None if depth is None else depth / scale,
             force=None if force is None else force / unit,
             start=None if start is None else start * (self.width / scale),
             tolerance=TOLERANCE,
         )
-        touching = found.pressure > 0.0
-        total = float(found.pressure.sum()) * unit
+        touching = solution.pressure > 0.0
+        total = float(solution.pressure.sum()) * unit
         below = (np.max(self.heights) - self.heights)[touching] / scale
-        work = 0.5 * float(np.sum(found.pressure[touching] * (found.indentation - below)))
+        work = 0.5 * float(np.sum(solution.pressure[touching] * (solution.indentation - below)))
         numbers = {
             "normal_force": total if force is None else force,
-            "indentation": found.indentation * scale if depth is None else depth,
+            "indentation": solution.indentation * scale if depth is None else depth,
             "normal_stiffness": self._punch(touching) * modulus * self.width,
-            "contact_area": self._area(found.pressure) * self.width**2,
+            "contact_area": self._area(solution.pressure) * self.width**2,
             "elastic_energy": work * unit * scale,
         }
-        return found, numbers
+        return solution, numbers
 
     def _punch(self, touching: np.ndarray) -> float:
-        """Force of the rigid punch on the contact at an indentation of 1: its pressure is nowhere below 0."""
+        """Force of the rigid punch on the contact at an indentation of 1; its pressure is never below 0."""
         flat = np.where(touching, 0.0, _NEVER)
-        found = self._half_space.press(
+        solution = self._half_space.press(
             flat, indentation=1.0, start=np.where(touching, 1.0, 0.0), tolerance=TOLERANCE
         )
-        return float(found.pressure.sum())
+        return float(solution.pressure.sum())
 
     def _area(self, pressure: FloatArray) -> float:
-        """Pixels in contact, less what those on the outline have too much, and no less than bears the force at the largest pressure."""
+        """Pixels in contact less the excess of those on the outline, at least the force over the largest pressure."""
         touching = pressure > 0.0
         framed = np.pad(touching, 1).astype(int)
         outline = sum(float(np.abs(np.diff(framed, axis=axis)).sum()) for axis in (0, 1))
         count = float(np.count_nonzero(touching))
-        # few pixels have no average outline, and a mean pressure is not above the largest one
+        # the correction is an average, wrong for few pixels; a mean pressure cannot exceed the largest one
         return max(count - _OUTLINE * outline, float(pressure.sum() / pressure.max()), 0.5 * count)
 
 
@@ -120,11 +120,11 @@ def rms_slope(heights: FloatArray, spacing: FloatArray, touching: np.ndarray) ->
 
 def summit_rise(heights: FloatArray) -> float:
     """
-    By how much the summit may be higher than the highest pixel, which is where depths are counted from.
+    Largest height of the summit above the highest pixel, the origin of depths.
 
-    Along x and y, by twice what a parabola through the pixel and its neighbours rises; as far as the heights bend at the pixel more than
-    beside it, as those of cones and pyramids do, by where the straight lines of both flanks meet, and by no more than half of what the
-    neighbours differ by, which is what a cone rises.
+    Along x and y it is twice the rise of a parabola through the pixel and its neighbours. If the curvature at the pixel exceeds that
+    next to it, as for cones and pyramids, it is the height of the intersection of the lines of both flanks, at most half of the
+    difference of the neighbours, which is the rise of a cone.
     """
     place = np.unravel_index(int(np.argmax(heights)), heights.shape)
     rise = 0.0
@@ -139,8 +139,8 @@ def summit_rise(heights: FloatArray) -> float:
         rounded = (high - low) ** 2 / (4.0 * bend)
         if 1 < at < line.size - 2:
             lower, higher = float(line[at - 2]), float(line[at + 2])
-            beside = min(2.0 * low - lower - middle, 2.0 * high - middle - higher)
-            smooth = min(max(beside / bend, 0.0), 1.0)
+            adjacent = min(2.0 * low - lower - middle, 2.0 * high - middle - higher)
+            smooth = min(max(adjacent / bend, 0.0), 1.0)
             up, down = low - lower, high - higher
             meet = (low * down + high * up + 2.0 * up * down) / (up + down) if up + down > 0.0 else middle
             sharp = min(max(meet - middle, 0.0), 0.5 * abs(high - low))

@@ -1,4 +1,4 @@
-"""What pressing a surface answers with."""
+"""The result of pressing a surface."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class PressedSurface(Study):
     maps: tuple[tuple[FloatArray, FloatArray], ...]
     """Pressures in Pa and gaps in m of the loads, (nx, ny)."""
 
-    what: ClassVar = "a pressed surface"
+    subject: ClassVar = "a pressed surface"
     columns: ClassVar = {
         "normal_force": Column("F_N", "N"),
         "indentation": Column("depth", "m"),
@@ -52,7 +52,7 @@ class PressedSurface(Study):
         "thermal_conductance": Column("conductance", "W/K"),
         "electrical_resistance": Column("resistance", "ohm"),
     }
-    told: ClassVar = ("normal_stiffness", "contact_area")
+    summary_claims: ClassVar = ("normal_stiffness", "contact_area")
 
     def field(self, name: str, step: int = -1) -> xr.DataArray:
         """
@@ -61,9 +61,9 @@ class PressedSurface(Study):
         Parameters
         ----------
         name : str
-            ``"pressure"`` in Pa, ``"gap"`` in m, or ``"contact"``, whether a pixel bears.
+            ``"pressure"`` in Pa, ``"gap"`` in m, or ``"contact"``, whether a pixel is in contact.
         step : int, optional
-            Which load; the last one unless given.
+            Index of the load; the last one by default.
 
         Returns
         -------
@@ -80,7 +80,7 @@ class PressedSurface(Study):
         import xarray as xr
 
         if one_name(name) not in _FIELDS:
-            raise QuantityError(f"no field {shown(name)}; {self.what} has {', '.join(_FIELDS)}")
+            raise QuantityError(f"no field {shown(name)}; {self.subject} has {', '.join(_FIELDS)}")
         self._refuse_step(step)
         claim = self.claims["normal_stiffness"]
         if not claim.where[step]:
@@ -99,12 +99,12 @@ class PressedSurface(Study):
 
     def force_curve(self) -> ForceCurve:
         """
-        F(d) as a profile: friction, memory, impacts and conductance of the same surface follow from it.
+        F(d) as a profile, for friction, memory, impacts and conductance of the same surface.
 
         Returns
         -------
         ForceCurve
-            For bodies of E* = ``data.attrs["modulus"]``; forces of others follow as E*. Its points have the errors of the claims.
+            For bodies of E* = ``data.attrs["modulus"]``; forces are proportional to E*. Its points have the errors of the claims.
 
         Raises
         ------
@@ -120,14 +120,14 @@ class PressedSurface(Study):
         if depth.size < FEWEST_POINTS:
             raise PathError(
                 f"force_curve: {depth.size} loads at which the contact ends within the heights; at least {FEWEST_POINTS} different ones "
-                "are needed: press at more of them, denser toward the first touch"
+                "are needed; press at more loads, denser toward the first touch"
             )
         force = force[known][places]
         error = error_of_force(depth, force, *(each[known][places] for each in errors))
         return ForceCurve(depth, force, self.data.attrs["modulus"], contact_point=0.0, error=error)
 
     def _stored(self) -> xr.Dataset:
-        """With the maps and heights; :func:`pymdr.open_pressed_surface` reads the file back."""
+        """The study with maps and heights; :func:`pymdr.open_pressed_surface` reads the file."""
         surface, (load,) = self.surface, self.data.sizes
         maps = {
             name: ((load, "x", "y"), np.stack(arrays), {"units": MAPS[name]})
@@ -136,21 +136,21 @@ class PressedSurface(Study):
         heights = {"heights": (("x", "y"), surface.heights, {"units": "m"})}
         stored = super()._stored().assign(maps | heights).assign_coords(x=surface.x, y=surface.y)
         for name in MAPS:
-            # pixels that bear nothing are most of them
+            # most pixels are out of contact
             stored[name].encoding = {"zlib": True}
         as_json = json.loads(stored.attrs["pymdr_told"]) | {"steps": surface.steps}
         return stored.assign_attrs(pymdr_format=FORMAT, pymdr_told=json.dumps(as_json))
 
     def _remarks(self) -> list[str]:
-        told = self.data.attrs
-        nx, ny = told["points"]
+        attrs = self.data.attrs
+        nx, ny = attrs["points"]
         errors = [
-            f"{self.columns[name].words} {100.0 * float(np.nanmin(e)):.2g} to {100.0 * float(np.nanmax(e)):.2g} %"
+            f"{self.columns[name].label} {100.0 * float(np.nanmin(e)):.2g} to {100.0 * float(np.nanmax(e)):.2g} %"
             for name in ("normal_force", "indentation", "normal_stiffness", "contact_area")
             if (e := self.claims[name].error) is not None
         ]
         return [
-            f"{told['engine']}, {nx} x {ny} pixels",
+            f"{attrs['engine']}, {nx} x {ny} pixels",
             *([f"errors of the grid: {', '.join(errors)}"] if errors else []),
         ]
 
@@ -161,7 +161,7 @@ class PressedSurface(Study):
         Parameters
         ----------
         step : int, optional
-            Which load; the last one unless given. Where it is not valid, the largest that is valid is drawn; a title says which.
+            Index of the load; the last one by default. If it is not valid, the largest valid one is drawn; the title names it.
 
         Raises
         ------
@@ -186,5 +186,5 @@ class PressedSurface(Study):
         if not claim.where[row]:
             row = int(np.argmax(np.where(claim.where, loads, -np.inf)))
         column = self.columns[str(over)]
-        words = f"{column.words} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
-        return pressed_surface(self.data, self.surface.heights, self.field("pressure", row), words)
+        title = f"{column.label} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
+        return pressed_surface(self.data, self.surface.heights, self.field("pressure", row), title)

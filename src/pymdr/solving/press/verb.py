@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-_WHO = "press"
+_PREFIX = "press"
 _FEWEST = 8
-"""Pixels along the shorter side: half of them still make a contact."""
+"""Smallest number of pixels along the shorter side."""
 _MAPS, _WORKING = 2, 12
-"""Arrays of the size of the grid: of a load that is kept in memory, and at work."""
+"""Arrays of the size of the grid: per load in memory, and for the solution."""
 _FINE, _COARSE = 4, 1
-"""Shares of the work of a load."""
+"""Parts of the work of a load."""
 
 
 def press(
@@ -56,10 +56,9 @@ def press(
     """
     Press a surface of any shape on a half-space by boundary elements, without friction and adhesion.
 
-    Every pixel bears a constant pressure. The package that solves for them is asked for pressures that are nowhere below 0,
-    with gaps that are nowhere below 0 and 0 in the contact. The stiffness is that of the rigid punch on the contact,
-    k = dF/dd, one more solution. Each load is solved once more on every second pixel along both sides: by how much
-    the numbers change is the error that their claims tell.
+    Every pixel has a constant pressure. The engine solves for pressures and gaps that are never below 0, with gaps of 0 in
+    the contact. The stiffness is that of the rigid punch on the contact, k = dF/dd, from another solution. Each load is
+    also solved on every second pixel along both sides; the change of the numbers is the error in their claims.
 
     Parameters
     ----------
@@ -67,17 +66,16 @@ def press(
         Heights without gaps; of a RoughSurface its first realisation, :meth:`~pymdr.RoughSurface.topography`, as a punch.
     body : Elastic or TransverselyIsotropic
     counterbody : Elastic, TransverselyIsotropic or Rigid, optional
-        Rigid unless given.
+        Rigid by default.
     normal_force, indentation : array_like or quantity
-        Forces in N, or depths in m of the highest pixel; exactly one, one row, above 0. They are pressed in their order of size.
+        Forces in N, or depths in m of the highest pixel; exactly one, one row, above 0. They are solved in ascending order.
     punch : bool, optional
-        Whether the body ends where the heights end, as a punch does. Unless it does, a contact at the border is refused.
+        Whether the body ends at the border of the heights. Otherwise a contact at the border is refused.
     engine : str or Engine, optional
-        ``"contactmechanics"`` (extra ``rough``) unless given, ``"tamaas"`` (AGPL, extra ``tamaas``), ``"aspher"`` (from source), or that
+        ``"contactmechanics"`` (extra ``rough``, the default), ``"tamaas"`` (AGPL, extra ``tamaas``), ``"aspher"`` (from source), or that
         of an entry point in the group ``pymdr.engines``.
     keep : path, optional
-        Folder in which every load is kept as it is found: a run that was ended goes on from there. One that has results of
-        other input is refused.
+        Folder of solved loads, from which an interrupted run continues. A folder with results of other input is refused.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -89,11 +87,11 @@ def press(
     ------
     ProblemError
         If heights are missing, both or none of the loads are given, one is not above 0, a body is graded or viscoelastic, or the
-        memory of this machine is not enough.
+        memory is too small.
     MissingExtraError
         If the package of the engine is not installed.
     FileError
-        If the folder has loads of other input in it.
+        If the folder has results of other input.
     ConvergenceError
         If the engine did not solve a load.
 
@@ -113,14 +111,16 @@ def press(
     39.61
     """
     modulus = _modulus(body, counterbody)
-    one_load(_WHO, normal_force, indentation)
+    one_load(_PREFIX, normal_force, indentation)
     by_force = normal_force is not None
     name, unit = ("normal_force", "N") if by_force else ("indentation", "m")
     given = normal_force if by_force else indentation
     assert given is not None
-    rows = one_row(given, unit, _WHO, name)
+    rows = one_row(given, unit, _PREFIX, name)
     if np.any(rows <= 0.0):
-        raise ProblemError(f"{_WHO}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}")
+        raise ProblemError(
+            f"{_PREFIX}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}"
+        )
     solver = find_engine(engine)
     shape = pixels_of(surface)
     _refuse_too_large(shape, rows.size, solver, keep is not None)
@@ -128,14 +128,14 @@ def press(
     package = solver.version
     parts = None
     if keep is not None:
-        asked = {
+        identity = {
             "heights": fingerprint(patch),
             "modulus": modulus,
             name: rows.tolist(),
             "engine": package,
             "tolerance": TOLERANCE,
         }
-        parts = KeptParts(keep, asked)
+        parts = KeptParts(keep, identity)
     states = _followed(patch, modulus, rows, by_force, solver, parts, progress)
     columns = {field: np.array([getattr(state, field) for state in states]) for field in State.numbers()}
     columns["rise"] = np.full(rows.size, summit_rise(patch.heights))
@@ -167,7 +167,7 @@ def bytes_of(
     shape: tuple[int, int], loads: int, engine: str | Engine | None = None, *, kept: bool = False
 ) -> float:
     """
-    Memory that a run takes.
+    Memory of a run.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def bytes_of(
     loads : int
     engine : str or Engine, optional
     kept : bool, optional
-        Whether results are kept in a folder; in memory they are held all the same.
+        Whether results are also stored in a folder.
 
     Returns
     -------
@@ -188,36 +188,36 @@ def bytes_of(
 
 
 def pixels_of(surface: Topography | RoughSurface) -> tuple[int, int]:
-    """Pixels along x and y of what is pressed, before any heights are made."""
+    """Pixels along x and y of a surface, before heights are generated."""
     if isinstance(surface, RoughSurface):
         return surface.pixels()
-    nx, ny = as_topography(surface, _WHO).heights.shape
+    nx, ny = as_topography(surface, _PREFIX).heights.shape
     return nx, ny
 
 
 def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[Topography, bool]:
     """
-    The heights that are pressed, and whether the body ends where they end.
+    The heights, and whether the body ends at their border.
 
     Raises
     ------
     ProblemError
-        If it is no surface, heights are missing, there are too few, or `punch` is no truth value.
+        If it is not a surface, heights are missing, there are too few, or `punch` is not a bool.
     """
     if not isinstance(punch, bool | np.bool_):
         raise ProblemError(
-            f"{_WHO}: punch = {shown(punch)}; True or False is needed: whether the body ends where the heights end"
+            f"{_PREFIX}: punch = {shown(punch)}; give True if the body ends at the border of the heights, else False"
         )
     if isinstance(surface, RoughSurface):
         return surface.topography(), True
     missing = int(np.count_nonzero(surface.missing))
     if missing:
         raise ProblemError(
-            f"{_WHO}: {missing} of {surface.heights.size} heights are missing; fill them, or cut out a part that has all"
+            f"{_PREFIX}: {missing} of {surface.heights.size} heights are missing; fill them, or cut out a part that has all"
         )
     if min(surface.heights.shape) < _FEWEST:
         raise ProblemError(
-            f"{_WHO}: {surface.heights.shape[0]} x {surface.heights.shape[1]} heights; at least {_FEWEST} x {_FEWEST} are needed"
+            f"{_PREFIX}: {surface.heights.shape[0]} x {surface.heights.shape[1]} heights; at least {_FEWEST} x {_FEWEST} are needed"
         )
     return surface, punch
 
@@ -227,8 +227,8 @@ def _modulus(body: Material, counterbody: Material | None) -> float:
     for one in (body, other):
         if isinstance(one, Graded | Viscoelastic):
             raise ProblemError(
-                f"{_WHO}: a {type(one).__name__} body: engines know homogeneous elastic half-spaces; take Elastic or "
-                "TransverselyIsotropic. A viscoelastic one follows from the force curve of an elastic one"
+                f"{_PREFIX}: a {type(one).__name__} body: engines solve homogeneous elastic half-spaces; use Elastic or "
+                "TransverselyIsotropic (for a viscoelastic body, then its force_curve())"
             )
     return float(effective_moduli(body, other).normal)
 
@@ -237,8 +237,8 @@ def _refuse_too_large(shape: tuple[int, int], loads: int, engine: Engine, kept: 
     needed = bytes_of(shape, loads, engine, kept=kept)
     if needed > memory_of_machine():
         raise ProblemError(
-            f"{_WHO}: {shape[0]} x {shape[1]} pixels at {loads} loads take about {bytes_text(round(needed))}, more than the "
-            f"{bytes_text(round(memory_of_machine()))} of this machine; take fewer loads, a smaller part of the surface, or of a RoughSurface a longer shortest wavelength"
+            f"{_PREFIX}: {shape[0]} x {shape[1]} pixels at {loads} loads need about {bytes_text(round(needed))} (limit "
+            f"{bytes_text(round(memory_of_machine()))}, the memory of this machine); use fewer loads, a part of the surface, or a longer shortest wavelength of a RoughSurface"
         )
 
 
@@ -251,12 +251,12 @@ def _followed(
     parts: KeptParts | None,
     progress: Callable[[int, int], None] | None,
 ) -> list[State]:
-    """The states at all loads, each from the one below it."""
+    """The states at all loads, each started from the one below it."""
     fine, coarse = (_grid(patch, step, engine) for step in (1, 2))
     longest = math.sqrt(float(patch.size.prod()))
     total = (_FINE + _COARSE) * rows.size
     kept = {} if parts is None else {row: from_dataset(part) for row, part in parts.parts()}
-    found: dict[int, State] = {}
+    states: dict[int, State] = {}
     before: State | None = None
     for done, row in enumerate(np.argsort(rows, kind="stable").tolist()):
         state = kept.get(row)
@@ -280,14 +280,14 @@ def _followed(
             )
             if parts is not None:
                 parts.keep(row, as_dataset(state, patch))
-        found[row] = before = state
+        states[row] = before = state
         if progress is not None:
             progress((_FINE + _COARSE) * (done + 1), total)
-    return [found[row] for row in range(rows.size)]
+    return [states[row] for row in range(rows.size)]
 
 
 def _grid(patch: Topography, step: int, engine: Engine) -> Grid:
-    """Every pixel of a surface, or every second along both sides."""
+    """The grid of every pixel of a surface, or every second one along both sides."""
     heights = np.ascontiguousarray(patch.heights[::step, ::step])
     spacing = patch.spacing * step
     width = math.sqrt(spacing[0] * spacing[1])
@@ -319,7 +319,7 @@ def _at_border(touching: np.ndarray) -> bool:
 def _labelled(
     name: str, columns: dict[str, FloatArray], claims: Mapping[str, Claim], attributes: Mapping[str, Any]
 ) -> xr.Dataset:
-    """Columns with units over the given load, nan where their claims do not hold."""
+    """Columns with units over the given load, NaN where their claims do not hold."""
     import xarray as xr
 
     arrays = {

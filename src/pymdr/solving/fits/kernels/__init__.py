@@ -1,6 +1,6 @@
-"""Least squares over one family of forces, curves together; what is done at every sample is array formulas, and compiled for maps."""
+"""Least squares over one family of forces, for many curves; work per sample is array formulas, compiled for maps."""
 
-from pymdr.solving.fits.kernels.curves import AS_IT_IS, Found, fit_curves
+from pymdr.solving.fits.kernels.curves import AS_IT_IS, CurveFits, fit_curves
 from pymdr.solving.fits.kernels.descent import Wanted
 from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SCALE, SHAPE, TILT, Batch, FamilyTable
 from pymdr.solving.fits.kernels.starts import Engine
@@ -14,9 +14,9 @@ __all__ = [
     "SHAPE",
     "TILT",
     "Batch",
+    "CurveFits",
     "Engine",
     "FamilyTable",
-    "Found",
     "Wanted",
     "fit_curves",
 ]

@@ -1,4 +1,4 @@
-"""What is done at every sample of many curves, compiled, as loops. Loads numba."""
+"""The compiled work per sample of many curves, as loops. Loads numba."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ def _read(row: FloatArray, slope: FloatArray, root: float) -> tuple[float, float
 
 @register_jitable(**_FUSED)
 def _root_at(member: Member, machine: Machine, soft: float, travel: float, cell: int) -> tuple[float, int]:
-    """Root at one travel, and its cell, which is looked for from the given one on."""
-    travels, cells, reach = machine.travels, member.force.size - 1, member.deepest - member.fold
+    """Root at one travel, and its cell, searched from the given one on."""
+    travels, cells, span = machine.travels, member.force.size - 1, member.deepest - member.fold
     while cell < cells - 1 and travel > travels[cell + 1]:
         cell += 1
     while cell > machine.cell and travel < travels[cell]:
         cell -= 1
-    low, before, rate = cell / cells, travels[cell], 2.0 * reach * cell / cells + soft * member.slope[cell]
+    low, before, rate = cell / cells, travels[cell], 2.0 * span * cell / cells + soft * member.slope[cell]
     if cell <= machine.cell:
         cell, low, before, rate = machine.cell, machine.root, machine.travel, machine.rate
     wide = (cell + 1) / cells - low
@@ -63,8 +63,8 @@ def _root_at(member: Member, machine: Machine, soft: float, travel: float, cell:
     root = min(low + 2.0 * off * wide / (rise + bent), OUTSIDE)
     for _ in range(NEWTON):
         value, slope = _read(member.force, member.slope, root)
-        off = travel - member.fold - reach * root * root - soft * value
-        moved = root + off / max(2.0 * reach * root + soft * slope, 1e-6 * reach)
+        off = travel - member.fold - span * root * root - soft * value
+        moved = root + off / max(2.0 * span * root + soft * slope, 1e-6 * span)
         step = min(max(moved, 0.5 * (root + machine.root)), OUTSIDE) - root
         root += step
         if abs(step) < CLOSE:
@@ -101,9 +101,9 @@ def _turn(gain: FloatArray, first: int, last: int, step: int) -> int:
 
 
 @register_jitable(**_FUSED)
-def _leave(record: Record, theta: FloatArray, fold: float, found: Model) -> None:
-    """As :func:`pymdr.solving.fits.touching.in_contact`; what does not touch bears nothing."""
-    force, rates, touches = found
+def _leave(record: Record, theta: FloatArray, fold: float, fitted: Model) -> None:
+    """As :func:`pymdr.solving.fits.touching.in_contact`; the force out of contact is 0."""
+    force, rates, touches = fitted
     n, deepest, gain = force.size, int(np.argmax(record.place)), np.zeros(force.size)
     for i in range(n):
         if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
@@ -122,7 +122,7 @@ def _leave(record: Record, theta: FloatArray, fold: float, found: Model) -> None
 @register_jitable(**_FUSED)
 def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     """As :func:`pymdr.solving.fits.kernels.model.model_of`."""
-    n, scale, reach = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
+    n, scale, span = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
     soft = record.softness * scale
     machine = on_machine(member, soft)
     start = scale * _read(member.force, member.slope, machine.root)[0]
@@ -134,42 +134,42 @@ def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
         touches[i] = travel > 0.0
         if travel > machine.travel:
             if soft == 0.0:
-                root = min(math.sqrt((travel - member.fold) / reach), OUTSIDE)
+                root = min(math.sqrt((travel - member.fold) / span), OUTSIDE)
             else:
                 root, cell = _root_at(member, machine, soft, travel, cell)
             value, slope = _read(member.force, member.slope, root)
-            stretch = 2.0 * reach * max(root, LEAST_ROOT) + soft * slope
-            share = scale * slope / max(stretch, 1e-4 * reach)
+            stretch = 2.0 * span * max(root, LEAST_ROOT) + soft * slope
+            fraction = scale * slope / max(stretch, 1e-4 * span)
             force[i] = scale * value
-            rates[SCALE, i], rates[POINT, i] = scale * value - share * soft * value, -share
+            rates[SCALE, i], rates[POINT, i] = scale * value - fraction * soft * value, -fraction
             if member.varies:
                 over = _read(member.force_rate, member.slope_rate, root)[0]
                 folding = member.fold_rate * (1.0 - root * root) + soft * over
-                rates[SHAPE, i] = scale * over - share * folding
+                rates[SHAPE, i] = scale * over - fraction * folding
         elif machine.travel < 0.0:
             force[i], rates[SCALE, i], rates[SHAPE, i] = start, start, start_over
-    found = Model(force, rates, touches)
+    result = Model(force, rates, touches)
     if machine.travel < 0.0:
-        _leave(record, theta, machine.travel, found)
-    return found
+        _leave(record, theta, machine.travel, result)
+    return result
 
 
 def _compared(
     record: Record, theta: FloatArray, member: Member, used: BoolArray
 ) -> tuple[Model, FloatArray, float]:
     """As :func:`pymdr.solving.fits.kernels.descent.compared`."""
-    found, left, misfit = _model_of(record, theta, member), np.zeros(used.size), 0.0
+    result, left, misfit = _model_of(record, theta, member), np.zeros(used.size), 0.0
     for i in range(used.size):
         if used[i]:
-            left[i] = record.force[i] - theta[BASE] - theta[TILT] * record.place[i] - found.force[i]
+            left[i] = record.force[i] - theta[BASE] - theta[TILT] * record.place[i] - result.force[i]
             misfit += left[i] * left[i]
-    return found, left, misfit
+    return result, left, misfit
 
 
 def _normal_equations(
     place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """As :func:`pymdr.solving.fits.kernels.descent.normal_equations`, sums that are needed only."""
+    """As :func:`pymdr.solving.fits.kernels.descent.normal_equations`, without unneeded sums."""
     m, rows = directions.shape[0], np.empty((NUMBERS, place.size))
     for p in range(m):
         for i in range(place.size):
@@ -191,7 +191,7 @@ def _fitted_at(
     depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
 ) -> tuple[float, float, float]:
     """As :func:`pymdr.solving.fits.kernels.starts.fitted_at`."""
-    n, deepest, least, reach = depth.size, 0, 0.0, 1.0 / (member.deepest - member.fold)
+    n, deepest, least, span = depth.size, 0, 0.0, 1.0 / (member.deepest - member.fold)
     for i in range(n):
         if depth[i] > depth[deepest]:
             deepest = i
@@ -201,9 +201,9 @@ def _fitted_at(
         above = force[i] - level
         plain += above
         square += above * above
-        held = i > deepest and depth[i] >= member.fold and above < FULLY_OUT * least
-        if depth[i] > 0.0 or held:
-            root = math.sqrt((depth[i] - member.fold) * reach)
+        pulled = i > deepest and depth[i] >= member.fold and above < FULLY_OUT * least
+        if depth[i] > 0.0 or pulled:
+            root = math.sqrt((depth[i] - member.fold) * span)
             value = _read(member.force, member.slope, min(root, OUTSIDE))[0]
             some += value
             powers += value * value
@@ -221,13 +221,13 @@ def _fitted_at(
 
 
 def _let_compile() -> None:
-    """Let numba compile what the two outermost functions call, some of it in other words."""
+    """Register the functions that the two outermost ones call with numba, some of them as loops."""
     same: tuple[Any, ...] = (
         model.member_at,
         model.on_rung,
         model.on_machine,
         descent.solved,
-        descent.held_at_end,
+        descent.fixed_at_end,
         descent.descend,
     )
     loops: dict[Any, Any] = {

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.numerics.panels import IndexArray
-from pymdr.solving.fits.asking import AT_END, FOUND, NO_CONTACT, SEEN, UNSETTLED
 from pymdr.solving.fits.kernels.descent import (
     ITERATIONS,
     ROUGHLY,
@@ -20,43 +19,44 @@ from pymdr.solving.fits.kernels.descent import (
 )
 from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, Batch, FamilyTable
 from pymdr.solving.fits.kernels.starts import FEW, Engine, best_points, few_of, starts_at_tilts, tilts_of
+from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNSETTLED
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
-_POLISH, _TOLD, _MANY = 100, 1e-3, 8
-"""The second, a gain in parts of the sum of squares times the samples, where 1 is a standard error."""
+_POLISH, _GAIN, _MANY = 100, 1e-3, 8
+"""Steps of the last search, its gain relative to the sum of squares times the samples, and samples per start sample."""
 _ROUNDED = 1e-14
-"""Of the largest force: what a record that does not change is off its mean."""
+"""Rounding error of a constant record, relative to its largest force."""
 _POORLY, _ASIDES, _NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
-"""Samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
+"""Number of samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
 
 AS_IT_IS = Engine(descend_all, best_points)
 
 
-class Found(NamedTuple):
-    """What is found in curves, into which it is written."""
+class CurveFits(NamedTuple):
+    """Output of the fits of curves."""
 
     numbers: FloatArray
-    """Those of the model, of which the baseline stands in the middle of the places, sum of squares in N^2, samples used, largest depth
-    in m, and by how many variances of the noise the sum grows with the smallest number of the family."""
+    """Numbers of the model, with the baseline in the middle of the places, sum of squares in N^2, samples used, largest depth in m,
+    and the growth of the sum with the smallest number of the family, in variances of the noise."""
     covariances: FloatArray
     """Inverse of the normal equations of the free numbers."""
     residuals: FloatArray
-    """In N, of the samples that are used."""
+    """Residuals in N of the used samples."""
     ended: NDArray[np.int8]
 
-    def of(self, rows: IndexArray) -> Found:
+    def of(self, rows: IndexArray) -> CurveFits:
         """Copies of some rows."""
-        return Found(self.numbers[rows], self.covariances[rows], self.residuals[rows], self.ended[rows])
+        return CurveFits(self.numbers[rows], self.covariances[rows], self.residuals[rows], self.ended[rows])
 
-    def put(self, rows: IndexArray, some: Found) -> None:
+    def put(self, rows: IndexArray, some: CurveFits) -> None:
         """Write into some rows."""
         self.numbers[rows], self.covariances[rows] = some.numbers, some.covariances
         self.residuals[rows], self.ended[rows] = some.residuals, some.ended
 
 
 class _Search(NamedTuple):
-    """What all curves share."""
+    """The common part of the search of all curves."""
 
     wanted: Wanted
     family: FamilyTable
@@ -65,14 +65,14 @@ class _Search(NamedTuple):
     def from_places(
         self, batch: Batch, starts: FloatArray, limits: tuple[int, float], used: BoolArray | None = None
     ) -> Ends:
-        """Descents along all that is looked for."""
+        """Descents along all free numbers."""
         used = np.ones(batch.place.shape, dtype=np.bool_) if used is None else used
         return self.engine.descents(batch, self.wanted.directions, self.family, starts, used, limits)
 
     def at_shape(self, batch: Batch, starts: FloatArray, enough: float) -> Ends:
-        """Descents with the number of the family as it is."""
-        used, held = np.ones(batch.place.shape, dtype=np.bool_), without_shape(self.wanted.directions)
-        return self.engine.descents(batch, held, self.family, starts, used, (ITERATIONS, enough))
+        """Descents with a fixed number of the family."""
+        used, directions = np.ones(batch.place.shape, dtype=np.bool_), without_shape(self.wanted.directions)
+        return self.engine.descents(batch, directions, self.family, starts, used, (ITERATIONS, enough))
 
     @property
     def last(self) -> float:
@@ -86,53 +86,53 @@ def _of(batch: Batch, curves: IndexArray) -> Batch:
 
 
 def _put(ends: Ends, curves: IndexArray, others: Ends, better: BoolArray) -> None:
-    """Put better ends of some curves in place of those that are known."""
+    """Replace the ends of some curves by better ones."""
     for column, other in zip(ends, others, strict=True):
         column[curves[better]] = other[better]
 
 
 def _pulling(ends: Ends) -> IndexArray:
-    """How many samples stand in the pull: touch with a third of its largest at least."""
+    """Number of samples of the pull: in contact, with at least 0.3 of its largest value."""
     pull = np.minimum(ends.force.min(axis=1, keepdims=True), 0.0)
     return np.asarray(np.count_nonzero(ends.touches & (ends.force < FULLY_OUT * pull), axis=1))
 
 
 def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) -> FloatArray:
     """
-    Take ends of smaller sums of squares with numbers of the family on both sides; the distance to the farthest that fits as well.
+    Replace ends by better ones with other numbers of the family; return the distance to the farthest that fits as well.
 
-    Where a pull stands in a few samples, each that is taken for held or lost is a step in the misfit, which its curvature does not
-    tell. The farthest number is sought within the 95 % of one number.
+    If a pull has few samples, the misfit jumps when one of them gets in or out of contact, which its curvature does not show. The
+    farthest number is searched within the 95 % interval of one number.
     """
-    apart = np.zeros((len(batch.place), NUMBERS))
+    distance = np.zeros((len(batch.place), NUMBERS))
     poor, n = np.flatnonzero(_pulling(ends) < _POORLY), batch.place.shape[1]
     if not poor.size:
-        return apart
-    begun, beside = ends.theta[poor], []
+        return distance
+    origin, trials = ends.theta[poor], []
     for aside in _ASIDES:
-        trial = begun.copy()
+        trial = origin.copy()
         trial[:, SHAPE] += aside
         within = (search.family.first <= trial[:, SHAPE]) & (trial[:, SHAPE] <= search.last)
         curves = poor[within]
         if not curves.size:
             continue
-        held = search.at_shape(_of(batch, curves), trial[within], enough)
-        beside.append((curves, held))
-        better = held.misfit < ends.misfit[curves]
+        fixed = search.at_shape(_of(batch, curves), trial[within], enough)
+        trials.append((curves, fixed))
+        better = fixed.misfit < ends.misfit[curves]
         if better.any():
-            nearer, places = curves[better], held.theta[better]
+            nearer, places = curves[better], fixed.theta[better]
             others = search.from_places(_of(batch, nearer), places, (ITERATIONS, enough))
             _put(ends, nearer, others, others.misfit < ends.misfit[nearer])
-    for curves, held in beside:
-        away = held.theta - ends.theta[curves]
-        farther = held.misfit <= ends.misfit[curves] * (1.0 + _NORMAL_95**2 / n)
-        farther &= np.abs(away[:, SHAPE]) > np.abs(apart[curves, SHAPE])
-        apart[curves[farther]] = away[farther]
-    return apart
+    for curves, fixed in trials:
+        offset = fixed.theta - ends.theta[curves]
+        wider = fixed.misfit <= ends.misfit[curves] * (1.0 + _NORMAL_95**2 / n)
+        wider &= np.abs(offset[:, SHAPE]) > np.abs(distance[curves, SHAPE])
+        distance[curves[wider]] = offset[wider]
+    return distance
 
 
 def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
-    """By how many variances of the noise the sums of squares grow with the smallest number of the family."""
+    """Growth of the sums of squares with the smallest number of the family, in variances of the noise."""
     bare = ends.theta.copy()
     bare[:, SHAPE] = search.family.first
     larger = search.at_shape(batch, bare, ROUGHLY).misfit
@@ -141,11 +141,13 @@ def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArr
     return np.where(ends.misfit > 0.0, grows, math.inf)
 
 
-def _covariances(ends: Ends, apart: FloatArray, directions: FloatArray, variance: FloatArray) -> FloatArray:
-    """Inverses of the normal equations; other ends that fit as well widen what the curvature tells."""
+def _covariances(
+    ends: Ends, distance: FloatArray, directions: FloatArray, variance: FloatArray
+) -> FloatArray:
+    """Inverses of the normal equations, widened by other ends that fit as well."""
     first = np.argmax(np.abs(directions) > 0.0, axis=1)
-    moved = apart[:, first] / directions[np.arange(len(first)), first]
-    wide = (apart[:, SHAPE] != 0.0) & (variance > 0.0)
+    moved = distance[:, first] / directions[np.arange(len(first)), first]
+    wide = (distance[:, SHAPE] != 0.0) & (variance > 0.0)
     size = np.where(wide, _NORMAL_95**2 * variance, math.inf)
     widened: FloatArray = ends.covariance + moved[:, :, None] * moved[:, None, :] / size[:, None, None]
     return widened
@@ -154,7 +156,7 @@ def _covariances(ends: Ends, apart: FloatArray, directions: FloatArray, variance
 def _show_contact(
     batch: Batch, wanted: Wanted, ends: Ends, used: BoolArray, deepest: FloatArray
 ) -> BoolArray:
-    """Whether a constant force leaves squares that are larger than the noise makes them."""
+    """Whether a constant force leaves significantly larger squares."""
     level, count = batch.force - ends.theta[:, TILT, None] * batch.place, used.sum(axis=1)
     mean = (level * used).sum(axis=1) / count if wanted.free[BASE] else wanted.known[BASE]
     total = (((level - np.reshape(mean, (-1, 1))) * used) ** 2).sum(axis=1)
@@ -163,8 +165,8 @@ def _show_contact(
     return np.asarray(grows & (deepest > 0.0) & (total > rounded))
 
 
-def _begun(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray, IndexArray]:
-    """Where descents begin, nan where nothing touches, and how many samples told so."""
+def _first_places(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray, IndexArray]:
+    """Starts of the descents, NaN without contact, and the number of samples used for them."""
     chosen = few_of(batch.force)
     sizes, theta = np.count_nonzero(chosen, axis=1), np.full(known.shape, math.nan)
     for size in np.unique(sizes):
@@ -185,41 +187,43 @@ def _begun(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray
     return theta, sizes
 
 
-def _fit_rows(search: _Search, batch: Batch, known: FloatArray, found: Found) -> None:
-    """Fit curves whose samples are finite, and all count."""
+def _fit_rows(search: _Search, batch: Batch, known: FloatArray, fits: CurveFits) -> None:
+    """Fit curves whose samples are finite and all used."""
     count, n = batch.place.shape
     if n < 2 * len(search.wanted.directions) + 2:
         return
-    starts, sizes = _begun(search, batch, known)
-    begun = np.isfinite(starts).all(axis=1)
-    found.ended[:] = NO_CONTACT
-    if not begun.all():
-        rest = np.flatnonzero(begun)
-        some = found.of(rest)
+    starts, sizes = _first_places(search, batch, known)
+    has_start = np.isfinite(starts).all(axis=1)
+    fits.ended[:] = NO_CONTACT
+    if not has_start.all():
+        rest = np.flatnonzero(has_start)
+        some = fits.of(rest)
         if rest.size:
             _descend_from(search, _of(batch, rest), starts[rest], sizes[rest], some)
-        found.put(rest, some)
+        fits.put(rest, some)
     elif count:
-        _descend_from(search, batch, starts, sizes, found)
+        _descend_from(search, batch, starts, sizes, fits)
 
 
-def _descend_from(search: _Search, batch: Batch, starts: FloatArray, sizes: IndexArray, found: Found) -> None:
-    """Fit curves from where they begin."""
+def _descend_from(
+    search: _Search, batch: Batch, starts: FloatArray, sizes: IndexArray, fits: CurveFits
+) -> None:
+    """Fit curves from their starts."""
     wanted, (count, n), m = search.wanted, batch.place.shape, len(search.wanted.directions)
     long = np.flatnonzero(n > _MANY * sizes)
     if long.size:
-        # more samples first, so that the last steps over all of them are few
+        # an intermediate number of samples first saves steps over all of them
         stride = max(n // (_MANY * FEW), 1)
         more = Batch(
             batch.place[long, ::stride].copy(), batch.force[long, ::stride].copy(), batch.softness[long]
         )
         starts[long] = search.from_places(more, starts[long], (ITERATIONS, ROUGHLY)).theta
-    used, enough = np.ones(batch.place.shape, dtype=np.bool_), _TOLD / n
+    used, enough = np.ones(batch.place.shape, dtype=np.bool_), _GAIN / n
     ends = search.from_places(batch, starts, (_POLISH, enough))
-    apart, grows = np.zeros((count, NUMBERS)), np.full(count, math.inf)
+    distance, grows = np.zeros((count, NUMBERS)), np.full(count, math.inf)
     if wanted.adhesive:
         if wanted.free[SHAPE] and not wanted.tied:
-            apart = _try_other_ends(search, batch, ends, enough)
+            distance = _try_other_ends(search, batch, ends, enough)
             grows = _grown_without_family(search, batch, ends)
         jumps = ends.touches[:, 1:] != ends.touches[:, :-1]
         used[:, :-1] &= ~jumps
@@ -230,14 +234,14 @@ def _descend_from(search: _Search, batch: Batch, starts: FloatArray, sizes: Inde
     shows = _show_contact(batch, wanted, ends, used, deepest)
     shape, several = ends.theta[:, SHAPE], search.family.folds.size > 1
     at_end = several & ((shape <= search.family.first) | (shape >= search.last))
-    found.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FOUND)
-    found.numbers[:, :NUMBERS] = ends.theta
-    found.numbers[:, NUMBERS:] = np.column_stack([ends.misfit, counted, deepest, grows])
-    found.covariances[:] = _covariances(ends, apart, wanted.directions, ends.misfit / (counted - m))
-    found.residuals[np.arange(found.residuals.shape[1]) < counted[:, None]] = ends.left[used]
+    fits.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FITTED)
+    fits.numbers[:, :NUMBERS] = ends.theta
+    fits.numbers[:, NUMBERS:] = np.column_stack([ends.misfit, counted, deepest, grows])
+    fits.covariances[:] = _covariances(ends, distance, wanted.directions, ends.misfit / (counted - m))
+    fits.residuals[np.arange(fits.residuals.shape[1]) < counted[:, None]] = ends.left[used]
 
 
-def fit_curves(curves: Batch, wanted: Wanted, family: FamilyTable, found: Found, engine: Engine) -> None:
+def fit_curves(curves: Batch, wanted: Wanted, family: FamilyTable, fits: CurveFits, engine: Engine) -> None:
     """Fit many curves; samples that are not finite are left out."""
     search = _Search(wanted, family, engine)
     good = np.isfinite(curves.place) & np.isfinite(curves.force)
@@ -249,7 +253,7 @@ def fit_curves(curves: Batch, wanted: Wanted, family: FamilyTable, found: Found,
         if size and wanted.free[TILT]:
             middle = 0.5 * (place.min(axis=1) + place.max(axis=1))
             known[:, POINT] -= middle
-        own = found.of(rows)
+        own = fits.of(rows)
         _fit_rows(search, Batch(place - middle[:, None], force, curves.softness[rows]), known, own)
         own.numbers[:, POINT] += middle
-        found.put(rows, own)
+        fits.put(rows, own)

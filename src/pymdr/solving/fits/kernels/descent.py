@@ -26,28 +26,28 @@ from pymdr.solving.fits.touching import BoolArray
 from pymdr.units import FloatArray
 
 ITERATIONS, ROUGHLY = 60, 1e-3
-"""The second, a gain in parts of the sum of squares."""
-_STUCK, _FREE, _BLIND = 1e8, 1e-3, 1e-13
+"""Largest number of steps, and a gain relative to the sum of squares."""
+_STUCK, _FREE, _SINGULAR = 1e8, 1e-3, 1e-13
 _FARTHEST_STEP = 3.0
-"""Of the logarithm of the scale."""
+"""Largest step of the logarithm of the scale."""
 
 
 class Wanted(NamedTuple):
-    """What is looked for in each curve."""
+    """The unknowns of each curve."""
 
     known: FloatArray
-    """Numbers of the model that are not looked for."""
+    """Known numbers of the model."""
     free: BoolArray
-    """Which are; the scale and the number of the family are those that unknowns of their own move."""
+    """Free numbers of the model; scale and number of the family if an unknown moves them independently."""
     directions: FloatArray
-    """Of the numbers of the model, one free number in each row."""
+    """Directions in the numbers of the model, one row per free number."""
     tied: bool
     """Whether the scale alone moves the number of the family."""
     adhesive: bool
 
 
 class End(NamedTuple):
-    """Where a descent ends."""
+    """The end of a descent."""
 
     theta: FloatArray
     """The numbers of the model."""
@@ -62,7 +62,7 @@ class End(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """Where the descents of curves end, as :class:`End`, one in each row."""
+    """The ends of the descents of curves, as :class:`End`, one per row."""
 
     theta: FloatArray
     misfit: FloatArray
@@ -70,7 +70,7 @@ class Ends(NamedTuple):
     covariance: FloatArray
     """Inverse of the normal equations of the free numbers."""
     force: FloatArray
-    """Of the model in N, without baseline."""
+    """Force of the model in N, without baseline."""
     touches: BoolArray
     left: FloatArray
 
@@ -90,7 +90,7 @@ def descend(
     ----------
     record : Record
     directions : ndarray
-        Of :class:`Wanted`.
+        As in :class:`Wanted`.
     family : FamilyTable
     start : ndarray, shape (5,)
         Numbers of the model.
@@ -106,10 +106,10 @@ def descend(
     square, side = normal_equations(record.place, model, left, used, directions)
     damping, settled = 1e-3, False
     for _ in range(most):
-        held, pull = square, side
+        matrix, pull = square, side
         if member.varies and (theta[SHAPE] <= family.first or theta[SHAPE] >= last):
-            held, pull = held_at_end(square, side, directions[:, SHAPE], theta[SHAPE] >= last)
-        step, moved, expected = solved(held, damping, pull), theta.copy(), 0.0
+            matrix, pull = fixed_at_end(square, side, directions[:, SHAPE], theta[SHAPE] >= last)
+        step, moved, expected = solved(matrix, damping, pull), theta.copy(), 0.0
         for p in range(step.size):
             expected += step[p] * side[p]
             for i in range(NUMBERS):
@@ -119,18 +119,18 @@ def descend(
             moved[SHAPE] = min(max(moved[SHAPE], family.first), last)
             if moved[SHAPE] != theta[SHAPE]:
                 member = member_at(family, moved[SHAPE])
-        trial, other, found = compared(record, moved, member, used)
-        if not found <= misfit:
+        trial, other, trial_misfit = compared(record, moved, member, used)
+        if not trial_misfit <= misfit:
             damping *= 8.0
             if damping > _STUCK:
                 settled = True
                 break
             continue
-        gained = misfit - found
-        theta, model, left, misfit = moved, trial, other, found
+        gained = misfit - trial_misfit
+        theta, model, left, misfit = moved, trial, other, trial_misfit
         square, side = normal_equations(record.place, model, left, used, directions)
         damping = max(0.1 * damping, 1e-12)
-        # what is gained as it was expected leaves nothing that counts
+        # an expected small gain means convergence
         if gained <= enough * misfit or (damping < _FREE and abs(gained - expected) <= enough * misfit):
             settled = True
             break
@@ -140,7 +140,7 @@ def descend(
 def compared(
     record: Record, theta: FloatArray, member: Member, used: BoolArray
 ) -> tuple[Model, FloatArray, float]:
-    """The model, what it leaves of a record in N, and the sum of its squares."""
+    """The model, the residuals of a record in N, and the sum of their squares."""
     model = model_of(record, theta, member)
     left = used * (record.force - theta[BASE] - theta[TILT] * record.place - model.force)
     return model, left, float(np.dot(left, left))
@@ -149,27 +149,27 @@ def compared(
 def normal_equations(
     place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Of the free numbers."""
+    """The normal equations of the free numbers."""
     rates = np.dot(directions[:, :BASE], model.rates) + directions[:, BASE : BASE + 1]
     rates = (rates + directions[:, TILT:] * place) * used
     return np.dot(rates, rates.T), np.dot(rates, left)
 
 
-def held_at_end(
+def fixed_at_end(
     square: FloatArray, side: FloatArray, over_shape: FloatArray, at_last: bool
 ) -> tuple[FloatArray, FloatArray]:
     """The normal equations without free numbers that would take the number of the family beyond its end."""
-    held, pull = square.copy(), side.copy()
+    matrix, pull = square.copy(), side.copy()
     for p in range(side.size):
         if over_shape[p] * side[p] * (1.0 if at_last else -1.0) > 0.0:
-            held[p, :] = 0.0
-            held[:, p] = 0.0
+            matrix[p, :] = 0.0
+            matrix[:, p] = 0.0
             pull[p] = 0.0
-    return held, pull
+    return matrix, pull
 
 
 def solved(square: FloatArray, damping: float, side: FloatArray) -> FloatArray:
-    """Solve normal equations, whose diagonal is made 1 and then 1 + damping, by Cholesky; what is not told stays 0."""
+    """Solve normal equations, whose diagonal is made 1 and then 1 + damping, by Cholesky; undetermined numbers stay 0."""
     m = side.size
     lower, size, out = np.zeros((m, m)), np.ones(m), np.zeros(m)
     for p in range(m):
@@ -183,7 +183,7 @@ def solved(square: FloatArray, damping: float, side: FloatArray) -> FloatArray:
         value = square[p, p] / (size[p] * size[p]) + damping
         for i in range(p):
             value -= lower[p, i] * lower[p, i]
-        lower[p, p] = math.sqrt(value) if value > _BLIND else math.inf
+        lower[p, p] = math.sqrt(value) if value > _SINGULAR else math.inf
         value = side[p] / size[p]
         for i in range(p):
             value -= lower[p, i] * out[i]
@@ -199,7 +199,7 @@ def solved(square: FloatArray, damping: float, side: FloatArray) -> FloatArray:
 
 
 def put(row: NDArray[Any], values: NDArray[Any]) -> None:
-    """Write values into a row, of which numba would compile slowly what it says where the sizes differ."""
+    """Write values into a row; a separate function because numba compiles the size check slowly."""
     row[:] = values
 
 
@@ -211,7 +211,7 @@ def descend_all(
     limits: tuple[int, float],
     ends: Ends,
 ) -> None:
-    """:func:`descend` in curves, one after another, from the places that stand where their ends are to stand."""
+    """:func:`descend` in curves, one after another, from the starts in `ends`, which it overwrites."""
     m = directions.shape[0]
     for i in range(batch.place.shape[0]):
         record = Record(batch.place[i], batch.force[i], batch.softness[i])
@@ -228,7 +228,7 @@ def descend_all(
 
 
 def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:
-    """Curves that begin at some numbers of the model."""
+    """Ends with some numbers of the model as start."""
     count = len(starts)
     return Ends(
         starts.copy(),
@@ -242,5 +242,5 @@ def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:
 
 
 def without_shape(directions: FloatArray) -> FloatArray:
-    """Those that leave the number of the family as it is."""
+    """Directions with a fixed number of the family."""
     return np.asarray(directions[directions[:, SHAPE] == 0.0])

@@ -15,9 +15,9 @@ SCALE, SHAPE, POINT, BASE, TILT = range(5)
 :class:`pymdr.solving.fits.unknowns.Unknown`), contact point in m, baseline in N, and its tilt in N/m about the origin of the places."""
 NUMBERS = 5
 OUTSIDE = 1.02
-"""Largest root that is read, in parts of that of the deepest depth."""
+"""Largest root, relative to that of the deepest depth."""
 NEWTON, CLOSE = 30, 1e-6
-"""Most steps; the error left is the square of the last step."""
+"""Largest number of steps, and the last step, whose square is the error."""
 LEAST_ROOT = 1e-4
 
 
@@ -25,7 +25,7 @@ class FamilyTable(NamedTuple):
     """
     Forces of the members of a family over the root of the depth.
 
-    Of a member whose fold is at d_f the columns stand at d = d_f + (deepest - d_f) r^2, r evenly from 0 to 1.
+    The columns of a member with the fold d_f are at d = d_f + (deepest - d_f) r^2, with even r from 0 to 1.
     """
 
     forces: FloatArray
@@ -36,7 +36,7 @@ class FamilyTable(NamedTuple):
     """In m."""
     first: float
     step: float
-    """Of the numbers in which the members differ."""
+    """Step of the number in which the members differ."""
     deepest: float
     """In m."""
 
@@ -80,7 +80,7 @@ class Member(NamedTuple):
 
 
 class Machine(NamedTuple):
-    """A member on a machine, whose travel d_f + (deepest - d_f) r^2 + soft F(r) is least where the machine loses the contact."""
+    """A member on a machine; its travel d_f + (deepest - d_f) r^2 + soft F(r) is smallest at the loss of contact."""
 
     travels: FloatArray
     """In m, at the nodes of the member."""
@@ -92,7 +92,7 @@ class Machine(NamedTuple):
 
 
 class Model(NamedTuple):
-    """What a member bears at the samples of a record."""
+    """Forces of a member at the samples of a record."""
 
     force: FloatArray
     """In N, without baseline; 0 where the bodies are separated."""
@@ -102,7 +102,7 @@ class Model(NamedTuple):
 
 
 def on_rung(family: FamilyTable, k: int) -> Member:
-    """One of the members that are tabulated, without its rates."""
+    """A tabulated member, without its rates."""
     row, slope, fold = family.forces[k], family.slopes[k], family.folds[k]
     return Member(row, slope, row, slope, fold, 0.0, family.deepest, False)
 
@@ -128,7 +128,7 @@ def member_at(family: FamilyTable, number: float) -> Member:
     rate /= family.step
     fold, fold_rate = 0.0, 0.0
     for i in range(4):
-        # powers of the number, nearly
+        # folds are nearly powers of the number
         part = math.log(-folds[k + i]) if folds[0] < 0.0 else folds[k + i]
         fold += weight[i] * part
         fold_rate += rate[i] * part
@@ -165,47 +165,47 @@ def read(row: FloatArray, slope: FloatArray, root: FloatArray) -> tuple[FloatArr
 
 def on_machine(member: Member, soft: float) -> Machine:
     """Travels of a member on a machine of a compliance in m/N."""
-    cells, reach = member.force.size - 1, member.deepest - member.fold
+    cells, span = member.force.size - 1, member.deepest - member.fold
     if soft == 0.0:
         return Machine(member.force, 0.0, member.fold, 0.0, 0)
     nodes = np.arange(cells + 1) / cells
-    travels = member.fold + reach * nodes * nodes + soft * member.force
+    travels = member.fold + span * nodes * nodes + soft * member.force
     lowest = int(np.argmin(travels))
-    rate = 2.0 * reach * lowest / cells + soft * member.slope[lowest]
+    rate = 2.0 * span * lowest / cells + soft * member.slope[lowest]
     if lowest == 0 and rate >= 0.0:
         return Machine(travels, 0.0, travels[0], rate, 0)
-    # the rate of the travel is a quadratic in the cell that holds the minimum
+    # the rate of the travel is a quadratic in the cell of the minimum
     j = min(lowest, cells - 1) if rate < 0.0 else lowest - 1
     rise, u, v = member.force[j + 1] - member.force[j], member.slope[j] / cells, member.slope[j + 1] / cells
     bend, turn = 3.0 * rise - 2.0 * u - v, u + v - 2.0 * rise
-    c0 = 2.0 * reach * j / cells + soft * cells * u
-    c1, c2 = 2.0 * reach / cells + soft * cells * 2.0 * bend, soft * cells * 3.0 * turn
+    c0 = 2.0 * span * j / cells + soft * cells * u
+    c1, c2 = 2.0 * span / cells + soft * cells * 2.0 * bend, soft * cells * 3.0 * turn
     t = -2.0 * c0 / max(c1 + math.sqrt(max(c1 * c1 - 4.0 * c0 * c2, 0.0)), 1e-300)
     t = min(max(t, 0.0), 1.0)
     root, value = (j + t) / cells, member.force[j] + t * (u + t * (bend + t * turn))
-    rate = 2.0 * reach * root + soft * cells * (u + t * (2.0 * bend + 3.0 * t * turn))
-    travel = member.fold + reach * root * root + soft * value
+    rate = 2.0 * span * root + soft * cells * (u + t * (2.0 * bend + 3.0 * t * turn))
+    travel = member.fold + span * root * root + soft * value
     return Machine(travels, root, travel, max(rate, 0.0), min(int(root * cells), cells - 1))
 
 
 def roots_at(member: Member, machine: Machine, soft: float, travel: FloatArray) -> FloatArray:
     """Roots at travels in m beyond the loss of contact."""
-    cells, reach, first = member.force.size - 1, member.deepest - member.fold, machine.cell
+    cells, span, first = member.force.size - 1, member.deepest - member.fold, machine.cell
     beyond = np.searchsorted(machine.travels[first + 1 :], travel)
     cell = np.minimum(beyond + first, cells - 1)
     begins = cell == first
     low = np.where(begins, machine.root, cell / cells)
     before = np.where(begins, machine.travel, machine.travels[cell])
     wide = (cell + 1) / cells - low
-    rise = wide * np.where(begins, machine.rate, 2.0 * reach * low + soft * member.slope[cell])
-    # the parabola through both ends of the cell, which is the travel itself beside the fold
+    rise = wide * np.where(begins, machine.rate, 2.0 * span * low + soft * member.slope[cell])
+    # the parabola through both ends of the cell, exact next to the fold
     across, off = machine.travels[cell + 1] - before, travel - before
     bent = np.sqrt(np.maximum(rise * rise + 4.0 * (across - rise) * off, 1e-300))
     root: FloatArray = np.minimum(low + 2.0 * off * wide / (rise + bent), OUTSIDE)
     for _ in range(NEWTON):
         value, slope, _ = read(member.force, member.slope, root)
-        off = travel - member.fold - reach * root * root - soft * value
-        moved = root + off / np.maximum(2.0 * reach * root + soft * slope, 1e-6 * reach)
+        off = travel - member.fold - span * root * root - soft * value
+        moved = root + off / np.maximum(2.0 * span * root + soft * slope, 1e-6 * span)
         step = np.minimum(np.maximum(moved, 0.5 * (root + machine.root)), OUTSIDE) - root
         root = root + step
         if np.all(np.abs(step) < CLOSE):
@@ -215,36 +215,38 @@ def roots_at(member: Member, machine: Machine, soft: float, travel: FloatArray) 
 
 def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     """Forces of the model and their rates over its numbers."""
-    n, scale, reach = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
+    n, scale, span = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
     soft = record.softness * scale
     machine = on_machine(member, soft)
     travel = record.place - theta[POINT]
     beyond = np.flatnonzero(travel > machine.travel)
     if soft == 0.0:
-        root = np.minimum(np.sqrt((travel[beyond] - member.fold) / reach), OUTSIDE)
+        root = np.minimum(np.sqrt((travel[beyond] - member.fold) / span), OUTSIDE)
     else:
         root = roots_at(member, machine, soft, travel[beyond])
     value, slope, _ = read(member.force, member.slope, root)
-    stretch = 2.0 * reach * np.maximum(root, LEAST_ROOT) + soft * slope
-    share = scale * slope / np.maximum(stretch, 1e-4 * reach)
+    stretch = 2.0 * span * np.maximum(root, LEAST_ROOT) + soft * slope
+    fraction = scale * slope / np.maximum(stretch, 1e-4 * span)
     rates, force = np.zeros((BASE, n)), np.zeros(n)
     touches = travel > 0.0
     if machine.travel < 0.0:
-        # samples a little before the loss of contact may still be held, with the force there
+        # samples just beyond the loss of contact may be in contact, with the force there
         start = np.array([machine.root])
         force[:] = scale * read(member.force, member.slope, start)[0][0]
         rates[SCALE] = force
         rates[SHAPE] = scale * read(member.force_rate, member.slope_rate, start)[0][0]
     force[beyond] = scale * value
-    rates[SCALE][beyond] = scale * value - share * soft * value
-    rates[POINT][beyond] = -share
+    rates[SCALE][beyond] = scale * value - fraction * soft * value
+    rates[POINT][beyond] = -fraction
     if member.varies:
         over = read(member.force_rate, member.slope_rate, root)[0]
-        rates[SHAPE][beyond] = scale * over - share * (member.fold_rate * (1.0 - root * root) + soft * over)
+        rates[SHAPE][beyond] = scale * over - fraction * (
+            member.fold_rate * (1.0 - root * root) + soft * over
+        )
     if machine.travel < 0.0:
         measured = record.force - theta[BASE] - theta[TILT] * record.place
         touches = in_contact(travel, measured, force, machine.travel)
-        held = touches.astype(np.float64)
-        force *= held
-        rates *= held
+        mask = touches.astype(np.float64)
+        force *= mask
+        rates *= mask
     return Model(force, rates, touches)

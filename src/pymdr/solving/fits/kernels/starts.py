@@ -1,4 +1,4 @@
-"""Where descents begin: members of the family at many contact points."""
+"""Starts of the descents: members of the family at many contact points."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.numerics.panels import IndexArray
-from pymdr.solving.fits.asking import SEEN
 from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Ends, Wanted, ends_from
 from pymdr.solving.fits.kernels.model import (
     BASE,
@@ -25,34 +24,35 @@ from pymdr.solving.fits.kernels.model import (
     on_rung,
     read,
 )
+from pymdr.solving.fits.request import SEEN
 from pymdr.solving.fits.touching import BoolArray, first_guess_of_contact, scale_and_baseline
 from pymdr.units import FloatArray
 
 FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
 _SOFT_TRIALS, _SCALES = 7, np.geomspace(0.3, 1e4, 9)
-"""On machines that are softer than the contact: contact points, and stiffnesses in parts of what would bear the force at the whole depth."""
-_PRESSED, _SHARE, _FAR = 8, 0.05, 0.2
-"""Of them so many at least that are pressed: by more than that share of the largest force; the share of the places without contact."""
+"""For machines softer than the contact: contact points, and stiffnesses relative to that with the largest force at the whole depth."""
+_PRESSED, _FRACTION, _FAR = 8, 0.05, 0.2
+"""Smallest number of samples in contact, their smallest force relative to the largest, and the fraction of places without contact."""
 _ASIDE = 1.0
-"""Of the logarithm of the number of the family."""
+"""Distance of the other starts in the logarithm of the number of the family."""
 
 
 class Trials(NamedTuple):
-    """Curves of which members of the family are tried at contact points."""
+    """Curves to which members of the family are fitted at several contact points."""
 
     depth: FloatArray
     """Travel less deflection in m, one curve in each row."""
     force: FloatArray
     level: FloatArray
-    """About the force in N without contact."""
+    """Approximate force in N without contact."""
     points: FloatArray
-    """Those that are tried of each curve."""
+    """Contact points of each curve."""
     baseline: float
-    """In N; nan where it is looked for."""
+    """In N; NaN if it is unknown."""
 
 
 class Engine(NamedTuple):
-    """What is done at every sample, as it is or compiled."""
+    """The work per sample, interpreted or compiled."""
 
     descend_all: Callable[[Batch, FloatArray, FamilyTable, BoolArray, tuple[int, float], Ends], None]
     """:func:`pymdr.solving.fits.kernels.descent.descend_all`."""
@@ -68,20 +68,20 @@ class Engine(NamedTuple):
         used: BoolArray,
         limits: tuple[int, float],
     ) -> Ends:
-        """Where the descents of curves from some places end."""
+        """The ends of the descents of curves from some starts."""
         ends = ends_from(starts, batch.place.shape[1], len(directions))
         self.descend_all(batch, directions, family, used, limits, ends)
         return ends
 
 
 def few_of(force: FloatArray) -> BoolArray:
-    """Which samples searches begin with: a few along each record, and more where the contact is a small part of it."""
+    """Samples of the first search: a few along each record, and more if the contact is a small part of it."""
     stride, chosen = max(force.shape[1] // FEW, 1), np.zeros(force.shape, dtype=np.bool_)
     chosen[:, ::stride] = True
     along = force[:, ::stride]
-    # a retreat begins in contact, and ends far from it
+    # a retreat starts in contact and ends far from it
     level = np.minimum(_levels_of(along), _levels_of(along[:, ::-1]))
-    least = level + _SHARE * (force.max(axis=1) - level)
+    least = level + _FRACTION * (force.max(axis=1) - level)
     for i in np.flatnonzero(np.count_nonzero(along > least[:, None], axis=1) < _PRESSED):
         pressed = np.flatnonzero(force[i] > least[i])
         chosen[i, pressed[:: max(pressed.size // _PRESSED, 1)]] = True
@@ -89,21 +89,21 @@ def few_of(force: FloatArray) -> BoolArray:
 
 
 def _levels_of(force: FloatArray) -> FloatArray:
-    """About the forces in N where records begin."""
+    """Approximate forces in N at the beginning of records."""
     many = max(3, force.shape[1] // 20)
     return np.asarray(np.sort(force[:, :many], axis=1)[:, min(many, force.shape[1]) // 2])
 
 
 def _levels_far_of(place: FloatArray, force: FloatArray) -> FloatArray:
-    """About the forces in N farthest from the body."""
+    """Approximate forces in N farthest from the body."""
     low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
-    far = place <= low + _SHARE * (high - low)
+    far = place <= low + _FRACTION * (high - low)
     ranked = np.sort(np.where(far, force, math.inf), axis=1)
     return np.asarray(ranked[np.arange(len(ranked)), np.count_nonzero(far, axis=1) // 2])
 
 
 def tilts_of(batch: Batch, wanted: Wanted) -> list[FloatArray]:
-    """Tilts in N/m to begin with: what is known, or about the rise of the force far from the body, and none, where a record begins in contact."""
+    """First tilts in N/m: the known one, or the slope of the force far from the body, and 0 for records that start in contact."""
     none = np.zeros(len(batch.place))
     if not wanted.free[TILT]:
         return [none + wanted.known[TILT]]
@@ -118,7 +118,7 @@ def tilts_of(batch: Batch, wanted: Wanted) -> list[FloatArray]:
 def fitted_at(
     depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Scale and baseline of a member that fit best at depths about as they were, and what they leave; given ones are known, nan ones not."""
+    """Best scale and baseline of a member at approximate depths, and the sum of squares; NaN in `known` means unknown."""
     touches = np.flatnonzero(first_guess_of_contact(depth, force, member.fold, level))
     model = np.zeros(depth.size)
     root = np.sqrt((depth[touches] - member.fold) / (member.deepest - member.fold))
@@ -136,9 +136,9 @@ def best_points(trials: Trials, family: FamilyTable, scales: FloatArray, places:
     trials : Trials
     family : FamilyTable
     scales : ndarray, shape (members, 2)
-        Which members, and their scales, nan where they are looked for.
+        Members, and their scales, NaN if unknown.
     places : ndarray, shape (curves, members, 4)
-        Sum of squares in N^2, infinite as yet, scale, baseline, and contact point.
+        Sum of squares in N^2, initially infinite, scale, baseline, and contact point.
     """
     for i in range(places.shape[0]):
         depth, force, level = trials.depth[i], trials.force[i], trials.level[i]
@@ -152,7 +152,7 @@ def best_points(trials: Trials, family: FamilyTable, scales: FloatArray, places:
 
 
 def _points_along(places: FloatArray, known: FloatArray, wanted: Wanted, many: int) -> FloatArray:
-    """Contact points that are tried, in each row for one curve."""
+    """Contact points to try, one row per curve."""
     if not wanted.free[POINT]:
         return known[:, None]
     low, high = places.min(axis=1, keepdims=True), places.max(axis=1, keepdims=True)
@@ -164,7 +164,7 @@ def _starts_on_rungs(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The best place of each curve on some members: sums of squares, numbers of the model, and how far the largest pull is off."""
     depth = batch.place - batch.softness[:, None] * batch.force
-    # what is farthest from the body may still be held by adhesion
+    # the samples farthest from the body may still be in adhesive contact
     level = _levels_of(batch.force) if family.folds[0] < 0.0 else _levels_far_of(batch.place, batch.force)
     points = _points_along(depth, known[:, POINT] - batch.softness * level, wanted, _TRIALS)
     base = math.nan if wanted.free[BASE] else wanted.known[BASE]
@@ -172,7 +172,7 @@ def _starts_on_rungs(
     numbers = family.first + family.step * rungs
     scales = np.full(rungs.size, math.nan)
     if wanted.tied:
-        # known is the product of the scale with the number of the member
+        # the product of the scale and the number of the member is known
         scales = np.exp(wanted.known[SCALE] + wanted.known[SHAPE] - numbers)
     elif not wanted.free[SCALE]:
         scales[:] = math.exp(wanted.known[SCALE])
@@ -182,7 +182,7 @@ def _starts_on_rungs(
     misfits, scale, offset, point = np.moveaxis(places, 2, 0)
     theta = np.empty((len(depth), rungs.size, NUMBERS))
     theta[..., SCALE], theta[..., SHAPE], theta[..., BASE] = np.log(scale), numbers, offset
-    # the deflection was taken off with the baseline in it
+    # the deflection was subtracted including the baseline
     theta[..., POINT] = (
         point + batch.softness[:, None] * offset if wanted.free[POINT] else known[:, POINT, None]
     )
@@ -195,9 +195,9 @@ def _starts_on_machine(
     batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, engine: Engine
 ) -> FloatArray:
     """
-    The best places of a family of one member at some stiffnesses, without the depths of the samples; nan where nothing touches.
+    The best starts of a family of one member at some stiffnesses, without the depths of the samples; NaN without contact.
 
-    The depth of a sample is its travel less its deflection. Where a machine is much softer than the contact, that difference is noise.
+    The depth of a sample is its travel less its deflection. If a machine is much softer than the contact, that difference is noise.
     """
     count, least = len(batch.place), np.full(len(batch.place), math.inf)
     unit = (batch.force.max(axis=1) - batch.force.min(axis=1)) / np.abs(family.forces[0]).max()
@@ -222,7 +222,7 @@ def starts_at_tilts(
     batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, tilts: FloatArray, engine: Engine
 ) -> tuple[FloatArray, FloatArray]:
     """
-    The smallest sums of squares of a few samples, infinite where nothing touches, and their places, of searches from one tilt each.
+    The smallest sums of squares of a few samples, infinite without contact, and their places, of searches from one tilt each.
 
     Parameters
     ----------
@@ -230,7 +230,7 @@ def starts_at_tilts(
     wanted : Wanted
     family : FamilyTable
     known : ndarray, shape (curves, 5)
-        Numbers of the model that are not looked for, of each curve.
+        Known numbers of the model, of each curve.
     tilts : ndarray, shape (curves,)
         In N/m.
     engine : Engine
@@ -261,7 +261,7 @@ def starts_at_tilts(
             aside[:, SHAPE] += _ASIDE if turn == _KEPT else -_ASIDE
             try_from(np.arange(len(level)), aside)
             continue
-        # the first is the one that pulls as the record does: a pull may stand in a few samples
+        # the first has the same pull as the record, because a pull may have few samples
         chosen = np.argmin(off if turn == 0 and wanted.adhesive else misfits, axis=1)
         left = np.isfinite(misfits[np.arange(len(level)), chosen])
         if turn == _KEPT + 2:

@@ -1,13 +1,12 @@
-"""The way back from the line to the surface: integrals over g' on the panels of an image.
+"""The inverse map from the line to the surface: integrals over g' on the panels of an image.
 
     pressure        int_r^a g'(x) / sqrt(x^2 - r^2) dx
     gap             int_a^r g'(x) arccos(x / r) dx
     displacement    int_0^a g'(x) arcsin(x / r) dx
 
-Where x comes close to r a substitution takes out the root; behind a breakpoint b, where g' may be an inverse square
-root of x - b, it is taken out together with it. Distances are differences of offsets. Where the exponent k of a graded
-half-space makes the kernels other powers, pieces shrink toward r and toward b instead, and the powers are in the weights
-of those that end there.
+Near x = r a substitution removes the root, and after a breakpoint b, where g' may be an inverse square root of x - b, also
+that root. Distances are differences of offsets. For the other powers in the kernels of a graded half-space, segments are
+graded toward r and toward b instead, and the weights of the segments that end there contain the powers.
 """
 
 from __future__ import annotations
@@ -19,35 +18,35 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from pymdr.mapping.bunches import POINTS, Bunches, Level
 from pymdr.mapping.kernels import arc_above, arc_below
+from pymdr.mapping.panel_tree import NODES, Level, PanelTree
 from pymdr.numerics.panels import BoolArray, IndexArray, Selection, evaluate
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
-_CLOSE, _APART = 0.6, 1.0
-"""Distance from r, in widths of a panel or a bunch of them, from which on its charges stand for it."""
+_CLOSE, _FAR = 0.6, 1.0
+"""Least distance from r at which a panel or a tree node is replaced by its source strengths, over its width."""
 _CLEAR = 1.5
-"""Distance of r from a piece that begins at a breakpoint, in its root."""
+"""Least distance of r from a segment that begins at a breakpoint, in the root of the offset."""
 _WORK = 400_000
 _BITS = 27.0
-"""Half the number of bits of a double: below 4^-(27 / (n + 1)) of a stretch nothing is left of int x^n dx."""
+"""Half the number of bits of a double: the part below 4^-(27 / (n + 1)) of an interval is negligible in int x^n dx."""
 _Kernel: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-"""Of the distance from r, x and r."""
+"""Function of the distance from r, x and r."""
 
 
 @dataclass(frozen=True)
 class Stretch:
     """A part of the line between two places (base, offset) in m."""
 
-    slope: Bunches
+    slope: PanelTree
     start: tuple[float, float]
     stop: tuple[float, float]
 
 
 def over_root(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
     """
-    The integral of g' (x^2 - r^2)^((k-1)/2) over what of a stretch lies beyond each r.
+    The integral of g' (x^2 - r^2)^((k-1)/2) over the part of a stretch outside each r.
 
     Parameters
     ----------
@@ -70,19 +69,19 @@ def over_root(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.
 
 
 def with_arccos(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
-    """The integral of g' arccos(x / r), or its like for k, over what of a stretch lies below each r, shape (R,)."""
+    """The integral of g' arccos(x / r), or its analogue for k, over the part of a stretch below each r, shape (R,)."""
 
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
         if k != 0.0:
             return arc_above(*_sides(distance, x, r), k)
-        # of x = r - distance, without rounding beside r
+        # arccos(x / r) for x = r - distance, without cancellation
         return 2.0 * np.arcsin(np.sqrt(np.minimum(0.5 * distance / r, 1.0)))
 
     return _integrated(part, _Radii(base, offset, kernel, False, k))
 
 
 def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.0) -> FloatArray:
-    """The integral of g' arcsin(x / r), or its like for k, over a stretch that lies below each r, shape (R,)."""
+    """The integral of g' arcsin(x / r), or its analogue for k, over a stretch below each r, shape (R,)."""
 
     def kernel(distance: FloatArray, x: FloatArray, r: FloatArray) -> FloatArray:
         if k != 0.0:
@@ -93,18 +92,18 @@ def with_arcsin(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 
 
 
 def _sides(distance: FloatArray, x: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The ratio s = x / r and 1 - s^2, each with its digits."""
+    """The ratio s = x / r and 1 - s^2, each to full precision."""
     return np.minimum(x / r, 1.0), np.minimum(distance * (r + x) / (r * r), 1.0)
 
 
 class _Radii(NamedTuple):
-    """Where an integral is asked, and what of."""
+    """The radii and the kernel of an integral."""
 
     base: FloatArray
     offset: FloatArray
     kernel: _Kernel
     above: bool
-    """Whether it runs over what lies beyond each radius, or within it."""
+    """Whether the integral is over x above each radius, or below it."""
     k: float
 
     def take(self, index: slice) -> _Radii:
@@ -118,10 +117,10 @@ class _Radii(NamedTuple):
 
 
 class _Parts(NamedTuple):
-    """Parts of panels or bunches, flat."""
+    """Parts of panels or tree nodes, flat."""
 
     row: IndexArray
-    """Of the radius."""
+    """Index of the radius."""
     panel: IndexArray
     low: FloatArray
     high: FloatArray
@@ -145,62 +144,62 @@ def _integrated(part: Stretch, radii: _Radii) -> FloatArray:
 
 
 def _block(part: Stretch, radii: _Radii) -> FloatArray:
-    """Descend from the widest bunches to those far enough from r, and to the panels beside it."""
+    """Descend from the widest tree nodes to those far enough from r, and to the adjacent panels."""
     base, offset, _, above, k = radii
     total = np.zeros(base.shape)
     levels = part.slope.levels
-    row, bunch = (index.ravel() for index in np.indices((base.size, levels[-1].base.size)))
+    row, node = (index.ravel() for index in np.indices((base.size, levels[-1].base.size)))
     for depth in range(len(levels) - 1, -1, -1):
         level = levels[depth]
-        own = level.base[bunch]
+        own = level.base[node]
         at = (base[row] - own) + offset[row]
-        low = np.maximum(level.low[bunch], (part.start[0] - own) + part.start[1])
-        high = np.minimum(level.high[bunch], (part.stop[0] - own) + part.stop[1])
+        low = np.maximum(level.low[node], (part.start[0] - own) + part.start[1])
+        high = np.minimum(level.high[node], (part.stop[0] - own) + part.stop[1])
         low, high = np.maximum(low, at) if above else low, high if above else np.minimum(high, at)
-        parts = _Parts(row, bunch, low, high, at).take(high > low)
-        row, bunch, low, high, at = parts
-        width = level.high[bunch] - level.low[bunch]
-        far = (low == level.low[bunch]) & (high == level.high[bunch])
-        far &= (low - at if above else at - high) >= (_APART if depth else _CLOSE) * width
+        parts = _Parts(row, node, low, high, at).take(high > low)
+        row, node, low, high, at = parts
+        width = level.high[node] - level.low[node]
+        far = (low == level.low[node]) & (high == level.high[node])
+        far &= (low - at if above else at - high) >= (_FAR if depth else _CLOSE) * width
         if k != 0.0 and not above:
             # the kernels begin like x^(1+k)
-            far &= level.base[bunch] + low >= width
+            far &= level.base[node] + low >= width
         _add_far(total, level, parts.take(far), radii)
         parts = parts.take(~far)
-        row, bunch, *_ = parts
+        row, node, *_ = parts
         if depth:
-            row, bunch = np.concatenate([row, row]), np.concatenate([2 * bunch, 2 * bunch + 1])
-            known = bunch < levels[depth - 1].base.size
-            row, bunch = row[known], bunch[known]
+            row, node = np.concatenate([row, row]), np.concatenate([2 * node, 2 * node + 1])
+            known = node < levels[depth - 1].base.size
+            row, node = row[known], node[known]
     if row.size:
         total += (_near if k == 0.0 else _near_graded)(part.slope, parts, radii)
     return total
 
 
 def _add_far(total: FloatArray, level: Level, parts: _Parts, radii: _Radii) -> None:
-    row, bunch, _, _, at = parts
-    rows = _WORK // POINTS
+    row, node, _, _, at = parts
+    rows = _WORK // NODES
     for start in range(0, row.size, rows):
         chosen = slice(start, start + rows)
-        i, c = row[chosen], bunch[chosen]
+        i, c = row[chosen], node[chosen]
         place = level.offset[c]
         gap = place - at[chosen, None] if radii.above else at[chosen, None] - place
         values = radii.kernel(gap, level.base[c][:, None] + place, radii.r[i][:, None])
-        total += np.bincount(i, np.einsum("ij,ij->i", level.charge[c], values), total.size)
+        total += np.bincount(i, np.einsum("ij,ij->i", level.strength[c], values), total.size)
 
 
-def _at(slope: Bunches, panel: IndexArray, offset: FloatArray) -> FloatArray:
+def _at(slope: PanelTree, panel: IndexArray, offset: FloatArray) -> FloatArray:
     index = np.broadcast_to(panel[:, None], offset.shape)
     return evaluate(slope.panels, slope.curve, index.ravel(), offset.ravel()).reshape(offset.shape)
 
 
-def _near(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
-    """Parts beside r: x = r +- v^2, or the same in the square root of the offset on rooted panels."""
+def _near(slope: PanelTree, parts: _Parts, radii: _Radii) -> FloatArray:
+    """Parts adjacent to r: x = r +- v^2, or the same in the square root of the offset on rooted panels."""
     row, panel, low, high, at = parts
     base, offset, kernel, above, _ = radii
     total = np.zeros(base.shape)
     rooted = slope.panels.rooted[panel]
-    s, w = gauss(POINTS)
+    s, w = gauss(NODES)
     plain = np.flatnonzero(~rooted)
     if plain.size:
         i, p = row[plain], panel[plain]
@@ -236,14 +235,14 @@ def _near(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
     return total
 
 
-def _near_graded(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
-    """Parts beside r on pieces that shrink toward it and toward breakpoints."""
+def _near_graded(slope: PanelTree, parts: _Parts, radii: _Radii) -> FloatArray:
+    """Parts adjacent to r on segments graded toward it and toward breakpoints."""
     row, panel, low, high, at = parts
     base, offset, kernel, above, k = radii
     total = np.zeros(base.shape)
     panels, n = slope.panels, slope.panels.order
     gain = 0.5 * (1.0 + k)
-    for i, lo, hi, kind in _pieces(panels.rooted[panel], low, high, at, n, above):
+    for i, lo, hi, kind in _segments(panels.rooted[panel], low, high, at, n, above):
         p, r = panel[i], (base + offset)[row[i]][:, None]
         b, place = panels.base[p][:, None], at[i][:, None]
         power = slope.curve.power[p]
@@ -253,12 +252,12 @@ def _near_graded(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
             if kind == "touches":
                 # the kernel is the power of the distance in the weights, and a smooth factor
                 rule = gain - 1.0 if above else 1.0 - gain
-                s, w = gauss(POINTS, rule)
+                s, w = gauss(NODES, rule)
                 gap = width * s
                 delta = np.clip(place + (gap if above else -gap), lo[:, None], hi[:, None])
                 value = _at(slope, p, delta) * width * w / s**rule
             elif kind == "plain":
-                s, w = gauss(POINTS)
+                s, w = gauss(NODES)
                 rooted = panels.rooted[p][:, None]
                 first, last = panels.root(lo)[:, None], panels.root(hi)[:, None]
                 root = first + (last - first) * s
@@ -273,7 +272,7 @@ def _near_graded(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
                     total[row[i[rows]]] = np.copysign(math.inf, sign)
                     continue
                 rule = n * (own + 1.0) - 1.0
-                s, w = gauss(POINTS, rule)
+                s, w = gauss(NODES, rule)
                 delta = np.maximum(hi[rows, None] * s**n, np.finfo(float).tiny)
                 gap = np.maximum(np.abs(delta - place[rows]), np.finfo(float).tiny)
                 value = _at(slope, p[rows], delta) * n * hi[rows, None] * s ** (n - 1.0 - rule) * w
@@ -282,17 +281,17 @@ def _near_graded(slope: Bunches, parts: _Parts, radii: _Radii) -> FloatArray:
     return total
 
 
-def _pieces(
+def _segments(
     rooted: BoolArray, low: FloatArray, high: FloatArray, at: FloatArray, order: float, above: bool
 ) -> Iterator[tuple[IndexArray, FloatArray, FloatArray, str]]:
     """
-    Parts of stretches low <= offset <= high with r at `at`, on each of which one rule does.
+    Segments of low <= offset <= high with r at `at`, for one quadrature rule each.
 
-    They come in groups of a kind: those that touch r, those that begin at a breakpoint, those that do both, and plain
-    ones that are no longer than their distance from r and from the breakpoint.
+    They come in groups of a kind: segments that touch r, that begin at a breakpoint, that do both, and plain ones that are
+    no longer than their distance from r and from the breakpoint.
     """
     index, lo, hi = np.arange(low.size), low, high
-    apart = _CLEAR**order
+    separation = _CLEAR**order
     while index.size:
         place, begins = at[index], rooted[index] & (lo == 0.0)
         touches = (lo == place) if above else (hi == place)
@@ -301,19 +300,19 @@ def _pieces(
         toward_low = (rooted[index] & (lo == 0.0)) | above
         middle = lo + np.where(toward_low, 0.25, 0.75) * width
         thin = ~((lo < middle) & (middle < hi))
-        room = np.where(rooted[index], np.minimum(near, lo), near)
+        clearance = np.where(rooted[index], np.minimum(near, lo), near)
         clear = {
             "both": begins & touches & above,
             "touches": touches & ~begins & (~rooted[index] | (width <= lo)),
-            "begins": begins & ~touches & (np.where(above, near, place) >= apart * hi),
-            "plain": ~touches & ~begins & (thin | (width <= 3.0 * room)),
+            "begins": begins & ~touches & (np.where(above, near, place) >= separation * hi),
+            "plain": ~touches & ~begins & (thin | (width <= 3.0 * clearance)),
         }
         done = thin
         for kind, chosen in clear.items():
             done = done | chosen
             if chosen.any():
                 yield index[chosen], lo[chosen], hi[chosen], kind
-        # a quarter beside the end toward which pieces shrink
+        # the quarter next to the graded end is divided further
         index, lo, middle, hi = index[~done], lo[~done], middle[~done], hi[~done]
         index = np.concatenate([index, index])
         lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
@@ -323,10 +322,9 @@ def _octaves(
     row: IndexArray, panel: IndexArray, low: FloatArray, high: FloatArray, at: FloatArray, power: FloatArray
 ) -> tuple[IndexArray, IndexArray, FloatArray, FloatArray]:
     """
-    Parts of rooted panels divided where the offset has grown fourfold, down to the distance of r.
+    Parts of rooted panels divided at fourfold offsets, down to the distance of r.
 
-    Those that begin at a breakpoint with a power that the root does not take out are divided down to where nothing is
-    left to integrate.
+    Parts that begin at a breakpoint with a power that the root does not remove are divided until the rest is negligible.
     """
     scale = np.abs(at)
     smallest = np.maximum(low, np.minimum(np.where(scale > 0.0, scale, 0.0), high))
@@ -349,7 +347,7 @@ def _through_both(
     low: FloatArray, high: FloatArray, at: FloatArray, s: FloatArray, above: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
-    Offsets, distances from r and derivatives in a variable that takes out both roots.
+    Offsets, distances from r and derivatives in a variable that removes both roots.
 
     With t = sqrt(offset) it is t = t_r cosh for x beyond r, t_r sinh where r lies before the breakpoint, and
     t = t_r sin for x below r; t_r is the root of the distance of r from the breakpoint.
@@ -381,7 +379,7 @@ def _through_both(
 
 
 def _beyond(distance: FloatArray, root: FloatArray) -> FloatArray:
-    """arcosh(t / root) from the distance t^2 - root^2, which keeps its digits next to t = root."""
+    """arcosh(t / root) from the distance t^2 - root^2, without cancellation next to t = root."""
     return np.asarray(np.arcsinh(np.sqrt(np.maximum(distance, 0.0))[:, None] / root))
 
 
@@ -426,7 +424,7 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray, k: flo
             total = float(((x / top) ** power / (x + radius) ** loss) @ w_first) * width ** (1.0 - loss)
         octave = np.diff(edges[1:])[:, None]
         x = edges[1:-1, None] + octave * s
-        # the squares may underflow, and what is divided by their root overflow
+        # the squares may underflow
         root = (
             np.sqrt(x - radius) * np.sqrt(x + radius)
             if k == 0.0
@@ -439,7 +437,7 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray, k: flo
 
 def power_with_arccos(n: float, high: FloatArray, r: FloatArray, k: float = 0.0) -> FloatArray:
     """
-    The integral int_0^h n t^(n-1) arccos(t) dt, or its like for k, where h = high / r is at most 1 and n above 0.
+    The integral int_0^h n t^(n-1) arccos(t) dt, or its analogue for k, where h = high / r is at most 1 and n above 0.
 
     Notes
     -----
@@ -457,7 +455,7 @@ def power_with_arccos(n: float, high: FloatArray, r: FloatArray, k: float = 0.0)
 
 def power_with_arcsin(n: float, high: FloatArray, r: FloatArray, k: float = 0.0) -> FloatArray:
     """
-    The integral int_0^h n t^(n-1) arcsin(t) dt, or its like for k, where h = high / r is at most 1 and n above 0.
+    The integral int_0^h n t^(n-1) arcsin(t) dt, or its analogue for k, where h = high / r is at most 1 and n above 0.
 
     Examples
     --------

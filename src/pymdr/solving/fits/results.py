@@ -1,4 +1,4 @@
-"""What a fit found."""
+"""Results of fits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from pymdr.errors import QuantityError
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
-from pymdr.quantities import one_name
+from pymdr.quantities import one_name, parameter_label
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.searching import Search, profile_end
@@ -28,26 +28,26 @@ _STEP = 1e-6
 
 
 class Fitted(NamedTuple):
-    """A number that was found."""
+    """A fitted number."""
 
     name: str
     value: float
-    """In the unit."""
+    """Value in the unit."""
     error: float
-    """Standard error in the unit; nan where the value rests at a bound."""
+    """Standard error in the unit; NaN if the value is at a bound."""
     low: float
     high: float
-    """Ends of the interval of 95 %, in the unit; the bounds where the value rests at one."""
+    """Ends of the 95 % interval in the unit; the bounds if the value is at one of them."""
     unit: str
     """The SI unit."""
 
     @property
     def is_at_bound(self) -> bool:
-        """Whether the value rests at a bound, so that no error is known."""
+        """Whether the value is at a bound, so that no error is known."""
         return math.isnan(self.error)
 
     def plain(self) -> dict[str, Any]:
-        """Its parts by name, None for numbers that JSON lacks."""
+        """The fields by name, None for numbers that JSON cannot represent."""
         return {
             name: None if isinstance(part, float) and not math.isfinite(part) else part
             for name, part in self._asdict().items()
@@ -61,7 +61,7 @@ class Fitted(NamedTuple):
 
     @property
     def digits(self) -> int:
-        """As many as tell the ends of the interval apart."""
+        """Number of digits that distinguishes the ends of the interval."""
         width, largest = self.high - self.low, max(abs(self.low), abs(self.high))
         if not 0.0 < width < largest < math.inf:
             return _DIGITS
@@ -69,47 +69,49 @@ class Fitted(NamedTuple):
 
 
 def force_of(contact: Contact) -> str:
-    """Which force a record of the contact is of."""
+    """Name of the force in records of a contact."""
     return "normal_force" if contact.friction is None else "tangential_force"
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitResult(Answer):
-    """What a fit found, and how well it fits."""
+    """The result of a fit."""
 
     contact: Contact
-    """With the values that were found."""
+    """With the fitted values."""
     curves: tuple[MeasuredCurve, ...] | tuple[ShearRecord, ...]
     values: Mapping[str, Fitted]
     """Unknowns and origins by name."""
     data: xr.Dataset
     """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N), with friction ``shift`` (m) and
-    ``tangential_force`` (N), from the origins that were found, and the load or indentation of the record; ``model`` and
-    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s). The claims say how far the model
-    can be trusted at the deepest sample."""
+    ``tangential_force`` (N), from the fitted origins, and the load or indentation of the record; ``model`` and
+    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s). The claims
+    are those of the model at the deepest sample."""
     noise: float
     """Standard deviation of the residuals in N."""
     waves: float
-    """What of the residuals hangs together, in parts of what differs between neighbours; 0 where they are noise alone."""
+    """Correlated part of the residuals relative to the noise between neighbours; 0 for pure noise."""
     correlated: float
-    """How many samples tell as much as one independent one; it widens the errors by its root."""
+    """Number of samples equivalent to one independent sample; its root is a factor of the errors."""
     aicc: float
-    """Akaike's information criterion for small samples, of the independent ones."""
+    """Akaike's information criterion for small samples, with the independent samples."""
     search: Search
     free: FloatArray
-    """The numbers at which the search ended: logarithms of sizes, and parts of the ranges of the record."""
+    """The free numbers at the end of the search: logarithms of sizes, and origins relative to the ranges of the record."""
 
-    told: ClassVar = ("normal_force", "tangential_force")
+    summary_claims: ClassVar = ("normal_force", "tangential_force")
     claims_of_rows: ClassVar = False
 
     @property
     def force(self) -> str:
-        """Which force was fitted: ``normal_force``, or with friction ``tangential_force``."""
+        """The fitted force: ``normal_force``, or with friction ``tangential_force``."""
         return force_of(self.contact)
 
     def __getitem__(self, name: str) -> Fitted:
         if one_name(name) not in self.values:
-            raise QuantityError(f"no {shown(name)} was looked for; there are {', '.join(self.values)}")
+            raise QuantityError(
+                f"{shown(name)} is not an unknown of this fit; the unknowns are {', '.join(self.values)}"
+            )
         return self.values[name]
 
     def profile_intervals(
@@ -121,19 +123,19 @@ class FitResult(Answer):
         Parameters
         ----------
         names : sequence of str, optional
-            Of the values; all unknowns of the contact unless given.
+            Names of values; all unknowns of the contact by default.
         sigma : float
             Half width in standard deviations of a normal distribution: 1.96 for 95 %.
 
         Returns
         -------
         dict of str to (float, float)
-            Ends in SI units; errors that hang together widen them as they do the others. The bounds of what rests at one.
+            Ends in SI units, widened by correlated residuals as the other intervals; the bounds for values at a bound.
 
         Raises
         ------
         QuantityError
-            If a name was not looked for.
+            If a name is not an unknown of the fit.
         """
         from scipy.special import ndtr, stdtrit
 
@@ -142,14 +144,14 @@ class FitResult(Answer):
         wide = stdtrit(samples, ndtr(sigma * math.sqrt(self.correlated)))
         ends = {}
         for name in names:
-            found = self[name]
-            if found.is_at_bound:
-                ends[name] = (found.low, found.high)
+            fitted = self[name]
+            if fitted.is_at_bound:
+                ends[name] = (fitted.low, fitted.high)
                 continue
             i, values = self.search.names.index(name), []
             moved = self.free.copy()
             moved[i] += _STEP
-            step = sigma * found.error * _STEP / (self.search.named(moved)[name] - found.value)
+            step = sigma * fitted.error * _STEP / (self.search.named(moved)[name] - fitted.value)
             for one in (-step, step):
                 moved[i] = profile_end(self.search, self.free, i, one, wide**2 / samples)
                 values.append(self.search.named(moved)[name])
@@ -161,14 +163,14 @@ class FitResult(Answer):
             [one.name, *(written(x, one.unit, one.digits) for x in (one.value, one.error, one.low, one.high))]
             for one in self.values.values()
         ]
-        words = ["found", "value", "standard error", "95 % from", "to"]
-        return (words, [""] * len(words)), rows
+        header = ["found", "value", "standard error", "95 % from", "to"]
+        return (header, [""] * len(header)), rows
 
     def _remarks(self) -> list[str]:
         used = int(self.data["used"].values.sum())
         line = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
         if self.correlated > 1.0:
-            line += f", of which {self.correlated:.3g} tell as much as an independent one"
+            line += f", {self.correlated:.3g} of which are equivalent to one independent sample"
         return [line]
 
     def _others(self) -> dict[str, str]:
@@ -187,11 +189,14 @@ class FitResult(Answer):
         return super()._stored().assign_attrs(pymdr_fit=json.dumps(fitted))
 
     def _figure(self) -> Figure:
-        """The curves with their model, and what is left."""
+        """The curves with their model, and the residuals."""
         from pymdr.presentation.plot import fitted_curves
 
-        return fitted_curves(self.data, [str(value) for value in self.values.values()])
+        return fitted_curves(
+            self.data,
+            [f"{parameter_label(name)}{str(one).removeprefix(name)}" for name, one in self.values.items()],
+        )
 
     def __repr__(self) -> str:
-        found = ", ".join(f"{one.name} = {written(one.value, one.unit, 4)}" for one in self.values.values())
-        return f"<pymdr.FitResult {found}>"
+        values = ", ".join(f"{one.name} = {written(one.value, one.unit, 4)}" for one in self.values.values())
+        return f"<pymdr.FitResult {values}>"

@@ -1,4 +1,4 @@
-"""What is asked of an impact."""
+"""The request of an impact."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from pymdr.units import QuantityLike, shown, to_si
 
 
 @dataclass(frozen=True)
-class Asked:
+class ImpactRequest:
     """An impact in SI units."""
 
     contact: Contact
     mass: float
     normal: float
     """Normal speed in m/s."""
-    sideways: float
+    tangential: float
     """Tangential speed of the centre in m/s."""
     spin: float
     radius: float | None
@@ -31,15 +31,15 @@ class Asked:
     @property
     def contact_point(self) -> float:
         """Tangential speed of the contact point in m/s."""
-        return self.sideways + (self.radius or 0.0) * self.spin
+        return self.tangential + (self.radius or 0.0) * self.spin
 
 
-def above(value: QuantityLike, unit: str, name: str, who: str = "impact") -> float:
+def above(value: QuantityLike, unit: str, name: str, prefix: str = "impact") -> float:
     """A number above 0 in a unit, or an error that names it."""
     number = to_si(value, unit, name=name)
     if not 0.0 < number < math.inf:
-        raise ProblemError(f"{who}: {name} = {shown(value)}; it must be above 0 {unit} and finite")
-    return float(within_range(number, unit, f"{who}: {name}", size=True))
+        raise ProblemError(f"{prefix}: {name} = {shown(value)}; it must be above 0 {unit} and finite")
+    return float(within_range(number, unit, f"{prefix}: {name}", size=True))
 
 
 def read(
@@ -51,8 +51,8 @@ def read(
     radius: QuantityLike | None,
     spin: QuantityLike,
     steps: int,
-) -> Asked:
-    """Check what is asked, and take balls for solid ones where nothing else is said."""
+) -> ImpactRequest:
+    """Check the arguments; balls are solid by default."""
     if not isinstance(contact, Contact):
         raise ProblemError(f"impact: {contact!r} is not a Contact; write Contact(profile, body)")
     m, v = above(mass, "kg", "mass"), above(speed, "m/s", "speed")
@@ -84,31 +84,31 @@ def read(
         raise ProblemError(
             f"impact: with friction a {type(contact.profile).__name__} needs the moment of inertia about its centre and the "
             "distance to the contact point; give inertia='4e-7 kg*m^2' and radius='10 mm' (only spheres and paraboloids of "
-            "their own radius are taken for solid balls)"
+            "their own radius have defaults, those of solid balls)"
         )
-    normal, sideways = v * math.cos(tilt), v * math.sin(tilt)
-    return Asked(contact, m, normal, sideways, turning, arm, gyration, int(steps))
+    normal, tangential = v * math.cos(tilt), v * math.sin(tilt)
+    return ImpactRequest(contact, m, normal, tangential, turning, arm, gyration, int(steps))
 
 
-def coefficient_of(contact: Contact, who: str) -> float:
+def coefficient_of(contact: Contact, prefix: str) -> float:
     """
     The coefficient of friction, 0 without.
 
     Raises
     ------
     ProblemError
-        If a body has a memory and the coefficient is above 0, or a body is layered.
+        If a body has memory and the coefficient is above 0, or a body is layered.
     """
     if contact.layered is not None:
         raise ProblemError(
-            f"{who}: impacts on a Layered body are not offered: waves that return from its base are not in the quasi-static force "
-            "law; solve(...) gives that law, or take Elastic for the body"
+            f"{prefix}: impacts on a Layered body are not available: the quasi-static force law ignores waves reflected by the base; "
+            "solve(...) gives that law, or use Elastic for the body"
         )
     mu = 0.0 if contact.friction is None else contact.friction.coefficient
     if mu > 0.0 and contact.remembers:
         raise ProblemError(
-            f"{who}: friction (mu = {mu:g}) in impacts of bodies with memory is not offered; leave friction out for the normal "
-            "motion, or take Elastic for the stiffness at one time"
+            f"{prefix}: friction (mu = {mu:g}) in impacts of bodies with memory is not available; leave friction out for the normal "
+            "motion, or use Elastic with the modulus at one time"
         )
     return mu
 

@@ -1,14 +1,14 @@
-"""A resolved slope as it acts on the line: three integrals over f' at given places.
+"""The Abel integrals of a resolved slope: three integrals over f' at given places of the line.
 
-They are taken at once, each a sum of terms of one sign where f' has one sign,
+They are computed together, each a sum of terms of one sign where f' has one sign,
 
     g(x) = x int_0^x f' / sqrt(x^2 - r^2) dr,
     m(x) = int_0^x t g' dt = int_0^x f' r^2 / sqrt(x^2 - r^2) dr,
     g'(x) = int_0^x (r f')' / sqrt(x^2 - r^2) dr + sum over kinks b of jump b / sqrt(x^2 - b^2).
 
-Quarter octaves far below x enter by their moments, other panels by Gauss nodes, bunches of them by interpolation, those
-beside x by rules that take out the square root. Differences x - r are formed from offsets, so that nothing is lost beside
-a breakpoint.
+Quarter octaves far below x enter by their moments, other panels by Gauss nodes, tree nodes by interpolation, and panels
+adjacent to x by rules that remove the square root. Differences x - r are formed from offsets, which avoids cancellation
+next to a breakpoint.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from pymdr.mapping.quarters import (
-    APART,
-    NEAR,
-    are_quarters,
-    gathered,
+from pymdr.mapping.octave_panels import (
+    FAR_STEPS,
+    GAUSS_NODES,
+    accumulated_moments,
+    is_quarter_octave,
     pair,
     sums_from_below,
-    sums_on_quarters,
+    sums_on_octave_panels,
 )
 from pymdr.mapping.resolving import Slopes
 from pymdr.mapping.slopes import Tail
@@ -48,13 +48,13 @@ from pymdr.units import FloatArray
 if TYPE_CHECKING:
     from pymdr.mapping.tree import Tree
 
-_BUNCH = 20
-"""Interpolation points of a bunch of panels."""
-_LEAF_GAP, _BUNCH_GAP = 0.5, 1.0
-"""Distance, in widths of the panel or the bunch, from which its nodes do."""
+_POINTS = 20
+"""Interpolation points of a tree node."""
+_LEAF_GAP, _NODE_GAP = 0.5, 1.0
+"""Least distance at which a panel or a tree node acts by its points, over its width."""
 _WORK = 1 << 17
 _CACHED = 1 << 15
-"""Numbers in arrays that are worked on many times over."""
+"""Size of arrays that are reused many times."""
 _MANY = 2000
 
 
@@ -68,30 +68,30 @@ class Sums:
 
 
 @dataclass(frozen=True)
-class _Bunches:
-    """Charges at nodes: level 0 are the panels, every further level joins two bunches of the one below."""
+class _TreeLevel:
+    """Source strengths of the nodes of one level: level 0 are the panels, a node of a higher level joins two below."""
 
     base: FloatArray
     low: FloatArray
     high: FloatArray
     offset: FloatArray
-    """Nodes of the charges of f', as offsets in m, shape (C, n)."""
+    """Points of the strengths of f', as offsets in m, shape (C, n)."""
     slope: FloatArray
     offset_rate: FloatArray
-    """Nodes of the charges of (r f')'."""
+    """Points of the strengths of (r f')'."""
     rate: FloatArray
 
 
-class Charges:
+class AbelSums:
     """
-    A resolved slope as it acts on places of the line.
+    The Abel integrals of a resolved slope.
 
     Parameters
     ----------
     slopes : Slopes
         f' on panels.
     tail : Tail
-        The power below the first of them.
+        The power law below the first panel.
     """
 
     exponent: float = 0.0
@@ -100,28 +100,30 @@ class Charges:
     def __init__(self, slopes: Slopes, tail: Tail) -> None:
         self.slopes = slopes
         self.tail = tail
-        odd = ~(are_quarters(slopes.panels) & (slopes.series.power == 0.0))
-        self.quarters = int(np.argmax(odd)) if odd.any() else odd.size
-        """How many of the first panels are plain quarters of an octave, if they are enough to count."""
-        if self.quarters < APART:
-            self.quarters = 0
-        self.first = max(self.quarters - APART + 1, 0)
-        """The first panel that does not act beyond the quarters by its moments."""
+        odd = ~(is_quarter_octave(slopes.panels) & (slopes.series.power == 0.0))
+        self.octave_count = int(np.argmax(odd)) if odd.any() else odd.size
+        """Number of leading panels that are quarter octaves without a power; 0 if too few."""
+        if self.octave_count < FAR_STEPS:
+            self.octave_count = 0
+        self.first = max(self.octave_count - FAR_STEPS + 1, 0)
+        """The first panel that never acts by its moments."""
 
     @cached_property
     def below(self) -> FloatArray:
-        """Moments of the quarters."""
-        return gathered(self.slopes.series.coefficients[: self.quarters], self.tail.slope, self.tail.power)
+        """Moments of the quarter octaves."""
+        return accumulated_moments(
+            self.slopes.series.coefficients[: self.octave_count], self.tail.slope, self.tail.power
+        )
 
     @cached_property
-    def levels(self) -> list[_Bunches]:
-        """The panels and their bunches, without those that act by moments."""
+    def levels(self) -> list[_TreeLevel]:
+        """The tree of the panels that do not act by moments."""
         leaves = self._leaves(self.first)
-        return _levels(leaves if self.quarters else _with_tail(leaves, self.tail))
+        return _levels(leaves if self.octave_count else _with_tail(leaves, self.tail))
 
     @cached_property
     def _tree(self) -> Tree | None:
-        """All panels for the compiled tree, where they are plain and without jumps."""
+        """The compiled tree of all panels; None with graded kernels, jumps or fractional powers."""
         from pymdr.mapping.tree import Tree
 
         series = self.slopes.series
@@ -132,19 +134,19 @@ class Charges:
         def together(name: str) -> FloatArray:
             parts = [getattr(level, name) for level in levels]
             if parts[0].ndim == 2:
-                # nodes without a charge
-                parts[0] = np.pad(parts[0], ((0, 0), (0, _BUNCH - parts[0].shape[1])))
+                # points without a strength
+                parts[0] = np.pad(parts[0], ((0, 0), (0, _POINTS - parts[0].shape[1])))
             return np.concatenate(parts)
 
         base, low, high, offset, f, rate = map(together, ("base", "low", "high", "offset", "slope", "rate"))
         counts = [level.base.size for level in levels]
-        gap = np.repeat([_LEAF_GAP] + [_BUNCH_GAP] * (len(levels) - 1), counts) * (high - low)
-        charges = np.stack([f, f * (base[:, None] + offset) ** 2, rate])
-        # the tail, the first leaf, has no series, and is nowhere near
+        gap = np.repeat([_LEAF_GAP] + [_NODE_GAP] * (len(levels) - 1), counts) * (high - low)
+        sources = np.stack([f, f * (base[:, None] + offset) ** 2, rate])
+        # the tail, the first leaf, has no series and is never adjacent
         coefficients, power = np.pad(series.coefficients, ((1, 0), (0, 0))), np.append(0.0, series.power)
-        return Tree(np.cumsum([0, *counts]), base, low, high, gap, offset, charges, coefficients, power)
+        return Tree(np.cumsum([0, *counts]), base, low, high, gap, offset, sources, coefficients, power)
 
-    def _leaves(self, first: int) -> _Bunches:
+    def _leaves(self, first: int) -> _TreeLevel:
         """The panels from one on."""
         panels, series = self.slopes.panels.take(slice(first, None)), self.slopes.series
         index = np.arange(first, series.power.size)
@@ -161,10 +163,10 @@ class Charges:
             offset[i], f[i], offset_rate[i], rate[i] = self._fractional_leaf(int(index[i]))
         jump = self.slopes.jump[first:]
         if jump.any():
-            # a jump of f' is a charge of (r f')' at its breakpoint
+            # a jump of f' is a point source of (r f')' at its breakpoint
             offset_rate = np.column_stack([np.zeros(jump.size), offset_rate])
             rate = np.column_stack([jump * panels.base, rate])
-        return _Bunches(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
+        return _TreeLevel(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
 
     def _fractional_leaf(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         high, p = float(self.slopes.panels.high[i]), float(self.slopes.series.power[i])
@@ -219,22 +221,22 @@ class Charges:
         base, offset = panels.base, panels.offsets(u)
         totals = np.zeros((3, *offset.shape))
         x = base[:, None] + offset
-        own, whole = self._quarter_of(panels)
+        own, whole = self._octave_panel_of(panels)
         source = self.slopes.panels
         if whole.any():
             coefficients = self.slopes.series.coefficients
-            totals[:, whole] = sums_on_quarters(
+            totals[:, whole] = sums_on_octave_panels(
                 coefficients, source.low, self.below, own[whole], tuple(u.tolist())
             )
         within = np.flatnonzero((own >= 0) & ~whole)
         if within.size:
-            # a part of a quarter, with the quarters next to it
+            # a part of a quarter octave
             at = own[within]
-            totals[:, within] = sums_from_below(self.below[at - APART], source.low[at], x[within])
+            totals[:, within] = sums_from_below(self.below[at - FAR_STEPS], source.low[at], x[within])
             stop = np.searchsorted(source.start, panels.stop[within])
-            beside = [np.arange(i - APART + 1, j) for i, j in zip(at, stop, strict=True)]
-            target = np.repeat(within, [part.size for part in beside])
-            self._add_near(totals, base, offset, target, np.concatenate(beside))
+            adjacent = [np.arange(i - FAR_STEPS + 1, j) for i, j in zip(at, stop, strict=True)]
+            target = np.repeat(within, [part.size for part in adjacent])
+            self._add_near(totals, base, offset, target, np.concatenate(adjacent))
         beyond = np.flatnonzero(own < 0)
         if beyond.size and source.count > _MANY and self._tree is not None:
             from pymdr.mapping.tree import act
@@ -242,19 +244,19 @@ class Charges:
             rising = beyond[np.lexsort((panels.low[beyond], base[beyond]))]
             totals[:, rising] = act(self._tree, base[rising], offset[rising])
         elif beyond.size:
-            if self.quarters:
-                end = np.full(beyond.size, source.high[self.quarters - 1])
+            if self.octave_count:
+                end = np.full(beyond.size, source.high[self.octave_count - 1])
                 below = np.broadcast_to(self.below[-1], (beyond.size, *self.below.shape[1:]))
                 totals[:, beyond] = sums_from_below(below, end, x[beyond])
-            self._add_bunches(totals, panels, u, beyond)
+            self._add_tree(totals, panels, u, beyond)
         g, moment, slope = totals
         return Sums(x * g, moment, slope)
 
-    def _quarter_of(self, panels: Panels) -> tuple[IndexArray, BoolArray]:
-        """The quarters, from the ninth on, in which panels begin, else -1, and whether they are these."""
-        low, high = (end[: self.quarters] for end in (self.slopes.panels.low, self.slopes.panels.high))
+    def _octave_panel_of(self, panels: Panels) -> tuple[IndexArray, BoolArray]:
+        """Index of the quarter octave, from the ninth on, in which a panel begins, else -1; and whether both are equal."""
+        low, high = (end[: self.octave_count] for end in (self.slopes.panels.low, self.slopes.panels.high))
         at = np.searchsorted(low, panels.low, side="right") - 1
-        inside = (panels.base == 0.0) & (at >= APART)
+        inside = (panels.base == 0.0) & (at >= FAR_STEPS)
         inside[inside] = panels.low[inside] < high[at[inside]]
         at = np.where(inside, at, -1)
         whole = inside.copy()
@@ -262,36 +264,36 @@ class Charges:
         whole[inside] = (panels.low[inside] == low[own]) & (panels.high[inside] == high[own])
         return at, whole
 
-    def _add_bunches(self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray) -> None:
+    def _add_tree(self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray) -> None:
         """Add the integrals over all panels that do not act by moments."""
         base, offset = panels.base, panels.offsets(u)
-        bunch = np.zeros(target.size, dtype=np.intp)
+        node = np.zeros(target.size, dtype=np.intp)
         lowest, highest = offset.min(axis=1), offset.max(axis=1)
         for level in range(len(self.levels) - 1, -1, -1):
-            charges = self.levels[level]
-            shift = base[target] - charges.base[bunch]
-            below = shift + highest[target] > charges.low[bunch]
-            target, bunch, shift = target[below], bunch[below], shift[below]
-            gap = _BUNCH_GAP if level else _LEAF_GAP
-            width = charges.high[bunch] - charges.low[bunch]
-            far = shift + lowest[target] - charges.high[bunch] >= gap * width
-            self._add_far(totals, charges, base, offset, target[far], bunch[far])
-            target, bunch = target[~far], bunch[~far]
+            sources = self.levels[level]
+            shift = base[target] - sources.base[node]
+            below = shift + highest[target] > sources.low[node]
+            target, node, shift = target[below], node[below], shift[below]
+            gap = _NODE_GAP if level else _LEAF_GAP
+            width = sources.high[node] - sources.low[node]
+            far = shift + lowest[target] - sources.high[node] >= gap * width
+            self._add_far(totals, sources, base, offset, target[far], node[far])
+            target, node = target[~far], node[~far]
             if level:
-                twice = np.concatenate([2 * bunch, 2 * bunch + 1])
+                twice = np.concatenate([2 * node, 2 * node + 1])
                 known = twice < self.levels[level - 1].base.size
-                target, bunch = np.concatenate([target, target])[known], twice[known]
-        # the tail, a leaf where there are no quarters, is nowhere near
-        source = bunch + self.first - (self.quarters == 0)
+                target, node = np.concatenate([target, target])[known], twice[known]
+        # the tail, a leaf without quarter octaves, is never adjacent
+        source = node + self.first - (self.octave_count == 0)
         target, source = target[source >= 0], source[source >= 0]
         self._add_jumps(totals[2], base, offset, target, source)
-        self._add_beside(totals, panels, u, target, source)
+        self._add_adjacent(totals, panels, u, target, source)
 
-    def _add_beside(
+    def _add_adjacent(
         self, totals: FloatArray, panels: Panels, u: FloatArray, target: IndexArray, source: IndexArray
     ) -> None:
-        """Add the integrals over panels on others, or on themselves, too close for nodes."""
-        for add in (self._add_alike, self._add_own):
+        """Add the integrals over panels at adjacent targets, or at the panels themselves."""
+        for add in (self._add_octave_pairs, self._add_own):
             done = add(totals, panels, u, target, source)
             target, source = target[~done], source[~done]
         self._add_near(totals, panels.base, panels.offsets(u), target, source)
@@ -299,36 +301,36 @@ class Charges:
     def _add_far(
         self,
         totals: FloatArray,
-        charges: _Bunches,
+        sources: _TreeLevel,
         base: FloatArray,
         offset: FloatArray,
         target: IndexArray,
-        bunch: IndexArray,
+        node: IndexArray,
     ) -> None:
-        block = max(1, _WORK // (offset.shape[1] * charges.offset.shape[1]))
-        same = charges.offset is charges.offset_rate
+        block = max(1, _WORK // (offset.shape[1] * sources.offset.shape[1]))
+        same = sources.offset is sources.offset_rate
         for start in range(0, target.size, block):
-            t, c = target[start : start + block], bunch[start : start + block]
-            b, place = charges.base[c], offset[t]
+            t, c = target[start : start + block], node[start : start + block]
+            b, place = sources.base[c], offset[t]
             shift = (base[t] - b)[:, None] + place
             x = base[t][:, None] + place
-            kernel = self._kernel(shift, x, b, charges.offset[c])
-            r = b[:, None] + charges.offset[c]
-            f = charges.slope[c]
+            kernel = self._kernel(shift, x, b, sources.offset[c])
+            r = b[:, None] + sources.offset[c]
+            f = sources.slope[c]
             parts = [
                 np.einsum("ijk,ik->ij", kernel, f),
                 np.einsum("ijk,ik->ij", kernel, f * r * r),
             ]
             if not same:
-                kernel = self._kernel(shift, x, b, charges.offset_rate[c])
-            parts.append(np.einsum("ijk,ik->ij", kernel, charges.rate[c]))
+                kernel = self._kernel(shift, x, b, sources.offset_rate[c])
+            parts.append(np.einsum("ijk,ik->ij", kernel, sources.rate[c]))
             for total, part in zip(totals, parts, strict=True):
                 np.add.at(total, t, part)
 
     def _add_jumps(
         self, total: FloatArray, base: FloatArray, offset: FloatArray, target: IndexArray, source: IndexArray
     ) -> None:
-        """What jumps of f' at the lower ends of panels add to g' on others nearby."""
+        """Add the terms of jumps of f' at the lower ends of panels to g' on targets nearby."""
         jumping = self.slopes.jump[source] != 0.0
         target, source = target[jumping], source[jumping]
         b, jump = self.slopes.panels.base[source, None], self.slopes.jump[source, None]
@@ -338,34 +340,34 @@ class Charges:
             term = jump * b / self._root(distance * (2.0 * b + distance))
         np.add.at(total, target, np.where(beyond, term, 0.0))
 
-    def _add_alike(
+    def _add_octave_pairs(
         self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
     ) -> BoolArray:
-        """Whole quarter octaves beside one another, which all look alike; gives which pairs these are."""
+        """Add the integrals between adjacent quarter octaves by their common table; return the mask of these pairs."""
         panels, series = self.slopes.panels, self.slopes.series
-        plain = are_quarters(panels) & (series.power == 0.0)
-        alike: BoolArray = are_quarters(targets)[target] & plain[source]
-        t, s = target[alike], source[alike]
+        plain = is_quarter_octave(panels) & (series.power == 0.0)
+        regular: BoolArray = is_quarter_octave(targets)[target] & plain[source]
+        t, s = target[regular], source[regular]
         low = panels.low[s]
-        apart = np.round(4.0 * np.log2(targets.low[t] / low)).astype(int)
-        for j in np.unique(apart).tolist():
-            here = apart == j
+        steps = np.round(4.0 * np.log2(targets.low[t] / low)).astype(int)
+        for j in np.unique(steps).tolist():
+            here = steps == j
             c, scale = series.coefficients[s[here]], low[here][:, None] ** 2
             for k, matrix in enumerate(pair(j, tuple(u.tolist()))):
                 part = c @ matrix
                 np.add.at(totals[k], t[here], part * scale if k == 1 else part)
-        return alike
+        return regular
 
     def _add_own(
         self, totals: FloatArray, targets: Panels, u: FloatArray, target: IndexArray, source: IndexArray
     ) -> BoolArray:
-        """Panels that begin at a breakpoint as they act on themselves; gives which pairs these are."""
+        """Add the integrals of panels that begin at a breakpoint at themselves; return the mask of these pairs."""
         panels, series = self.slopes.panels, self.slopes.series
         own = targets.begins[target] & targets.rooted[target] & panels.begins[source]
         own &= (targets.base[target] == panels.base[source]) & (targets.high[target] == panels.high[source])
         own &= series.power[source] == 0.0
         target, source = target[own], source[own]
-        weights = gauss(NEAR)[1]
+        weights = gauss(GAUSS_NODES)[1]
         at, value, rate = _own_rule(tuple(u.tolist()))
         block = max(1, _CACHED // at.size)
         for start in range(0, target.size, block):
@@ -388,7 +390,7 @@ class Charges:
             for total, part in zip(totals, self._fractional_near(base[t], offset[t], s), strict=True):
                 total[t] += part
         target, source = target[~fractional], source[~fractional]
-        block = max(1, _CACHED // (offset.shape[1] * NEAR))
+        block = max(1, _CACHED // (offset.shape[1] * GAUSS_NODES))
         for start in range(0, target.size, block):
             t, s = target[start : start + block], source[start : start + block]
             shift = (base[t] - panels.base[s])[:, None]
@@ -400,8 +402,8 @@ class Charges:
         self, shift: FloatArray, offset: FloatArray, source: IndexArray, low: FloatArray, high: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Integrals over low <= r - b <= high and r < x by r = x - v^2, shape of `offset`; x - b = shift + offset."""
-        s, weights = gauss(NEAR)
-        # beside the end of a panel the distance to it keeps the digits of the offset
+        s, weights = gauss(GAUSS_NODES)
+        # next to the end of a panel the distance is computed from offsets
         beyond = (shift - high) + offset
         near = np.sqrt(np.maximum(beyond, 0.0))
         far = np.sqrt(np.maximum((shift - low) + offset, 0.0))
@@ -417,7 +419,7 @@ class Charges:
     def _fractional_near(
         self, base: float, offset: FloatArray, source: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """As above for one panel on which f' begins like a broken power at a breakpoint."""
+        """As above for one panel on which f' begins with a fractional power at a breakpoint."""
         panels, series = self.slopes.panels, self.slopes.series
         b, high, p = float(panels.base[source]), float(panels.high[source]), float(series.power[source])
         place = (base - b) + offset
@@ -475,33 +477,33 @@ class Charges:
     def spread_error(self, base: FloatArray, offset: FloatArray) -> FloatArray:
         """Error of g at places on panels, shape of `offset` (T, k), from the measured errors of f'."""
         panels, slopes = self.slopes.panels, self.slopes
-        # of many panels only those count whose error is more than rounding
-        floor = 8.0 * np.finfo(float).eps * slopes.size if slopes.size.size > _MANY else 0.0
-        rough = np.flatnonzero(slopes.error > floor)
+        # with many panels only errors above rounding count
+        least = 8.0 * np.finfo(float).eps * slopes.size if slopes.size.size > _MANY else 0.0
+        rough = np.flatnonzero(slopes.error > least)
         total = np.full(offset.size, self.tail.error)
         bases, offsets = np.repeat(base, offset.shape[1])[:, None], offset.reshape(-1, 1)
         x = bases + offsets
         for start in range(0, rough.size, 4096):
             i = rough[start : start + 4096]
-            # the panels follow one another, so that all but the last end where another begins
+            # adjacent panels share their ends
             covered = slice(int(i[0]), int(i[-1]) + 1)
             edge_base = np.append(panels.base[covered], panels.base[i[-1]])
             edge_offset = np.append(panels.low[covered], panels.high[i[-1]])
-            # beside a breakpoint a radius has lost what the offsets keep
+            # next to a breakpoint only the offsets keep all digits
             angle = offsets - edge_offset
             if base.any() or edge_base.any():
                 angle += bases - edge_base
             np.maximum(angle, 0.0, out=angle)
             steep = np.flatnonzero(panels.begins[i] & (slopes.series.power[i] > 0.0))
-            # what begins as a power errs in parts of it
-            begun = (
+            # the error of a panel that begins with a power is relative to that power
+            onset = (
                 np.minimum(angle[:, i[steep] - i[0]] / panels.high[i[steep]], 1.0)
                 ** slopes.series.power[i[steep]]
             )
             angle /= x
-            share = np.diff(self._share_above(angle))[:, i - i[0]]
-            share[:, steep] *= begun
-            total -= x[:, 0] * (share @ slopes.error[i])
+            fraction = np.diff(self._fraction_above(angle))[:, i - i[0]]
+            fraction[:, steep] *= onset
+            total -= x[:, 0] * (fraction @ slopes.error[i])
         return total.reshape(offset.shape)
 
     def _kernel(self, shift: FloatArray, x: FloatArray, base: FloatArray, offset: FloatArray) -> FloatArray:
@@ -512,10 +514,10 @@ class Charges:
         return np.divide(1.0, answer, out=answer)
 
     def _root(self, square: FloatArray) -> FloatArray:
-        """What stands below in the kernel, of x^2 - r^2."""
+        """Denominator of the kernel from x^2 - r^2."""
         return np.sqrt(square)
 
-    def _share_above(self, distance: FloatArray) -> FloatArray:
+    def _fraction_above(self, distance: FloatArray) -> FloatArray:
         """The integral of the kernel for x = 1 over radii nearer than a distance."""
         # half of the angle whose cosine is r / x
         return np.asarray(2.0 * np.arcsin(np.sqrt(0.5 * distance)))
@@ -528,7 +530,7 @@ def _is_fractional(panels: Panels, series: Series) -> BoolArray:
 @lru_cache(maxsize=2)
 def _own_rule(u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Offsets from a breakpoint up to those at points u of a rooted panel, in its width, and the basis there."""
-    s, _ = gauss(NEAR)
+    s, _ = gauss(GAUSS_NODES)
     at = np.square(u)[:, None] * ((1.0 - s) * (1.0 + s))
     return at, basis(at.ravel()).T, basis_slope(at.ravel()).T
 
@@ -536,7 +538,7 @@ def _own_rule(u: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]
 @lru_cache(maxsize=64)
 def _doubly_singular(exponent: float, gain: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights on [0, 1] for the weight y^exponent (1 - y)^(gain - 1)."""
-    z, w = scipy.special.roots_jacobi(NEAR, gain - 1.0, exponent)
+    z, w = scipy.special.roots_jacobi(GAUSS_NODES, gain - 1.0, exponent)
     return (z + 1.0) / 2.0, w / 2.0 ** (exponent + gain)
 
 
@@ -561,49 +563,49 @@ def with_slope(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, Flo
     return total, 2.0 * value + 2.0 * twice * rate - 4.0 * rate_before
 
 
-def _with_tail(leaves: _Bunches, tail: Tail) -> _Bunches:
-    """One leaf more, the power below all panels."""
+def _with_tail(leaves: _TreeLevel, tail: Tail) -> _TreeLevel:
+    """The leaves with one more, the power law below all panels."""
     s, w = gauss(TERMS, tail.power)
-    charge = tail.slope * tail.radius * w[None, :]
+    strength = tail.slope * tail.radius * w[None, :]
     at = tail.radius * s[None, :]
-    room = leaves.rate.shape[1] - TERMS
+    missing = leaves.rate.shape[1] - TERMS
 
     def padded(row: FloatArray) -> FloatArray:
-        return np.pad(row, ((0, 0), (room, 0)))
+        return np.pad(row, ((0, 0), (missing, 0)))
 
-    return _Bunches(
+    return _TreeLevel(
         np.concatenate([[0.0], leaves.base]),
         np.concatenate([[0.0], leaves.low]),
         np.concatenate([[tail.radius], leaves.high]),
         np.concatenate([at, leaves.offset]),
-        np.concatenate([charge, leaves.slope]),
+        np.concatenate([strength, leaves.slope]),
         np.concatenate([padded(at), leaves.offset_rate]),
-        np.concatenate([padded((1.0 + tail.power) * charge), leaves.rate]),
+        np.concatenate([padded((1.0 + tail.power) * strength), leaves.rate]),
     )
 
 
-def _levels(leaves: _Bunches) -> list[_Bunches]:
-    """The leaves and their bunches."""
+def _levels(leaves: _TreeLevel) -> list[_TreeLevel]:
+    """The leaves and all levels above."""
     levels = [leaves]
     while levels[-1].base.size > 1:
         levels.append(_paired(levels[-1]))
     return levels
 
 
-def _paired(below: _Bunches) -> _Bunches:
-    """Bunches of two, whose charges sit on Chebyshev points."""
+def _paired(below: _TreeLevel) -> _TreeLevel:
+    """Parent nodes, whose strengths are on Chebyshev points."""
     count = below.base.size
     first, second = np.arange(0, count, 2), np.minimum(np.arange(1, count + 1, 2), count - 1)
     alone = second == first
     base = below.base[first]
     low = below.low[first]
     high = (below.base[second] - base) + below.high[second]
-    made = [np.zeros((first.size, _BUNCH)) for _ in range(2)]
+    made = [np.zeros((first.size, _POINTS)) for _ in range(2)]
     for child, used in ((first, np.ones(first.size, dtype=bool)), (second, ~alone)):
-        for k, (where, charge) in enumerate(((below.offset, below.slope), (below.offset_rate, below.rate))):
+        for k, (where, strength) in enumerate(((below.offset, below.slope), (below.offset_rate, below.rate))):
             at = (below.base[child] - base)[:, None] + where[child]
             u = ((at - low[:, None]) / (high - low)[:, None]).clip(0.0, 1.0)
-            spread = np.einsum("ij,ijk->ik", charge[child], basis(u, _BUNCH)) @ to_coefficients(_BUNCH)
+            spread = np.einsum("ij,ijk->ik", strength[child], basis(u, _POINTS)) @ to_coefficients(_POINTS)
             made[k] += np.where(used[:, None], spread, 0.0)
-    offset = low[:, None] + (high - low)[:, None] * nodes(_BUNCH)
-    return _Bunches(base, low, high, offset, made[0], offset, made[1])
+    offset = low[:, None] + (high - low)[:, None] * nodes(_POINTS)
+    return _TreeLevel(base, low, high, offset, made[0], offset, made[1])

@@ -15,7 +15,7 @@ from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
 from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
-from pymdr.solving.impacts.asking import Asked
+from pymdr.solving.impacts.request import ImpactRequest
 from pymdr.solving.impacts.value import Event, Impact
 from pymdr.units import FloatArray
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 QUASI_STATIC = (
-    "the bodies pass through states of equilibrium: the contact time is assumed to be well above that which waves take to "
-    "cross them, and gravity is left out"
+    "the bodies pass through states of equilibrium: the contact time is assumed to be much longer than waves need to "
+    "cross the bodies, and gravity is neglected"
 )
-NOT_MEASURED = "that waves cross the bodies far faster than the contact lasts is not measured: bodies have no density here"
-SIDEWAYS = ("tangential_speed", "spin", "contact_point_speed", "tangential_restitution")
+NOT_MEASURED = "the time that waves need to cross the bodies is not checked against the contact time: bodies have no density here"
+TANGENTIAL = ("tangential_speed", "spin", "contact_point_speed", "tangential_restitution")
 NORMAL = ("restitution", "contact_time", "rebound_speed", "energy_lost", "sticking_speed")
 LARGEST = {
     "largest_force": "normal_force",
@@ -46,11 +46,11 @@ HISTORY = {
     "tangential_force": "contact_point_speed",
     "stick_radius": "contact_point_speed",
 }
-"""Columns of the history, and the number whose claim they share."""
+"""Columns of the history, and the number whose claim applies to them."""
 
 
-def told(
-    asked: Asked,
+def interpret(
+    request: ImpactRequest,
     course: Course,
     solved: Result,
     source: str,
@@ -58,10 +58,10 @@ def told(
     events: tuple[Event, ...],
 ) -> Impact:
     """Step 3: quantities, claims and assumptions."""
-    energy = 0.5 * asked.mass * asked.normal**2
-    restitution = 0.0 if course.sticks else math.sqrt(max(1.0 - course.lost / energy, 0.0))
+    energy = 0.5 * request.mass * request.normal**2
+    restitution = 0.0 if course.sticks else math.sqrt(max(1.0 - course.jump_loss / energy, 0.0))
     listed = tuple(a for a in solved.assumptions if a.name != balance.name)
-    radius = asked.radius or 0.0
+    radius = request.radius or 0.0
     columns = {
         "time": course.time,
         "indentation": course.depth,
@@ -72,76 +72,78 @@ def told(
     numbers = {
         "restitution": restitution,
         "contact_time": math.inf if course.sticks else float(course.time[-1]),
-        "rebound_speed": restitution * asked.normal,
+        "rebound_speed": restitution * request.normal,
         "largest_force": float(course.force.max()),
         "largest_indentation": float(course.depth[course.deepest]),
-        "largest_radius": math.nan if is_curve(asked.contact) else float(course.radius.max()),
-        "largest_pressure": math.nan if is_curve(asked.contact) else float(solved["peak_pressure"].values[0]),
-        "energy_lost": energy if course.sticks else course.lost,
-        "sticking_speed": math.sqrt(2.0 * max(course.lost, 0.0) / asked.mass),
-        "tangential_speed": asked.sideways,
-        "spin": asked.spin,
-        "contact_point_speed": asked.sideways + radius * asked.spin,
-        "tangential_restitution": -1.0 if asked.contact_point != 0.0 else math.nan,
+        "largest_radius": math.nan if is_curve(request.contact) else float(course.radius.max()),
+        "largest_pressure": math.nan
+        if is_curve(request.contact)
+        else float(solved["peak_pressure"].values[0]),
+        "energy_lost": energy if course.sticks else course.jump_loss,
+        "sticking_speed": math.sqrt(2.0 * max(course.jump_loss, 0.0) / request.mass),
+        "tangential_speed": request.tangential,
+        "spin": request.spin,
+        "contact_point_speed": request.tangential + radius * request.spin,
+        "tangential_restitution": -1.0 if request.contact_point != 0.0 else math.nan,
     }
     step = np.arange(course.time.size)
-    found = Impact(
-        contact=asked.contact,
+    impact = Impact(
+        contact=request.contact,
         data=labelled(columns).assign_coords(step=("step", step, {"units": ""})),
         events=events,
         claims=_claims(solved, source),
         assumptions=(*listed, balance),
-        notes=(*(solved.notes if asked.contact.adhesion is None else ()), NOT_MEASURED),
+        notes=(*(solved.notes if request.contact.adhesion is None else ()), NOT_MEASURED),
     )
-    return with_numbers(found, numbers)
+    return with_numbers(impact, numbers)
 
 
 _UNITS = {"largest_force": "N", "largest_indentation": "m", "largest_radius": "m", "largest_pressure": "Pa"}
 
 
 def with_numbers(
-    found: Impact, numbers: Mapping[str, float], columns: Mapping[str, FloatArray] | None = None
+    impact: Impact, numbers: Mapping[str, float], columns: Mapping[str, FloatArray] | None = None
 ) -> Impact:
-    """An impact with other numbers, and more columns of its history."""
+    """An impact with updated numbers, and more columns of its history."""
     units = {name: _UNITS[name] if name in _UNITS else quantity(name).unit for name in numbers}
     single = {name: ((), value, {"units": units[name]}) for name, value in numbers.items()}
-    data = found.data.assign(single)
-    return replace(found, data=data if columns is None else data.merge(labelled(columns)))
+    data = impact.data.assign(single)
+    return replace(impact, data=data if columns is None else data.merge(labelled(columns)))
 
 
 def of_shape(contact: Contact, data: xr.Dataset) -> xr.Dataset:
-    """Without radii where a contact is known by its force curve only."""
+    """Data without radii if a contact is known by its force curve only."""
     return data.drop_vars(["contact_radius", "stick_radius"], errors="ignore") if is_curve(contact) else data
 
 
-def with_history(found: Impact) -> Impact:
-    """An impact whose history is claimed as its numbers are, relative to the largest of the impact."""
-    rows = np.ones(found.data.sizes["step"], dtype=bool)
-    claims = dict(found.claims)
+def with_history(impact: Impact) -> Impact:
+    """An impact with claims of its history, relative to the largest values of the impact."""
+    rows = np.ones(impact.data.sizes["step"], dtype=bool)
+    claims = dict(impact.claims)
     for name, own in HISTORY.items():
-        if name in found.data:
+        if name in impact.data:
             claims[name] = _over(claims[own], rows)
-    if "dissipated_energy" in found.data:
+    if "dissipated_energy" in impact.data:
         for name in ("dissipated_energy", "elastic_energy"):
-            if name in found.data:
+            if name in impact.data:
                 claims[name] = _over(claims.get(name, claims["energy_lost"]), rows)
-    return replace(found, claims=claims)
+    return replace(impact, claims=claims)
 
 
 def _over(claim: Claim, rows: BoolArray) -> Claim:
     """The claim of a single number over rows."""
     error = None if claim.error is None else np.full(rows.shape, float(np.max(claim.error)))
-    reason = f"{claim.reason}; errors are relative to the largest of the impact"
+    reason = f"{claim.reason}; errors are relative to the largest value of the impact"
     return replace(claim, where=rows & claim.where.all(), error=error, reason=reason)
 
 
 def slow(claim: Claim, source: str) -> Claim:
-    """A claim of states of equilibrium under the assumption that the motion is slow."""
+    """A claim of states of equilibrium, with the assumption of slow motion."""
     return replace(claim, reason=f"{claim.reason}; {QUASI_STATIC}", source=f"{claim.source}; {source}")
 
 
 def _claims(solved: Result, source: str) -> dict[str, Claim]:
-    """Those of the deepest state, under the assumption that the motion is slow."""
+    """The claims of the deepest state, with the assumption of slow motion."""
 
     def single(claim: Claim) -> Claim:
         error = None if claim.error is None else np.max(claim.error, keepdims=True)
@@ -149,6 +151,6 @@ def _claims(solved: Result, source: str) -> dict[str, Claim]:
 
     force = single(solved.claims["normal_force"])
     return {
-        **dict.fromkeys((*NORMAL, *SIDEWAYS), force),
+        **dict.fromkeys((*NORMAL, *TANGENTIAL), force),
         **{name: single(solved.claims[own]) for name, own in LARGEST.items()},
     }
