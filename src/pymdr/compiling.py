@@ -86,7 +86,7 @@ def _warn_interpreted() -> None:
 
 
 class _CompileListener:
-    """A listener of numba that names a pymdr kernel whose compilation takes long, and how long it took."""
+    """A listener of numba that names a kernel of pymdr that takes long to compile, and how long it took."""
 
     def __init__(self) -> None:
         self.depth = 0
@@ -95,7 +95,7 @@ class _CompileListener:
         self.announced = False
 
     def notify(self, event: Any) -> None:
-        """Start or cancel the timer of the warning; kernels called by a kernel compile with it."""
+        """Start or cancel the timer of the message; callees are compiled with their caller."""
         function = event.data["dispatcher"].py_func
         if not function.__module__.startswith("pymdr."):
             return
