@@ -92,7 +92,7 @@ class _CompileListener:
         self.depth = 0
         self.begin = 0.0
         self.timer = threading.Timer(0.0, self.announce)
-        self.announced = False
+        self.announced = self.explained = False
 
     def notify(self, event: Any) -> None:
         """Start or cancel the timer of the message; callees are compiled with their caller."""
@@ -112,8 +112,12 @@ class _CompileListener:
                 _log.warning("Compiled %s in %.0f s", name, time.perf_counter() - self.begin)
 
     def announce(self, name: str) -> None:
-        """Say what is being compiled."""
+        """Warn that a kernel is being compiled; the first time, for how long and how often."""
         self.announced = True
+        if self.explained:
+            _log.warning("Compiling %s", name)
+            return
+        self.explained = True
         kept = (
             "in every new process, because no cache folder is writable: set NUMBA_CACHE_DIR"
             if _unkept.is_set()

@@ -529,9 +529,9 @@ class Result:
         file : path
             For example "ball.csv".
         quantities : sequence of str, optional
-                    Columns, such as ``["indentation", "peak_pressure"]``; by default all of ``data``, and the peak pressure of up to
-            500 rows. It takes about 10 ms a row; name it for more rows.
-                units : mapping of str to str, optional
+            Columns, such as ``["indentation", "peak_pressure"]``; by default all of ``data``, and the peak pressure if there are
+            at most 500 rows. It takes about 10 ms a row; that of more rows has to be named.
+        units : mapping of str to str, optional
             Name of a quantity -> unit, such as ``{"indentation": "um"}``; SI units by default.
         about : bool
             Whether to write the version, the contact, claims, assumptions, notes and sources above the header, in lines that
