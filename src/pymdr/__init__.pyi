@@ -85,6 +85,8 @@ from .solving.heating import joule_heating as joule_heating
 from .solving.impacts import impact as impact
 from .solving.impacts import restitution as restitution
 from .solving.loops import friction_loop as friction_loop
+from .solving.nanoindentation import calibrate_area as calibrate_area
+from .solving.nanoindentation import oliver_pharr as oliver_pharr
 from .solving.press import open_pressed_surface as open_pressed_surface
 from .solving.press import press as press
 from .solving.pulloff import adhesion_regime as adhesion_regime
