@@ -107,6 +107,7 @@ from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony
+from .workbench.tables import read_area_function as read_area_function
 from .workbench.tables import read_force_curve as read_force_curve
 from .workbench.tables import read_path as read_path
 from .workbench.tables import read_profile as read_profile

@@ -49,7 +49,9 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
         left, right = figure.subplots(1, 2)
         for i, (depth, force, fitted) in enumerate(drawn):
             x = np.asarray(from_si(depth, "m", depth_unit))
-            left.plot(x, from_si(force, "N", force_unit), ".", color=GREY, ms=3, label="" if i else "unloading")
+            left.plot(
+                x, from_si(force, "N", force_unit), ".", color=GREY, ms=3, label="" if i else "unloading"
+            )
             for name, values in fitted.items():
                 label = "" if i else name.replace("_", " ")
                 left.plot(x, from_si(values, "N", force_unit), color=_COLOURS[name], lw=1.0, label=label)
@@ -74,7 +76,8 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
             )
         right.set_xlabel("indent")
         right.set_ylabel(f"{'E' if name == 'young_modulus' else 'E/(1 - nu^2)'} with 95 % interval ({unit})")
-        right.xaxis.get_major_locator().set_params(integer=True)
+        right.set_xticks(data["indent"].values[:: 1 + data.sizes["indent"] // 12])
+        right.set_xlim(0.5, data.sizes["indent"] + 0.5)
         for axes in (left, right):
             legend_above(axes)
         letter_panels(figure)
@@ -98,16 +101,19 @@ def area_study(data: xr.Dataset) -> Figure:
     depth_unit = good_unit(rows["contact_depth"].values, "m")
     x = np.asarray(from_si(rows["contact_depth"].values, "m", depth_unit))
     fitted, low, high, measured = (
-        rows[name].values for name in ("contact_area", "contact_area_low", "contact_area_high", "measured_area")
+        rows[name].values
+        for name in ("contact_area", "contact_area_low", "contact_area_high", "measured_area")
     )
+    area_unit = good_unit(measured, "m^2")
     with styled():
         figure = new_figure(9.2, 3.8)
         left, right = figure.subplots(1, 2)
-        # um^2 serve tips from blunt to sharp; good_unit has no squares of lengths
-        left.loglog(x, 1e12 * measured, "o", color=BLUE, ms=3, label="indents")
-        left.loglog(x, 1e12 * fitted, color=ORANGE, lw=1.0, label="area function")
-        left.set_ylabel("contact area $A$ (um$^2$)")
-        right.fill_between(x, 100.0 * (low / fitted - 1.0), 100.0 * (high / fitted - 1.0), color=LIGHT, label="95 % interval")
+        left.plot(x, from_si(measured, "m^2", area_unit), "o", color=BLUE, ms=3, label="indents")
+        left.plot(x, from_si(fitted, "m^2", area_unit), color=ORANGE, lw=1.0, label="area function")
+        left.set_ylabel(f"contact area $A$ ({area_unit})")
+        right.fill_between(
+            x, 100.0 * (low / fitted - 1.0), 100.0 * (high / fitted - 1.0), color=LIGHT, label="95 % interval"
+        )
         right.plot(x, 100.0 * (measured / fitted - 1.0), "o", color=BLUE, ms=3, label="indents")
         right.axhline(0.0, color=ORANGE, lw=1.0)
         right.set_ylabel("deviation from the area function (%)")

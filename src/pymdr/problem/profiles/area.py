@@ -14,7 +14,7 @@ from pymdr.numerics.roots import rising_root
 from pymdr.problem.profiles.base import Profile
 from pymdr.problem.profiles.sampled import Sampled, ShapePreserving
 from pymdr.problem.values import OptionalArrayField, OptionalSIField, SIField
-from pymdr.units import FloatArray, QuantityLike, metres, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, metres, to_si_array
 
 MOST_COEFFICIENTS = 9
 _GRID = np.linspace(-600.0, 250.0, 8192)
@@ -81,7 +81,9 @@ class AreaFunction(Profile):
             raise ProblemError("AreaFunction: give either coefficients, or both depth and area")
         if self.coefficients is None:
             if self.max_depth is not None:
-                raise ProblemError("AreaFunction: a table ends at its last depth; max_depth is for coefficients")
+                raise ProblemError(
+                    "AreaFunction: a table ends at its last depth; max_depth is for coefficients"
+                )
             self._check_table()
             return
         count = self.coefficients.size
@@ -99,7 +101,9 @@ class AreaFunction(Profile):
                 f"AreaFunction: {depth.size} depths and {area.size} areas; give at least 4, and one area for each depth"
             )
         if depth[0] < 0.0 or area[0] < 0.0 or np.any(np.diff(depth) <= 0.0) or np.any(np.diff(area) <= 0.0):
-            raise ProblemError("AreaFunction: depths and areas of a table must rise strictly, from 0 or above")
+            raise ProblemError(
+                "AreaFunction: depths and areas of a table must rise strictly, from 0 or above"
+            )
 
     @property
     def exponents(self) -> FloatArray:
@@ -117,7 +121,7 @@ class AreaFunction(Profile):
             radius, height = np.append(0.0, radius), np.append(0.0, height)
         return Sampled(radius, height - height[0], interpolation=ShapePreserving())
 
-    def area_at(self, depth: QuantityLike | ArrayLike) -> FloatArray:
+    def area_at(self, depth: ArrayQuantityLike) -> FloatArray:
         """
         The area at contact depths.
 
@@ -142,7 +146,7 @@ class AreaFunction(Profile):
         radius = rising_root(self.sampled.gap, inside, np.zeros_like(h), np.full_like(h, self.reach))
         return np.where(known, math.pi * radius**2, math.nan)
 
-    def radius_at(self, depth: QuantityLike | ArrayLike) -> FloatArray:
+    def radius_at(self, depth: ArrayQuantityLike) -> FloatArray:
         """
         The contact radius sqrt(A/pi) at contact depths.
 
@@ -160,7 +164,7 @@ class AreaFunction(Profile):
             return np.asarray(np.sqrt(self.area_at(depth) / math.pi))
 
     def _logarithms(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """ln A and d ln A / d ln h over s = ln h, in the unit of the coefficients; nan where the area is not above 0."""
+        """Logarithm of A and d ln A / d ln h over s = ln h, in the unit of the coefficients; nan where the area is not above 0."""
         powers = s[..., None] * self.exponents
         largest = powers.max(axis=-1)
         terms = self.coefficients * np.exp(powers - largest[..., None])
@@ -223,11 +227,11 @@ class AreaFunction(Profile):
         """Slope f' = 2 pi r / (dA/dh); nan beyond the reach."""
         if self.sampled is not None:
             return self.sampled.gap_slope(r)
-        r = np.maximum(np.asarray(r, dtype=float), _TINY)
-        h, slope = self._solved(r)
+        radius = np.maximum(np.asarray(r, dtype=float), _TINY)
+        h, slope = self._solved(radius)
         with np.errstate(divide="ignore"):
-            values = np.where(r > self._flat, 2.0 * h / (slope * r), 0.0)
-        return np.where(r <= self.reach, values, math.nan)
+            values = np.where(radius > self._flat, 2.0 * h / (slope * radius), 0.0)
+        return np.where(radius <= self.reach, values, math.nan)
 
     @cached_property
     def _end(self) -> float:

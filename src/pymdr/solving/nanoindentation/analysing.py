@@ -134,7 +134,9 @@ def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -
         "reduced_modulus": reduced,
         "plane_strain_modulus": plane,
     }
-    return found if settings.poisson is None else {**found, "young_modulus": plane * (1.0 - settings.poisson**2)}
+    return (
+        found if settings.poisson is None else {**found, "young_modulus": plane * (1.0 - settings.poisson**2)}
+    )
 
 
 def peak_with_covariance(
@@ -193,6 +195,7 @@ def _with_interval(rows: Unloading, shape: Shape, settings: Settings, who: str) 
     half = shape.quantile * np.sqrt(np.diag(covariance))
     ends = (centre - half, centre + half)
     low, high = (
-        {name: float(x if name in _LINEAR else np.exp(x)) for name, x in zip(values, end, strict=True)} for end in ends
+        {name: float(x if name in _LINEAR else np.exp(x)) for name, x in zip(values, end, strict=True)}
+        for end in ends
     )
     return Evaluated(values, low, high, shape, peak)

@@ -81,7 +81,11 @@ class AreaCalibration(Study):
         told = self.data.attrs
         assert self.area.coefficients is not None
         (low, high), *ends = self.intervals.tolist()
-        known = "given" if told["frame_given"] else f"95 % between {written(low, 'm/N')} and {written(high, 'm/N')}"
+        known = (
+            "given"
+            if told["frame_given"]
+            else f"95 % between {written(low, 'm/N')} and {written(high, 'm/N')}"
+        )
         return [
             f"frame compliance {written(self.frame_compliance, 'm/N')}, {known}",
             "A = C0 h^2 + C1 h + C2 h^(1/2) + ... with h in nm and A in nm^2:",
@@ -161,7 +165,9 @@ def calibrate_area(
     """
     listed = [columns_of(record, _WHO) for record in records]
     if isinstance(terms, bool) or not isinstance(terms, int) or not 1 <= terms <= MOST_COEFFICIENTS:
-        raise ProblemError(f"{_WHO}: terms = {shown(terms)}; a whole number from 1 to {MOST_COEFFICIENTS} is needed")
+        raise ProblemError(
+            f"{_WHO}: terms = {shown(terms)}; a whole number from 1 to {MOST_COEFFICIENTS} is needed"
+        )
     given = None if frame_compliance is None else frame_of(frame_compliance, _WHO)
     unknowns = terms + (given is None)
     if len(listed) <= unknowns:
@@ -260,7 +266,7 @@ class _Model:
         """Measured compliance of the contact less that of the area function, in m/N."""
         change = float(unknowns[0])
         area = self.area(unknowns[1:], self.contact(change, measured))
-        return measured[1] - change - 1.0 / (self.factor * np.sqrt(area))
+        return np.asarray(measured[1] - change - 1.0 / (self.factor * np.sqrt(area)))
 
     @property
     def measured(self) -> FloatArray:
@@ -275,11 +281,14 @@ class _Model:
         for k in range(len(measured)):
             step = np.zeros_like(measured)
             step[k] = 1e-6 * measured[k]
-            slopes.append((self.excess(unknowns, measured + step) - self.excess(unknowns, measured - step)) / (2.0 * step[k]))
+            slopes.append(
+                (self.excess(unknowns, measured + step) - self.excess(unknowns, measured - step))
+                / (2.0 * step[k])
+            )
         gradient = np.array(slopes)
         variance = np.einsum("in,nij,jn->n", gradient, self.peaks.covariance, gradient)
         # indents without noise are weighted by their compliance
-        return np.sqrt(variance + (1e-9 * measured[1]) ** 2)
+        return np.asarray(np.sqrt(variance + (1e-9 * measured[1]) ** 2))
 
 
 def _solved(model: _Model) -> FloatArray:
@@ -310,7 +319,9 @@ def _solved(model: _Model) -> FloatArray:
         def residuals(x: FloatArray, weight: FloatArray = weight, start: FloatArray = best) -> FloatArray:
             return weight * model.excess(_filled(start, x * size[free], free), measured)
 
-        found = least_squares(residuals, best[free] / size[free], method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12)
+        found = least_squares(
+            residuals, best[free] / size[free], method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12
+        )
         best = _filled(best, found.x * size[free], free)
     return best
 
@@ -328,7 +339,9 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
     free = slice(1, None) if model.frame_given else slice(0, None)
     weight = 1.0 / model.deviations(solved)
     steps = np.append(1e-4 * float(measured[1].min()), 1e-4 * np.maximum(np.abs(solved[1:]), 1e-6))
-    jacobian = differences(lambda x: weight * model.excess(x, measured), solved, np.diag((100.0 * steps) ** 2))[:, free]
+    jacobian = differences(
+        lambda x: weight * model.excess(x, measured), solved, np.diag((100.0 * steps) ** 2)
+    )[:, free]
     freedom = measured.shape[1] - jacobian.shape[1]
     scatter = math.sqrt(float(np.sum((weight * model.excess(solved, measured)) ** 2)) / freedom)
     # indents that differ by more than their noise, as chance does once in twenty calibrations
@@ -342,7 +355,9 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
     contact = model.contact(change, measured)
     area = model.area(solved[1:], contact)
     by_coefficient = model.length**2 * (contact / model.length)[:, None] ** model.exponents
-    half = _NORMAL * np.sqrt(np.einsum("ni,ij,nj->n", by_coefficient, covariance[1:, 1:], by_coefficient)) / area
+    half = (
+        _NORMAL * np.sqrt(np.einsum("ni,ij,nj->n", by_coefficient, covariance[1:, 1:], by_coefficient)) / area
+    )
     columns = {
         "max_depth": (peaks.depth - change * peaks.force, "m"),
         "stiffness": (1.0 / (measured[1] - change), "N/m"),

@@ -20,8 +20,6 @@ from pymdr.units import FloatArray, shown
 if TYPE_CHECKING:
     import xarray as xr
 
-Record = "MeasuredCurve | xr.Dataset"
-
 _FEWEST = 12
 """Rows to which a curve is fitted."""
 _TOP, _BLOCK = 4.0, 0.98
@@ -53,7 +51,9 @@ def columns_of(record: MeasuredCurve | xr.Dataset, who: str) -> tuple[FloatArray
     if isinstance(record, MeasuredCurve):
         return record.depth, record.force
     if not isinstance(record, Dataset):
-        raise ProblemError(f"{who}: {shown(record)} is no record; give a MeasuredCurve or what read_record returns")
+        raise ProblemError(
+            f"{who}: {shown(record)} is no record; give a MeasuredCurve or what read_record returns"
+        )
     for name in ("indentation", "normal_force"):
         if name not in record:
             raise ProblemError(f"{who}: the record has no {name}; indentation and normal_force are needed")
@@ -102,10 +102,11 @@ def unloading_of(depth: FloatArray, force: FloatArray, limits: tuple[float, floa
     last = int(np.flatnonzero(force >= largest - _TOP * noise)[-1])
     peak, error = _peak(force, last, largest, noise)
     after = force[last:]
-    low, high = (last + _first_below(after, part * peak) for part in limits)
+    low = last + _first_below(after, limits[0] * peak)
     least = max(_SHALLOWEST * peak, float(after.min()) + _ABOVE_LEAST * peak, _TOP * noise)
     end = last + _first_below(after, least)
-    begin = last + int(np.flatnonzero(after[: max(low - last, 1)] >= limits[1] * peak)[-1:].sum()) + 1
+    above = np.flatnonzero(force[last:low] >= limits[1] * peak)
+    begin = last + 1 + (int(above[-1]) if above.size else 0)
     if low - begin < _FEWEST:
         raise ProblemError(
             f"{who}: {max(low - begin, 0)} rows of the unloading are between {limits[0]:g} and {limits[1]:g} of the largest force; at "
@@ -181,7 +182,9 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     anchor = float(rows.depth[0])
     z, force = anchor - rows.depth[stretch], rows.force[stretch] / rows.peak_force
     unit = np.where(np.arange(start.size) < 2, math.log(rows.peak_force), 0.0)
-    found = least_squares(lambda p: forces(p, z) - force, start - unit, jac=lambda p: _slopes(p, z), method="lm")
+    found = least_squares(
+        lambda p: forces(p, z) - force, start - unit, jac=lambda p: _slopes(p, z), method="lm"
+    )
     p = found.x + _attenuation(found.x, z, _noise(rows.depth[stretch]))
     residuals = forces(p, z) - force
     n = force.size
@@ -230,7 +233,9 @@ def _attenuation(p: FloatArray, z: FloatArray, noise: float) -> FloatArray:
     forces_at = [forces(p, z + shift) for shift in (step, 0.0, -step)]
     slope = (forces_at[2] - forces_at[0]) / (2.0 * step)
     bend = (forces_at[2] - 2.0 * forces_at[1] + forces_at[0]) / step**2
-    bias = noise**2 * ((high - low) / (2.0 * step) * slope[:, None] + 0.5 * jacobian * bend[:, None]).sum(axis=0)
+    bias = noise**2 * ((high - low) / (2.0 * step) * slope[:, None] + 0.5 * jacobian * bend[:, None]).sum(
+        axis=0
+    )
     return np.asarray(np.linalg.pinv(jacobian.T @ jacobian) @ bias)
 
 
@@ -299,7 +304,9 @@ def peak_of(anchor: float, p: FloatArray, peak_force: float, epsilon: float | No
         sink_in = 2.0 / math.pi * length * u * float(weights @ np.arcsin(np.clip(k, 0.0, 1.0)))
         epsilon = sink_in * stiffness / peak_force
     depth, residual = anchor - length * (1.0 - u), anchor - length
-    return Peak(peak_force, depth, residual, stiffness, epsilon, stiffness * (depth - residual) / peak_force, rising)
+    return Peak(
+        peak_force, depth, residual, stiffness, epsilon, stiffness * (depth - residual) / peak_force, rising
+    )
 
 
 def epsilon_of_power(m: float) -> float:

@@ -159,8 +159,10 @@ def oliver_pharr(
     """
     from xarray import Dataset
 
-    single = isinstance(records, MeasuredCurve | Dataset)
-    listed = [columns_of(record, _WHO) for record in ((records,) if single else records)]
+    given: tuple[MeasuredCurve | Dataset, ...] = (
+        (records,) if isinstance(records, MeasuredCurve | Dataset) else tuple(records)
+    )
+    listed = [columns_of(record, _WHO) for record in given]
     if not listed:
         raise ProblemError(f"{_WHO}: no record is given")
     settings = _settings(area, frame_compliance, tip, poisson, beta, epsilon, fit_limits(fit_range, _WHO))
@@ -191,15 +193,21 @@ def _settings(
     nu = None if poisson is None else to_si(poisson, "", name="poisson")
     if nu is not None and not -1.0 < nu <= 0.5:
         raise ProblemError(f"{_WHO}: poisson = {shown(poisson)}; it must be above -1 and at most 0.5")
-    covariance = None
-    frame = 0.0 if frame_compliance is None else frame_of(frame_compliance, _WHO)
-    if isinstance(area, AreaCalibration):
-        if frame_compliance is not None:
-            raise ProblemError(f"{_WHO}: the calibration has a frame compliance; leave frame_compliance out")
-        area, frame, covariance = area.area, area.frame_compliance, area.covariance
-    if not isinstance(area, AreaFunction):
-        raise ProblemError(f"{_WHO}: area = {shown(area)}; an AreaFunction or what calibrate_area returns is needed")
-    return Settings(area, frame, covariance, tip_compliance(tip, _WHO), nu, beta, epsilon, limits)
+    compliance = tip_compliance(tip, _WHO)
+    if isinstance(area, AreaFunction):
+        frame = 0.0 if frame_compliance is None else frame_of(frame_compliance, _WHO)
+        return Settings(area, frame, None, compliance, nu, beta, epsilon, limits)
+    if not isinstance(area, AreaCalibration):
+        raise ProblemError(
+            f"{_WHO}: area = {shown(area)}; an AreaFunction or what calibrate_area returns is needed"
+        )
+    if frame_compliance is not None:
+        raise ProblemError(f"{_WHO}: the calibration has a frame compliance; leave frame_compliance out")
+    if area.data.attrs["beta"] != beta:
+        raise ProblemError(
+            f"{_WHO}: beta = {beta:g}, but the area function was calibrated with {area.data.attrs['beta']:g}; use the same"
+        )
+    return Settings(area.area, area.frame_compliance, area.covariance, compliance, nu, beta, epsilon, limits)
 
 
 def _data(indents: Sequence[Indent], settings: Settings) -> xr.Dataset:
@@ -214,7 +222,10 @@ def _data(indents: Sequence[Indent], settings: Settings) -> xr.Dataset:
     return xr.Dataset(
         {
             "peak_force": ("indent", np.array([i.rows.peak_force for i in indents]), {"units": "N"}),
-            **{name: (("indent", "procedure"), values, {"units": unit}) for name, (values, unit) in columns.items()},
+            **{
+                name: (("indent", "procedure"), values, {"units": unit})
+                for name, (values, unit) in columns.items()
+            },
         },
         coords={
             "indent": ("indent", np.arange(1, len(indents) + 1), {"units": ""}),
