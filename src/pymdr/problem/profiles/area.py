@@ -139,7 +139,7 @@ class AreaFunction(Profile):
         if self.sampled is None:
             known = (h >= 0.0) & (h <= (self.max_depth or math.inf))
             powers = (np.maximum(h, 0.0) / self.unit)[..., None] ** self.exponents
-            area = self.unit**2 * (powers @ self.coefficients)
+            area = self.unit**2 * (powers @ np.asarray(self.coefficients))
             return np.where(known, area, math.nan)
         known = (h >= 0.0) & (h <= self.sampled.gap(self.reach))
         inside = np.where(known, h, 0.0)

@@ -153,7 +153,7 @@ def oliver_pharr(
     >>> force = np.concatenate([np.linspace(0, 1, 200) ** 2, np.linspace(1, 0, 200) ** 1.5]) * 50e-3
     >>> study = mdr.oliver_pharr(mdr.MeasuredCurve(force=force, indentation=depth), tip, poisson=0.3)
     >>> study.to("hardness", "GPa").sel(procedure="power_law").values.round(3)
-    array([10.201])
+    array([9.438])
     >>> study["epsilon"].sel(procedure="effective_shape").values.round(3)
     array([0.75])
     """
