@@ -53,6 +53,7 @@ def blocks(page):
         "closure.md",
         "curves.md",
         "fits.md",
+        "nanoindentation.md",
         "law.md",
         "contributing.md",
         "for_teaching.md",

@@ -36,6 +36,7 @@ from .problem.paths import load as load
 from .problem.paths import ramp as ramp
 from .problem.paths import shift as shift
 from .problem.paths import travel as travel
+from .problem.profiles import AreaFunction as AreaFunction
 from .problem.profiles import ConcavePunch as ConcavePunch
 from .problem.profiles import Cone as Cone
 from .problem.profiles import CubicSpline as CubicSpline
@@ -84,6 +85,8 @@ from .solving.heating import joule_heating as joule_heating
 from .solving.impacts import impact as impact
 from .solving.impacts import restitution as restitution
 from .solving.loops import friction_loop as friction_loop
+from .solving.nanoindentation import calibrate_area as calibrate_area
+from .solving.nanoindentation import oliver_pharr as oliver_pharr
 from .solving.press import open_pressed_surface as open_pressed_surface
 from .solving.press import press as press
 from .solving.pulloff import adhesion_regime as adhesion_regime
@@ -104,6 +107,7 @@ from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony
+from .workbench.tables import read_area_function as read_area_function
 from .workbench.tables import read_force_curve as read_force_curve
 from .workbench.tables import read_path as read_path
 from .workbench.tables import read_profile as read_profile

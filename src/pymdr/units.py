@@ -565,6 +565,11 @@ def metres(value: float) -> str:
     return written(value, "m", 6)
 
 
+def pascals(value: float) -> str:
+    """A modulus for messages, with six digits."""
+    return written(value, "Pa", 6)
+
+
 def newtons(value: float) -> str:
     """A force for messages, with six digits."""
     return written(value, "N", 6)

@@ -216,6 +216,16 @@ SOURCES: dict[str, str] = {
         "Akaike (1974), IEEE Trans. Autom. Control 19, 716-723, doi:10.1109/TAC.1974.1100705; Burnham and Anderson (2002), "
         "Model Selection and Multimodel Inference, 2nd ed., doi:10.1007/b97636"
     ),
+    "oliver-pharr": (
+        "Oliver and Pharr (1992), J. Mater. Res. 7, 1564-1583, doi:10.1557/JMR.1992.1564; (2004), J. Mater. Res. 19, 3-20, "
+        "doi:10.1557/jmr.2004.19.1.3"
+    ),
+    "pharr-bolshakov": (
+        "Pharr and Bolshakov (2002), J. Mater. Res. 17, 2660-2671, doi:10.1557/JMR.2002.0386: the effective shape of an unloading"
+    ),
+    "bolshakov-pharr": (
+        "Bolshakov and Pharr (1998), J. Mater. Res. 13, 1049-1058, doi:10.1557/JMR.1998.0146: pile-up from the residual depth"
+    ),
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

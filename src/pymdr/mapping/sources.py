@@ -14,6 +14,7 @@ from pymdr.mapping.derived import DerivedSource, rise_of
 from pymdr.mapping.resolving import KNOTS_AVERAGED, SlopeSource, radii_next_to
 from pymdr.numerics.panels import TERMS, BoolArray, Panels, Place, Series, evaluate
 from pymdr.problem.profiles import (
+    AreaFunction,
     Function,
     Interpolated,
     Profile,
@@ -367,6 +368,11 @@ def _(profile: Interpolated) -> SlopeSource:
 @source_of.register
 def _(profile: Sampled) -> SlopeSource:
     return SplineSource(profile)
+
+
+@source_of.register
+def _(profile: AreaFunction) -> SlopeSource:
+    return CurveSource(profile) if profile.sampled is None else SplineSource(profile.sampled)
 
 
 @source_of.register

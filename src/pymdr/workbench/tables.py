@@ -19,7 +19,7 @@ from pymdr.presentation.files import named_file
 from pymdr.problem.measured import Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
 from pymdr.problem.paths import Path as MeasuredPath
-from pymdr.problem.profiles import ForceCurve, Sampled
+from pymdr.problem.profiles import AreaFunction, ForceCurve, Sampled
 from pymdr.problem.profiles.sampled import Interpolation
 from pymdr.quantities import QUANTITIES
 from pymdr.solving.curves import MeasuredCurve
@@ -62,6 +62,10 @@ _RECORD: Names = {
     "travel": ("travel", "piezo", "crosshead"),
     "shift": ("shift", "ux", "u x", "tangential displacement", "lateral displacement"),
     "tangential_force": ("tangential force", "lateral force", "friction force", "fx", "ft", "f x", "f t"),
+}
+_AREA: Names = {
+    "indentation": ("contact depth", "depth", "h", "hc", "h c"),
+    "contact_area": ("area", "contact area", "projected area", "a"),
 }
 _GRID: Names = {"x": ("x",), "y": ("y",), "height": ("z", "height", "h")}
 
@@ -651,6 +655,41 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
     columns = read_columns(file)
     with _named_file(file):
         return Sampled(**columns, interpolation=interpolation)
+
+
+def read_area_function(file: str | os.PathLike[str]) -> AreaFunction:
+    r"""
+    Read the area function of a tip from a CSV file with units in its header.
+
+    Parameters
+    ----------
+    file : path
+        With the columns contact depth (or h) and area (or A), each with its unit: ``h [nm], A [nm^2]``.
+
+    Returns
+    -------
+    AreaFunction
+
+    Raises
+    ------
+    FileError, CaseError, ProblemError
+        If the file cannot be read, is not such a table, or depths or areas do not rise.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "area.csv"
+    ...     _ = file.write_text("h [nm], A [nm^2]\n10, 12000\n20, 28000\n40, 75000\n80, 230000\n")
+    ...     tip = mdr.read_area_function(file)
+    >>> round(float(tip.area_at("20 nm")) * 1e18)
+    28000
+    """
+    columns = _read(file, _AREA, ("indentation", "contact_area"), "h [nm], A [nm^2]")
+    with _named_file(file):
+        return AreaFunction(depth=columns["indentation"], area=columns["contact_area"])
 
 
 def read_force_curve(

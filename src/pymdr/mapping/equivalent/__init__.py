@@ -20,6 +20,7 @@ from pymdr.mapping.equivalent.polygon import PolygonLine as PolygonLine
 from pymdr.mapping.equivalent.polygon import polygon_of
 from pymdr.mapping.sources import source_of
 from pymdr.problem.profiles import (
+    AreaFunction,
     ConcavePunch,
     Cone,
     DomedPunch,
@@ -139,6 +140,7 @@ def _by_panels(profile: Profile, exponent: float = 0.0) -> EquivalentProfile:
 
 # closed forms of g beside a rim lose the digits that places keep, and their energies have none
 for _kind in (
+    AreaFunction,
     ConcavePunch,
     Function,
     Hyperboloid,

@@ -15,6 +15,7 @@ from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
+from pymdr.presentation.plot.nanoindentation import area_study, indent_study
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rough import calibration_study, rough_study
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
@@ -42,6 +43,7 @@ __all__ = [
     "ShapeData",
     "adhesive_figures",
     "adhesive_overview",
+    "area_study",
     "bump_study",
     "calibration_study",
     "closure_figures",
@@ -59,6 +61,7 @@ __all__ = [
     "frictional_heat_study",
     "frictional_overview",
     "impact_figure",
+    "indent_study",
     "joule_study",
     "law_study",
     "loop_study",

@@ -10,6 +10,7 @@ from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.paths import Cycle, Hold, Path, Ramp
 from pymdr.problem.profiles import (
+    AreaFunction,
     ConcavePunch,
     Cone,
     CubicSpline,
@@ -54,6 +55,7 @@ PROFILES: dict[str, type] = {
     "domed_punch": DomedPunch,
     "concave_punch": ConcavePunch,
     "waviness": Waviness,
+    "area_function": AreaFunction,
     "sampled": Sampled,
     "force_curve": ForceCurve,
     "sum": Sum,

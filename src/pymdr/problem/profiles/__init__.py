@@ -1,5 +1,6 @@
 """Profiles: the combined initial gap f(r) of the two bodies, with f(0) = 0."""
 
+from pymdr.problem.profiles.area import AreaFunction as AreaFunction
 from pymdr.problem.profiles.base import Profile as Profile
 from pymdr.problem.profiles.base import Sum as Sum
 from pymdr.problem.profiles.blunt import Hyperboloid as Hyperboloid

@@ -9,6 +9,7 @@ import typer
 from pymdr.workbench.cli.cases import check, plot, run
 from pymdr.workbench.cli.curves import curves
 from pymdr.workbench.cli.fits import fit
+from pymdr.workbench.cli.indents import nanoindent
 from pymdr.workbench.cli.laws import law, table
 from pymdr.workbench.cli.measured import loops, topography
 from pymdr.workbench.cli.options import Once
@@ -45,6 +46,7 @@ for command in (
     sweep,
     curves,
     fit,
+    nanoindent,
     topography,
     law,
     table,

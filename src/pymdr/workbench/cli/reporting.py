@@ -204,7 +204,7 @@ def columns_of(study: Study) -> dict[str, Any]:
     """The columns of a study as plain values."""
     return {
         str(name): {
-            "values": [float(value) for value in study.data[name].values.ravel()],
+            "values": study.data[name].values.ravel().tolist(),
             "unit": study.data[name].attrs["units"],
         }
         for name in (*study.data.coords, *study.data.data_vars)

@@ -1,0 +1,201 @@
+"""Hardness and moduli of one indent, with intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.problem.profiles import AreaFunction
+from pymdr.solving.nanoindentation.unloading import (
+    Peak,
+    Shape,
+    Unloading,
+    fitted_power,
+    fitted_shape,
+    peak_of,
+    unloading_of,
+)
+from pymdr.units import FloatArray, metres, pascals
+
+UNITS = {
+    "stiffness": "N/m",
+    "epsilon": "",
+    "max_depth": "m",
+    "residual_depth": "m",
+    "contact_depth": "m",
+    "exponent": "",
+    "contact_area": "m^2",
+    "hardness": "Pa",
+    "reduced_modulus": "Pa",
+    "plane_strain_modulus": "Pa",
+    "young_modulus": "Pa",
+}
+"""Of what is evaluated, with its interval."""
+_LINEAR = ("max_depth", "residual_depth", "contact_depth", "exponent")
+"""Whose intervals are symmetric; those of the others are symmetric in logarithms."""
+_STEP = 1e-2
+"""Of differences, in standard deviations."""
+PROCEDURES = ("power_law", "effective_shape")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is known before an indent is evaluated."""
+
+    area: AreaFunction
+    frame: float
+    """Compliance in m/N."""
+    covariance: FloatArray | None
+    """Of the compliance of the frame and the coefficients of the area, if they were calibrated."""
+    tip: float
+    """1/E* of the tip in 1/Pa."""
+    poisson: float | None
+    beta: float
+    epsilon: float | None
+    limits: tuple[float, float]
+
+
+class Evaluated(NamedTuple):
+    """One indent by one procedure."""
+
+    values: Mapping[str, float]
+    low: Mapping[str, float]
+    high: Mapping[str, float]
+    shape: Shape
+    peak: Peak
+
+
+class Indent(NamedTuple):
+    """One indent by both procedures."""
+
+    rows: Unloading
+    by: Mapping[str, Evaluated]
+
+
+def evaluated(depth: FloatArray, force: FloatArray, settings: Settings, who: str) -> Indent:
+    """
+    Evaluate one indent by the power law of Oliver and Pharr, and by the effective shape of its unloading.
+
+    Parameters
+    ----------
+    depth, force : ndarray
+        Measured depths in m, the frame included, and forces in N.
+    settings : Settings
+    who : str
+        For messages.
+
+    Returns
+    -------
+    Indent
+    """
+    rows = unloading_of(depth - settings.frame * force, force, settings.limits, who)
+    exact = replace(settings, beta=1.0, epsilon=None)
+    return Indent(
+        rows,
+        {
+            "power_law": _with_interval(rows, fitted_power(rows), settings, who),
+            "effective_shape": _with_interval(rows, fitted_shape(rows), exact, who),
+        },
+    )
+
+
+def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -> dict[str, float]:
+    """Hardness and moduli at the peak of an indent, whose frame is more compliant by `further` m/N than its rows were corrected for."""
+    stiffness = 1.0 / (1.0 / peak.stiffness - further)
+    depth = peak.depth - further * peak.force
+    contact_depth = depth - peak.epsilon * peak.force / stiffness
+    area = float(settings.area.area_at(contact_depth)) if contact_depth > 0.0 else math.nan
+    if not area > 0.0:
+        raise ProblemError(
+            f"{who}: the contact depth is {metres(contact_depth)}, where the area function has no area; the depth must count from the "
+            "first contact and lie within the range of the area function"
+        )
+    reduced = math.sqrt(math.pi / area) * stiffness / (2.0 * settings.beta)
+    if not reduced * settings.tip < 1.0:
+        raise ProblemError(
+            f"{who}: the reduced modulus, {pascals(reduced)}, is not below that of the tip alone, {pascals(1.0 / settings.tip)}; check "
+            "the units, the area function and the frame compliance"
+        )
+    plane = 1.0 / (1.0 / reduced - settings.tip)
+    found = {
+        "stiffness": stiffness,
+        "epsilon": peak.epsilon,
+        "max_depth": depth,
+        "residual_depth": peak.residual_depth,
+        "contact_depth": contact_depth,
+        "exponent": peak.exponent,
+        "contact_area": area,
+        "hardness": peak.force / area,
+        "reduced_modulus": reduced,
+        "plane_strain_modulus": plane,
+    }
+    return (
+        found if settings.poisson is None else {**found, "young_modulus": plane * (1.0 - settings.poisson**2)}
+    )
+
+
+def peak_with_covariance(
+    rows: Unloading, shape: Shape, epsilon: float | None, read: Callable[[Peak], FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """What is read of the peak, and its covariance from the noise of the rows."""
+    centre = np.append(shape.parameters, rows.peak_force)
+    covariance = np.zeros((centre.size, centre.size))
+    covariance[:-1, :-1] = shape.covariance
+    covariance[-1, -1] = rows.peak_error**2
+
+    def at(values: FloatArray) -> FloatArray:
+        return read(peak_of(shape.anchor, values[:-1], float(values[-1]), epsilon))
+
+    slopes = differences(at, centre, covariance)
+    return at(centre), slopes @ covariance @ slopes.T
+
+
+def differences(
+    function: Callable[[FloatArray], FloatArray], centre: FloatArray, covariance: FloatArray
+) -> FloatArray:
+    """Derivatives by numbers of a covariance, by differences over parts of their standard deviations."""
+    columns = []
+    for i, deviation in enumerate(np.sqrt(np.diag(covariance))):
+        step = np.zeros(centre.size)
+        step[i] = max(_STEP * float(deviation), 1e-9 * abs(float(centre[i])))
+        if not step[i]:
+            columns.append(np.zeros_like(function(centre)))
+            continue
+        columns.append((function(centre + step) - function(centre - step)) / (2.0 * step[i]))
+    return np.stack(columns, axis=1)
+
+
+def _with_interval(rows: Unloading, shape: Shape, settings: Settings, who: str) -> Evaluated:
+    """One procedure with 95 % intervals."""
+    peak = peak_of(shape.anchor, shape.parameters, rows.peak_force, settings.epsilon)
+    values = quantities(peak, settings, who)
+
+    def scaled(found: Mapping[str, float]) -> FloatArray:
+        return np.array([found[name] if name in _LINEAR else math.log(found[name]) for name in values])
+
+    def read(found: Peak) -> FloatArray:
+        return scaled(quantities(found, settings, who))
+
+    centre, covariance = peak_with_covariance(rows, shape, settings.epsilon, read)
+    if settings.covariance is not None:
+        coefficients = settings.area.coefficients
+        assert coefficients is not None
+
+        def calibrated(numbers: FloatArray) -> FloatArray:
+            area = replace(settings.area, coefficients=numbers[1:])
+            return scaled(quantities(peak, replace(settings, area=area), who, float(numbers[0])))
+
+        slopes = differences(calibrated, np.append(0.0, coefficients), settings.covariance)
+        covariance = covariance + slopes @ settings.covariance @ slopes.T
+    half = shape.quantile * np.sqrt(np.diag(covariance))
+    ends = (centre - half, centre + half)
+    low, high = (
+        {name: float(x if name in _LINEAR else np.exp(x)) for name, x in zip(values, end, strict=True)}
+        for end in ends
+    )
+    return Evaluated(values, low, high, shape, peak)

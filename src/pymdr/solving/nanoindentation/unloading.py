@@ -1,0 +1,332 @@
+"""The unloading of one indent, and curves fitted to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.special import stdtrit
+
+from pymdr.errors import ProblemError
+from pymdr.mapping.equivalent import power_factor
+from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.fits.residuals import hanging
+from pymdr.units import FloatArray, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_FEWEST = 12
+"""Rows to which a curve is fitted."""
+_TOP, _BLOCK = 4.0, 0.98
+"""Noises below the largest force, and part of it, down to which rows belong to the peak."""
+_SHALLOWEST, _ABOVE_LEAST = 0.03, 0.01
+"""Parts of the largest force: where a complete unloading ends, and how far above its smallest force."""
+_TANH_SINH = np.linspace(-3.3, 3.3, 97)
+
+
+class Unloading(NamedTuple):
+    """The rows after the peak of a record, by their indentations from an anchor depth."""
+
+    depth: FloatArray
+    """In m, corrected for the compliance of the frame."""
+    force: FloatArray
+    peak_force: float
+    peak_error: float
+    """Standard deviation in N."""
+    fitted: slice
+    """Rows of the range of the fit by a power law."""
+    complete: slice
+    """Rows down to where the contact ends."""
+
+
+def columns_of(record: MeasuredCurve | xr.Dataset, who: str) -> tuple[FloatArray, FloatArray]:
+    """Depths in m and forces in N of a record."""
+    from xarray import Dataset
+
+    if isinstance(record, MeasuredCurve):
+        return record.depth, record.force
+    if not isinstance(record, Dataset):
+        raise ProblemError(
+            f"{who}: {shown(record)} is no record; give a MeasuredCurve or what read_record returns"
+        )
+    for name in ("indentation", "normal_force"):
+        if name not in record:
+            raise ProblemError(f"{who}: the record has no {name}; indentation and normal_force are needed")
+    return np.asarray(record["indentation"].values), np.asarray(record["normal_force"].values)
+
+
+def fit_limits(fit_range: Sequence[float], who: str) -> tuple[float, float]:
+    """The range of a fit in parts of the largest force."""
+    try:
+        low, high = (float(end) for end in fit_range)
+    except (TypeError, ValueError):
+        low, high = math.nan, math.nan
+    if not 0.0 < low < high <= 1.0:
+        raise ProblemError(
+            f"{who}: fit_range = {shown(fit_range)}; two parts of the largest force are needed, such as (0.25, 0.98)"
+        )
+    return low, high
+
+
+def unloading_of(depth: FloatArray, force: FloatArray, limits: tuple[float, float], who: str) -> Unloading:
+    """
+    The unloading from the largest force of a record.
+
+    Parameters
+    ----------
+    depth, force : ndarray
+        In m and N, in the order of measurement.
+    limits : tuple of float
+        Range of the fit by a power law, in parts of the largest force.
+    who : str
+        For messages.
+
+    Returns
+    -------
+    Unloading
+
+    Raises
+    ------
+    ProblemError
+        If no force is above 0, or fewer than 12 rows are in the range of the fit.
+    """
+    largest = float(np.max(force))
+    if not largest > 0.0:
+        raise ProblemError(f"{who}: no force is above 0 N; compressive forces must be positive")
+    noise = _noise(force)
+    last = int(np.flatnonzero(force >= largest - _TOP * noise)[-1])
+    peak, error = _peak(force, last, largest, noise)
+    after = force[last:]
+    low = last + _first_below(after, limits[0] * peak)
+    least = max(_SHALLOWEST * peak, float(after.min()) + _ABOVE_LEAST * peak, _TOP * noise)
+    end = last + _first_below(after, least)
+    above = np.flatnonzero(force[last:low] >= limits[1] * peak)
+    begin = last + 1 + (int(above[-1]) if above.size else 0)
+    if low - begin < _FEWEST:
+        raise ProblemError(
+            f"{who}: {max(low - begin, 0)} rows of the unloading are between {limits[0]:g} and {limits[1]:g} of the largest force; at "
+            f"least {_FEWEST} are needed: give a record with its unloading, or a wider fit_range"
+        )
+    rows = slice(begin, max(end, low))
+    return Unloading(
+        depth[rows], force[rows], peak, error, slice(0, low - begin), slice(0, max(end, low) - begin)
+    )
+
+
+def _noise(values: FloatArray) -> float:
+    """Standard deviation of the noise of rows, from their second differences."""
+    return float(np.median(np.abs(np.diff(values, 2)))) / (0.6745 * math.sqrt(6.0))
+
+
+def _first_below(force: FloatArray, level: float) -> int:
+    """The first row with a force below a level, or the number of rows."""
+    below = np.flatnonzero(force < level)
+    return int(below[0]) if below.size else force.size
+
+
+def _peak(force: FloatArray, last: int, largest: float, noise: float) -> tuple[float, float]:
+    """
+    The largest force without its noise, and its standard deviation.
+
+    The mean of the middle third of the rows at the peak: the ramps of a record without hold lie at the ends.
+    """
+    start = last
+    while start > 0 and force[start - 1] >= _BLOCK * largest - 2.0 * _TOP * noise:
+        start -= 1
+    top = force[start : last + 1]
+    top = top[int(np.argmax(top >= largest - _TOP * noise)) :]
+    third = top.size // 3
+    middle = top[third : top.size - third]
+    return float(middle.mean()), noise / math.sqrt(middle.size)
+
+
+class Shape(NamedTuple):
+    """
+    F = F0 u^m (1 + w (u - 1)) with u = 1 - (h0 - h)/L and L = F0 (m + w)/S: a power law for w = 0.
+
+    `parameters` are ln F0, ln S, m and, unless it is a power law, w, at the anchor depth h0.
+    """
+
+    anchor: float
+    parameters: FloatArray
+    covariance: FloatArray
+    rows: int
+    correlated: float
+    """How many rows are worth one independent row."""
+    misfit: float
+    """Root mean square of the residuals, in parts of the largest force."""
+
+    @property
+    def quantile(self) -> float:
+        """Of Student's distribution, for 95 % intervals."""
+        return float(stdtrit(max(self.rows / self.correlated - self.parameters.size, 1.0), 0.975))
+
+
+def fitted_power(rows: Unloading) -> Shape:
+    """The power law through the range of the fit."""
+    return _fitted(rows, rows.fitted, _first_guess(rows, rows.fitted))
+
+
+def fitted_shape(rows: Unloading) -> Shape:
+    """The two powers through the complete unloading."""
+    power = _fitted(rows, rows.complete, _first_guess(rows, rows.complete))
+    return _fitted(rows, rows.complete, np.append(power.parameters, 0.0))
+
+
+def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
+    anchor = float(rows.depth[0])
+    z, force = anchor - rows.depth[stretch], rows.force[stretch] / rows.peak_force
+    unit = np.where(np.arange(start.size) < 2, math.log(rows.peak_force), 0.0)
+    found = least_squares(
+        lambda p: forces(p, z) - force, start - unit, jac=lambda p: _slopes(p, z), method="lm"
+    )
+    p = found.x + _attenuation(found.x, z, _noise(rows.depth[stretch]))
+    residuals = forces(p, z) - force
+    n = force.size
+    correlated = float(hanging(residuals[None], np.ones(1)).correlated[0])
+    inverse = np.linalg.pinv(_slopes(p, z))
+    covariance = (inverse * residuals**2) @ inverse.T * (n / (n - p.size) * correlated)
+    return Shape(anchor, p + unit, covariance, n, correlated, float(np.sqrt(np.mean(residuals**2))))
+
+
+def _first_guess(rows: Unloading, stretch: slice) -> FloatArray:
+    z, force = rows.depth[0] - rows.depth[stretch], rows.force[stretch]
+    top = slice(0, max(4, z.size // 3))
+    slope, size = np.polyfit(-z[top], force[top], 1)
+    stiffness, size = max(slope, 0.1 * rows.peak_force / float(np.ptp(z))), max(size, 0.1 * rows.peak_force)
+    return np.array([math.log(size), math.log(stiffness), max(1.4, 1.05 * float(z.max()) * stiffness / size)])
+
+
+class _Curve(NamedTuple):
+    u: FloatArray
+    force: FloatArray
+    by_u: FloatArray
+    length: float
+
+
+def _curve(p: FloatArray, z: FloatArray) -> _Curve:
+    size, m, w = math.exp(p[0]), p[2], p[3] if p.size > 3 else 0.0
+    length = size * (m + w) / math.exp(p[1])
+    u = np.maximum(1.0 - z / length, 1e-12)
+    factor = 1.0 + w * (u - 1.0)
+    return _Curve(u, size * u**m * factor, size * (m * u ** (m - 1.0) * factor + w * u**m), length)
+
+
+def forces(p: FloatArray, z: FloatArray) -> FloatArray:
+    """Forces in N at heights z in m above the anchor."""
+    return _curve(p, z).force
+
+
+def _attenuation(p: FloatArray, z: FloatArray, noise: float) -> FloatArray:
+    """
+    What noise of the depths takes from the parameters of a fit of forces, to first order in its variance.
+
+    With residuals r = F - f(h + e) and J = df/dp at h + e, the mean of J r is -(J' f' + J f''/2) e^2, not 0.
+    """
+    step = 1e-4 * float(np.ptp(z))
+    low, jacobian, high = (_slopes(p, z + shift) for shift in (step, 0.0, -step))
+    forces_at = [forces(p, z + shift) for shift in (step, 0.0, -step)]
+    slope = (forces_at[2] - forces_at[0]) / (2.0 * step)
+    bend = (forces_at[2] - 2.0 * forces_at[1] + forces_at[0]) / step**2
+    bias = noise**2 * ((high - low) / (2.0 * step) * slope[:, None] + 0.5 * jacobian * bend[:, None]).sum(
+        axis=0
+    )
+    return np.asarray(np.linalg.pinv(jacobian.T @ jacobian) @ bias)
+
+
+def _slopes(p: FloatArray, z: FloatArray) -> FloatArray:
+    """Derivatives of the forces by the parameters."""
+    u, force, by_u, length = _curve(p, z)
+    m, w = p[2], p[3] if p.size > 3 else 0.0
+    moved = by_u * z / length
+    columns = [force + moved, -moved, force * np.log(u) + moved / (m + w)]
+    if p.size > 3:
+        columns.append(math.exp(p[0]) * u**m * (u - 1.0) + moved / (m + w))
+    return np.stack(columns, axis=1)
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The contact at the largest force, by a curve through its unloading."""
+
+    force: float
+    depth: float
+    residual_depth: float
+    stiffness: float
+    epsilon: float
+    """(h - h_c) S/F."""
+    exponent: float
+    """d ln F/d ln(h - h_f) at the largest force."""
+    rising: float
+    """Largest stiffness below the peak over that at the peak."""
+
+
+def peak_of(anchor: float, p: FloatArray, peak_force: float, epsilon: float | None) -> Peak:
+    """
+    The contact at the largest force.
+
+    Parameters
+    ----------
+    anchor : float
+        Depth in m at which the parameters are.
+    p : ndarray
+        Of a :class:`Shape`.
+    peak_force : float
+        In N.
+    epsilon : float, optional
+        Given, or that of the effective shape: h - h_c = (2/pi) int_0^d arcsin(k(t)/k(d)) dt, which is d - f(a) of the profile whose line
+        has the stiffness k; for a power law (1 + 1/n) (1 - 1/kappa(n)) with n = 1/(m - 1).
+
+    Returns
+    -------
+    Peak
+    """
+    m, w = float(p[2]), float(p[3]) if p.size > 3 else 0.0
+    size = math.exp(p[0])
+    length = size * (m + w) / math.exp(p[1])
+    u = (peak_force / size) ** (1.0 / (m + w))
+    for _ in range(8):
+        at = _curve(p, length * (1.0 - np.array([u])))
+        u -= (float(at.force[0]) - peak_force) / float(at.by_u[0])
+    at = _curve(p, length * (1.0 - np.array([u])))
+    stiffness, rising = float(at.by_u[0]) / length, 1.0
+    if epsilon is None and p.size == 3:
+        epsilon = epsilon_of_power(m)
+    elif epsilon is None:
+        nodes, weights = _rule()
+        k = _curve(p, length * (1.0 - u * nodes)).by_u / length / stiffness
+        rising = float(k.max())
+        sink_in = 2.0 / math.pi * length * u * float(weights @ np.arcsin(np.clip(k, 0.0, 1.0)))
+        epsilon = sink_in * stiffness / peak_force
+    depth, residual = anchor - length * (1.0 - u), anchor - length
+    return Peak(
+        peak_force, depth, residual, stiffness, epsilon, stiffness * (depth - residual) / peak_force, rising
+    )
+
+
+def epsilon_of_power(m: float) -> float:
+    """
+    Epsilon of F ~ (h - h_f)^m: (1 + 1/n) (1 - 1/kappa(n)) with n = 1/(m - 1); 1 of a flat punch.
+
+    Examples
+    --------
+    >>> round(epsilon_of_power(1.5), 12), round(epsilon_of_power(2.0), 4)
+    (0.75, 0.7268)
+    """
+    if m <= 1.0 + 1e-9:
+        return 1.0
+    return m * (1.0 - 1.0 / power_factor(1.0 / (m - 1.0)))
+
+
+def _rule() -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights on [0, 1] for powers at both ends."""
+    t = _TANH_SINH
+    argument = 0.5 * math.pi * np.sinh(t)
+    nodes = 1.0 / (1.0 + np.exp(-2.0 * argument))
+    weights = 0.25 * math.pi * np.cosh(t) / np.cosh(argument) ** 2 * (t[1] - t[0])
+    return nodes, weights

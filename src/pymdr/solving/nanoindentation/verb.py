@@ -1,0 +1,290 @@
+"""Hardness and modulus from unloading curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.problem.materials import Material
+from pymdr.problem.profiles import AreaFunction
+from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.nanoindentation.analysing import PROCEDURES, UNITS, Indent, Settings, evaluated
+from pymdr.solving.nanoindentation.calibrating import (
+    DIAMOND,
+    AreaCalibration,
+    check_factors,
+    frame_of,
+    tip_compliance,
+)
+from pymdr.solving.nanoindentation.unloading import columns_of, fit_limits, forces
+from pymdr.solving.study import Column, Study
+from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_WHO = "oliver_pharr"
+_PILE_UP, _LARGEST_EXPONENT, _RISING = 0.7, 2.0, 1.01
+_DRAWN = 6
+_CORRELATED = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nanoindentation(Study):
+    """
+    Hardness and moduli of indents, over ``indent`` and ``procedure``: ``power_law`` and ``effective_shape``.
+
+    ``stiffness`` (N/m), ``epsilon``, ``max_depth``, ``residual_depth``, ``contact_depth`` (m), ``exponent``, ``contact_area`` (m^2),
+    ``hardness``, ``reduced_modulus``, ``plane_strain_modulus`` and ``young_modulus`` (Pa), each with the ends of its 95 % interval, such
+    as ``hardness_low`` and ``hardness_high``; ``peak_force`` (N) over ``indent``.
+    """
+
+    indents: tuple[Indent, ...]
+    """The unloading rows, and the curves fitted to them."""
+
+    what: ClassVar[str] = "a nanoindentation"
+    claims_of_rows: ClassVar[bool] = False
+    columns: ClassVar[Mapping[str, Column]] = {
+        "indent": Column("indent", ""),
+        "procedure": Column("procedure", ""),
+        "peak_force": Column("F", "N"),
+        "stiffness": Column("S", "N/m"),
+        "contact_depth": Column("h_c", "m"),
+        "epsilon": Column("epsilon", ""),
+        "hardness": Column("H", "Pa"),
+        "reduced_modulus": Column("E_r", "Pa"),
+        "young_modulus": Column("E", "Pa"),
+        "young_modulus_low": Column("E low", "Pa"),
+        "young_modulus_high": Column("E high", "Pa"),
+    }
+
+    def _remarks(self) -> list[str]:
+        told = self.data.attrs
+        return [
+            f"frame compliance {written(told['frame_compliance'], 'm/N')}, beta = {told['beta']:g} (effective shape: 1); E low and E high "
+            "are ends of 95 % intervals"
+        ]
+
+    def _figure(self) -> Figure:
+        """Unloading curves with what is fitted to them, and the moduli of both procedures."""
+        from pymdr.presentation.plot import indent_study
+
+        drawn = [
+            (
+                indent.rows.depth,
+                indent.rows.force,
+                {
+                    name: forces(found.shape.parameters, found.shape.anchor - indent.rows.depth)
+                    for name, found in indent.by.items()
+                },
+            )
+            for indent in self.indents[:_DRAWN]
+        ]
+        return indent_study(drawn, self.data)
+
+
+def oliver_pharr(
+    records: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
+    area: AreaFunction | AreaCalibration,
+    *,
+    frame_compliance: QuantityLike | None = None,
+    tip: Material = DIAMOND,
+    poisson: QuantityLike | None = None,
+    beta: float = 1.0,
+    epsilon: float | None = 0.75,
+    fit_range: Sequence[float] = (0.25, 0.98),
+) -> Nanoindentation:
+    """
+    Hardness and modulus from the unloading of indents, by Oliver and Pharr and by the method itself.
+
+    The power law F = B (h - h_f)^m through a range of the unloading gives the stiffness S = dF/dh at the largest force, the contact
+    depth h_c = h - epsilon F/S, the hardness F/A(h_c) and the reduced modulus S sqrt(pi/A)/(2 beta). The other procedure fits two powers to
+    the complete unloading: they are the line of a profile, the effective shape of the unloading, of which S = 2 E* a, and
+    h - h_c = d - f(a) = (2/pi) int_0^d arcsin(k(t)/k(d)) dt with the stiffness k. It needs no epsilon and no beta.
+
+    Parameters
+    ----------
+    records : MeasuredCurve or xarray.Dataset, or a sequence of them
+        Indents with their unloading, such as of :func:`pymdr.read_record`. Depths count from the first contact.
+    area : AreaFunction or AreaCalibration
+        Area function of the tip. That of :func:`pymdr.calibrate_area` brings its frame compliance and its uncertainty.
+    frame_compliance : quantity, optional
+        In m/N, such as ``"0.3 nm/mN"``; 0 unless given. It must be left out with a calibration.
+    tip : Elastic or Rigid, optional
+        Diamond, 1141 GPa and 0.07, unless given.
+    poisson : quantity, optional
+        Poisson's ratio of the sample; without it there is no Young's modulus, only E/(1 - nu^2).
+    beta : float, optional
+        Correction of the power-law procedure for tips that are not of revolution. King (1987) has 1.034 for a triangular punch, and 1.02 to
+        1.08 are in use for Berkovich tips (Oliver and Pharr 2004). Use the value with which the area function was calibrated.
+    epsilon : float, optional
+        Of the power-law procedure; None takes that of its exponent (Pharr and Bolshakov 2002).
+    fit_range : sequence of two floats, optional
+        Range of the power law, in parts of the largest force.
+
+    Returns
+    -------
+    Nanoindentation
+        Both procedures side by side. Intervals of 95 % come from the scatter of the rows and, if there is one, from the calibration.
+
+    Raises
+    ------
+    ProblemError
+        If a record has no unloading, the area function has no area at its contact depth, or an argument is outside its limits.
+
+    Notes
+    -----
+    Oliver and Pharr (1992), J. Mater. Res. 7, 1564; (2004), J. Mater. Res. 19, 3. King (1987), Int. J. Solids Struct. 23, 1657. An
+    unloading curve does not show pile-up: the true area may be up to 60 % larger where the residual depth is above 0.7 of the largest one
+    (Bolshakov and Pharr 1998), and hardness and modulus are then too large.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pymdr as mdr
+    >>> tip = mdr.AreaFunction([24.5], unit="1 nm")
+    >>> depth = np.concatenate([np.linspace(0, 500, 200), np.linspace(500, 430, 200)]) * 1e-9
+    >>> force = np.concatenate([np.linspace(0, 1, 200) ** 2, np.linspace(1, 0, 200) ** 1.5]) * 50e-3
+    >>> study = mdr.oliver_pharr(mdr.MeasuredCurve(force=force, indentation=depth), tip, poisson=0.3)
+    >>> study.to("hardness", "GPa").sel(procedure="power_law").values.round(3)
+    array([9.438])
+    >>> study["epsilon"].sel(procedure="effective_shape").values.round(3)
+    array([0.75])
+    """
+    from xarray import Dataset
+
+    given: tuple[MeasuredCurve | Dataset, ...] = (
+        (records,) if isinstance(records, MeasuredCurve | Dataset) else tuple(records)
+    )
+    listed = [columns_of(record, _WHO) for record in given]
+    if not listed:
+        raise ProblemError(f"{_WHO}: no record is given")
+    settings = _settings(area, frame_compliance, tip, poisson, beta, epsilon, fit_limits(fit_range, _WHO))
+    indents = tuple(
+        evaluated(depth, force, settings, _WHO if len(listed) == 1 else f"{_WHO}, indent {i + 1}")
+        for i, (depth, force) in enumerate(listed)
+    )
+    return Nanoindentation(
+        data=_data(indents, settings),
+        claims=_claims(indents, settings),
+        assumptions=_assumptions(indents),
+        notes=_notes(indents),
+        references=("oliver-pharr", "pharr-bolshakov", "bolshakov-pharr", "popov-hess"),
+        indents=indents,
+    )
+
+
+def _settings(
+    area: AreaFunction | AreaCalibration,
+    frame_compliance: QuantityLike | None,
+    tip: Material,
+    poisson: QuantityLike | None,
+    beta: float,
+    epsilon: float | None,
+    limits: tuple[float, float],
+) -> Settings:
+    check_factors(beta, epsilon, _WHO)
+    nu = None if poisson is None else to_si(poisson, "", name="poisson")
+    if nu is not None and not -1.0 < nu <= 0.5:
+        raise ProblemError(f"{_WHO}: poisson = {shown(poisson)}; it must be above -1 and at most 0.5")
+    compliance = tip_compliance(tip, _WHO)
+    if isinstance(area, AreaFunction):
+        frame = 0.0 if frame_compliance is None else frame_of(frame_compliance, _WHO)
+        return Settings(area, frame, None, compliance, nu, beta, epsilon, limits)
+    if not isinstance(area, AreaCalibration):
+        raise ProblemError(
+            f"{_WHO}: area = {shown(area)}; an AreaFunction or what calibrate_area returns is needed"
+        )
+    if frame_compliance is not None:
+        raise ProblemError(f"{_WHO}: the calibration has a frame compliance; leave frame_compliance out")
+    if area.data.attrs["beta"] != beta:
+        raise ProblemError(
+            f"{_WHO}: beta = {beta:g}, but the area function was calibrated with {area.data.attrs['beta']:g}; use the same"
+        )
+    return Settings(area.area, area.frame_compliance, area.covariance, compliance, nu, beta, epsilon, limits)
+
+
+def _data(indents: Sequence[Indent], settings: Settings) -> xr.Dataset:
+    import xarray as xr
+
+    both = [[indent.by[name] for name in PROCEDURES] for indent in indents]
+    columns: dict[str, tuple[FloatArray, str]] = {}
+    for name in both[0][0].values:
+        for end in ("values", "low", "high"):
+            numbers = np.array([[getattr(found, end)[name] for found in row] for row in both])
+            columns[name if end == "values" else f"{name}_{end}"] = (numbers, UNITS[name])
+    return xr.Dataset(
+        {
+            "peak_force": ("indent", np.array([i.rows.peak_force for i in indents]), {"units": "N"}),
+            **{
+                name: (("indent", "procedure"), values, {"units": unit})
+                for name, (values, unit) in columns.items()
+            },
+        },
+        coords={
+            "indent": ("indent", np.arange(1, len(indents) + 1), {"units": ""}),
+            "procedure": ("procedure", list(PROCEDURES), {"units": ""}),
+        },
+        attrs={"frame_compliance": settings.frame, "beta": settings.beta},
+    )
+
+
+def _claims(indents: Sequence[Indent], settings: Settings) -> dict[str, Claim]:
+    everywhere = np.ones(len(indents) * len(PROCEDURES), dtype=bool)
+    depths = Claim(
+        Level.APPROXIMATE,
+        "of curves fitted to the unloading, which is taken for elastic; intervals have the scatter of the rows only",
+        SOURCES["oliver-pharr"],
+        everywhere,
+    )
+    areas = Claim(
+        Level.APPROXIMATE,
+        "by the area function at the contact depth: the surface sinks in as that of an elastic body and does not pile up",
+        f"{SOURCES['oliver-pharr']}; {SOURCES['bolshakov-pharr']}",
+        everywhere,
+    )
+    with_area = ("contact_area", "hardness", "reduced_modulus", "plane_strain_modulus", "young_modulus")
+    claims = {name: areas if name in with_area else depths for name in UNITS}
+    if settings.poisson is None:
+        reason = "Poisson's ratio of the sample is not known; give poisson"
+        claims["young_modulus"] = Claim(Level.NOT_VALID, reason, SOURCES["oliver-pharr"], ~everywhere)
+    return claims
+
+
+def _assumptions(indents: Sequence[Indent]) -> tuple[Assumption, ...]:
+    laws = [indent.by["power_law"] for indent in indents]
+    return (
+        Assumption(
+            "pile-up",
+            "residual depth over the largest depth; above the limit the surface may pile up, which an unloading curve does not show",
+            max(law.values["residual_depth"] / law.values["max_depth"] for law in laws),
+            _PILE_UP,
+        ),
+        Assumption(
+            "exponent",
+            "exponent of the unloading; that of elastic contacts lies between 1 and 2",
+            max(law.values["exponent"] for law in laws),
+            _LARGEST_EXPONENT,
+        ),
+        Assumption(
+            "effective shape",
+            "largest stiffness of the fitted unloading over that at the largest force; it rises with the depth in elastic contacts",
+            max(indent.by["effective_shape"].peak.rising for indent in indents),
+            _RISING,
+        ),
+    )
+
+
+def _notes(indents: Sequence[Indent]) -> tuple[str, ...]:
+    largest = max(found.shape.correlated for indent in indents for found in indent.by.values())
+    if largest <= _CORRELATED:
+        return ()
+    return (
+        f"residuals of a fit are correlated over up to {largest:.0f} rows; the intervals are widened for it, not for a curve of another form",
+    )
