@@ -485,7 +485,7 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
     ("law", "words"),
     [
         (mdr.JKR("1 mJ/m^2"), "JKR holds where the attraction reaches less than 52"),
-        (mdr.DMT("1 mJ/m^2"), "DMT holds where the attraction reaches more than 2.6"),
+        (mdr.DMT("1 mJ/m^2"), "DMT is valid for a range of attraction above 2.6"),
         (mdr.DMT("1 mJ/m^2", range="1 nm"), r"Maugis' parameter of what was found is 26\d, .*range='1 nm'"),
         (mdr.DMT("1 mJ/m^2", range="3 um"), ""),
         (mdr.MaugisDugdale("1 mJ/m^2", range="100 nm"), ""),

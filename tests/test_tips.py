@@ -125,7 +125,7 @@ def test_a_faintly_hollow_cone_is_passed_over():
         (lambda: mdr.Function(derivative=lambda r: r * np.nan), "no finite slope"),
         (
             lambda: mdr.Function(lambda r: np.where(r > 0.0, np.nan, 0.0), derivative=lambda r: r),
-            "gives nan",
+            "returns nan",
         ),
         (lambda: mdr.Function(derivative=lambda r: 1e-6 / r, reach=1e-3), "rises within"),
         (lambda: mdr.Function(lambda r: np.ma.masked_greater(r**2, -1.0)), "returns nan"),

@@ -155,7 +155,7 @@ def error_of_levels(values: FloatArray, half: FloatArray, quarter: FloatArray) -
     The error at the edge of contact or slip depends on where it lies between springs, so that two levels may agree by chance: the
     difference of the next two counts too, scaled by the order 3/2 of an edge between springs.
     """
-    return np.maximum(error_of(values, half), 2.0**-1.5 * error_of(half, quarter))
+    return np.asarray(np.maximum(error_of(values, half), 2.0**-1.5 * error_of(half, quarter)))
 
 
 def later_too(apart: FloatArray, size: FloatArray) -> FloatArray:

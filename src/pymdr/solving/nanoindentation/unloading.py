@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 from pymdr.errors import ProblemError
 from pymdr.mapping.equivalent import power_factor
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.residuals import hanging
+from pymdr.solving.fits.residuals import serial_correlation
 from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     p = found.x + _attenuation(found.x, z, _noise(rows.depth[stretch]))
     residuals = forces(p, z) - force
     n = force.size
-    correlated = float(hanging(residuals[None], np.ones(1)).correlated[0])
+    correlated = float(serial_correlation(residuals[None], np.ones(1)).correlated[0])
     inverse = np.linalg.pinv(_slopes(p, z))
     covariance = (inverse * residuals**2) @ inverse.T * (n / (n - p.size) * correlated)
     return Shape(anchor, p + unit, covariance, n, correlated, float(np.sqrt(np.mean(residuals**2))))
