@@ -228,7 +228,7 @@ def test_fields_are_labelled_and_derived():
     assert whole.attrs["units"] == "Pa"
     one = result.field("stress", r=["0 um", "50 um"], z=["0 um", "20 um", "1 mm"])
     assert np.array_equal(one.values, whole.values[1])
-    rows = dict(r=["0 um", "50 um"], z=["0 um", "20 um", "1 mm"])
+    rows = {"r": ["0 um", "50 um"], "z": ["0 um", "20 um", "1 mm"]}
     assert np.array_equal(result.field("von_mises", **rows).values, von_mises(one.values))
     principal = principal_stresses(one.values)
     assert np.array_equal(result.field("principal_stress", **rows).values, principal)
@@ -268,7 +268,7 @@ def test_largest_stress_of_hertz(side):
     assert float(found.r) == pytest.approx(0.0, abs=1e-4 * a)
 
 
-@settings(max_examples=examples(12), deadline=None)
+@settings(max_examples=examples(8), deadline=None)
 @given(TIPS, st.floats(-0.5, 0.5), st.floats(0.01, 0.1))
 def test_nothing_exceeds_the_largest_stress(profile, nu, depth):
     result = mdr.solve(mdr.Contact(profile, mdr.Elastic(1.0, nu)), mdr.indent(depth))
@@ -346,3 +346,61 @@ def test_bad_requests_name_what_is_wrong():
         result.field("pressure", z=[0.0])
     with pytest.raises(mdr.QuantityError, match="von_mises, tresca"):
         result.largest("pressure")
+
+
+@settings(max_examples=examples(8), deadline=None)
+@given(st.floats(-0.2, 0.5), LENGTH, st.floats(1.2, 4.0))
+def test_first_yield_is_where_the_largest_stress_is_the_strength(nu, radius, n):
+    contact = mdr.Contact(mdr.PowerLaw(n, 1e-2 * radius, radius), mdr.Elastic(1.0, nu))
+    found = mdr.first_yield(contact, strength=1e-3)
+    for i, (name, factor) in enumerate((("largest_mises", 1.0), ("largest_shear", 2.0))):
+        result = mdr.solve(contact, mdr.load(float(found["normal_force"][i])))
+        assert factor * float(result[name][0]) == pytest.approx(1e-3, rel=1e-7)
+
+
+def test_first_yield_of_hertz():
+    # p = Y / (2 * 0.31002), F = pi^3 R^2 p^3 / (6 E*^2)
+    found = mdr.first_yield(mdr.Contact(mdr.Paraboloid("10 mm"), STEEL), strength="1 GPa")
+    pressure, modulus = 1e9 / (2.0 * 0.3100205019545214), 210e9 / 0.91
+    exact = math.pi**3 * 1e-4 * pressure**3 / (6.0 * modulus**2)
+    assert found["normal_force"].values == pytest.approx([exact] * 2, rel=1e-7)
+    depth = 0.4808644852928954 * float(found["contact_radius"][0])
+    assert found["yield_depth"].values == pytest.approx([depth] * 2, rel=2e-4)
+    assert found.plot().axes
+
+
+def test_first_yield_at_a_corner_that_comes_into_contact():
+    # the edge of the dome is reached at d = g(b) = b^2 / R
+    found = mdr.first_yield(mdr.Contact(mdr.DomedPunch("0.1 mm", "100 mm"), STEEL), strength="1 GPa")
+    assert found["indentation"].values == pytest.approx([1e-7] * 2, rel=1e-6)
+    assert found["yield_radius"].values == pytest.approx([1e-4] * 2, rel=1e-6)
+    assert "corner" in found.notes[-1]
+
+
+@pytest.mark.parametrize(
+    ("contact", "error", "words"),
+    [
+        (mdr.Contact(mdr.FlatPunch("1 mm"), STEEL), mdr.NotValidError, "sharp"),
+        (mdr.Contact(mdr.Cone(slope=0.1), STEEL), mdr.NotValidError, "sharp tip"),
+        (mdr.Contact(mdr.Cone(slope=0.1), mdr.Elastic("1 GPa", 0.5)), mdr.NotValidError, "under a cone"),
+        (mdr.Contact(mdr.TruncatedParaboloid("10 mm", "1 mm"), STEEL), mdr.NotValidError, "corner"),
+        (mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(0.3)), mdr.NotValidError, "friction"),
+        (
+            mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.JKR("1 J/m^2")),
+            mdr.ProblemError,
+            "edge yields",
+        ),
+    ],
+)
+def test_first_yield_is_refused_with_its_reason(contact, error, words):
+    with pytest.raises(error, match=words):
+        mdr.first_yield(contact, strength="1 GPa")
+    with pytest.raises(mdr.ProblemError, match="above 0 Pa"):
+        mdr.first_yield(contact, strength=0.0)
+
+
+def test_the_figure_of_a_singular_edge_resolves_the_rest():
+    result = mdr.solve(mdr.Contact(mdr.FlatPunch("1 mm"), STEEL), mdr.indent("1 um"))
+    figure = result.plot_stress()
+    assert figure.axes[1].get_ylim()[1] < 1e4
+    assert np.isinf(result.field("tresca", ["1 mm"], z=[0.0])).all()

@@ -627,6 +627,32 @@ class Result:
         plots = self.reading.plots(self, self._drawn_row(step))
         return plots.figures(plots.data)
 
+    def plot_stress(self, step: int = -1, *, name: str = "von_mises", side: str | None = None) -> Figure:
+        """
+        An equivalent stress inside a body, in section, with its largest value.
+
+        Parameters
+        ----------
+        step : int
+            The row that is drawn, as in :meth:`plot`.
+        name : str
+            ``"von_mises"`` or ``"tresca"``.
+        side : str, optional
+            ``"body"`` or ``"counterbody"``, as for :meth:`field`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from pymdr.presentation.plot import stress_section
+
+        row = self._drawn_row(step)
+        field = self.field(name, step=row, side=side)
+        load = self._interior(side).load(row)
+        bounded = self._interior(side).singular_radius(row) is None
+        largest = self.largest(name, row, side=side) if bounded else None
+        return stress_section(field, load.edge_radius, load.radius, largest)
+
     def _drawn_row(self, step: int) -> int:
         """The row that figures draw, -1 if none is valid: for the last one that of the largest load of bodies with memory."""
         row, valid = self._row(step), self.claims["pressure"].where

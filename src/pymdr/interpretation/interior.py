@@ -88,7 +88,12 @@ class Interior:
             return np.full((count,) * bool(count) + r.shape, math.nan)
         if name == "interior_displacement":
             return displacement(sums(self.load(step), r, z), r, z, self.body.poisson, self.body.shear)
-        return DERIVED[name](self._tensor(r, z, step))
+        tensor = self._tensor(r, z, step)
+        with np.errstate(invalid="ignore"):
+            values = DERIVED[name](tensor)
+        if name in ("von_mises", "tresca"):
+            values[np.isinf(tensor).any(axis=0)] = math.inf
+        return values
 
     def _tensor(self, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
         tensor = stress(sums(self.load(step), r, z), self.body.poisson)
@@ -153,10 +158,10 @@ class Interior:
 
 def _unbounded(pressure: FloatArray, on_axis: np.ndarray, poisson: float) -> FloatArray:
     """The stress where the pressure is infinite: under a sharp tip, or at an edge along which the strain is finite."""
+    rr, tt = np.where(on_axis, 0.5 + poisson, 1.0), np.where(on_axis, 0.5 + poisson, 2.0 * poisson)
     with np.errstate(invalid="ignore"):
-        rr = -pressure * np.where(on_axis, 0.5 + poisson, 1.0)
-        tt = -pressure * np.where(on_axis, 0.5 + poisson, 2.0 * poisson)
-    return np.array([rr, tt, -pressure, np.zeros(pressure.shape)])
+        stresses = [np.where(factor == 0.0, 0.0, -pressure * factor) for factor in (rr, tt)]
+    return np.array([*stresses, -pressure, np.zeros(pressure.shape)])
 
 
 def _is_peak(values: FloatArray) -> np.ndarray:
@@ -226,7 +231,7 @@ def _unknown_in(body: Material) -> str:
     return "the stress in layers is not that of a half-space under the same pressure"
 
 
-def _unknown(contact: Contact) -> str:
+def unknown_stress(contact: Contact) -> str:
     """Why the stress in both bodies of a contact is not known; empty if it is known in one of them."""
     bodies = (contact.body, contact.counterbody)
     if isinstance(contact.profile, ForceCurve):
@@ -262,7 +267,7 @@ def stress_claim(contact: Contact, by_rings: bool, pressure: Claim) -> Claim:
     -------
     Claim
     """
-    why = _unknown(contact) or by_rings * (
+    why = unknown_stress(contact) or by_rings * (
         "boundary elements do not give the stress in the bodies; leave solver=Rings() out"
     )
     if not why:
