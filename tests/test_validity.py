@@ -250,7 +250,7 @@ def test_assumptions_are_measured_at_the_largest_contact():
 
 def test_every_claim_has_a_reason_and_a_source():
     result = solved(mdr.Sphere(1.0), mdr.indent(0.1, steps=3))
-    assert set(result.claims) == {*STATES, *FIELDS, "force_lower_bound"}
+    assert set(result.claims) == {*STATES, *FIELDS, "force_lower_bound", "stress"}
     for claim in result.claims.values():
         assert claim.level is mdr.Level.EXACT
         assert claim.reason

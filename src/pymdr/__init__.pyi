@@ -102,6 +102,7 @@ from .solving.sweep import sweep as sweep
 from .solving.teaching import foundation as foundation
 from .solving.thickness import thickness_correction as thickness_correction
 from .solving.verb import solve as solve
+from .solving.yielding import first_yield as first_yield
 from .workbench.curves import read_curves as read_curves
 from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves

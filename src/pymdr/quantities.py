@@ -34,6 +34,8 @@ class Quantity:
 _STEP = ("step",)
 _FIELD = ("step", "r")
 _LINE = ("x",)
+_INTERIOR = ("step", "z", "r")
+_TENSOR = ("step", "component", "z", "r")
 
 QUANTITIES: dict[str, Quantity] = {
     q.name: q
@@ -80,6 +82,18 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("force_lower_bound", "F_{lb}", "N", "lower bound of the normal force"),
         Quantity("force_estimate", "F_e", "N", "estimate of the normal force"),
         Quantity("peak_pressure", "p_\\mathrm{max}", "Pa", "largest pressure"),
+        Quantity("largest_mises", "\\sigma_\\mathrm{M,max}", "Pa", "largest von Mises stress"),
+        Quantity("largest_shear", "\\tau_\\mathrm{max}", "Pa", "largest shear stress"),
+        Quantity("yield_radius", "r_Y", "m", "radius of first yield"),
+        Quantity("yield_depth", "z_Y", "m", "depth of first yield"),
+        Quantity("stress", "\\sigma", "Pa", "stress, tension positive", _TENSOR),
+        Quantity("principal_stress", "\\sigma_i", "Pa", "principal stress, tension positive", _TENSOR),
+        Quantity("von_mises", "\\sigma_\\mathrm{M}", "Pa", "von Mises stress", _INTERIOR),
+        Quantity("tresca", "\\sigma_\\mathrm{T}", "Pa", "Tresca stress", _INTERIOR),
+        Quantity(
+            "hydrostatic", "\\sigma_\\mathrm{h}", "Pa", "mean normal stress, tension positive", _INTERIOR
+        ),
+        Quantity("interior_displacement", "u", "m", "displacement inside the body", _TENSOR),
         Quantity("thermal_conductance", "\\Lambda", "W/K", "thermal conductance"),
         Quantity("electrical_resistance", "R", "ohm", "electrical resistance"),
         Quantity("pressure", "p", "Pa", "pressure", _FIELD),
@@ -105,6 +119,7 @@ QUANTITIES: dict[str, Quantity] = {
 """Name -> :class:`Quantity`."""
 
 RADIUS = Quantity("r", "r", "m", "radius", ("r",))
+DEPTH = Quantity("z", "z", "m", "depth", ("z",))
 POSITION = Quantity("x", "x", "m", "position on the line", ("x",))
 
 BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band of"}

@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.errors import QuantityError
+from pymdr.errors import NotValidError, QuantityError
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.closure import known_error, pressed_curve
 from pymdr.interpretation.conductance import driven
+from pymdr.interpretation.interior import INTERIOR_COMPONENTS, INTERIOR_FIELDS, LARGEST, Interior
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
-from pymdr.quantities import POSITION, RADIUS, one_name, quantity
+from pymdr.quantities import DEPTH, POSITION, RADIUS, one_name, quantity
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -130,6 +131,8 @@ class Reading:
     """Fields and quantities of other contacts, with the reason why they are missing."""
     carried: Mapping[str, Callable[[Result], EdgedField]] = field(default_factory=dict)
     """Fields of heat and current flow, with their sources."""
+    interior: Callable[[Result, str | None], Interior] | None = None
+    """Source of fields inside the body of a side, if they are known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,6 +187,8 @@ class Result:
         if one_name(name) == "peak_pressure" and name not in self.data:
             self._require("pressure")
             return self._peak_pressure.copy()
+        if name in LARGEST:
+            return self._largest_stress[name].copy()
         self._require(name)
         self._refuse_missing(name)
         return self.data[name].copy()
@@ -210,7 +215,8 @@ class Result:
 
     def _names(self) -> list[str]:
         """Quantities that can be read."""
-        return list(dict.fromkeys([*map(str, self.data), "peak_pressure"]))
+        inside = LARGEST if "stress" in self.claims and self.claims["stress"].readable else ()
+        return list(dict.fromkeys([*map(str, self.data), "peak_pressure", *inside]))
 
     @property
     def bands(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -297,9 +303,11 @@ class Result:
         angle: QuantityLike | None = None,
         drop: QuantityLike | None = None,
         flow: QuantityLike | None = None,
+        z: ArrayQuantityLike | None = None,
+        side: str | None = None,
     ) -> xr.DataArray:
         """
-        A field on the surface (over radius r) or on the line (over position x).
+        A field on the surface (over radius r), on the line (over position x) or inside a body (over radius r and depth z).
 
         Parameters
         ----------
@@ -308,7 +316,9 @@ class Result:
             ``"tangential_displacement"`` and ``"slip"`` (the shift less the displacement of the surface, the relative
             displacement of initially opposite points; NaN outside the contact); on the line
             ``"equivalent_profile"``, ``"spring_force"`` and with friction ``"spring_shift"``; for bodies with
-            conductivities ``"heat_flux"`` and ``"current_density"``, per unit of the drop between the bodies.
+            conductivities ``"heat_flux"`` and ``"current_density"``, per unit of the drop between the bodies; inside a body
+            ``"stress"``, ``"principal_stress"``, ``"von_mises"``, ``"tresca"``, ``"hydrostatic"`` (tension positive) and
+            ``"interior_displacement"``.
         r : array_like or quantity, optional
             Radii (positions) in m; by default a graded grid to twice the contact radius.
         step : int or sequence of int, optional
@@ -319,11 +329,16 @@ class Result:
             For a flux: the voltage in V, or the temperature difference in K, between the bodies.
         flow : quantity, optional
             For a flux, instead of `drop`: the current in A, or the heat flow in W, through the contact.
+        z : array_like or quantity, optional
+            Inside a body: depths in m, at least 0; twice the contact radius by default.
+        side : str, optional
+            Inside a body: ``"body"`` or ``"counterbody"``; by default the body, or the counterbody if only that is elastic.
 
         Returns
         -------
         xarray.DataArray
-            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, NaN in those that are not valid. Pressure and fluxes are inf at a singular edge,
+            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, NaN in those that are not valid; inside a body over
+            ``z`` and ``r``, tensors and vectors over ``component`` before them. Pressure and fluxes are inf at a singular edge,
             with its amplitude as the coordinate ``edge_amplitude``.
 
         Raises
@@ -337,16 +352,20 @@ class Result:
         """
         import xarray as xr
 
-        self._require(one_name(name))
+        if one_name(name) in INTERIOR_FIELDS:
+            if angle is not None or drop is not None or flow is not None:
+                raise QuantityError(f"field: angle=, drop= and flow= do not apply to {name}; leave them out")
+            return self._interior_field(name, r, z, step, side)
+        if z is not None or side is not None:
+            raise QuantityError(
+                f"field: z= and side= are for fields inside a body ({', '.join(INTERIOR_FIELDS)}); {shown(name)} is none"
+            )
+        self._require(name)
         if name not in self._fields:
             if name in self.reading.elsewhere:
                 raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")
             raise QuantityError(f"no field {shown(name)}; fields are {', '.join(self._fields)}")
-        several = step is None or isinstance(step, list | tuple | range | np.ndarray)
-        chosen = self._rows(step)
-        claim = self.claims.get(name)
-        if not several and claim is not None and not claim.where[chosen[0]]:
-            replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
+        chosen, several = self._valid_rows(name, name, step)
         carried = self.reading.carried.get(name)
         surface: EdgedField = self.surface if carried is None else carried(self)
         if angle is not None:
@@ -385,6 +404,147 @@ class Result:
             name=name,
             attrs={"units": unit, "long_name": long_name, "symbol": row.symbol},
         )
+
+    def _interior_field(
+        self,
+        name: str,
+        r: ArrayQuantityLike | None,
+        z: ArrayQuantityLike | None,
+        step: int | Sequence[int] | None,
+        side: str | None,
+    ) -> xr.DataArray:
+        import xarray as xr
+
+        interior = self._interior(side)
+        chosen, several = self._valid_rows("stress", name, step)
+        end = 2.0 * interior.load(chosen[-1]).radius or 1.0
+        axes = []
+        for given, axis in ((z, DEPTH), (r, RADIUS)):
+            values = (
+                np.linspace(0.0, end, 101)
+                if given is None
+                else np.atleast_1d(to_si_array(given, "m", name=axis.name))
+            )
+            if values.ndim != 1:
+                raise QuantityError(f"field: {axis.name} has the shape {values.shape}; one row is needed")
+            axes.append(values)
+        if not np.all(axes[0] >= 0.0):
+            raise QuantityError(f"field: z = {shown(z)}; depths of at least 0 m are needed, in either body")
+        depth, radius = np.meshgrid(axes[0], np.abs(axes[1]), indexing="ij")
+        values = np.array([interior.field(name, radius, depth, i) for i in chosen])
+        row = quantity(name)
+        coords: dict[str, Any] = {
+            axis.name: (axis.name, at, {"units": "m", "long_name": axis.long_name})
+            for axis, at in zip((DEPTH, RADIUS), axes, strict=True)
+        }
+        coords["step"] = ("step", np.array(chosen)) if several else chosen[0]
+        dims: tuple[str, ...] = ("step",) * several
+        if name in INTERIOR_COMPONENTS:
+            coords["component"] = ("component", list(INTERIOR_COMPONENTS[name]))
+            dims = (*dims, "component")
+        return xr.DataArray(
+            values if several else values[0],
+            dims=(*dims, "z", "r"),
+            coords=coords,
+            name=name,
+            attrs={"units": row.unit, "long_name": row.long_name, "symbol": row.symbol},
+        )
+
+    def _interior(self, side: str | None) -> Interior:
+        self._require("stress")
+        if self.reading.interior is None:
+            raise QuantityError("the stress in the bodies of this contact is not computed")
+        return self.reading.interior(self, side)
+
+    def largest(
+        self, name: str, step: int | Sequence[int] | None = None, *, side: str | None = None
+    ) -> xr.DataArray:
+        """
+        The largest value of an equivalent stress inside a body, and where it is.
+
+        Parameters
+        ----------
+        name : str
+            ``"von_mises"`` or ``"tresca"``.
+        step : int or sequence of int, optional
+            Row, or several; all unless given.
+        side : str, optional
+            ``"body"`` or ``"counterbody"``, as for :meth:`field`.
+
+        Returns
+        -------
+        xarray.DataArray
+            In Pa, with the coordinates ``r`` and ``z`` in m of the place, over ``step`` for several rows; inf where the
+            stress has no bound. ``result["largest_mises"]`` and ``result["largest_shear"]`` (half of the largest Tresca stress)
+            are those of all rows.
+
+        Raises
+        ------
+        NotValidError
+            If the stress is not valid, or has no bound in all of these rows.
+
+        Notes
+        -----
+        The field is searched, not a grid: the value is found to 1e-8, the place to 1e-4 of the contact radius.
+
+        Examples
+        --------
+        >>> import pymdr as mdr
+        >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3))
+        >>> result = mdr.solve(ball, mdr.load("50 N"))
+        >>> mises = result.largest("von_mises", step=-1)
+        >>> round(float(mises / result["peak_pressure"][-1]), 6), round(float(mises.z / result["contact_radius"][-1]), 4)
+        (0.620041, 0.4809)
+        """
+        import xarray as xr
+
+        measured = [field for field, _ in LARGEST.values()]
+        if one_name(name) not in measured:
+            raise QuantityError(f"largest: {shown(name)}; known are {', '.join(measured)}")
+        interior = self._interior(side)
+        chosen, several = self._valid_rows("stress", name, step)
+        valid = self.claims["stress"].where
+        found = np.array([interior.largest(name, i) if valid[i] else (np.nan,) * 3 for i in chosen])
+        touching = found[:, 0] > 0.0
+        if touching.any() and np.isinf(found[touching, 0]).all():
+            why = interior.unbounded(chosen[int(np.flatnonzero(touching)[-1])])
+            raise NotValidError(f"the largest {quantity(name).long_name} is not valid here: {why}")
+        dims = ("step",) * several
+        values, r, z = found.T if several else found[0]
+        length = {"units": "m"}
+        return xr.DataArray(
+            values,
+            dims=dims,
+            coords={
+                "step": (dims, np.array(chosen) if several else chosen[0]),
+                "r": (dims, r, {**length, "long_name": "radius of the largest value"}),
+                "z": (dims, z, {**length, "long_name": "depth of the largest value"}),
+            },
+            name=name,
+            attrs={"units": "Pa", "long_name": f"largest {quantity(name).long_name}"},
+        )
+
+    @cached_property
+    def _largest_stress(self) -> dict[str, xr.DataArray]:
+        """Largest stresses in the body over all rows, found when one is first asked for."""
+        stresses = {}
+        for name, (measure, factor) in LARGEST.items():
+            row = quantity(name)
+            words = {"units": row.unit, "long_name": row.long_name, "symbol": row.symbol}
+            found = (factor * self.largest(measure)).drop_vars("step").rename(name).assign_attrs(words)
+            stresses[name] = found
+        return stresses
+
+    def _valid_rows(
+        self, claimed: str, name: str, step: int | Sequence[int] | None
+    ) -> tuple[list[int], bool]:
+        """The rows that are read, and whether they are several; one alone has to be valid."""
+        several = step is None or isinstance(step, list | tuple | range | np.ndarray)
+        chosen = self._rows(step)
+        claim = self.claims.get(claimed)
+        if not several and claim is not None and not claim.where[chosen[0]]:
+            replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
+        return chosen, several
 
     def _column_values(self, rows: Sequence[int], name: str) -> FloatArray:
         self._require(name)
@@ -474,6 +634,32 @@ class Result:
         """
         plots = self.reading.plots(self, self._drawn_row(step))
         return plots.figures(plots.data)
+
+    def plot_stress(self, step: int = -1, *, name: str = "von_mises", side: str | None = None) -> Figure:
+        """
+        An equivalent stress inside a body, in section, with its largest value.
+
+        Parameters
+        ----------
+        step : int
+            The row that is drawn, as in :meth:`plot`.
+        name : str
+            ``"von_mises"`` or ``"tresca"``.
+        side : str, optional
+            ``"body"`` or ``"counterbody"``, as for :meth:`field`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from pymdr.presentation.plot import stress_section
+
+        row = self._drawn_row(step)
+        field = self.field(name, step=row, side=side)
+        load = self._interior(side).load(row)
+        bounded = self._interior(side).singular_radius(row) is None
+        largest = self.largest(name, row, side=side) if bounded else None
+        return stress_section(field, load.edge_radius, load.radius, largest)
 
     def _drawn_row(self, step: int) -> int:
         """The row of figures, -1 if none is valid; see :meth:`plot` for the default."""

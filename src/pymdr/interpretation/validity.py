@@ -127,6 +127,10 @@ class Assumption:
 SOURCES: dict[str, str] = {
     "sneddon": "Sneddon (1965), Int. J. Eng. Sci. 3, 47-57, doi:10.1016/0020-7225(65)90019-4",
     "galin": "Galin (1961), Contact Problems in the Theory of Elasticity",
+    "stress": (
+        "Huber (1904), Ann. Phys. 319, 153-163, for Hertz's pressure; here flat punches (Sneddon 1946, Proc. Camb. Philos. Soc. "
+        "42, 29-39) summed along the line of Popov and Hess (2015), chapter 3"
+    ),
     "popov-hess": (
         "Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, "
         "doi:10.1007/978-3-642-53876-6"

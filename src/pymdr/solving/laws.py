@@ -11,6 +11,7 @@ import numpy as np
 from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
+from pymdr.interpretation.interior import Interior, elastic_body
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
@@ -69,6 +70,10 @@ def _surface(result: Result) -> Surface:
     d, a = (data[name].values if name in data else nan for name in ("indentation", "contact_radius"))
     c = data["cohesive_radius"].values if "cohesive_radius" in data else None
     return surface_of(result.contact, np.where(np.isnan(a), np.nan, d), a, c)
+
+
+def _interior(result: Result, side: str | None) -> Interior:
+    return Interior(_surface(result), elastic_body(result.contact, side))
 
 
 def _friction_surface(result: Result) -> FrictionSurface:
@@ -147,7 +152,7 @@ LAWS = (
     Law(
         lambda contact, solver: contact.adhesion is not None,
         solve_adhesive,
-        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, adhesive_plots, _WITHOUT_FRICTION),
+        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, adhesive_plots, _WITHOUT_FRICTION, interior=_interior),
     ),
     Law(
         lambda contact, solver: contact.friction is not None,
@@ -162,7 +167,7 @@ LAWS = (
     Law(
         lambda contact, solver: True,
         solve_normal,
-        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, normal_plots, _WITHOUT_FRICTION),
+        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, normal_plots, _WITHOUT_FRICTION, interior=_interior),
     ),
 )
 """In order: the first that covers a contact and a solver applies."""

@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.errors import PathError
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.conductance import CONDUCTION_SOURCES, CONDUCTIONS, with_conduction
+from pymdr.interpretation.interior import stress_claim
 from pymdr.interpretation.thickness import THICKNESS_SOURCE, samples_of, with_thickness
 from pymdr.interpretation.validity import BODY_SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
@@ -166,6 +167,7 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     columns, claims = with_conduction(task.contact, own.columns, own.claims, own.conducting)
     if samples_of(task.contact):
         claims = with_thickness(task.contact, columns, claims, prescribed_rows(task))
+    claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims["pressure"])}
     if walked.time is not None and not own.remembers:
         notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {

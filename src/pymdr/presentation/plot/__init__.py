@@ -12,6 +12,7 @@ from pymdr.presentation.plot.exported import law_study
 from pymdr.presentation.plot.fits import fitted_curves, fitted_map, weighed_laws
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
+from pymdr.presentation.plot.interior import stress_section
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
@@ -79,6 +80,7 @@ __all__ = [
     "shape_overview",
     "sliding_study",
     "spectrum_study",
+    "stress_section",
     "sweep_curves",
     "thickness_study",
     "weighed_laws",

@@ -15,7 +15,7 @@ from pymdr.workbench.cli.measured import loops, topography
 from pymdr.workbench.cli.options import Once
 from pymdr.workbench.cli.reporting import OK, error_text, exit_status, print_error
 from pymdr.workbench.cli.starting import info, new, schema
-from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding
+from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding, yields
 from pymdr.workbench.cli.surfaces import press, rough
 from pymdr.workbench.cli.sweep import sweep
 from pymdr.workbench.cli.verify import verify
@@ -53,6 +53,7 @@ for command in (
     plot,
 ):
     app.command(cls=Once)(command)
+app.command("yield", cls=Once)(yields)
 
 
 @app.callback(invoke_without_command=True)

@@ -1,4 +1,4 @@
-"""``pymdr impact``, ``rolling``, ``sliding``, ``heat`` and ``joule``: studies without a path."""
+"""``pymdr impact``, ``yield``, ``rolling``, ``sliding``, ``heat`` and ``joule``: studies without a path."""
 
 from __future__ import annotations
 
@@ -101,6 +101,27 @@ def impact(
         print_json(plain)
     elif not quiet:
         print_report(title or str(case), study.summary(), written)
+
+
+def yields(
+    case: CaseFile,
+    strength: Annotated[str, typer.Option(help="Yield strength in uniaxial tension, such as '1.2 GPa'.")],
+    side: Annotated[str | None, typer.Option(help="Which yields: body or counterbody.")] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Load, depth and place of first yield; the case needs no [[path]]."""
+    from pymdr.solving.yielding import first_yield
+
+    _study(
+        "yield",
+        case,
+        lambda contact: first_yield(contact, strength=strength, side=side),
+        output,
+        quiet,
+        as_json,
+    )
 
 
 def rolling(

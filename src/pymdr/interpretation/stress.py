@@ -1,0 +1,390 @@
+"""Stress and displacement inside an elastic half-space from the load on the line.
+
+A line load q(s) is a sum of flat punches: of radius s and weight -dq, and at an edge where q jumps of that weight. With
+zeta = z + i s, R = sqrt(r^2 + zeta^2) and P = R + zeta each punch has a closed form, and every component of the stress is
+one integral over the punches. With s = r + z sinh(t), split at s = r, it is as precise beside the surface as far below.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError
+from pymdr.line.curves import ElasticLine
+from pymdr.numerics.panels import Place
+from pymdr.units import FloatArray, metres
+
+_LEVELS = (0.25, 0.125, 0.0625, 0.03125, 0.015625, 0.0078125)
+"""Steps of the rule, each half of the one before."""
+_END = 4.0
+"""Where the rule ends: a root at the end of a piece leaves less than rounding beyond."""
+_AGREEMENT = 3e-8
+"""Relative difference of two levels at which the finer is taken; its own error is about the square of that."""
+_ROUNDING = 1e-15
+"""Of the typical stress: differences of two levels that are rounding."""
+_SURFACE = 1e-30
+"""Of the radius: depths less than this are read there, where the stress differs from that at the surface by rounding."""
+_BLOCK = 1 << 16
+"""Nodes that are evaluated at once."""
+
+
+class Punches(NamedTuple):
+    """Punches whose radii fill an interval; their density may have a root at its anchor, one of its ends."""
+
+    anchor: float
+    """In m."""
+    extent: float
+    """Distance in m from the anchor to the other end, negative if that lies below."""
+    density: Callable[[FloatArray], FloatArray]
+    """Weight per radius in Pa at distances in m from the anchor."""
+
+
+@dataclass(frozen=True)
+class LineLoad:
+    """A load on the line of a half-space as punches."""
+
+    pieces: tuple[Punches, ...]
+    edge_radius: float
+    """Radius in m of the contact."""
+    edge: float
+    """Weight of the punch at that radius in N/m: the line load at the edge."""
+    radius: float
+    """Largest loaded radius in m."""
+    scale: float
+    """A typical stress in Pa."""
+
+
+def line_load(
+    line: ElasticLine,
+    contact: Place,
+    excess: float,
+    *,
+    zone: float = 0.0,
+    strength: float = 0.0,
+) -> LineLoad:
+    """
+    The load q = E* (d - g) of a contact, with that of a cohesive zone.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Profile and modulus of homogeneous half-spaces.
+    contact : Place
+        Contact radius a in m.
+    excess : float
+        d - g(a) in m; not 0 at a sharp or an adhesive edge.
+    zone : float
+        Outer radius c of the cohesive zone in m; 0 without one.
+    strength : float
+        Its stress sigma0 in Pa: q = -2 sigma0 sqrt(c^2 - s^2) between a and c.
+
+    Returns
+    -------
+    LineLoad
+    """
+    a = float(contact.x)
+    pieces = list(_contact_pieces(line, contact))
+    if zone > a:
+
+        def pulled(below: FloatArray) -> FloatArray:
+            return -2.0 * strength * (zone - below) / np.sqrt(below * (2.0 * zone - below))
+
+        pieces.append(Punches(zone, a - zone, pulled))
+        excess = 0.0
+    edge, radius = line.modulus * excess, max(a, zone)
+    pressed = line.modulus * float(line.depth(contact)) + abs(edge)
+    scale = strength + (abs(pressed) / a if a > 0.0 else 0.0)
+    return LineLoad(tuple(pieces), a, edge, radius, scale)
+
+
+def _contact_pieces(line: ElasticLine, contact: Place) -> Iterator[Punches]:
+    """The punches of the contact itself, between the radii at which g is not smooth."""
+    equivalent, a = line.equivalent, float(contact.x)
+    bases = [0.0, *sorted(b for b in equivalent.kinks(a) if 0.0 < b < a)]
+    for low, high in zip(bases, [*bases[1:], math.inf], strict=True):
+        offset = float(contact.base) - low + float(contact.offset)
+        width = min(high - low, offset)
+
+        # the upper end itself is read as the beginning of what follows
+        last = float(np.nextafter(width, 0.0))
+
+        def density(above: FloatArray, low: float = low, last: float = last) -> FloatArray:
+            at = Place(np.full(above.shape, low), np.minimum(above, last))
+            return line.modulus * equivalent.slope(at)
+
+        if width > 0.0:
+            yield Punches(low, width, density)
+
+
+class Sums(NamedTuple):
+    """The integrals from which every component follows, imaginary parts of sums over punches, in Pa (`log` in N/m)."""
+
+    inverse: FloatArray
+    """1 / R."""
+    cubed: FloatArray
+    """z zeta / R^3."""
+    mean: FloatArray
+    """1 / P."""
+    mixed: FloatArray
+    """z / (R P)."""
+    shear: FloatArray
+    """z r / R^3."""
+    log: FloatArray
+    """ln P."""
+
+
+def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
+    """
+    The integrals at points inside the body.
+
+    Parameters
+    ----------
+    load : LineLoad
+    r, z : ndarray
+        Radius and depth in m, at least 0, of one shape.
+
+    Returns
+    -------
+    Sums
+        Arrays of that shape.
+
+    Raises
+    ------
+    ConvergenceError
+        If two levels of the rule do not agree.
+    """
+    radius, depth = np.ravel(r), np.ravel(z)
+    depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius))
+    total = np.zeros((len(Sums._fields), radius.size))
+    noise = _ROUNDING * load.scale * np.array([1.0, 1.0, 1.0, 1.0, 1.0, load.radius])
+    if load.radius > 0.0:
+        for piece in load.pieces:
+            total += _integrated(piece, radius, depth, noise)
+        if load.edge != 0.0:
+            at = np.full(radius.shape, load.edge_radius)
+            total += load.edge * _punch(radius, depth, at, load.edge_radius - radius)
+    return Sums(*total.reshape(-1, *np.shape(r)))
+
+
+def _punch(r: FloatArray, z: FloatArray, s: FloatArray, above: FloatArray) -> FloatArray:
+    """The closed forms of a punch of radius s and weight 1; `above` is s - r with all its digits."""
+    zeta = z + 1j * s
+    root = np.sqrt(z * z - above * (r + s) + 2j * z * s)
+    total = root + zeta
+    inverse, mean = 1.0 / root, 1.0 / total
+    cubed = z * inverse**3
+    return np.array(
+        [
+            inverse.imag,
+            (cubed * zeta).imag,
+            mean.imag,
+            (z * inverse * mean).imag,
+            r * cubed.imag,
+            np.angle(total),
+        ]
+    )
+
+
+class _Parts(NamedTuple):
+    """Points, and for each the punches of a piece on one side of its radius, whose radii are counted from that one."""
+
+    r: FloatArray
+    z: FloatArray
+    start: FloatArray
+    """Lower end of the piece."""
+    low: FloatArray
+    """Lower end of the part."""
+    high: FloatArray
+    """Upper end of the part."""
+    stop: FloatArray
+    """Upper end of the piece."""
+
+    def take(self, some: np.ndarray) -> _Parts:
+        """Those of some points."""
+        return _Parts(*(values[some] for values in self))
+
+
+def _integrated(piece: Punches, r: FloatArray, z: FloatArray, noise: FloatArray) -> FloatArray:
+    """The closed forms integrated over the punches of a piece, at points of shape (n,); `noise` is the error that is rounding."""
+    answer = np.zeros((len(Sums._fields), r.size))
+    ends = piece.anchor - r, (piece.anchor - r) + piece.extent
+    start, stop = ends if piece.extent > 0.0 else ends[::-1]
+    for low, high in ((start, np.minimum(stop, 0.0)), (np.maximum(start, 0.0), stop)):
+        inside = np.flatnonzero(high > low)
+        for some in np.array_split(inside, max(1, inside.size * _nodes(1).shape[1] // _BLOCK)):
+            if some.size:
+                answer[:, some] += _converged(piece, _Parts(r, z, start, low, high, stop).take(some), noise)
+    return answer
+
+
+def _converged(piece: Punches, parts: _Parts, noise: FloatArray) -> FloatArray:
+    """The integral over parts of a piece, by a double exponential rule of rising level."""
+    answer = np.empty((len(Sums._fields), parts.r.size))
+    left = np.arange(parts.r.size)
+    total, size = _rule(piece, parts, 0)
+    for level in range(1, len(_LEVELS)):
+        more, sizes = _rule(piece, parts.take(left), level)
+        finer, size = 0.5 * total + more, 0.5 * size + sizes
+        agreed = np.all(np.abs(finer - total) <= _AGREEMENT * size + noise[:, None], axis=0)
+        answer[:, left[agreed]] = finer[:, agreed]
+        left, total, size = left[~agreed], finer[:, ~agreed], size[:, ~agreed]
+        if left.size == 0:
+            return answer
+    r, z = parts.r[left[0]], parts.z[left[0]]
+    raise ConvergenceError(
+        f"stress at r = {metres(r)}, z = {metres(z)}: the quadrature did not converge; name the radii where the profile is "
+        "not smooth as breakpoints"
+    )
+
+
+@lru_cache(maxsize=len(_LEVELS))
+def _nodes(level: int) -> FloatArray:
+    """The nodes that a level adds: shares of the interval below and above, and weights, shape (3, n)."""
+    h = _LEVELS[level]
+    count = round(_END / h)
+    w = h * np.arange(-count, count + 1)
+    if level > 0:
+        w = w[1::2]
+    below = 1.0 / (1.0 + np.exp(-math.pi * np.sinh(w)))
+    above = 1.0 / (1.0 + np.exp(math.pi * np.sinh(w)))
+    return np.array([below, above, h * math.pi * np.cosh(w) * below * above])
+
+
+def _rule(piece: Punches, parts: _Parts, level: int) -> tuple[FloatArray, FloatArray]:
+    """What the nodes of a level add to the integrals, and to those of their absolute values."""
+    below, above, weight = _nodes(level)[:, :, None]
+    r, z, start, low, high, stop = parts
+    first, last = np.arcsinh(low / z), np.arcsinh(high / z)
+    width = abs(piece.extent) - (low - start) - (stop - high)
+    length = 2.0 * np.arcsinh(0.5 * width / z / np.cosh(0.5 * (first + last)))
+    t = np.where(below < 0.5, first + length * below, last - length * above)
+    # distances from an end as products: differences of radii lose the digits of nodes close to it
+    if piece.extent > 0.0:
+        step = 0.5 * length * below
+        distance = (low - start) + 2.0 * z * np.cosh(first + step) * np.sinh(step)
+        s = piece.anchor + distance
+    else:
+        step = 0.5 * length * above
+        distance = (stop - high) + 2.0 * z * np.cosh(last - step) * np.sinh(step)
+        s = piece.anchor - distance
+    terms = _punch(r, z, s, z * np.sinh(t))
+    terms *= weight * length * z * np.cosh(t) * piece.density(distance)
+    return terms.sum(axis=1), np.abs(terms).sum(axis=1)
+
+
+def stress(found: Sums, poisson: float) -> FloatArray:
+    """
+    The components rr, tt, zz, rz of the stress in Pa, tension positive, shape (4, ...).
+
+    Parameters
+    ----------
+    found : Sums
+    poisson : float
+        nu of the body.
+
+    Returns
+    -------
+    ndarray
+    """
+    lateral = (1.0 - 2.0 * poisson) * found.mean
+    return (
+        np.array(
+            [
+                found.inverse - lateral - found.cubed + found.mixed,
+                2.0 * poisson * found.inverse + lateral - found.mixed,
+                found.inverse + found.cubed,
+                found.shear,
+            ]
+        )
+        / math.pi
+    )
+
+
+def displacement(found: Sums, r: FloatArray, z: FloatArray, poisson: float, shear: float) -> FloatArray:
+    """
+    The displacements u_r and u_z in m, positive outward and into the body, shape (2, ...).
+
+    Parameters
+    ----------
+    found : Sums
+    r, z : ndarray
+        Radius and depth in m.
+    poisson, shear : float
+        nu, and G in Pa, of the body.
+
+    Returns
+    -------
+    ndarray
+    """
+    outward = r * ((1.0 - 2.0 * poisson) * found.mean - found.mixed)
+    inward = 2.0 * (1.0 - poisson) * found.log - z * found.inverse
+    return np.array([outward, inward]) / (2.0 * math.pi * shear)
+
+
+def principal_stresses(tensor: FloatArray) -> FloatArray:
+    """
+    Principal stresses in Pa, falling, shape (3, ...).
+
+    Examples
+    --------
+    >>> principal_stresses(np.array([0.0, 1.0, 0.0, 2.0])).tolist()
+    [2.0, 1.0, -2.0]
+    """
+    rr, tt, zz, rz = tensor
+    middle, half = 0.5 * (rr + zz), np.hypot(0.5 * (rr - zz), rz)
+    return np.asarray(np.sort([middle + half, tt, middle - half], axis=0)[::-1])
+
+
+def von_mises(tensor: FloatArray) -> FloatArray:
+    """
+    Equivalent stress of von Mises in Pa.
+
+    Examples
+    --------
+    >>> float(von_mises(np.array([0.0, 0.0, -3.0, 0.0])))
+    3.0
+    """
+    rr, tt, zz, rz = tensor
+    squares = 0.5 * ((rr - tt) ** 2 + (tt - zz) ** 2 + (zz - rr) ** 2) + 3.0 * rz**2
+    return np.asarray(np.sqrt(squares))
+
+
+def tresca(tensor: FloatArray) -> FloatArray:
+    """
+    Equivalent stress of Tresca in Pa: the difference of the largest and the smallest principal stress.
+
+    Examples
+    --------
+    >>> float(tresca(np.array([0.0, 0.0, -3.0, 0.0])))
+    3.0
+    """
+    principal = principal_stresses(tensor)
+    return np.asarray(principal[0] - principal[2])
+
+
+def hydrostatic(tensor: FloatArray) -> FloatArray:
+    """
+    The mean normal stress in Pa, tension positive.
+
+    Examples
+    --------
+    >>> float(hydrostatic(np.array([1.0, 2.0, 3.0, 0.0])))
+    2.0
+    """
+    return np.asarray((tensor[0] + tensor[1] + tensor[2]) / 3.0)
+
+
+DERIVED: Mapping[str, Callable[[FloatArray], FloatArray]] = {
+    "stress": lambda tensor: tensor,
+    "principal_stress": principal_stresses,
+    "von_mises": von_mises,
+    "tresca": tresca,
+    "hydrostatic": hydrostatic,
+}
+"""What is read from the stress, by field."""
