@@ -1,5 +1,6 @@
 """Area functions as profiles, unloading curves by Oliver and Pharr and by the method, calibration of tips."""
 
+import contextlib
 import json
 import math
 import pickle
@@ -368,3 +369,47 @@ def test_studies_are_drawn_written_and_pickled(tmp_path):
     assert np.array_equal(
         mdr.solve(mdr.Contact(found.area, SILICA), mdr.load("1 mN")).claims["normal_force"].where, [True]
     )
+
+
+RISE = np.linspace(0.0, 1.0, 150)
+
+
+@pytest.mark.parametrize(
+    ("down", "noise"),
+    [
+        (np.zeros(150), 0.0),
+        (0.1e-6 * RISE, 0.0),
+        (-0.1e-6 * RISE + 0.05e-6 * np.sin(np.pi * RISE), 0.0),
+        (-0.02e-6 * RISE, 0.1e-6),
+        (-0.05e-6 * RISE**4, 0.0),
+        (-0.05e-6 * RISE**0.2, 0.0),
+        (np.zeros(150), 1e-6),
+    ],
+)
+def test_records_that_are_no_unloading_are_refused_or_have_intervals(down, noise):
+    rng = np.random.default_rng(8)
+    force = 1e-2 * np.concatenate([RISE, RISE[::-1]])
+    depth = 0.3e-6 + np.concatenate([RISE * 0.3e-6 - 0.3e-6, down]) + noise * rng.normal(size=300)
+    record = mdr.MeasuredCurve(force=force, indentation=depth)
+    study = None
+    with contextlib.suppress(mdr.ProblemError):
+        study = mdr.oliver_pharr(record, BERKOVICH, tip=mdr.Rigid(), poisson=0.2)
+    if study is not None:
+        assert np.all(study["young_modulus_low"] <= study["young_modulus"])
+        assert np.all(study["young_modulus"] <= study["young_modulus_high"])
+        assert study.summary()
+
+
+def test_indents_of_one_depth_determine_no_area_function():
+    rng = np.random.default_rng(4)
+    same = Indent(200e-9).record(rng)
+    with pytest.raises(mdr.ProblemError, match="do not determine 4 unknowns"):
+        mdr.calibrate_area([same] * 8)
+    alike = [Indent(h).record(rng) for h in np.linspace(199e-9, 201e-9, 8)]
+    with pytest.raises(mdr.ProblemError, match="do not determine 4 unknowns"):
+        mdr.calibrate_area(alike, epsilon=None)
+    low, high = mdr.calibrate_area(alike, terms=1, frame_compliance=FRAME, epsilon=None).intervals.T
+    assert low[0] == high[0] == FRAME
+    # C0 alone stands for all coefficients at one depth
+    area = float(BERKOVICH.area_at("200 nm")) / 200e-9**2
+    assert low[1] < area < high[1]

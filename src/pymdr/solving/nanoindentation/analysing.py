@@ -38,7 +38,7 @@ UNITS = {
 """Of what is evaluated, with its interval."""
 _LINEAR = ("max_depth", "residual_depth", "contact_depth", "exponent")
 """Whose intervals are symmetric; those of the others are symmetric in logarithms."""
-_STEP = 1e-2
+STEP = 1e-2
 """Of differences, in standard deviations."""
 PROCEDURES = ("power_law", "effective_shape")
 
@@ -98,8 +98,8 @@ def evaluated(depth: FloatArray, force: FloatArray, settings: Settings, who: str
     return Indent(
         rows,
         {
-            "power_law": _with_interval(rows, fitted_power(rows), settings, who),
-            "effective_shape": _with_interval(rows, fitted_shape(rows), exact, who),
+            "power_law": _with_interval(rows, fitted_power(rows, who), settings, who),
+            "effective_shape": _with_interval(rows, fitted_shape(rows, who), exact, who),
         },
     )
 
@@ -162,7 +162,7 @@ def differences(
     columns = []
     for i, deviation in enumerate(np.sqrt(np.diag(covariance))):
         step = np.zeros(centre.size)
-        step[i] = max(_STEP * float(deviation), 1e-9 * abs(float(centre[i])))
+        step[i] = max(STEP * float(deviation), 1e-9 * abs(float(centre[i])))
         if not step[i]:
             columns.append(np.zeros_like(function(centre)))
             continue

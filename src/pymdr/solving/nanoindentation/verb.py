@@ -30,9 +30,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WHO = "oliver_pharr"
-_PILE_UP, _LARGEST_EXPONENT, _RISING = 0.7, 2.0, 1.01
+_PILE_UP, _EXPONENT, _RISING = 0.7, 0.55, 1.01
 _DRAWN = 6
-_CORRELATED = 3.0
+_CORRELATED, _MISFIT = 3.0, 1e-4
+"""Rows, and misfit in parts of the largest force, from which correlated residuals are told."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -268,9 +269,9 @@ def _assumptions(indents: Sequence[Indent]) -> tuple[Assumption, ...]:
         ),
         Assumption(
             "exponent",
-            "exponent of the unloading; that of elastic contacts lies between 1 and 2",
-            max(law.values["exponent"] for law in laws),
-            _LARGEST_EXPONENT,
+            "distance of the unloading exponent from 1.5; that of elastic contacts lies between 1 (flat punch) and 2 (cone)",
+            max(abs(law.values["exponent"] - 1.5) for law in laws),
+            _EXPONENT,
         ),
         Assumption(
             "effective shape",
@@ -282,9 +283,19 @@ def _assumptions(indents: Sequence[Indent]) -> tuple[Assumption, ...]:
 
 
 def _notes(indents: Sequence[Indent]) -> tuple[str, ...]:
-    largest = max(found.shape.correlated for indent in indents for found in indent.by.values())
-    if largest <= _CORRELATED:
-        return ()
-    return (
-        f"residuals of a fit are correlated over up to {largest:.0f} rows; the intervals are widened for it, not for a curve of another form",
-    )
+    shapes = [found.shape for indent in indents for found in indent.by.values()]
+    largest = max((shape.correlated for shape in shapes if shape.misfit > _MISFIT), default=1.0)
+    notes = []
+    if largest > _CORRELATED:
+        notes.append(
+            f"residuals of a fit are correlated over up to {largest:.0f} rows; the intervals are widened for it, not for a curve of another form"
+        )
+    single = [
+        i + 1 for i, indent in enumerate(indents) if indent.by["effective_shape"].shape.parameters.size == 3
+    ]
+    if single:
+        numbers = ", ".join(map(str, single[:10]))
+        notes.append(
+            f"noise lets the unloading determine one power only: effective shape of indent {numbers}"
+        )
+    return tuple(notes)
