@@ -122,7 +122,7 @@ def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -
             "the units, the area function and the frame compliance"
         )
     plane = 1.0 / (1.0 / reduced - settings.tip)
-    found = {
+    result = {
         "stiffness": stiffness,
         "epsilon": peak.epsilon,
         "max_depth": depth,
@@ -135,7 +135,9 @@ def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -
         "plane_strain_modulus": plane,
     }
     return (
-        found if settings.poisson is None else {**found, "young_modulus": plane * (1.0 - settings.poisson**2)}
+        result
+        if settings.poisson is None
+        else {**result, "young_modulus": plane * (1.0 - settings.poisson**2)}
     )
 
 
@@ -175,11 +177,11 @@ def _with_interval(rows: Unloading, shape: Shape, settings: Settings, who: str) 
     peak = peak_of(shape.anchor, shape.parameters, rows.peak_force, settings.epsilon)
     values = quantities(peak, settings, who)
 
-    def scaled(found: Mapping[str, float]) -> FloatArray:
-        return np.array([found[name] if name in _LINEAR else math.log(found[name]) for name in values])
+    def scaled(result: Mapping[str, float]) -> FloatArray:
+        return np.array([result[name] if name in _LINEAR else math.log(result[name]) for name in values])
 
-    def read(found: Peak) -> FloatArray:
-        return scaled(quantities(found, settings, who))
+    def read(result: Peak) -> FloatArray:
+        return scaled(quantities(result, settings, who))
 
     centre, covariance = peak_with_covariance(rows, shape, settings.epsilon, read)
     if settings.covariance is not None:

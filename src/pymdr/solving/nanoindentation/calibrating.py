@@ -78,12 +78,12 @@ class AreaCalibration(Study):
         return np.stack([centre - half, centre + half], axis=1)
 
     def _remarks(self) -> list[str]:
-        told = self.data.attrs
+        attributes = self.data.attrs
         assert self.area.coefficients is not None
         (low, high), *ends = self.intervals.tolist()
         known = (
             "given"
-            if told["frame_given"]
+            if attributes["frame_given"]
             else f"95 % between {written(low, 'm/N')} and {written(high, 'm/N')}"
         )
         return [
@@ -159,8 +159,8 @@ def calibrate_area(
     ...     result = mdr.solve(silica, mdr.load(peak, steps=100) >> mdr.load(0.0, steps=100))
     ...     force, depth = result["normal_force"].values, result["indentation"].values
     ...     indents.append(mdr.MeasuredCurve(force=force, indentation=depth + 0.5e-6 * force))
-    >>> found = mdr.calibrate_area(indents, terms=2, epsilon=None)
-    >>> bool(abs(found.frame_compliance / 0.5e-6 - 1) < 0.02)
+    >>> result = mdr.calibrate_area(indents, terms=2, epsilon=None)
+    >>> bool(abs(result.frame_compliance / 0.5e-6 - 1) < 0.02)
     True
     """
     listed = [columns_of(record, _WHO) for record in records]
@@ -241,13 +241,13 @@ def _peaks(
     def read(peak: Peak) -> FloatArray:
         return np.array([peak.depth, 1.0 / peak.stiffness, peak.force, peak.epsilon])
 
-    found = []
+    result = []
     for i, (depth, force) in enumerate(listed):
         who = f"{_WHO}, indent {i + 1}"
         rows = unloading_of(depth - frame * force, force, limits, who)
-        found.append(peak_with_covariance(rows, fitted_power(rows, who), epsilon, read))
-    values = np.array([centre for centre, _ in found]).T
-    return _Peaks(values[2], values[0], 1.0 / values[1], values[3], np.array([c for _, c in found]))
+        result.append(peak_with_covariance(rows, fitted_power(rows, who), epsilon, read))
+    values = np.array([centre for centre, _ in result]).T
+    return _Peaks(values[2], values[0], 1.0 / values[1], values[3], np.array([c for _, c in result]))
 
 
 class _Model:
@@ -327,10 +327,10 @@ def _solved(model: _Model) -> FloatArray:
         def residuals(x: FloatArray, weight: FloatArray = weight, start: FloatArray = best) -> FloatArray:
             return weight * model.excess(_filled(start, x * size[free], free), measured)
 
-        found = least_squares(
+        result = least_squares(
             residuals, best[free] / size[free], method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12
         )
-        best = _filled(best, found.x * size[free], free)
+        best = _filled(best, result.x * size[free], free)
     return best
 
 

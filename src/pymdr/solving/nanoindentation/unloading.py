@@ -213,10 +213,10 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     anchor = float(rows.depth[0])
     z, force = anchor - rows.depth[stretch], rows.force[stretch] / rows.peak_force
     unit = np.where(np.arange(start.size) < 2, math.log(rows.peak_force), 0.0)
-    found = least_squares(
+    result = least_squares(
         lambda p: np.nan_to_num(forces(p, z) - force), start - unit, jac=lambda p: _slopes(p, z), method="lm"
     )
-    p = found.x + _attenuation(found.x, z, _noise(rows.depth[stretch]))
+    p = result.x + _attenuation(result.x, z, _noise(rows.depth[stretch]))
     residuals = np.nan_to_num(forces(p, z) - force)
     n = force.size
     correlated = float(hanging(residuals[None], np.ones(1)).correlated[0])
