@@ -1,5 +1,6 @@
 """Area functions as profiles, unloading curves by Oliver and Pharr and by the method, calibration of tips."""
 
+import contextlib
 import json
 import math
 import pickle
@@ -45,8 +46,8 @@ class Indent:
         )
 
 
-def close(found, expected, rtol):
-    np.testing.assert_allclose(found, expected, rtol=rtol, atol=0.0)
+def close(calibrated, expected, rtol):
+    np.testing.assert_allclose(calibrated, expected, rtol=rtol, atol=0.0)
 
 
 def covered(study, name, procedure, truth):
@@ -154,9 +155,9 @@ def test_an_area_that_does_not_rise_is_no_profile(coefficients):
 @pytest.mark.parametrize("m", [1.05, 1.2, 1.5, 1.8, 2.0])
 def test_the_epsilon_of_a_shape_is_that_of_its_power(m):
     shape = np.array([0.0, 1.0, m, 1e-12])
-    found = unloading.peak_of(0.0, shape, 1.0, None)
-    close(found.epsilon, unloading.epsilon_of_power(m), 1e-8)
-    close(found.stiffness, math.e, 1e-9)
+    calibrated = unloading.peak_of(0.0, shape, 1.0, None)
+    close(calibrated.epsilon, unloading.epsilon_of_power(m), 1e-8)
+    close(calibrated.stiffness, math.e, 1e-9)
     assert unloading.epsilon_of_power(1.0) == 1.0
 
 
@@ -220,14 +221,16 @@ def test_calibrations_cover_the_tip_and_the_frame():
     inside, areas, moduli = [], [], []
     sample = Indent(200e-9, hardness=4e9, body=mdr.Elastic("200 GPa", 0.3))
     for _ in range(100):
-        found = mdr.calibrate_area(calibration(rng), SILICA, epsilon=None)
-        low, high = found.intervals.T
+        calibrated = mdr.calibrate_area(calibration(rng), SILICA, epsilon=None)
+        low, high = calibrated.intervals.T
         inside.append((low <= truth) & (truth <= high))
-        depth = found.data["contact_depth"].values
+        depth = calibrated.data["contact_depth"].values
         true = BERKOVICH.area_at(depth)
-        areas.append((found.data["contact_area_low"] <= true) & (true <= found.data["contact_area_high"]))
+        areas.append(
+            (calibrated.data["contact_area_low"] <= true) & (true <= calibrated.data["contact_area_high"])
+        )
         record = sample.record(rng, force=1e-7, depth=1e-11)
-        study = mdr.oliver_pharr(record, found, poisson=0.3, epsilon=None)
+        study = mdr.oliver_pharr(record, calibrated, poisson=0.3, epsilon=None)
         moduli.append(
             [covered(study, "young_modulus", name, 200e9) for name in ("power_law", "effective_shape")]
         )
@@ -239,13 +242,13 @@ def test_calibrations_cover_the_tip_and_the_frame():
 
 def test_a_calibration_brings_its_uncertainty():
     rng = np.random.default_rng(5)
-    found = mdr.calibrate_area(calibration(rng), SILICA, epsilon=None)
-    close(found.frame_compliance, FRAME, 0.1)
+    calibrated = mdr.calibrate_area(calibration(rng), SILICA, epsilon=None)
+    close(calibrated.frame_compliance, FRAME, 0.1)
     indent = Indent(200e-9, hardness=4e9, body=mdr.Elastic("200 GPa", 0.3))
     record = indent.record(rng, force=1e-7, depth=1e-11)
-    with_it = mdr.oliver_pharr(record, found, poisson=0.3, epsilon=None)
+    with_it = mdr.oliver_pharr(record, calibrated, poisson=0.3, epsilon=None)
     without = mdr.oliver_pharr(
-        record, found.area, frame_compliance=found.frame_compliance, poisson=0.3, epsilon=None
+        record, calibrated.area, frame_compliance=calibrated.frame_compliance, poisson=0.3, epsilon=None
     )
     close(float(with_it["young_modulus"][0, 0]), float(without["young_modulus"][0, 0]), 1e-12)
     widths = [
@@ -253,7 +256,7 @@ def test_a_calibration_brings_its_uncertainty():
     ]
     assert widths[0] > 1.2 * widths[1]
     with pytest.raises(mdr.ProblemError, match="leave frame_compliance out"):
-        mdr.oliver_pharr(record, found, frame_compliance=0.0)
+        mdr.oliver_pharr(record, calibrated, frame_compliance=0.0)
 
 
 def indent_file(folder, name, indent, rng):
@@ -343,7 +346,7 @@ def test_what_is_no_indent_is_refused():
         mdr.calibrate_area([good] * 3, terms=0)
 
 
-def test_steeper_unloading_than_elastic_and_pile_up_are_told():
+def test_steeper_unloading_than_elastic_and_pile_up_are_shown():
     rng = np.random.default_rng(0)
     hard, soft = (
         mdr.oliver_pharr(Indent(200e-9, hardness=h).record(rng), BERKOVICH, frame_compliance=FRAME)
@@ -356,9 +359,9 @@ def test_steeper_unloading_than_elastic_and_pile_up_are_told():
 
 def test_studies_are_drawn_written_and_pickled(tmp_path):
     rng = np.random.default_rng(6)
-    found = mdr.calibrate_area(calibration(rng, 8), SILICA)
-    study = mdr.oliver_pharr([one.record(rng) for one in [Indent(100e-9), Indent(200e-9)]], found)
-    for one in (found, study):
+    calibrated = mdr.calibrate_area(calibration(rng, 8), SILICA)
+    study = mdr.oliver_pharr([one.record(rng) for one in [Indent(100e-9), Indent(200e-9)]], calibrated)
+    for one in (calibrated, study):
         assert one.plot().axes
         one.save(tmp_path / "study.nc")
         one.to_csv(tmp_path / "study.csv", about=True)
@@ -366,5 +369,49 @@ def test_studies_are_drawn_written_and_pickled(tmp_path):
         assert again.data.identical(one.data)
         assert again.summary() == one.summary()
     assert np.array_equal(
-        mdr.solve(mdr.Contact(found.area, SILICA), mdr.load("1 mN")).claims["normal_force"].where, [True]
+        mdr.solve(mdr.Contact(calibrated.area, SILICA), mdr.load("1 mN")).claims["normal_force"].where, [True]
     )
+
+
+RISE = np.linspace(0.0, 1.0, 150)
+
+
+@pytest.mark.parametrize(
+    ("down", "noise"),
+    [
+        (np.zeros(150), 0.0),
+        (0.1e-6 * RISE, 0.0),
+        (-0.1e-6 * RISE + 0.05e-6 * np.sin(np.pi * RISE), 0.0),
+        (-0.02e-6 * RISE, 0.1e-6),
+        (-0.05e-6 * RISE**4, 0.0),
+        (-0.05e-6 * RISE**0.2, 0.0),
+        (np.zeros(150), 1e-6),
+    ],
+)
+def test_records_that_are_no_unloading_are_refused_or_have_intervals(down, noise):
+    rng = np.random.default_rng(8)
+    force = 1e-2 * np.concatenate([RISE, RISE[::-1]])
+    depth = 0.3e-6 + np.concatenate([RISE * 0.3e-6 - 0.3e-6, down]) + noise * rng.normal(size=300)
+    record = mdr.MeasuredCurve(force=force, indentation=depth)
+    study = None
+    with contextlib.suppress(mdr.ProblemError):
+        study = mdr.oliver_pharr(record, BERKOVICH, tip=mdr.Rigid(), poisson=0.2)
+    if study is not None:
+        assert np.all(study["young_modulus_low"] <= study["young_modulus"])
+        assert np.all(study["young_modulus"] <= study["young_modulus_high"])
+        assert study.summary()
+
+
+def test_indents_of_one_depth_determine_no_area_function():
+    rng = np.random.default_rng(4)
+    same = Indent(200e-9).record(rng)
+    with pytest.raises(mdr.ProblemError, match="do not determine 4 unknowns"):
+        mdr.calibrate_area([same] * 8)
+    alike = [Indent(h).record(rng) for h in np.linspace(199e-9, 201e-9, 8)]
+    with pytest.raises(mdr.ProblemError, match="do not determine 4 unknowns"):
+        mdr.calibrate_area(alike, epsilon=None)
+    low, high = mdr.calibrate_area(alike, terms=1, frame_compliance=FRAME, epsilon=None).intervals.T
+    assert low[0] == high[0] == FRAME
+    # C0 alone stands for all coefficients at one depth
+    area = float(BERKOVICH.area_at("200 nm")) / 200e-9**2
+    assert low[1] < area < high[1]

@@ -38,7 +38,7 @@ UNITS = {
 """Of what is evaluated, with its interval."""
 _LINEAR = ("max_depth", "residual_depth", "contact_depth", "exponent")
 """Whose intervals are symmetric; those of the others are symmetric in logarithms."""
-_STEP = 1e-2
+STEP = 1e-2
 """Of differences, in standard deviations."""
 PROCEDURES = ("power_law", "effective_shape")
 
@@ -98,8 +98,8 @@ def evaluated(depth: FloatArray, force: FloatArray, settings: Settings, who: str
     return Indent(
         rows,
         {
-            "power_law": _with_interval(rows, fitted_power(rows), settings, who),
-            "effective_shape": _with_interval(rows, fitted_shape(rows), exact, who),
+            "power_law": _with_interval(rows, fitted_power(rows, who), settings, who),
+            "effective_shape": _with_interval(rows, fitted_shape(rows, who), exact, who),
         },
     )
 
@@ -122,7 +122,7 @@ def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -
             "the units, the area function and the frame compliance"
         )
     plane = 1.0 / (1.0 / reduced - settings.tip)
-    found = {
+    result = {
         "stiffness": stiffness,
         "epsilon": peak.epsilon,
         "max_depth": depth,
@@ -135,7 +135,9 @@ def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -
         "plane_strain_modulus": plane,
     }
     return (
-        found if settings.poisson is None else {**found, "young_modulus": plane * (1.0 - settings.poisson**2)}
+        result
+        if settings.poisson is None
+        else {**result, "young_modulus": plane * (1.0 - settings.poisson**2)}
     )
 
 
@@ -162,7 +164,7 @@ def differences(
     columns = []
     for i, deviation in enumerate(np.sqrt(np.diag(covariance))):
         step = np.zeros(centre.size)
-        step[i] = max(_STEP * float(deviation), 1e-9 * abs(float(centre[i])))
+        step[i] = max(STEP * float(deviation), 1e-9 * abs(float(centre[i])))
         if not step[i]:
             columns.append(np.zeros_like(function(centre)))
             continue
@@ -175,11 +177,11 @@ def _with_interval(rows: Unloading, shape: Shape, settings: Settings, who: str) 
     peak = peak_of(shape.anchor, shape.parameters, rows.peak_force, settings.epsilon)
     values = quantities(peak, settings, who)
 
-    def scaled(found: Mapping[str, float]) -> FloatArray:
-        return np.array([found[name] if name in _LINEAR else math.log(found[name]) for name in values])
+    def scaled(result: Mapping[str, float]) -> FloatArray:
+        return np.array([result[name] if name in _LINEAR else math.log(result[name]) for name in values])
 
-    def read(found: Peak) -> FloatArray:
-        return scaled(quantities(found, settings, who))
+    def read(result: Peak) -> FloatArray:
+        return scaled(quantities(result, settings, who))
 
     centre, covariance = peak_with_covariance(rows, shape, settings.epsilon, read)
     if settings.covariance is not None:

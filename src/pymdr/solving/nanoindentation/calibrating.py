@@ -18,7 +18,7 @@ from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.problem.profiles.area import MOST_COEFFICIENTS
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.nanoindentation.analysing import differences, peak_with_covariance
+from pymdr.solving.nanoindentation.analysing import STEP, differences, peak_with_covariance
 from pymdr.solving.nanoindentation.unloading import Peak, columns_of, fit_limits, fitted_power, unloading_of
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
@@ -34,7 +34,7 @@ _NANOMETRE = 1e-9
 _NORMAL = 1.959964
 _ROUNDS, _SETTLED = 8, 1e-9
 _SCANNED = np.linspace(-0.5, 0.95, 117)
-_LARGEST_MISFIT = 3.0
+_LARGEST_MISFIT, _LEAST_SINGULAR = 3.0, 1e-7
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,12 +78,12 @@ class AreaCalibration(Study):
         return np.stack([centre - half, centre + half], axis=1)
 
     def _remarks(self) -> list[str]:
-        told = self.data.attrs
+        attributes = self.data.attrs
         assert self.area.coefficients is not None
         (low, high), *ends = self.intervals.tolist()
         known = (
             "given"
-            if told["frame_given"]
+            if attributes["frame_given"]
             else f"95 % between {written(low, 'm/N')} and {written(high, 'm/N')}"
         )
         return [
@@ -159,8 +159,8 @@ def calibrate_area(
     ...     result = mdr.solve(silica, mdr.load(peak, steps=100) >> mdr.load(0.0, steps=100))
     ...     force, depth = result["normal_force"].values, result["indentation"].values
     ...     indents.append(mdr.MeasuredCurve(force=force, indentation=depth + 0.5e-6 * force))
-    >>> found = mdr.calibrate_area(indents, terms=2, epsilon=None)
-    >>> bool(abs(found.frame_compliance / 0.5e-6 - 1) < 0.02)
+    >>> result = mdr.calibrate_area(indents, terms=2, epsilon=None)
+    >>> bool(abs(result.frame_compliance / 0.5e-6 - 1) < 0.02)
     True
     """
     listed = [columns_of(record, _WHO) for record in records]
@@ -178,10 +178,17 @@ def calibrate_area(
     check_factors(beta, epsilon, _WHO)
     modulus = 1.0 / (tip_compliance(reference, _WHO) + tip_compliance(tip, _WHO))
     frame, scale = given or 0.0, 2.0 * beta * modulus / math.sqrt(math.pi)
-    for _ in range(_ROUNDS):
-        peaks = _peaks(listed, frame, epsilon, limits)
+    for turn in range(_ROUNDS):
+        try:
+            peaks = _peaks(listed, frame, epsilon, limits)
+        except ProblemError as error:
+            if turn == 0:
+                raise
+            # corrected for a frame that the indents do not determine, a record is no unloading any more
+            raise _undetermined(unknowns) from error
         model = _Model(peaks, scale, terms, given is not None)
         solved = _solved(model)
+        _jacobian(model, solved)
         change = float(solved[0])
         frame += change
         if abs(change) <= _SETTLED * float(np.min(1.0 / peaks.stiffness)):
@@ -234,12 +241,13 @@ def _peaks(
     def read(peak: Peak) -> FloatArray:
         return np.array([peak.depth, 1.0 / peak.stiffness, peak.force, peak.epsilon])
 
-    found = []
+    result = []
     for i, (depth, force) in enumerate(listed):
-        rows = unloading_of(depth - frame * force, force, limits, f"{_WHO}, indent {i + 1}")
-        found.append(peak_with_covariance(rows, fitted_power(rows), epsilon, read))
-    values = np.array([centre for centre, _ in found]).T
-    return _Peaks(values[2], values[0], 1.0 / values[1], values[3], np.array([c for _, c in found]))
+        who = f"{_WHO}, indent {i + 1}"
+        rows = unloading_of(depth - frame * force, force, limits, who)
+        result.append(peak_with_covariance(rows, fitted_power(rows, who), epsilon, read))
+    values = np.array([centre for centre, _ in result]).T
+    return _Peaks(values[2], values[0], 1.0 / values[1], values[3], np.array([c for _, c in result]))
 
 
 class _Model:
@@ -319,11 +327,31 @@ def _solved(model: _Model) -> FloatArray:
         def residuals(x: FloatArray, weight: FloatArray = weight, start: FloatArray = best) -> FloatArray:
             return weight * model.excess(_filled(start, x * size[free], free), measured)
 
-        found = least_squares(
+        result = least_squares(
             residuals, best[free] / size[free], method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12
         )
-        best = _filled(best, found.x * size[free], free)
+        best = _filled(best, result.x * size[free], free)
     return best
+
+
+def _jacobian(model: _Model, solved: FloatArray) -> FloatArray:
+    """Derivatives of the excess by what is fitted, over its noise; refused if they do not determine it."""
+    measured = model.measured
+    weight = 1.0 / model.deviations(solved)
+    steps = np.append(1e-4 * float(measured[1].min()), 1e-4 * np.maximum(np.abs(solved[1:]), 1e-6))
+    slopes = differences(lambda x: weight * model.excess(x, measured), solved, np.diag((steps / STEP) ** 2))
+    jacobian = slopes[:, 1:] if model.frame_given else slopes
+    singular = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=0), compute_uv=False)
+    if not singular[-1] > _LEAST_SINGULAR * singular[0]:
+        raise _undetermined(singular.size)
+    return jacobian
+
+
+def _undetermined(unknowns: int) -> ProblemError:
+    return ProblemError(
+        f"{_WHO}: the indents do not determine {unknowns} unknowns; give indents of more different depths, fewer terms, or "
+        "frame_compliance"
+    )
 
 
 def _filled(whole: FloatArray, part: FloatArray, where: slice) -> FloatArray:
@@ -338,10 +366,7 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
     measured, peaks = model.measured, model.peaks
     free = slice(1, None) if model.frame_given else slice(0, None)
     weight = 1.0 / model.deviations(solved)
-    steps = np.append(1e-4 * float(measured[1].min()), 1e-4 * np.maximum(np.abs(solved[1:]), 1e-6))
-    jacobian = differences(
-        lambda x: weight * model.excess(x, measured), solved, np.diag((100.0 * steps) ** 2)
-    )[:, free]
+    jacobian = _jacobian(model, solved)
     freedom = measured.shape[1] - jacobian.shape[1]
     scatter = math.sqrt(float(np.sum((weight * model.excess(solved, measured)) ** 2)) / freedom)
     # indents that differ by more than their noise, as chance does once in twenty calibrations

@@ -26,6 +26,8 @@ _TOP, _BLOCK = 4.0, 0.98
 """Noises below the largest force, and part of it, down to which rows belong to the peak."""
 _SHALLOWEST, _ABOVE_LEAST = 0.03, 0.01
 """Parts of the largest force: where a complete unloading ends, and how far above its smallest force."""
+_EXPONENTS, _UNCERTAIN = (0.4, 12.0), 1.0
+"""Of fits that are no noise, and the standard deviation of their exponents."""
 _TANH_SINH = np.linspace(-3.3, 3.3, 97)
 
 
@@ -162,31 +164,60 @@ class Shape(NamedTuple):
     """Root mean square of the residuals, in parts of the largest force."""
 
     @property
+    def determined(self) -> bool:
+        """Whether the exponents and their errors are those of a curve, and not of noise."""
+        deviations = np.sqrt(np.diag(self.covariance))
+        exponents = self.parameters[2:]
+        return bool(
+            np.isfinite(self.parameters).all()
+            and np.isfinite(deviations).all()
+            and _EXPONENTS[0] < self.parameters[2] < _EXPONENTS[1]
+            and exponents.sum() > _EXPONENTS[0]
+            and deviations[2:].max() < _UNCERTAIN
+        )
+
+    @property
     def quantile(self) -> float:
         """Of Student's distribution, for 95 % intervals."""
         return float(stdtrit(max(self.rows / self.correlated - self.parameters.size, 1.0), 0.975))
 
 
-def fitted_power(rows: Unloading) -> Shape:
+def fitted_power(rows: Unloading, who: str) -> Shape:
     """The power law through the range of the fit."""
-    return _fitted(rows, rows.fitted, _first_guess(rows, rows.fitted))
+    return _power(rows, rows.fitted, who)
 
 
-def fitted_shape(rows: Unloading) -> Shape:
-    """The two powers through the complete unloading."""
-    power = _fitted(rows, rows.complete, _first_guess(rows, rows.complete))
-    return _fitted(rows, rows.complete, np.append(power.parameters, 0.0))
+def fitted_shape(rows: Unloading, who: str) -> Shape:
+    """The two powers through the complete unloading, or the one that noise lets it determine."""
+    power = _power(rows, rows.complete, who)
+    two = _fitted(rows, rows.complete, np.append(power.parameters, 0.0))
+    return two if two.determined else power
+
+
+def _power(rows: Unloading, stretch: slice, who: str) -> Shape:
+    z, force = rows.depth[0] - rows.depth[stretch], rows.force[stretch]
+    spread = float(np.ptp(z))
+    if not spread > 0.0 or not float(np.polyfit(z / spread, force, 1)[0]) < 0.0:
+        raise ProblemError(
+            f"{who}: the depth does not fall in the unloading; check the order and the signs of the rows"
+        )
+    power = _fitted(rows, stretch, _first_guess(z, force, rows.peak_force))
+    if not power.determined:
+        raise ProblemError(
+            f"{who}: no F = B (h - h_f)^m is determined by the unloading; check the record, its noise and the frame compliance"
+        )
+    return power
 
 
 def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     anchor = float(rows.depth[0])
     z, force = anchor - rows.depth[stretch], rows.force[stretch] / rows.peak_force
     unit = np.where(np.arange(start.size) < 2, math.log(rows.peak_force), 0.0)
-    found = least_squares(
-        lambda p: forces(p, z) - force, start - unit, jac=lambda p: _slopes(p, z), method="lm"
+    result = least_squares(
+        lambda p: np.nan_to_num(forces(p, z) - force), start - unit, jac=lambda p: _slopes(p, z), method="lm"
     )
-    p = found.x + _attenuation(found.x, z, _noise(rows.depth[stretch]))
-    residuals = forces(p, z) - force
+    p = result.x + _attenuation(result.x, z, _noise(rows.depth[stretch]))
+    residuals = np.nan_to_num(forces(p, z) - force)
     n = force.size
     correlated = float(serial_correlation(residuals[None], np.ones(1)).correlated[0])
     inverse = np.linalg.pinv(_slopes(p, z))
@@ -194,11 +225,11 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     return Shape(anchor, p + unit, covariance, n, correlated, float(np.sqrt(np.mean(residuals**2))))
 
 
-def _first_guess(rows: Unloading, stretch: slice) -> FloatArray:
-    z, force = rows.depth[0] - rows.depth[stretch], rows.force[stretch]
+def _first_guess(z: FloatArray, force: FloatArray, peak: float) -> FloatArray:
     top = slice(0, max(4, z.size // 3))
-    slope, size = np.polyfit(-z[top], force[top], 1)
-    stiffness, size = max(slope, 0.1 * rows.peak_force / float(np.ptp(z))), max(size, 0.1 * rows.peak_force)
+    spread = float(np.ptp(z[top])) or float(np.ptp(z))
+    slope, size = np.polyfit(-z[top] / spread, force[top], 1)
+    stiffness, size = max(slope / spread, 0.1 * peak / float(np.ptp(z))), max(size, 0.1 * peak)
     return np.array([math.log(size), math.log(stiffness), max(1.4, 1.05 * float(z.max()) * stiffness / size)])
 
 
@@ -210,11 +241,14 @@ class _Curve(NamedTuple):
 
 
 def _curve(p: FloatArray, z: FloatArray) -> _Curve:
-    size, m, w = math.exp(p[0]), p[2], p[3] if p.size > 3 else 0.0
-    length = size * (m + w) / math.exp(p[1])
-    u = np.maximum(1.0 - z / length, 1e-12)
-    factor = 1.0 + w * (u - 1.0)
-    return _Curve(u, size * u**m * factor, size * (m * u ** (m - 1.0) * factor + w * u**m), length)
+    m, w = p[2], p[3] if p.size > 3 else 0.0
+    # a search may try numbers that overflow
+    with np.errstate(all="ignore"):
+        size = np.exp(p[0])
+        length = size * (m + w) / np.exp(p[1])
+        u = np.maximum(1.0 - z / length, 1e-12)
+        factor = 1.0 + w * (u - 1.0)
+        return _Curve(u, size * u**m * factor, size * (m * u ** (m - 1.0) * factor + w * u**m), length)
 
 
 def forces(p: FloatArray, z: FloatArray) -> FloatArray:
@@ -243,11 +277,12 @@ def _slopes(p: FloatArray, z: FloatArray) -> FloatArray:
     """Derivatives of the forces by the parameters."""
     u, force, by_u, length = _curve(p, z)
     m, w = p[2], p[3] if p.size > 3 else 0.0
-    moved = by_u * z / length
-    columns = [force + moved, -moved, force * np.log(u) + moved / (m + w)]
-    if p.size > 3:
-        columns.append(math.exp(p[0]) * u**m * (u - 1.0) + moved / (m + w))
-    return np.stack(columns, axis=1)
+    with np.errstate(all="ignore"):
+        moved = by_u * z / length
+        columns = [force + moved, -moved, force * np.log(u) + moved / (m + w)]
+        if p.size > 3:
+            columns.append(np.exp(p[0]) * u**m * (u - 1.0) + moved / (m + w))
+        return np.asarray(np.nan_to_num(np.stack(columns, axis=1)))
 
 
 @dataclass(frozen=True)

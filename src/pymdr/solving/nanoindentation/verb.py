@@ -30,9 +30,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WHO = "oliver_pharr"
-_PILE_UP, _LARGEST_EXPONENT, _RISING = 0.7, 2.0, 1.01
+_PILE_UP, _EXPONENT, _RISING = 0.7, 0.55, 1.01
 _DRAWN = 6
-_CORRELATED = 3.0
+_CORRELATED, _MISFIT = 3.0, 1e-4
+"""Rows, and misfit in parts of the largest force, from which correlated residuals are attributes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +66,9 @@ class Nanoindentation(Study):
     }
 
     def _remarks(self) -> list[str]:
-        told = self.data.attrs
+        attributes = self.data.attrs
         return [
-            f"frame compliance {written(told['frame_compliance'], 'm/N')}, beta = {told['beta']:g} (effective shape: 1); E low and E high "
+            f"frame compliance {written(attributes['frame_compliance'], 'm/N')}, beta = {attributes['beta']:g} (effective shape: 1); E low and E high "
             "are ends of 95 % intervals"
         ]
 
@@ -80,8 +81,8 @@ class Nanoindentation(Study):
                 indent.rows.depth,
                 indent.rows.force,
                 {
-                    name: forces(found.shape.parameters, found.shape.anchor - indent.rows.depth)
-                    for name, found in indent.by.items()
+                    name: forces(result.shape.parameters, result.shape.anchor - indent.rows.depth)
+                    for name, result in indent.by.items()
                 },
             )
             for indent in self.indents[:_DRAWN]
@@ -217,7 +218,7 @@ def _data(indents: Sequence[Indent], settings: Settings) -> xr.Dataset:
     columns: dict[str, tuple[FloatArray, str]] = {}
     for name in both[0][0].values:
         for end in ("values", "low", "high"):
-            numbers = np.array([[getattr(found, end)[name] for found in row] for row in both])
+            numbers = np.array([[getattr(result, end)[name] for result in row] for row in both])
             columns[name if end == "values" else f"{name}_{end}"] = (numbers, UNITS[name])
     return xr.Dataset(
         {
@@ -268,9 +269,9 @@ def _assumptions(indents: Sequence[Indent]) -> tuple[Assumption, ...]:
         ),
         Assumption(
             "exponent",
-            "exponent of the unloading; that of elastic contacts lies between 1 and 2",
-            max(law.values["exponent"] for law in laws),
-            _LARGEST_EXPONENT,
+            "distance of the unloading exponent from 1.5; that of elastic contacts lies between 1 (flat punch) and 2 (cone)",
+            max(abs(law.values["exponent"] - 1.5) for law in laws),
+            _EXPONENT,
         ),
         Assumption(
             "effective shape",
@@ -282,9 +283,19 @@ def _assumptions(indents: Sequence[Indent]) -> tuple[Assumption, ...]:
 
 
 def _notes(indents: Sequence[Indent]) -> tuple[str, ...]:
-    largest = max(found.shape.correlated for indent in indents for found in indent.by.values())
-    if largest <= _CORRELATED:
-        return ()
-    return (
-        f"residuals of a fit are correlated over up to {largest:.0f} rows; the intervals are widened for it, not for a curve of another form",
-    )
+    shapes = [result.shape for indent in indents for result in indent.by.values()]
+    largest = max((shape.correlated for shape in shapes if shape.misfit > _MISFIT), default=1.0)
+    notes = []
+    if largest > _CORRELATED:
+        notes.append(
+            f"residuals of a fit are correlated over up to {largest:.0f} rows; the intervals are widened for it, not for a curve of another form"
+        )
+    single = [
+        i + 1 for i, indent in enumerate(indents) if indent.by["effective_shape"].shape.parameters.size == 3
+    ]
+    if single:
+        numbers = ", ".join(map(str, single[:10]))
+        notes.append(
+            f"noise lets the unloading determine one power only: effective shape of indent {numbers}"
+        )
+    return tuple(notes)

@@ -35,7 +35,7 @@ def nanoindent(
         Path | None, typer.Option(help="CSV of contact depth and area with units, instead.")
     ] = None,
     reference: Annotated[
-        list[Path] | None,
+        list[str] | None,
         typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
     ] = None,
     terms: Annotated[int, typer.Option(help="Coefficients of the calibrated area function.")] = 3,
@@ -49,9 +49,10 @@ def nanoindent(
     epsilon: Annotated[
         float, typer.Option(help="Epsilon of the power law; 0 takes that of its exponent.")
     ] = 0.75,
-    fit_range: Annotated[
-        tuple[float, float], typer.Option(help="Range of the power law, over the largest force.")
-    ] = (0.25, 0.98),
+    fit_from: Annotated[
+        float, typer.Option(help="Smallest force of the power law, over the largest.")
+    ] = 0.25,
+    fit_to: Annotated[float, typer.Option(help="Largest force of the power law, over the largest.")] = 0.98,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -74,7 +75,7 @@ def nanoindent(
                 frame_compliance=frame_compliance,
                 beta=beta,
                 epsilon=epsilon or None,
-                fit_range=fit_range,
+                fit_range=(fit_from, fit_to),
             )
             written += write_study(calibration, output, "area")
         study = oliver_pharr(
@@ -85,7 +86,7 @@ def nanoindent(
             poisson=poisson,
             beta=beta,
             epsilon=epsilon or None,
-            fit_range=fit_range,
+            fit_range=(fit_from, fit_to),
         )
         written += write_study(study, output, "nanoindent")
     if as_json:
