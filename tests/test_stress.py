@@ -298,6 +298,32 @@ def test_maugis_is_between_hertz_and_a_pulled_edge():
     assert np.isfinite(result["largest_mises"].values).all()
 
 
+def test_cohesion_without_contact_pulls_on_its_disk():
+    law = mdr.MaugisDugdale("1 J/m^2", "1 MPa")
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL, adhesion=law), mdr.indent("-0.5 um"))
+    c = float(result["cohesive_radius"][-1])
+    assert float(result["contact_radius"][-1]) == 0.0 < c
+    found = result.field("stress", [0.0, 0.9 * c, 1.1 * c], z=[0.0])
+    assert found.sel(component="zz").values[0] == pytest.approx([1e6, 1e6, 0.0], rel=1e-12, abs=1e-6)
+    # under a uniform load in a disk, Johnson (1985), eq. 3.33
+    z = np.array([1e-6, 0.3, 1.0, 4.0])
+    axial = result.field("stress", [0.0], z=z * c).sel(component="zz").values[:, 0]
+    assert axial == pytest.approx(1e6 * (1.0 - z**3 / (1.0 + z * z) ** 1.5), rel=1e-11)
+
+
+def test_stress_of_a_saved_result(tmp_path):
+    law = mdr.MaugisDugdale("1 J/m^2", "1 GPa")
+    for profile, adhesion in ((mdr.RoundedFlat("1 mm", "10 mm"), None), (mdr.Paraboloid("1 mm"), law)):
+        result = mdr.solve(mdr.Contact(profile, STEEL, adhesion=adhesion), mdr.indent("1 um", steps=2))
+        result.save(tmp_path / "stress.nc")
+        again = mdr.open_result(tmp_path / "stress.nc")
+        assert again.claims["stress"].level is result.claims["stress"].level
+        rows = {"r": ["0 um", "100 um"], "z": ["0 um", "10 um"], "step": None}
+        assert again.field("stress", **rows).values == pytest.approx(result.field("stress", **rows).values)
+        result.to_csv(tmp_path / "stress.csv", quantities=["largest_mises"], units={"largest_mises": "MPa"})
+        assert (tmp_path / "stress.csv").read_text().splitlines()[0] == "step,largest_mises [MPa]"
+
+
 @pytest.mark.parametrize(
     ("contact", "words"),
     [

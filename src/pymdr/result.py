@@ -188,7 +188,7 @@ class Result:
             self._require("pressure")
             return self._peak_pressure.copy()
         if name in LARGEST:
-            return self._largest_stress[name].copy()
+            return self._largest_quantity(name).copy()
         self._require(name)
         self._refuse_missing(name)
         return self.data[name].copy()
@@ -526,14 +526,17 @@ class Result:
 
     @cached_property
     def _largest_stress(self) -> dict[str, xr.DataArray]:
-        """Largest stresses in the body over all rows, found when one is first asked for."""
-        stresses = {}
-        for name, (measure, factor) in LARGEST.items():
+        """Largest stresses over all rows by quantity, each found when it is first asked for."""
+        return {}
+
+    def _largest_quantity(self, name: str) -> xr.DataArray:
+        if name not in self._largest_stress:
+            measure, factor = LARGEST[name]
             row = quantity(name)
             words = {"units": row.unit, "long_name": row.long_name, "symbol": row.symbol}
-            found = (factor * self.largest(measure)).drop_vars("step").rename(name).assign_attrs(words)
-            stresses[name] = found
-        return stresses
+            values = (factor * self.largest(measure)).drop_vars("step")
+            self._largest_stress[name] = values.rename(name).assign_attrs(words)
+        return self._largest_stress[name]
 
     def _valid_rows(
         self, claimed: str, name: str, step: int | Sequence[int] | None

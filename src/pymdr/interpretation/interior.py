@@ -76,7 +76,7 @@ class Interior:
         """The load on the line in one step."""
         surface = self.surface
         states, zone, strength = surface.states, 0.0, 0.0
-        if surface.cohesion is not None:
+        if surface.cohesion is not None and states.contact_radius[step] < surface.springs.edge:
             zone, strength = float(surface.cohesion.radius[step]), surface.cohesion.strength
         excess = float(states.edge_excess[step])
         return line_load(surface.springs, states.place.take(step), excess, zone=zone, strength=strength)

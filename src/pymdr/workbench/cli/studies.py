@@ -111,7 +111,7 @@ def yields(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Load, depth and place of first yield; the case needs no [[path]]."""
+    """Load and place of first yield; the case needs no [[path]]."""
     from pymdr.solving.yielding import first_yield
 
     _study(
