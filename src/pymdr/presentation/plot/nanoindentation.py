@@ -16,6 +16,7 @@ from pymdr.presentation.plot.shared import (
     letter_panels,
     new_figure,
     styled,
+    with_unit,
 )
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -110,7 +111,7 @@ def area_study(data: xr.Dataset) -> Figure:
         left, right = figure.subplots(1, 2)
         left.plot(x, from_si(measured, "m^2", area_unit), "o", color=BLUE, ms=3, label="indents")
         left.plot(x, from_si(fitted, "m^2", area_unit), color=ORANGE, lw=1.0, label="area function")
-        left.set_ylabel(f"contact area $A$ ({area_unit})")
+        left.set_ylabel(with_unit("contact area $A$", area_unit))
         right.fill_between(
             x, 100.0 * (low / fitted - 1.0), 100.0 * (high / fitted - 1.0), color=LIGHT, label="95 % interval"
         )
