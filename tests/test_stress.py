@@ -61,6 +61,15 @@ def test_hertz_on_the_axis(a):
     assert found[3].tolist() == [0.0] * DEPTHS.size
 
 
+@settings(max_examples=examples(20), deadline=None)
+@given(st.floats(-18.0, 0.0), st.floats(-18.0, -3.0))
+def test_beside_the_axis_the_stress_is_that_on_it(depth, share):
+    z = 10.0**depth
+    for load in (load_of(HERTZ), load_of(mdr.Cone(slope=1.0)), load_of(HERTZ, zone=1.25, strength=0.4)):
+        beside, on_axis = tensor(load, z * 10.0**share, z), tensor(load, 0.0, z)
+        assert beside[:3] == pytest.approx(on_axis[:3], rel=10.0 * 10.0**share, abs=1e-12)
+
+
 def test_hertz_at_the_surface():
     # Johnson (1985), eq. 3.42
     r = np.concatenate([np.linspace(0.05, 0.95, 19), 1.0 - np.geomspace(1e-9, 1e-2, 5), [1.0, 1.2, 3.0]])
