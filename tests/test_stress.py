@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from common import references
+from common import BALL_CASE, references
 from drawing import examples, first_of
 from pymdr.interpretation.stress import displacement, line_load, principal_stresses, stress, sums, von_mises
 from pymdr.line.curves import ElasticLine
@@ -59,6 +59,15 @@ def test_hertz_on_the_axis(a):
     assert found[2] == pytest.approx(axial, rel=1e-13)
     assert found[:2, near] == pytest.approx(np.array([radial, radial])[:, near], rel=1e-13, abs=1e-14)
     assert found[3].tolist() == [0.0] * DEPTHS.size
+
+
+@settings(max_examples=examples(20), deadline=None)
+@given(st.floats(-18.0, 0.0), st.floats(-18.0, -3.0))
+def test_beside_the_axis_the_stress_is_that_on_it(depth, share):
+    z = 10.0**depth
+    for load in (load_of(HERTZ), load_of(mdr.Cone(slope=1.0)), load_of(HERTZ, zone=1.25, strength=0.4)):
+        beside, on_axis = tensor(load, z * 10.0**share, z), tensor(load, 0.0, z)
+        assert beside[:3] == pytest.approx(on_axis[:3], rel=10.0 * 10.0**share, abs=1e-12)
 
 
 def test_hertz_at_the_surface():
@@ -430,3 +439,26 @@ def test_the_figure_of_a_singular_edge_resolves_the_rest():
     figure = result.plot_stress()
     assert figure.axes[1].get_ylim()[1] < 1e4
     assert np.isinf(result.field("tresca", ["1 mm"], z=[0.0])).all()
+
+
+def test_first_yield_from_the_shell(tmp_path, shell):
+    case = tmp_path / "ball.toml"
+    case.write_text(BALL_CASE)
+    status, out, _ = shell("yield", case, "--strength", "1 GPa", "-o", tmp_path / "out")
+    assert status == 0
+    assert "von Mises" in out
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["yield.csv", "yield.png"]
+    assert shell("yield", case, "--strength", "1 GPa", "--side", "counterbody")[0] != 0
+    assert shell("yield", case, "--strength", "1 mm")[0] != 0
+
+
+def test_an_elastic_body_on_one_that_is_not_isotropic():
+    zinc = mdr.TransverselyIsotropic(
+        c11="161 GPa", c33="61 GPa", c13="50.1 GPa", c44="38.3 GPa", c66="63.4 GPa"
+    )
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), zinc, STEEL), mdr.load("50 N"))
+    # the pressure is Hertz's, and the only body whose stress is known is read
+    peak = float(result["peak_pressure"][0])
+    assert float(result["largest_shear"][0]) == pytest.approx(0.3100205019545214 * peak, rel=1e-8)
+    with pytest.raises(mdr.NotValidError, match="transversely isotropic"):
+        result.field("stress", side="body")

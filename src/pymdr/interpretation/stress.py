@@ -261,7 +261,8 @@ def _rule(piece: Punches, parts: _Parts, level: int) -> tuple[FloatArray, FloatA
     below, above, weight = _nodes(level)[:, :, None]
     r, z, start, low, high, stop = parts
     first, last = np.arcsinh(low / z), np.arcsinh(high / z)
-    width = abs(piece.extent) - (low - start) - (stop - high)
+    # of a whole piece the difference of its ends has lost the digits of its extent
+    width = np.where((low == start) & (high == stop), abs(piece.extent), high - low)
     length = 2.0 * np.arcsinh(0.5 * width / z / np.cosh(0.5 * (first + last)))
     t = np.where(below < 0.5, first + length * below, last - length * above)
     # distances from an end as products: differences of radii lose the digits of nodes close to it
