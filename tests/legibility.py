@@ -142,7 +142,9 @@ def _covered(figure):
 def _rounding(figure):
     """Panels that show nothing but errors of rounding."""
     for axes in figure.axes:
-        drawn = [np.ma.masked_invalid(line.get_ydata()) for line in axes.lines]
+        drawn = [
+            np.ma.masked_invalid(np.asarray(line.get_ydata(orig=False), dtype=float)) for line in axes.lines
+        ]
         if "error" in axes.get_ylabel() and drawn and max(np.ma.max(y) for y in drawn) < ROUNDING:
             yield f"the panel {axes.get_ylabel()!r} shows rounding"
 
