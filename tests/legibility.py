@@ -20,6 +20,7 @@ NUMBERS = {
     "step",
     "sample",
     "curve",
+    "indent",
     "cycle",
     "damping",
     "damping ratio",

@@ -76,7 +76,8 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
                 label=procedure.replace("_", " "),
             )
         right.set_xlabel("indent")
-        right.set_ylabel(f"{'E' if name == 'young_modulus' else 'E/(1 - nu^2)'} with 95 % interval ({unit})")
+        symbol = "$E$" if name == "young_modulus" else r"$E/(1-\nu^2)$"
+        right.set_ylabel(f"{symbol} with 95 % interval ({unit})")
         right.set_xticks(data["indent"].values[:: 1 + data.sizes["indent"] // 12])
         right.set_xlim(0.5, data.sizes["indent"] + 0.5)
         for axes in (left, right):
