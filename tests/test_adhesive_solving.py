@@ -674,7 +674,7 @@ def test_rows_after_a_dead_load_has_won_are_not_a_number():
     for told in (result.summary(), result._repr_html_()):
         last = told.partition("Claims")[0]
         assert (
-            last.count("not valid") == np.count_nonzero([not c.where[-1] for c in result.claims.values()]) - 3
+            last.count("not valid") == np.count_nonzero([not c.where[-1] for c in result.claims.values()]) - 4
         )
     lost = mdr.load(0.0) >> mdr.load(-6.0)
     for leg in (mdr.indent(1.0), mdr.cycle(indentation=1.0)):

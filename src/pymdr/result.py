@@ -783,7 +783,7 @@ class Result:
 
         units = dict(units or {})
         if quantities is None and self._has_few_peaks:
-            quantities = self._names()
+            quantities = [name for name in self._names() if name not in LARGEST]
         table = self._table(quantities)
         for name in units:
             if name not in table:
