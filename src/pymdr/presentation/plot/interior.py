@@ -66,7 +66,7 @@ def stress_section(
             )
             words = written(float(largest), "Pa")
             axes.annotate(
-                words, (at_r, at_z), (6, -4), textcoords="offset points", color="white", va="top", fontsize=8
+                words, (at_r, at_z), (6, -4), textcoords="offset points", color="black", va="top", fontsize=8
             )
         axes.set(xlabel=f"{RADIUS.label} ({unit})", ylabel=f"{DEPTH.label} ({unit})", aspect="equal")
         axes.set_ylim(float(z[-1]), 0.0)
