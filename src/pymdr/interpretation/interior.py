@@ -20,6 +20,8 @@ from pymdr.interpretation.stress import (
 )
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import SOURCES, Claim, Level
+from pymdr.line.curves import ElasticLine
+from pymdr.line.layered import LayeredLine
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
 from pymdr.problem.materials import Elastic, Graded, Material, Rigid, TransverselyIsotropic
@@ -76,10 +78,15 @@ class Interior:
         """The load on the line in one step."""
         surface = self.surface
         states, zone, strength = surface.states, 0.0, 0.0
-        if surface.cohesion is not None and states.contact_radius[step] < surface.springs.edge:
+        if surface.cohesion is not None and states.contact_radius[step] < surface.line.equivalent.edge:
             zone, strength = float(surface.cohesion.radius[step]), surface.cohesion.strength
         excess = float(states.edge_excess[step])
-        return line_load(surface.springs, states.place.take(step), excess, zone=zone, strength=strength)
+        place = states.place.take(step)
+        springs = surface.line
+        if isinstance(springs, LayeredLine) and states.contact_radius[step] > 0.0:
+            springs, excess, _ = springs.carried(place, excess)
+        assert isinstance(springs, ElasticLine)
+        return line_load(springs, place, excess, zone=zone, strength=strength)
 
     def field(self, name: str, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
         """Values of a field at points in m in one step, components first."""

@@ -318,7 +318,14 @@ def bodies_of(line: Line) -> tuple[str, str]:
     """Description of the bodies of a line, and the source of their solution."""
     if not isinstance(line, LayeredLine):
         return half_spaces(line.exponent), SOURCES["hess-graded" if line.exponent else "sneddon"]
-    body = line.kernel.compliance.body
+    pair = line.kernel.compliance
+    bodies = [_layers_in_words(stack.body) for stack in pair.stacks]
+    if pair.softness > 0.0:
+        bodies.append("an elastic half-space")
+    return " against ".join(bodies), SOURCES["lebedev-ufliand"]
+
+
+def _layers_in_words(body: Layered) -> str:
     stack = (
         "an elastic layer"
         if len(body.layers) == 1
@@ -330,7 +337,7 @@ def bodies_of(line: Line) -> tuple[str, str]:
         if body.bond == "bonded"
         else f"that may slide on a {base} but not lift off it (bilateral)"
     )
-    return f"{stack} {base_bond.replace('a elastic', 'an elastic')}", SOURCES["lebedev-ufliand"]
+    return f"{stack} {base_bond.replace('a elastic', 'an elastic')}"
 
 
 def normal_claims(

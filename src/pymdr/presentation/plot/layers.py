@@ -152,7 +152,7 @@ def _draw_stack(axes: Axes, data: FigureData) -> None:
     axes.set_ylim(bottom, float(lengths(np.array(highest), unit)))
     axes.set_xlabel(f"{RADIUS.label} ({unit})")
     axes.set_ylabel(f"height $z$ ({unit})")
-    axes.set_title("to scale")
+    axes.set_title("to scale; with the displacement of both surfaces" if drawn.both else "to scale")
 
 
 def _both(values: FloatArray, unit: str, sign: float = 1.0) -> FloatArray:
