@@ -602,7 +602,9 @@ def test_how_much_a_layer_lifts_is_found_also_beside_wide_contacts(load):
     edges = np.linspace(0.0, 40.0 / h, 10 + int(8.0 * a / h))
     k = (0.5 * (edges[1:] + edges[:-1])[:, None] + 0.5 * np.diff(edges)[:, None] * nodes).ravel()
     pressed = (
-        k * line.kernel.compliance.stacks[0].pressed_through(k * h) * np.outer(0.5 * np.diff(edges), weights).ravel()
+        k
+        * line.kernel.compliance.stacks[0].pressed_through(k * h)
+        * np.outer(0.5 * np.diff(edges), weights).ravel()
     )
     share = pressed * (np.cos(np.outer(k, x)) @ loads)
     at_edge = j0(np.outer(a + h * np.linspace(-3.0, 3.0, 241), k)) @ share

@@ -86,6 +86,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("largest_shear", "\\tau_\\mathrm{max}", "Pa", "largest shear stress"),
         Quantity("yield_radius", "r_Y", "m", "radius of first yield"),
         Quantity("yield_depth", "z_Y", "m", "depth of first yield"),
+        Quantity("yield_layer", "i_Y", "", "layer of first yield, from 0 at the surface"),
         Quantity("stress", "\\sigma", "Pa", "stress, tension positive", _TENSOR),
         Quantity("principal_stress", "\\sigma_i", "Pa", "principal stress, tension positive", _TENSOR),
         Quantity("von_mises", "\\sigma_\\mathrm{M}", "Pa", "von Mises stress", _INTERIOR),

@@ -214,6 +214,9 @@ SOURCES: dict[str, str] = {
         "Lebedev and Ufliand (1958), J. Appl. Math. Mech. 22, 442-450: the punch on a layer as one Fredholm equation"
     ),
     "hayes": "Hayes, Keer, Herrmann and Mockros (1972), J. Biomech. 5, 541-551: indentation of cartilage",
+    "burmister": (
+        "Burmister (1945), J. Appl. Phys. 16, 89-94, 126-127 and 296-302: stresses and displacements in layered systems"
+    ),
     "dunkin": "Dunkin (1965), Bull. Seismol. Soc. Am. 55, 335-358: layers by minors, without growing exponentials",
     "levenberg-marquardt": "Levenberg (1944), Q. Appl. Math. 2, 164-168; Marquardt (1963), J. Soc. Ind. Appl. Math. 11, 431-441",
     "akaike": (

@@ -32,7 +32,7 @@ _UV, _UP, _UT, _VP, _VT, _PT = range(6)
 """Minors of two states of (u_z, u_x, pressure, shear)."""
 
 
-def _generator(shear: float, poisson: float) -> FloatArray:
+def generator(shear: float, poisson: float) -> FloatArray:
     """
     How a state grows from the bottom of a layer to its top, per wavenumber times depth.
 
@@ -112,7 +112,7 @@ class _Ply:
 
 
 def _ply(thickness: float, shear: float, poisson: float) -> _Ply:
-    b = _minors_of(_generator(shear, poisson))
+    b = _minors_of(generator(shear, poisson))
     return _Ply(thickness, np.stack([np.linalg.matrix_power(b, k) for k in range(5)]))
 
 
@@ -126,7 +126,7 @@ def _minors_of_base(body: Layered, shear: float) -> FloatArray:
         minors[_VP], minors[_UV] = 1.0, -2.0 * (1.0 - base.poisson) * shear / base.shear
     else:
         # what decays downward is what grows upward: the eigenvector of 2
-        b = _minors_of(_generator(base.shear / shear, base.poisson))
+        b = _minors_of(generator(base.shear / shear, base.poisson))
         minors = np.linalg.matrix_power(b, 3)[:, _PT] / 8.0 + np.linalg.matrix_power(b, 4)[:, _PT] / 16.0
         minors /= np.max(np.abs(minors))
     return minors
@@ -200,7 +200,7 @@ class Compliance:
         sliding[1], pressed[0], pressed[2] = 1.0, -base[_UV], 1.0
         decay = np.zeros(s.size)
         for layer, ply in zip(reversed(self.body.layers), reversed(self._plies), strict=True):
-            state = _generator(layer.material.shear / self.body.top.shear, layer.material.poisson)
+            state = generator(layer.material.shear / self.body.top.shear, layer.material.poisson)
             z = s * ply.thickness
             back = np.exp(-2.0 * z)
             cosh, sinh = 0.5 * (1.0 + back), 0.5 * (1.0 - back)
