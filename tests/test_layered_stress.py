@@ -84,7 +84,7 @@ def test_waves_move_the_surface_as_its_compliance_says(body):
 
 
 def test_the_jump_at_the_interface_of_a_coat():
-    # shear moduli of 5 and 1, nu of 0.25 and 0.3: mdr_math 19.3
+    # shear moduli of 5 and 1, nu of 0.25 and 0.3
     body = mdr.Layered([mdr.Layer(mdr.Elastic(12.5, 0.25), 0.8)], base=mdr.Elastic(2.6, 0.3))
     inside = under_hertz(body)
     above, below = (inside.tensor(layer, 0.7, 0.8)[:, 0] for layer in (0, 1))
