@@ -22,7 +22,24 @@ from pymdr.numerics.panels import Place
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Paraboloid("5 mm")
-ONE = np.ones(1)
+COAT_CASE = """
+[profile]
+kind = "paraboloid"
+radius = "5 mm"
+
+[body]
+kind = "layered"
+base = { kind = "elastic", young = "210 GPa", poisson = 0.3 }
+
+[[body.layers]]
+material = { kind = "elastic", young = "400 GPa", poisson = 0.2 }
+thickness = "100 um"
+
+[counterbody]
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+"""
 
 
 def coat(young="400 GPa", poisson=0.2, thickness="20 um", base=STEEL, **others):
@@ -292,7 +309,26 @@ def test_largest_stress_at_edges_of_layers_is_refused():
     assert film.plot_stress().axes
 
 
+def test_layers_without_contact_bear_no_stress():
+    contact = mdr.Contact(BALL, coat(), adhesion=mdr.JKR("50 mJ/m^2"))
+    result = mdr.solve(contact, mdr.indent("0.1 um") >> mdr.indent("-10 um"))
+    field = result.field("von_mises", r=[0.0], z=["0 um", "20 um", "20 um"], step=None)
+    assert (field.values[0] > 0.0).all()
+    assert (field.values[1] == 0.0).all()
+
+
 def test_stress_in_layers_is_claimed():
     claim = pressed(BALL, coat()).claims["stress"]
     assert claim.level is mdr.Level.EXACT
     assert "Burmister" in claim.source
+
+
+def test_first_yield_of_layers_from_the_shell(tmp_path, shell):
+    case = tmp_path / "coat.toml"
+    case.write_text(COAT_CASE)
+    status, out, _ = shell("yield", case, "--strength", "20 GPa", "--strength", "1 GPa")
+    assert status == 0
+    assert "layer" in out
+    status, _, err = shell("yield", case, *["--strength", "1 GPa"] * 3)
+    assert status != 0
+    assert "3 strengths for 2 elastic parts" in err

@@ -84,9 +84,10 @@ class Interior:
         if surface.cohesion is not None and states.contact_radius[step] < surface.line.equivalent.edge:
             zone, strength = float(surface.cohesion.radius[step]), surface.cohesion.strength
         excess = float(states.edge_excess[step])
-        place = states.place.take(step)
-        springs = surface.line
-        if isinstance(springs, LayeredLine) and states.contact_radius[step] > 0.0:
+        place, springs, a = states.place.take(step), surface.line, float(states.contact_radius[step])
+        if isinstance(springs, LayeredLine):
+            if not a > 0.0:
+                return LineLoad((), a, 0.0, a, 0.0)
             springs, excess, _ = springs.carried(place, excess)
         assert isinstance(springs, ElasticLine)
         return line_load(springs, place, excess, zone=zone, strength=strength)
@@ -297,7 +298,8 @@ def unknown_stress(contact: Contact) -> str:
     if contact.remembers:
         return "the stress in bodies with memory is not computed; where nu changes in time the load on the line does not determine it"
     if isinstance(contact.adhesion, DMT):
-        return "DMT does not resolve the attraction around the contact, which loads the bodies too; take MaugisDugdale"
+        remedy = "MaugisDugdale" if contact.layered is None else "JKR"
+        return f"DMT does not resolve the attraction around the contact, which loads the bodies too; take {remedy}"
     if any(isinstance(body, Elastic) and body.thickness is not None for body in bodies):
         return "the stress in a sample of finite thickness is not that of a half-space"
     if any(isinstance(body, Elastic | Layered) for body in bodies):

@@ -44,7 +44,7 @@ _BLOCK = 1 << 20
 """Values of sines and Bessel functions at once."""
 _FEW = 32
 """Points that are evaluated as a net even if they are none."""
-_WORST = 1e-7
+_WORST = 1e-9
 """Error of the integrals over the typical stress above which they are no result."""
 _SAME = 1e-12
 """Relative distance from an interface at which a depth is on it."""
