@@ -13,7 +13,7 @@ from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState
-from pymdr.line.torsion.segments import displacement_of, traction_of
+from pymdr.line.torsion.segments import displacement_of, load_of, traction_of
 from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.contact import Contact
 from pymdr.units import FloatArray
@@ -27,7 +27,6 @@ TORSIONAL_QUANTITIES = (
     "stored_torsional_energy",
     "dissipated_energy",
 )
-_SOURCE = f"Lubkin (1951), J. Appl. Mech. 18, 183-187; Popov and Hess (2015), chapter 5; {SOURCES['sneddon']}"
 _MEASURED_ERROR = 0.02
 """Bound of the torque's error over the largest frictional torque where an inner ring slips, measured with boundary elements on rings."""
 
@@ -65,11 +64,9 @@ def torsional_claims(
         SOURCES["sneddon"],
         everywhere,
     )
-    reason = (
-        "exact for elastic half-spaces of any Poisson's ratio: what slips is an outer ring, and the traction inside is below mu p"
-    )
+    reason = "exact for elastic half-spaces of any Poisson's ratio: what slips is an outer ring, and the traction inside is below mu p"
     if not np.any(excess > 0.0):
-        turned = Claim(Level.EXACT, reason, _SOURCE, everywhere)
+        turned = Claim(Level.EXACT, reason, SOURCES["lubkin"], everywhere)
     else:
         first = int(np.argmax(excess > 0.0))
         reason = (
@@ -77,7 +74,7 @@ def torsional_claims(
             "which the springs do not resolve. Compared with boundary elements on rings the torque errs by at most "
             f"{_MEASURED_ERROR:g} of the largest frictional torque"
         )
-        turned = Claim(Level.APPROXIMATE, reason, _SOURCE, everywhere, error)
+        turned = Claim(Level.APPROXIMATE, reason, SOURCES["lubkin"], everywhere, error)
     return {
         **{name: turned if name in TORSIONAL_QUANTITIES else normal for name in names},
         **dict.fromkeys(NORMAL_FIELDS, normal),
@@ -151,7 +148,5 @@ class TorsionSurface:
     def _at_edge(self, state: TwistState) -> float:
         """The traction at the edge of the contact: 0, mu p, or infinite where the springs there carry a load."""
         outer = state.segments[-1]
-        from pymdr.line.torsion.segments import load_of
-
         load = float(load_of(self.line, outer, np.array([outer.high]))[0])
         return math.copysign(math.inf, load) if load else 0.0

@@ -679,9 +679,7 @@ def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
     return Hold(duration=duration, steps=steps)
 
 
-def ramp(
-    *, steps: int = 1, duration: QuantityLike | None = None, **targets: Unpack[ChannelValues]
-) -> Ramp:
+def ramp(*, steps: int = 1, duration: QuantityLike | None = None, **targets: Unpack[ChannelValues]) -> Ramp:
     """
     Move one or several channels to their targets together.
 

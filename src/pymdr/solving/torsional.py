@@ -33,7 +33,7 @@ from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState, turn
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import TORSIONAL_CHANNELS, LoadingPath
-from pymdr.problem.schedule import Stretch, planned, uses
+from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.frictional import disks_down_to
@@ -289,4 +289,5 @@ def _interpret(task: Task, law: TorsionLaw, walked: Walked[Rows]) -> Interpretat
         status=Status.COMPLETED,
         notes=law.mapped.notes,
         references=("sneddon", "popov-hess", "lubkin"),
+        starts=walked.starts,
     )

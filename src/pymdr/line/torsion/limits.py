@@ -80,7 +80,7 @@ class TwistedLine:
         return np.asarray(8.0 * self.friction * self.line.modulus / math.pi * total)
 
     def largest_traction(self, r: FloatArray, depth: float) -> FloatArray:
-        """mu p in Pa at some r in m below the contact radius."""
+        """Mu p in Pa at some r in m below the contact radius."""
         a = self.radius(depth)
         with np.errstate(divide="ignore"):
             edge = self._excess(depth, a) / np.sqrt((a - r) * (a + r))
@@ -88,7 +88,7 @@ class TwistedLine:
         return np.asarray(self.friction * p)
 
     def _excess(self, depth: float, a: float) -> float:
-        """d - g(a), above 0 at a sharp edge."""
+        """D - g(a), above 0 at a sharp edge."""
         excess = depth - float(self.line.equivalent.g(np.array([a]))[0])
         return excess if excess > 1e-13 * depth else 0.0
 

@@ -104,7 +104,11 @@ def _slipped(line: TwistedLine, segments: tuple[Segment, ...], depth: float) -> 
         q, most = load_of(line, one, at), line.limit(at, depth)
         sense = np.where(np.abs(q) > most * (1.0 + _ROUNDING), np.sign(q), 0.0)
         change = np.flatnonzero(np.diff(sense))
-        borders = [one.low, *(_border(line, one, depth, at[i : i + 2], sense[i : i + 2]) for i in change), one.high]
+        borders = [
+            one.low,
+            *(_border(line, one, depth, at[i : i + 2], sense[i : i + 2]) for i in change),
+            one.high,
+        ]
         senses = [int(sense[0]), *(int(sense[i + 1]) for i in change)]
         for low, high, sign in zip(borders[:-1], borders[1:], senses, strict=True):
             part = Segment(low, high, 0.0, sign, depth) if sign else replace(one, low=low, high=high)
