@@ -209,20 +209,9 @@ def is_torsional(contact: Contact, path: LoadingPath) -> bool:
 
 
 def torsion_law(contact: Contact, machine_stiffness: float | None) -> TorsionLaw:
-    """
-    The law of a contact before its path.
-
-    Raises
-    ------
-    ProblemError
-        For bodies whose torsional stiffness is not that of a homogeneous half-space.
-    """
+    """The law of a contact before its path."""
     assert contact.friction is not None
     mapped = map_to_springs(contact)
-    if mapped.line.exponent != 0.0:
-        raise ProblemError(
-            "torsion of Graded bodies is not available: their torsional kernel differs; take Elastic or TransverselyIsotropic bodies"
-        )
     line = TwistedLine(mapped.line, torsional_modulus(contact), contact.friction.coefficient)
     return TorsionLaw(contact, mapped, machine_stiffness, line)
 

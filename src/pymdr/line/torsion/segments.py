@@ -13,6 +13,8 @@ from pymdr.units import FloatArray
 
 _TERMS = 20
 _OCTAVES = 34
+_FEW_OCTAVES = 6
+"""Toward the axis, for integrands with a factor x^2."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,9 @@ def traction_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArray) -
         outer = one
         if not (one.sign or one.rate):
             continue
-        low, high = _panels(line, max(one.low, 1e-10 * one.high), one.high)
+        if one.high <= float(np.min(r)):
+            continue
+        low, high = _panels(line, max(one.low, float(np.min(r)), 1e-10 * one.high), one.high)
         half = (high - low) / 2.0
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
         values = load_of(line, one, (low + half * (u[:, None] + 1.0)).ravel()).reshape(_TERMS, -1)
@@ -106,7 +110,7 @@ def displacement_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArra
     """
     total = np.zeros(r.shape)
     for one in segments:
-        low, high = _panels(line, one.low, one.high)
+        low, high = _panels(line, one.low, one.high, _FEW_OCTAVES)
         start, stop = (np.arcsin(np.minimum(end / r[:, None], 1.0)) for end in (low, high))
         angle = start[:, :, None] + (stop - start)[:, :, None] * (NODES + 1.0) / 2.0
         x = r[:, None, None] * np.sin(angle)
@@ -117,15 +121,17 @@ def displacement_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArra
 
 def nodes_of(line: TwistedLine, low: float, high: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights of integrals between two radii."""
-    start, stop = (ends[:, None] for ends in _panels(line, low, high))
+    start, stop = (ends[:, None] for ends in _panels(line, low, high, _FEW_OCTAVES))
     x = start + (stop - start) * (NODES + 1.0) / 2.0
     return x.ravel(), ((stop - start) * WEIGHTS / 2.0).ravel()
 
 
-def _panels(line: TwistedLine, low: float, high: float) -> tuple[FloatArray, FloatArray]:
+def _panels(
+    line: TwistedLine, low: float, high: float, octaves: int = _OCTAVES
+) -> tuple[FloatArray, FloatArray]:
     """Panels between two radii, in octaves toward the axis, where loads have logarithms, and split at kinks of g."""
-    octaves = high * 0.5 ** np.arange(_OCTAVES, 0.0, -1.0)
-    inside = np.concatenate([octaves, line.kinks(high)])
+    halvings = high * 0.5 ** np.arange(octaves, 0.0, -1.0)
+    inside = np.concatenate([halvings, line.kinks(high)])
     edges = np.unique(np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]]))
     return edges[:-1], edges[1:]
 
