@@ -156,7 +156,7 @@ def test_segments_are_the_limit_of_many_springs(kind, power, slope, moves):
         assert lost >= 0.0
 
 
-@settings(max_examples=examples(30), deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(st.sampled_from(KINDS), st.floats(-9.0, 0.0), st.floats(0.01, 0.3), MOVES, st.integers(2, 7))
 def test_rows_may_be_divided(kind, power, slope, moves, parts):
     """A row in parts ends in the same state, and what is put in is stored or lost."""
@@ -336,3 +336,12 @@ def test_kept_fields_of_a_segment_with_entering_springs():
     x = r[:, None] * np.sin(angle)
     expected = 4 / (math.pi * r) * np.mean(x * w(x), axis=1) * math.pi / 2
     np.testing.assert_allclose(u, expected, rtol=1e-6)
+
+
+def test_verify_follows_a_twist_by_rings():
+    comparison = mdr.verify(BALL, mdr.load("50 N") >> mdr.cycle(twist="2 mrad", steps=4), elements=80)
+    assert comparison.largest_difference < 2e-3
+    assert comparison.plot().axes
+    for bad in (10, 2000):
+        with pytest.raises(mdr.ProblemError, match="from 20 to 1000"):
+            mdr.verify(BALL, mdr.load("50 N") >> mdr.twist("1 mrad"), elements=bad)

@@ -50,6 +50,7 @@ from pymdr.solving.memory import (
     tangential_relaxation_along,
     travelled,
 )
+from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.viscoelastic import (
     LEVELS,
     SPRINGS,
