@@ -309,6 +309,29 @@ def test_largest_stress_at_edges_of_layers_is_refused():
     assert film.plot_stress().axes
 
 
+@pytest.mark.parametrize("base", [STEEL, mdr.Rigid()], ids=["elastic", "rigid"])
+def test_the_largest_tractions_on_interfaces(base):
+    layers = [mdr.Layer(mdr.Elastic("400 GPa", 0.2), "20 um"), mdr.Layer(mdr.Elastic("90 GPa", 0.4), "50 um")]
+    result = pressed(BALL, mdr.Layered(layers, base=base), STEEL)
+    r = np.linspace(0.0, 3e-4, 601)
+    stress = result.field("stress", r=r, z=["20 um", "70 um"])
+    for name, values in (
+        ("interface_shear", np.abs(stress.sel(component="rz").values)),
+        ("interface_tension", stress.sel(component="zz").values),
+    ):
+        found = result.largest(name, step=-1)
+        assert float(found) >= values.max()
+        assert float(found) == pytest.approx(values.max(), rel=1e-3, abs=1e-4 * np.abs(values).max())
+        assert float(found["z"]) in (20e-6, pytest.approx(70e-6))
+    with pytest.raises(mdr.QuantityError, match=r"von_mises, tresca$"):
+        result.largest("interface_shear", side="counterbody")
+
+
+def test_an_edge_that_is_singular_shears_the_interface_to_a_bound():
+    film = mdr.solve(mdr.Contact(mdr.FlatPunch("30 um"), coat("3 GPa", 0.4)), mdr.indent("10 nm"))
+    assert 0.0 < float(film.largest("interface_shear", step=-1)) < math.inf
+
+
 def test_layers_without_contact_bear_no_stress():
     contact = mdr.Contact(BALL, coat(), adhesion=mdr.JKR("50 mJ/m^2"))
     result = mdr.solve(contact, mdr.indent("0.1 um") >> mdr.indent("-10 um"))

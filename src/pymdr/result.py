@@ -469,7 +469,8 @@ class Result:
         Parameters
         ----------
         name : str
-            ``"von_mises"`` or ``"tresca"``.
+            ``"von_mises"`` or ``"tresca"``; of layers also ``"interface_shear"`` and ``"interface_tension"``, the tractions on the
+            interfaces.
         step : int or sequence of int, optional
             Row, or several; all unless given.
         side : str, optional
@@ -502,10 +503,9 @@ class Result:
         """
         import xarray as xr
 
-        measured = [field for field, _ in LARGEST.values()]
-        if one_name(name) not in measured:
-            raise QuantityError(f"largest: {shown(name)}; known are {', '.join(measured)}")
         interior = self._interior(side)
+        if one_name(name) not in interior.measures:
+            raise QuantityError(f"largest: {shown(name)}; known are {', '.join(interior.measures)}")
         chosen, several = self._valid_rows("stress", name, step)
         valid = self.claims["stress"].where
         found = np.array([interior.largest(name, i) if valid[i] else (np.nan,) * 4 for i in chosen])
@@ -686,7 +686,7 @@ class Result:
             size = "contact_radius" if "contact_radius" in self.data else "semi_axis_x"
             radii = np.nan_to_num(self.data[size].values)
             shown = radii > 1e-6 * radii.max()
-            if self.contact.remembers and "normal_force" in self.data:
+            if self.contact.is_viscoelastic and "normal_force" in self.data:
                 # with memory the row of the largest load is more informative than recovering springs
                 force = np.where(shown & valid, self.data["normal_force"].values, -np.inf)
                 shown &= force >= (1.0 - 1e-9) * force.max()

@@ -46,8 +46,8 @@ DEPTHS = np.append(0.0, np.geomspace(1e-4, 2.0, 25))
 """Depths that are searched, of the loaded radius."""
 _PLACE = 1e-6
 """Of the loaded radius: how closely a largest value is located."""
-_RIVALS = 0.98
-"""Of the largest value found: others from which the search begins too."""
+_RIVALS = 0.02
+"""Of the largest value found: how far others may be below it from which the search begins too."""
 _SINGULAR_EDGE = (
     "at the edge of the contact, {}, the stress grows without bound under any load; round the edge, or take a law of adhesion "
     "of finite strength"
@@ -146,6 +146,11 @@ class Interior:
 
         return searched(value, self.radii(step), load.radius * DEPTHS, load.radius)
 
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """What has a largest value."""
+        return tuple(field for field, _ in LARGEST.values())
+
     def largest_by_layer(self, name: str, step: int) -> list[Largest]:
         """The largest value in every layer; a half-space is one."""
         return [self.largest(name, step)]
@@ -211,10 +216,9 @@ def searched(
     Largest
     """
     values = value(*np.meshgrid(radii, depths, indexing="ij"))
-    return max(
-        _refined(value, radii, depths, (i, k), _PLACE * size, span)
-        for i, k in np.argwhere(_is_peak(values) & (values >= _RIVALS * values.max()))
-    )
+    top = float(values.max())
+    rivals = _is_peak(values) & (values >= top - _RIVALS * abs(top))
+    return max(_refined(value, radii, depths, (i, k), _PLACE * size, span) for i, k in np.argwhere(rivals))
 
 
 def _is_peak(values: FloatArray) -> np.ndarray:
@@ -237,7 +241,7 @@ def _refined(
     best = np.array([net[n] for net, n in zip((radii, depths), node, strict=True)])
     half = np.array(
         [
-            np.max(np.abs(np.diff(net[max(n - 1, 0) : n + 2])))
+            np.max(np.abs(np.diff(net[max(n - 1, 0) : n + 2])), initial=0.0)
             for net, n in zip((radii, depths), node, strict=True)
         ]
     )
@@ -295,7 +299,7 @@ def unknown_stress(contact: Contact) -> str:
         return "the stress under bodies that are not of revolution is not computed"
     if contact.friction is not None:
         return "the stress under shear tractions is not computed; solve the contact without friction"
-    if contact.remembers:
+    if contact.is_viscoelastic:
         return "the stress in bodies with memory is not computed; where nu changes in time the load on the line does not determine it"
     if isinstance(contact.adhesion, DMT):
         remedy = "MaugisDugdale" if contact.layered is None else "JKR"

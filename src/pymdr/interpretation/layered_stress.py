@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -54,6 +54,13 @@ _DRAWN = 11
 """Depths that are drawn at least in a layer."""
 _J0, _J1, _RATIO = range(3)
 """J0(kr), J1(kr), and J1(kr)/(kr)."""
+
+
+INTERFACE_TRACTIONS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
+    "interface_shear": lambda tensor: np.abs(tensor[3]),
+    "interface_tension": lambda tensor: tensor[2],
+}
+"""What bears on the bonds between layers, from the stress."""
 
 
 class _Waves(NamedTuple):
@@ -209,42 +216,58 @@ class LayeredInterior(Interior):
             largest = max(largest, float(np.max(np.abs(one - other))))
         return largest
 
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """What has a largest value."""
+        return (*super().measures, *INTERFACE_TRACTIONS)
+
     def largest(self, name: str, step: int) -> Largest:
         """
-        The largest value of an equivalent stress in one step, with its layer.
+        The largest value of an equivalent stress, or of a traction on interfaces, in one step, with its layer.
 
         Every layer is searched alone, because stresses jump at interfaces.
         """
         return max(self.largest_by_layer(name, step))
 
     def largest_by_layer(self, name: str, step: int) -> list[Largest]:
-        """The largest value in every layer, and in an elastic base."""
+        """The largest value in every layer and in an elastic base, or at the foot of every layer."""
         load, count = self.load(step), len(self._solids)
+        on_interfaces = name in INTERFACE_TRACTIONS
+        parts = len(self.layered.layers) if on_interfaces else count
         if not load.radius > 0.0:
             nothing = math.nan if math.isnan(load.radius) else 0.0
-            return [Largest(nothing, math.nan, math.nan, layer) for layer in range(count)]
-        singular = self.singular_radius(step)
-        ends = [
-            *self.interfaces[: count - 1],
-            math.inf if count > len(self.layered.layers) else self.interfaces[-1],
-        ]
+            return [Largest(nothing, math.nan, math.nan, layer) for layer in range(parts)]
+        singular = None if on_interfaces else self.singular_radius(step)
+        ends = [*self.interfaces, math.inf]
         found = []
-        for layer, (top, bottom) in enumerate(zip(self._tops, ends, strict=False)):
-
-            def value(r: FloatArray, z: FloatArray, layer: int = layer) -> FloatArray:
-                tensor = self._rest_in(layer, np.ravel(r), np.ravel(z), step)
-                if layer == 0:
-                    tensor += stress(sums(load, np.ravel(r), np.ravel(z)), self.body.poisson)
-                return DERIVED[name](tensor).reshape(r.shape)
-
+        for layer in range(parts):
             if layer == 0 and singular is not None:
                 found.append(Largest(math.inf, singular, 0.0))
                 continue
-            size = load.radius if layer == 0 else load.radius + top
-            depths = np.unique(np.concatenate([top + size * DEPTHS, top + min(bottom - top, size) * _SHARES]))
-            here = searched(value, self.radii(step), depths[depths <= bottom], load.radius, (top, bottom))
+            top, bottom = self._tops[layer], ends[layer]
+            span = (bottom, bottom) if on_interfaces else (top, bottom)
+            here = self._searched(name, layer, span, step)
             found.append(here._replace(layer=layer))
         return found
+
+    def _searched(self, name: str, layer: int, span: tuple[float, float], step: int) -> Largest:
+        """The largest value in one layer between two depths in m."""
+        load, (top, bottom) = self.load(step), span
+        measure = INTERFACE_TRACTIONS.get(name) or DERIVED[name]
+
+        def value(r: FloatArray, z: FloatArray) -> FloatArray:
+            tensor = self._rest_in(layer, np.ravel(r), np.ravel(z), step)
+            if layer == 0:
+                tensor += stress(sums(load, np.ravel(r), np.ravel(z)), self.body.poisson)
+            return measure(tensor).reshape(r.shape)
+
+        # stresses spread with the depth
+        size = load.radius + top
+        radii = self.radii(step)
+        if top > 0.0:
+            radii = np.unique(np.concatenate([radii, size * np.linspace(0.0, 2.0, _SHARES.size)]))
+        depths = np.unique(np.concatenate([top + size * DEPTHS, top + min(bottom - top, size) * _SHARES]))
+        return searched(value, radii, depths[depths <= bottom], load.radius, span)
 
 
 class _Wanted(NamedTuple):

@@ -113,7 +113,7 @@ class Assumption:
     """A condition of the model, measured."""
 
     name: str
-    words: str
+    description: str
     measure: float
     """Largest value over the steps."""
     limit: float
@@ -160,6 +160,10 @@ SOURCES: dict[str, str] = {
     "cattaneo-mindlin": (
         "Cattaneo (1938); Mindlin (1949), J. Appl. Mech. 16, 259-268; Jaeger (1995); Ciavarella (1998), "
         "J. Mech. Phys. Solids 46"
+    ),
+    "lubkin": (
+        "Lubkin (1951), J. Appl. Mech. 18, 183-187: torsion of spheres; of any profile by the springs of torsion, Popov and Hess (2015), "
+        "chapter 5"
     ),
     "memory": (
         "Jaeger (1993); Aleshin, Bou Matar and Van Den Abeele (2015), Int. J. Solids Struct. 60-61, 92-105: "
