@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from pydantic import TypeAdapter
 
-FORMAT = "pymdr result 1"
+FORMAT = "pymdr result 2"
 _PREFIX = "pymdr_path_"
 _ERROR = "pymdr_error_"
 _CHECKSUM = "pymdr_checksum"
