@@ -50,10 +50,6 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
         Quantity name -> values.
     rows : array_like of int, optional
         The kept rows of the path, as the coordinate ``row``.
-
-    Returns
-    -------
-    xarray.Dataset
     """
     import xarray as xr
 

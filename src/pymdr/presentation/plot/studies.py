@@ -55,10 +55,6 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
     studies : sequence of (coefficient, xarray.Dataset)
         For every coefficient of friction (None if there is only one) ``amplitude`` (m), ``dissipated_per_cycle``
         (J), ``damping_ratio`` and ``secant_stiffness`` (N/m) in one dimension, with ``sliding_shift`` (m).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(10.4, 3.5)
@@ -113,10 +109,6 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
         with friction also ``tangential_force`` and ``stick_radius``. Radii are optional.
     friction : float or None
         Coefficient of friction.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         names = [name for name in ("time", "indentation", "normal_force", "contact_radius") if name in data]
@@ -160,10 +152,6 @@ def restitution_study(data: xr.Dataset) -> Figure:
     ----------
     data : xarray.Dataset
         ``restitution`` and ``contact_time`` (s; inf if the bodies stick) over ``speed`` (m/s).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(8.4, 3.4)
@@ -217,10 +205,6 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure
         ``indentation`` (m) and ``normal_force`` (N) of all equilibria.
     data : xarray.Dataset
         Quantities of the pull-off.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(5.4, 4.0)
@@ -266,10 +250,6 @@ def compared_laws(
         In N by law, below 0.
     pressures : mapping of str to xarray.DataArray
         Pressure in Pa over ``r`` by law.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 4.2)
@@ -350,10 +330,6 @@ def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | No
         ``creep_force`` (N) over ``law`` and ``creepage``, with the ``limit`` of friction in N.
     springs : xarray.Dataset or None
         ``line_load`` (N/m) over ``creepage`` and ``x`` (m), and ``cap``; None along a path.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 4.0)
@@ -443,10 +419,6 @@ def sliding_study(data: xr.Dataset) -> Figure:
     data : xarray.Dataset
         ``friction_coefficient`` over ``speed`` (m/s), ``leading_edge`` and ``trailing_edge`` (m) or ``indentation`` (m), and
         optionally ``slow_limit`` and ``fast_limit``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 4.0)
@@ -498,10 +470,6 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
         Over one dimension.
     labels : mapping of str to str
         Axis labels by column.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     (along,) = data.dims
     names = [name for name in labels if name in data.data_vars]
@@ -529,17 +497,7 @@ def _limit_rounding(axes: Axes, values: FloatArray) -> None:
 
 
 def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
-    """
-    Assumptions of a model, each relative to its limit.
-
-    Parameters
-    ----------
-    assumptions : sequence of Assumption
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Assumptions of a model, each relative to its limit."""
     with styled():
         figure = new_figure(6.4, 1.2 + 0.35 * len(assumptions))
         axes = figure.add_subplot()
