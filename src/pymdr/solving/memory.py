@@ -14,9 +14,9 @@ from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.mapping.equivalent import slope_function
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
+from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
-from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.units import FloatArray, metres
 

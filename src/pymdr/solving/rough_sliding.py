@@ -11,10 +11,10 @@ from pymdr.interpretation.sliding import rough_sliding_claims
 from pymdr.interpretation.validity import Assumption
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.mapping.rough import modes_of, rough_waves
+from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.materials import Material, Viscoelastic
-from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.rough import RoughSurface
-from pymdr.solving.rough import RoughLine, line_coefficient
+from pymdr.solving.rough_lines import RoughLine, line_coefficient
 from pymdr.solving.sliding import SlidingFriction, labelled_over_speed, positive_load, positive_speeds
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown
 

@@ -27,7 +27,7 @@ from pymdr.line.sliding import (
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.rheology import WIDEST
+from pymdr.problem.fractional import WIDEST
 from pymdr.problem.values import within_range
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
@@ -37,7 +38,7 @@ from pymdr.problem.profiles import (
     TruncatedSphere,
     Waviness,
 )
-from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
+from pymdr.problem.rheology import KelvinVoigt, Maxwell, Prony, StandardSolid
 
 PROFILES: dict[str, type] = {
     "sphere": Sphere,
