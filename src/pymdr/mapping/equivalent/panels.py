@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.mapping import inverse_map
-from pymdr.mapping.abel_sums import with_slope
 from pymdr.mapping.equivalent.mapped import INWARD, WIDER, MappedProfile
 from pymdr.mapping.equivalent.searching import never_rises
 from pymdr.mapping.images import Image
+from pymdr.mapping.tree_levels import with_slope
 from pymdr.numerics.panels import (
     IndexArray,
     Panels,
