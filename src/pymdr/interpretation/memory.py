@@ -354,13 +354,8 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
 
     Parameters
     ----------
-    surface : MemorySurface
     force : ndarray or None
         Normal force of every row in N, unless the indentation is prescribed in all rows.
-
-    Returns
-    -------
-    MemoryCheck
     """
     rows = checked_rows(surface.contact_radius)
     half = replace(surface, n=surface.n // 2)
@@ -473,10 +468,6 @@ def memory_claims(
         Check of pressures and gaps.
     remark : str
         Further condition of the numbers.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     where = np.logical_and.accumulate(disk) & check.sound(disk.size)
     why = "" if disk.all() else "the springs in contact are not those of a disk"

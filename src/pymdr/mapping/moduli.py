@@ -67,14 +67,6 @@ def surface_compliances(body: Material) -> SurfaceCompliances:
     """
     Compliances of the surface of one body; those of two bodies add.
 
-    Parameters
-    ----------
-    body : Elastic, TransverselyIsotropic, Graded or Rigid
-
-    Returns
-    -------
-    SurfaceCompliances
-
     Notes
     -----
     Elastic: (1 - nu)/(2G) normal and longitudinal, 1/(2G) transverse, (1 - 2 nu)/(2G) coupling (Johnson, 1985).

@@ -63,7 +63,6 @@ def act(tree: Tree, base: FloatArray, offset: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    tree : Tree
     base : ndarray, shape (T,)
         Origin of the offsets of the targets in m; targets rise.
     offset : ndarray, shape (T, k)

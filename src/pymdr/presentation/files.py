@@ -63,7 +63,6 @@ def write_atomically(file: str | os.PathLike[str], write: Callable[[FilePath], o
 
     Parameters
     ----------
-    file : path
     write : callable
         Writes to the path given to it.
 

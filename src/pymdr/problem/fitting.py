@@ -133,15 +133,10 @@ def fitted(measured: Measured, terms: int | None = None, noise: float | None = N
 
     Parameters
     ----------
-    measured : Measured
     terms : int, optional
         Largest number of terms; by default as few as keep the misfit below `noise`.
     noise : float, optional
         Relative noise of the rows; by default 1.1 times the misfit of the full fit with eight terms per decade.
-
-    Returns
-    -------
-    Series
 
     Raises
     ------

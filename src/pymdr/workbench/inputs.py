@@ -122,10 +122,6 @@ def read_measured_text(file: str | os.PathLike[str], largest: int, what: str) ->
     file, largest, what
         As for :func:`read_bytes`.
 
-    Returns
-    -------
-    str
-
     Raises
     ------
     FileError

@@ -25,7 +25,6 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
         The path in it may be left out where `to` is given.
     to : str or None
         The largest indentation; the deepest of the path unless given.
-    tolerance : float
 
     Raises
     ------

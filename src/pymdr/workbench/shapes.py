@@ -125,11 +125,6 @@ def hold_shape(
         Along either side of the grid, 33 to 1025; made odd.
     engine : str or None
         As of :func:`pymdr.press`.
-    progress : callable or None
-
-    Returns
-    -------
-    ShapeVerification
     """
     if isinstance(pixels, bool) or not isinstance(pixels, int) or not _FEWEST <= pixels <= _MOST:
         raise ProblemError(

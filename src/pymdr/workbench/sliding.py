@@ -108,7 +108,6 @@ def verify_sliding(
     ----------
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
-    path : LoadingPath
     cells : int
         Cells along a side of the grid, 8 to 80.
     steps : int
@@ -117,10 +116,6 @@ def verify_sliding(
         As for :func:`pymdr.solve`.
     progress : callable or None
         Called as ``progress(done, total)``.
-
-    Returns
-    -------
-    SlidingVerification
 
     Raises
     ------

@@ -19,6 +19,11 @@ def influence(x: ArrayLike, y: ArrayLike, side: float) -> FloatArray:
     """
     Integrals of x^2/s^3, y^2/s^3 and xy/s^3 over a square cell about the origin, s the distance to (x, y).
 
+    Parameters
+    ----------
+    x, y : array_like, m
+    side : float, m
+
     Returns
     -------
     ndarray, m
@@ -77,6 +82,16 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
     Per body and traction q_x, u_x = (1/pi) int q_x [L/s + (T - L) x^2/s^3] and u_y = (1/pi) int q_x (T - L) x y/s^3, and
     u_z = (1/pi) int p N/s, with the normal, longitudinal and transverse compliances N, L and T of its surface, which are
     (1 - nu)/(2G), the same, and 1/(2G) of an isotropic one; the bodies add up.
+
+    Parameters
+    ----------
+    half_width : float, m
+    n : int
+    body, counterbody : Elastic, TransverselyIsotropic or Rigid
+
+    Returns
+    -------
+    Surface
 
     Raises
     ------

@@ -164,10 +164,6 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     plain : mapping
         With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch`` and ``title``.
 
-    Returns
-    -------
-    PressCase
-
     Raises
     ------
     CaseError

@@ -309,11 +309,6 @@ def curve(
         Samples in m.
     scatter : ndarray or None
         Standard deviations in m.
-    interpolation : CubicSpline, ShapePreserving or SmoothingSpline
-
-    Returns
-    -------
-    Curve
 
     Raises
     ------

@@ -158,8 +158,6 @@ def candidates(
 
     Parameters
     ----------
-    contact : Contact
-    unknowns : sequence of Unknown
     depth : float
         Depth in m to which the bodies are pressed.
     span : float

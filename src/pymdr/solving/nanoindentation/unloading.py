@@ -88,10 +88,6 @@ def unloading_of(depth: FloatArray, force: FloatArray, limits: tuple[float, floa
     who : str
         For messages.
 
-    Returns
-    -------
-    Unloading
-
     Raises
     ------
     ProblemError
@@ -316,10 +312,6 @@ def peak_of(anchor: float, p: FloatArray, peak_force: float, epsilon: float | No
     epsilon : float, optional
         Given, or that of the effective shape: h - h_c = (2/pi) int_0^d arcsin(k(t)/k(d)) dt, which is d - f(a) of the profile whose line
         has the stiffness k; for a power law (1 + 1/n) (1 - 1/kappa(n)) with n = 1/(m - 1).
-
-    Returns
-    -------
-    Peak
     """
     m, w = float(p[2]), float(p[3]) if p.size > 3 else 0.0
     size = math.exp(p[0])

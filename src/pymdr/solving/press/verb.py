@@ -173,7 +173,6 @@ def bytes_of(
     ----------
     shape : tuple of int
         Pixels along x and y.
-    loads : int
     engine : str or Engine, optional
     kept : bool, optional
         Whether results are also stored in a folder.
