@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -57,10 +58,19 @@ app.command("yield", cls=Once)(yields)
 
 
 @app.callback(invoke_without_command=True)
-def version_option(
+def before_commands(
     show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+    plugins: Annotated[
+        list[Path] | None,
+        typer.Option("--plugin", metavar="FILE.py", help="Import a Python file that registers kinds."),
+    ] = None,
 ) -> None:
-    """Options without a command."""
+    """Options before a command."""
+    if plugins:
+        from pymdr.workbench.plugins import import_file
+
+        for file in plugins:
+            import_file(file)
     if show:
         import pymdr
 
