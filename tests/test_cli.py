@@ -99,6 +99,15 @@ def test_help_and_version(shell):
     assert mdr.__version__ in shell("--version")[1]
 
 
+def test_every_command_has_one_line_of_help():
+    lines = (
+        CliRunner().invoke(app, ["--help"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"}).output.split("\n")
+    )
+    listed = lines[lines.index("Commands:") + 1 :]
+    assert len([line for line in listed if line]) == len(app.registered_commands)
+    assert all(line.endswith(".") and "..." not in line for line in listed if line)
+
+
 def test_help_loads_nothing_that_computes():
     code = (
         "import sys; sys.argv = ['pymdr', '--help']\n"

@@ -42,6 +42,7 @@ for command in (
     sliding,
     heat,
     joule,
+    yields,
     rough,
     press,
     sweep,
@@ -53,8 +54,7 @@ for command in (
     table,
     plot,
 ):
-    app.command(cls=Once)(command)
-app.command("yield", cls=Once)(yields)
+    app.command("yield" if command is yields else None, cls=Once)(command)
 
 
 @app.callback(invoke_without_command=True)
