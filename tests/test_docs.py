@@ -269,3 +269,41 @@ def test_examples_of_public_names_run_where_they_are_pasted():
         elif "." not in name:
             without.append(name)
     assert (runner.summarize(verbose=False).failed, without) == (0, [])
+
+
+SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.MULTILINE)
+YEAR = re.compile(r"(?<![.\d])(?:18|19|20)\d\d\b(?!\.\d)")
+
+
+def sections(value):
+    """The sections of a docstring by title; the summary has none."""
+    parts = SECTION.split(inspect.getdoc(value) or "")
+    return {"": parts[0], **dict(zip(parts[1::2], parts[2::2], strict=True))}
+
+
+def test_sources_that_docstrings_name_have_references():
+    missing = {}
+    for name, value in public_objects():
+        parts = sections(value)
+        listed = set(YEAR.findall(parts.pop("References", "")))
+        parts.pop("Examples", None)
+        if "." not in name and (years := set(YEAR.findall(" ".join(parts.values()))) - listed):
+            missing[name] = years
+    assert missing == {}
+
+
+def test_references_are_cited_with_their_place():
+    for name, value in public_objects():
+        for source in re.findall(
+            r"^- .*?\.$|^[A-Z].*?\.$", sections(value).get("References", ""), re.M | re.S
+        ):
+            assert re.match(r"(?:- )?[A-Z][\w ,.-]+ \(\d{4}\), \S", source), (name, source)
+
+
+def test_names_to_see_also_exist():
+    for name, value in public_objects():
+        for line in sections(value).get("See Also", "").splitlines():
+            if line.strip():
+                seen, _, purpose = line.partition(" : ")
+                assert purpose, (name, line)
+                assert pkgutil.resolve_name(f"pymdr:{seen}") is not value, name

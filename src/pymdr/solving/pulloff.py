@@ -124,6 +124,16 @@ def pull_off(
     PathError
         If the profile ends before the state at the start of the retraction.
 
+    See Also
+    --------
+    adhesion_regime : which law is valid.
+    solve : the whole curve.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
+
     Examples
     --------
     >>> import math
@@ -425,6 +435,17 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     ------
     ProblemError
         If the contact has no adhesion, or no range is known.
+
+    See Also
+    --------
+    JKR : valid above.
+    MaugisDugdale : valid between.
+    DMT : valid below.
+
+    References
+    ----------
+    - Tabor (1977), J. Colloid Interface Sci. 58, 2-13, doi:10.1016/0021-9797(77)90366-6.
+    - Maugis (1992), J. Colloid Interface Sci. 150, 243-269, doi:10.1016/0021-9797(92)90285-T.
 
     Examples
     --------

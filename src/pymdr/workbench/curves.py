@@ -72,7 +72,7 @@ def read_curves(
 
     See Also
     --------
-    read_curve : a whole record from a table.
+    read_record : loads and displacements of a table.
     MeasuredCurve.join : one record of its segments.
 
     Examples

@@ -140,7 +140,7 @@ def unknown_kinds(case: Mapping[str, Any]) -> list[str]:
             kind = value.get("kind")
             if isinstance(kind, str) and kind not in known:
                 unknown.append(kind)
-            pending += reversed(value.values())
+            pending += list(value.values())[::-1]
         elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
             pending += reversed(value)
     return unknown

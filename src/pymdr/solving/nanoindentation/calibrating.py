@@ -144,9 +144,18 @@ def calibrate_area(
     ProblemError
         If there are fewer indents than unknowns, a record has no unloading, or an argument is outside its limits.
 
+    See Also
+    --------
+    oliver_pharr : hardness and modulus with the calibrated area.
+    AreaFunction : the calibrated profile.
+
     Notes
     -----
-    Oliver and Pharr (1992), J. Mater. Res. 7, 1564. Depths below those of the indents are extrapolated.
+    The calibration of Oliver and Pharr (1992). Depths below those of the indents are extrapolated.
+
+    References
+    ----------
+    Oliver and Pharr (1992), J. Mater. Res. 7, 1564-1583, doi:10.1557/JMR.1992.1564.
 
     Examples
     --------
