@@ -244,6 +244,26 @@ def test_named_modules_exist(page):
         assert (package / name).exists(), name
 
 
+def test_files_of_a_contribution_exist():
+    package, root = Path(mdr.__file__).parent, DOCS.parent
+    text = (DOCS / "contributing.md").read_text()
+    for name in re.findall(r"`([\w/]+\.(?:py|md|pyi))`", text):
+        folders = (package, root, root / "tests", root / "tests" / "reference")
+        assert name == "quartic.py" or any((folder / name).exists() for folder in folders), name
+    for subject in (
+        "profile",
+        "claim",
+        "leg",
+        "history",
+        "law of adhesion",
+        "body",
+        "rheology",
+        "field",
+        "figure",
+    ):
+        assert f"## A new {subject}\n" in text
+
+
 def public_objects():
     """Public names and the members of public classes."""
     for name in sorted(set(mdr.__all__) - {"__version__"}):
