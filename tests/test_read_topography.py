@@ -151,7 +151,11 @@ ROWS = "0 1 2\n3 4 5\n"
         (HEAD + ROWS, {"channel": "Topo"}, "one surface only"),
         (HEAD + ROWS, {"channel": 1}, "one surface only"),
         ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n3,0,1\n0,1,3\n1,1,1\n3,1,4\n", {}, "x is on no even grid"),
-        ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n2,0,2\n", {}, "y is 0 m everywhere: one row is no surface"),
+        (
+            "x [um], y [um], z [nm]\n0,0,1\n1,0,2\n2,0,2\n",
+            {},
+            "y is 0 m everywhere: one row is not a surface",
+        ),
         ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n0,1,2\n1,1,2\n1,1,3\n", {}, "has several heights"),
         ("x [um], y [um], z [nm]\n" + "".join(f"{i},{i},0\n" for i in range(20)), {}, "scattered"),
         ("x [um], y [um], z\n0,0,1\n1,0,2\n", {}, "has no unit"),

@@ -300,7 +300,7 @@ def _study(
         assert pulls is not None
         if np.max(pulls) >= mu * load:
             raise ProblemError(
-                f"friction_loop: force_amplitude = {newtons(float(np.max(pulls)))}: all slides at mu F_N = "
+                f"friction_loop: force_amplitude = {newtons(float(np.max(pulls)))}: the whole contact slides at mu F_N = "
                 f"{newtons(mu * load)}; give forces below, or amplitudes of the shift"
             )
         force = pulls

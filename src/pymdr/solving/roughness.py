@@ -348,7 +348,7 @@ def _claims(
             f"{interpolated}, more than {100.0 * _MOST_INTERPOLATED:g} %, and distort the spectrum; crop the surface to the measured part by "
             "topography.fill_missing('crop'), or measure it again"
             if filled > _MOST_INTERPOLATED
-            else f"the spectrum follows a power law, with or without a roll-off, on no range of {FEWEST_BINS} bins to {percent}"
+            else f"no range of {FEWEST_BINS} bins follows a power law, with or without a roll-off, to {percent}"
         )
         claims["law"] = Claim(Level.NOT_VALID, why, SOURCES["spectrum"], where)
         return claims

@@ -123,7 +123,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     data = record.data if isinstance(record, Result) else record
     if not isinstance(data, xr.Dataset):
         raise ProblemError(
-            f"measured_loops: {type(record).__name__} is no record; give what read_record or solve returns, or an "
+            f"measured_loops: {type(record).__name__} is not a record; give what read_record or solve returns, or an "
             "xarray.Dataset"
         )
     displacement, force = _pair(data)

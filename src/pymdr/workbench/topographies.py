@@ -148,8 +148,7 @@ def read_topography(
         count = int(surface.missing.sum())
         if missing is None:
             raise CaseError(
-                f"{source}: {count} of {surface.heights.size} heights are missing; say what becomes of them by missing='interpolate', "
-                "'crop' or 'keep'"
+                f"{source}: {count} of {surface.heights.size} heights are missing; give missing='interpolate', 'crop' or 'keep'"
             )
         surface = surface.fill_missing(missing)
     return surface if detrend is None else surface.detrend(detrend)
@@ -192,7 +191,7 @@ def _read(source: Path, channel: int | str | None) -> _Read:
         return _of_maker(source, content, channel)
     if len(content) > _LARGEST_TEXT:
         raise CaseError(
-            f"{source}: larger than {_LARGEST_TEXT} bytes, which no text of heights may be; save an array as .npy"
+            f"{source}: larger than {_LARGEST_TEXT} bytes, the limit of a text of heights; save an array as .npy"
         )
     try:
         found = _of_text(source, text)
@@ -225,7 +224,7 @@ def _of_array(source: Path, content: bytes) -> _Read:
     try:
         heights = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
     except (ValueError, EOFError, OSError, MemoryError) as error:
-        raise CaseError(f"{source}: no array of NumPy ({error})") from error
+        raise CaseError(f"{source}: not an array of NumPy ({error})") from error
     if not isinstance(heights, np.ndarray) or heights.dtype.kind not in "fiu":
         raise CaseError(f"{source}: an array of real numbers is needed")
     return _Read(heights, None, None, f"read from {source.name}")
@@ -287,14 +286,14 @@ def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:
         cells = row.split(separator)
         if len(cells) != width:
             raise CaseError(
-                f"{source}, line {i + 1}: {len(cells)} heights for {width} in the first row; no matrix"
+                f"{source}, line {i + 1}: {len(cells)} heights for {width} in the first row; a matrix is needed"
             )
         for cell in cells:
             try:
                 float(cell)
             except ValueError:
                 raise CaseError(
-                    f"{source}, line {i + 1}: {cell.strip()[:40]!r} is no number; a text of heights has rows of numbers, with decimals "
+                    f"{source}, line {i + 1}: {cell.strip()[:40]!r} is not a number; a text of heights has rows of numbers, with decimals "
                     "written with a point, nan for what is missing, and lines that begin with # above them"
                 ) from None
     raise CaseError(f"{source}: no matrix of numbers")
@@ -351,7 +350,7 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
     # places that differ by rounding only are one
     steps = apart[apart > 1e-6 * span]
     if not steps.size:
-        raise CaseError(f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is no surface")
+        raise CaseError(f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is not a surface")
     step = float(np.median(steps))
     number = (values - known[0]) / step
     whole = np.rint(number)
@@ -363,7 +362,7 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
         or steps.min() < 0.5 * step
     ):
         raise CaseError(
-            f"{source}: {name} is on no even grid, its steps are {metres(float(steps.min()))} to {metres(float(steps.max()))}; interpolate "
+            f"{source}: {name} is not on an even grid: its steps are {metres(float(steps.min()))} to {metres(float(steps.max()))}; interpolate "
             "the heights onto one"
         )
     return whole.astype(int), count, step
@@ -420,7 +419,7 @@ def _refuse_container(source: Path, content: bytes) -> None:
     for magic, name in _PICTURES.items():
         if content.startswith(magic):
             raise CaseError(
-                f"{source}: a picture ({name}), whose colours are no heights; export the heights as text or in the format of the instrument"
+                f"{source}: a picture ({name}); colours are not heights: export the heights as text or in the format of the instrument"
             )
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:

@@ -191,7 +191,7 @@ class AreaFunction(Profile):
         if bad.any():
             first, last = (metres(math.exp(logs[i]) * self.unit) for i in np.flatnonzero(bad)[[0, -1]])
             raise ProblemError(
-                f"AreaFunction: the area does not rise at depths between {first} and {last}, so that it is the shape of no tip; give "
+                f"AreaFunction: the area does not rise at depths between {first} and {last}, so no tip has this shape; give "
                 "max_depth below them, or coefficients whose last one is above 0"
             )
         if math.isfinite(end):

@@ -147,7 +147,7 @@ def compare_laws(
     """
     if not isinstance(contacts, Mapping) or len(contacts) < 2:
         raise ProblemError(
-            "compare_laws: two laws at least are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
+            "compare_laws: at least two laws are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
         )
     fits: dict[str, FitResult] = {}
     refusals: dict[str, str] = {}

@@ -402,7 +402,9 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
         "contact_area_high": (area * np.exp(half), "m^2"),
     }
     everywhere = np.ones(area.size, dtype=bool)
-    reason = "least squares over all indents; as good as the modulus of the reference and its sinking in"
+    reason = (
+        "least squares over all indents; it relies on the modulus of the reference and on elastic sink-in"
+    )
     return AreaCalibration(
         data=xr.Dataset(
             {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},

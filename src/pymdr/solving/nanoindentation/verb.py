@@ -251,7 +251,7 @@ def _claims(indents: Sequence[Indent], settings: Settings) -> dict[str, Claim]:
     everywhere = np.ones(len(indents) * len(PROCEDURES), dtype=bool)
     depths = Claim(
         Level.APPROXIMATE,
-        "of curves fitted to the unloading, which is taken for elastic; intervals have the scatter of the rows only",
+        "from curves fitted to the unloading, which is assumed to be elastic; the intervals cover the scatter of the rows only",
         SOURCES["oliver-pharr"],
         everywhere,
     )
