@@ -947,7 +947,7 @@ def test_impacts_at_several_speeds(tmp_path, shell, speeds):
     assert found["study"]["restitution"]["values"] == restitution["restitution"].values.tolist()
     assert [Path(file).name for file in found["written"]] == ["impact.csv", "impact.png"]
     for extra, words in (
-        (("--angle", "40 deg"), "--angle is of oblique impacts"),
+        (("--angle", "40 deg"), "--angle applies to oblique impacts"),
         (("--points", "4"), "give two values above 0"),
         (("--speed", "2"), "write --speed '2 m/s'"),
     ):

@@ -149,9 +149,12 @@ FILE = re.compile(r"^:::\{code-block\} \w+\n:caption: (\S+)\n\n(.*?)^:::", re.MU
 CONSOLE = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.glob("for_*.md")), ids=lambda p: p.stem)
+@pytest.mark.usefixtures("kinds")
+@pytest.mark.parametrize("page", [*sorted(DOCS.glob("for_*.md")), DOCS / "plugins.md"], ids=lambda p: p.stem)
 def test_commands_print_the_numbers_that_are_shown(page, tmp_path, monkeypatch, shell):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delitem(sys.modules, "mine", raising=False)
     shutil.copytree(DOCS.parent / "examples" / "data", tmp_path / "examples" / "data")
     for name, body in FILE.findall(page.read_text()):
         (tmp_path / name).write_text(body)
@@ -163,6 +166,25 @@ def test_commands_print_the_numbers_that_are_shown(page, tmp_path, monkeypatch, 
             status, out, error = shell(*shlex.split(line)[1:])
             assert status == 0, error
             assert set(re.findall(r"[-\d.e]*\d", shown)) <= set(re.findall(r"[-\d.e]*\d", out)), line
+
+
+JOBS = {
+    "for_teaching": "in three commands",
+    "for_joints": "takes one command",
+    "for_rubber": "in three commands",
+    "for_particle_codes": "takes one command",
+    "press": "takes one command",
+    "layers": "Two commands",
+    "book": "takes one command",
+    "plugins": "takes two commands",
+    "for_afm": "in two commands",
+}
+"""Pages of jobs, and how many commands they take."""
+
+
+@pytest.mark.parametrize("page", JOBS)
+def test_pages_of_jobs_say_how_many_commands_they_take(page):
+    assert JOBS[page] in (DOCS / f"{page}.md").read_text()
 
 
 def test_the_readme_leads_to_every_page():
