@@ -150,7 +150,11 @@ ROWS = "0 1 2\n3 4 5\n"
         (HEAD + ROWS + HEAD + ROWS, {}, "line 7: a second header"),
         (HEAD + ROWS, {"channel": "Topo"}, "one surface only"),
         (HEAD + ROWS, {"channel": 1}, "one surface only"),
-        ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n3,0,1\n0,1,3\n1,1,1\n3,1,4\n", {}, "x is not on an even grid"),
+        (
+            "x [um], y [um], z [nm]\n0,0,1\n1,0,2\n3,0,1\n0,1,3\n1,1,1\n3,1,4\n",
+            {},
+            "x is not on an even grid",
+        ),
         (
             "x [um], y [um], z [nm]\n0,0,1\n1,0,2\n2,0,2\n",
             {},
