@@ -85,6 +85,24 @@ def _warn_interpreted() -> None:
         )
 
 
+_SUBJECTS = {
+    "line.friction.": "friction",
+    "line.memory.": "viscoelasticity",
+    "line.rebound.": "impacts on viscoelastic bodies",
+    "line.rough_sliding.": "rough sliding",
+    "mapping.": "equivalent profiles",
+    "problem.profiles.": "smoothing splines",
+    "solving.fits.": "fits",
+}
+"""What kernels are for, by the beginnings of their names."""
+
+
+def _described(name: str) -> str:
+    """A kernel as users know it."""
+    subject = next((words for begin, words in _SUBJECTS.items() if name.startswith(begin)), None)
+    return name if subject is None else f"numerical kernels of {subject}"
+
+
 class _CompileListener:
     """A listener of numba that names a kernel of pymdr that takes long to compile, and how long it took."""
 
@@ -99,7 +117,7 @@ class _CompileListener:
         function = event.data["dispatcher"].py_func
         if not function.__module__.startswith("pymdr."):
             return
-        name = f"{function.__module__.removeprefix('pymdr.')}.{function.__name__}"
+        name = _described(f"{function.__module__.removeprefix('pymdr.')}.{function.__name__}")
         self.depth += 1 if event.is_start else -1
         if event.is_start and self.depth == 1:
             self.begin, self.announced = time.perf_counter(), False

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.errors import QuantityError
+from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import MemoryState, follow_springs, line_state, prepared, virgin
 from pymdr.mapping.abel import Curve
@@ -161,6 +162,8 @@ class MemorySurface:
             return along_line(state, state.load, at) * (at <= state.radius)
         if name == "pressure":
             return surface_load(state, at)
+        if name not in ("normal_displacement", "gap"):
+            raise QuantityError(f"no field {name!r}; fields are {', '.join(NORMAL_FIELDS)}")
         u = self._displacement(state, d, at)
         if name == "normal_displacement":
             return u

@@ -35,10 +35,19 @@ class PowerLawRheology(Rheology):
     UnitError
         If a text is not a quantity of the right kind.
 
+    See Also
+    --------
+    Prony : a sum of exponentials.
+
     Notes
     -----
     With the exponent b, J(t) = sin(pi b)/(pi b) (t/time)^b / modulus, and
     G' + i G'' = modulus Gamma(1 - b) (i omega time)^b (Nutting, 1921; Scott Blair, 1947).
+
+    References
+    ----------
+    - Nutting (1921), J. Franklin Inst. 191, 679-685.
+    - Scott Blair (1947), J. Colloid Sci. 2, 21-32.
 
     Examples
     --------

@@ -119,6 +119,16 @@ def pull_off(
     PathError
         If the profile ends before the state at the start of the retraction.
 
+    See Also
+    --------
+    adhesion_regime : which law is valid.
+    solve : the whole curve.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
+
     Examples
     --------
     >>> import math

@@ -136,6 +136,17 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     ProblemError
         If the contact has no adhesion, or no range is known.
 
+    See Also
+    --------
+    JKR : valid above.
+    MaugisDugdale : valid between.
+    DMT : valid below.
+
+    References
+    ----------
+    - Tabor (1977), J. Colloid Interface Sci. 58, 2-13, doi:10.1016/0021-9797(77)90366-6.
+    - Maugis (1992), J. Colloid Interface Sci. 150, 243-269, doi:10.1016/0021-9797(92)90285-T.
+
     Examples
     --------
     >>> import pymdr as mdr

@@ -159,11 +159,21 @@ def press_rough(
     PathError
         If the contact of a ball reaches the end of its line.
 
+    See Also
+    --------
+    press : the same by boundary elements.
+    calibrate_coefficient : the coefficient of the line.
+
     Notes
     -----
-    Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, whose closed form
+    Geike and Popov (2007); Pohrt and Popov (2012), whose closed form
     k = C/(H + 1) E* L (F/(L h E*))^(1/(1 + H)) is included with C = 1.9412 as published and with 1.45, where each has been compared
     with boundary elements. Contact area, pressures, gaps and adhesion are not given by the line.
+
+    References
+    ----------
+    - Geike and Popov (2007), Phys. Rev. E 76, 036710, doi:10.1103/PhysRevE.76.036710.
+    - Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301.
 
     Examples
     --------

@@ -70,9 +70,19 @@ def rough_sliding_friction(
         If the surface is not a RoughSurface or has too many waves, the body is not Viscoelastic or relaxes completely, a speed is not
         above 0, both or none of the loads are given, or no spring is in contact.
 
+    See Also
+    --------
+    sliding_friction : a smooth slider.
+    press_rough : the same line without sliding.
+
     Notes
     -----
     Popov and Hess (2015), chapters 10 and 11. The result is for one line of random phases: average over several realisations.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------

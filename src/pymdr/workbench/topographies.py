@@ -110,8 +110,7 @@ def read_topography(
         count = int(surface.missing.sum())
         if missing is None:
             raise CaseError(
-                f"{source}: {count} of {surface.heights.size} heights are missing; say what becomes of them by missing='interpolate', "
-                "'crop' or 'keep'"
+                f"{source}: {count} of {surface.heights.size} heights are missing; give missing='interpolate', 'crop' or 'keep'"
             )
         surface = surface.fill_missing(missing)
     return surface if detrend is None else surface.detrend(detrend)
@@ -140,7 +139,7 @@ def _read(source: Path, channel: int | str | None) -> Read:
         return of_maker(source, content, channel)
     if len(content) > _LARGEST_TEXT:
         raise CaseError(
-            f"{source}: larger than {_LARGEST_TEXT} bytes, which no text of heights may be; save an array as .npy"
+            f"{source}: larger than {_LARGEST_TEXT} bytes, the limit of a text of heights; save an array as .npy"
         )
     try:
         found = of_text(source, text)

@@ -86,7 +86,7 @@ def _refuse_container(source: Path, content: bytes) -> None:
     for magic, name in _PICTURES.items():
         if content.startswith(magic):
             raise CaseError(
-                f"{source}: a picture ({name}), whose colours are no heights; export the heights as text or in the format of the instrument"
+                f"{source}: a picture ({name}); colours are not heights: export the heights as text or in the format of the instrument"
             )
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:

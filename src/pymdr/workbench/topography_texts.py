@@ -75,7 +75,7 @@ def of_array(source: Path, content: bytes) -> Read:
     try:
         heights = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
     except (ValueError, EOFError, OSError, MemoryError) as error:
-        raise CaseError(f"{source}: no array of NumPy ({error})") from error
+        raise CaseError(f"{source}: not an array of NumPy ({error})") from error
     if not isinstance(heights, np.ndarray) or heights.dtype.kind not in "fiu":
         raise CaseError(f"{source}: an array of real numbers is needed")
     return Read(heights, None, None, f"read from {source.name}")
@@ -141,14 +141,14 @@ def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:
         cells = row.split(separator)
         if len(cells) != width:
             raise CaseError(
-                f"{source}, line {i + 1}: {len(cells)} heights for {width} in the first row; no matrix"
+                f"{source}, line {i + 1}: {len(cells)} heights for {width} in the first row; a matrix is needed"
             )
         for cell in cells:
             try:
                 float(cell)
             except ValueError:
                 raise CaseError(
-                    f"{source}, line {i + 1}: {cell.strip()[:40]!r} is no number; a text of heights has rows of numbers, with decimals "
+                    f"{source}, line {i + 1}: {cell.strip()[:40]!r} is not a number; a text of heights has rows of numbers, with decimals "
                     "written with a point, nan for what is missing, and lines that begin with # above them"
                 ) from None
     raise CaseError(f"{source}: no matrix of numbers")
@@ -206,7 +206,7 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
     # places that differ by rounding only are one
     steps = apart[apart > 1e-6 * span]
     if not steps.size:
-        raise CaseError(f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is no surface")
+        raise CaseError(f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is not a surface")
     step = float(np.median(steps))
     number = (values - known[0]) / step
     whole = np.rint(number)
@@ -218,7 +218,7 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
         or steps.min() < 0.5 * step
     ):
         raise CaseError(
-            f"{source}: {name} is on no even grid, its steps are {metres(float(steps.min()))} to {metres(float(steps.max()))}; interpolate "
+            f"{source}: {name} is not on an even grid: its steps are {metres(float(steps.min()))} to {metres(float(steps.max()))}; interpolate "
             "the heights onto one"
         )
     return whole.astype(int), count, step

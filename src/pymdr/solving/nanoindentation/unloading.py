@@ -54,7 +54,7 @@ def columns_of(record: MeasuredCurve | xr.Dataset, who: str) -> tuple[FloatArray
         return record.depth, record.force
     if not isinstance(record, Dataset):
         raise ProblemError(
-            f"{who}: {shown(record)} is no record; give a MeasuredCurve or what read_record returns"
+            f"{who}: {shown(record)} is not a record; give a MeasuredCurve or what read_record returns"
         )
     for name in ("indentation", "normal_force"):
         if name not in record:
@@ -200,7 +200,7 @@ def _power(rows: Unloading, stretch: slice, who: str) -> Shape:
     power = _fitted(rows, stretch, _first_guess(z, force, rows.peak_force))
     if not power.determined:
         raise ProblemError(
-            f"{who}: no F = B (h - h_f)^m is determined by the unloading; check the record, its noise and the frame compliance"
+            f"{who}: the unloading does not determine F = B (h - h_f)^m; check the record, its noise and the frame compliance"
         )
     return power
 
