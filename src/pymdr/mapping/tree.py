@@ -143,7 +143,7 @@ def _groups(
         start = stop
 
 
-@inner
+@compiled
 def _from_afar(
     tree: Tree,
     base: float,
