@@ -71,10 +71,12 @@ def uncounted(function: Function) -> Function:
 
 def inner(function: Function) -> Function:
     """Compile a function that makes no arrays and that only kernels call, without slow wrappers for arguments from Python."""
-    import os
-    if function.__name__ in os.environ.get("INL","").split(","):
-        return compiled(function, None, inline="always", **INNER, **UNCOUNTED)
     return compiled(function, None, **INNER, **UNCOUNTED)
+
+
+def merged(function: Function) -> Function:
+    """Compile a function as a part of its one caller: machine code is otherwise made again at every level of calls."""
+    return compiled(function, None, inline="always", **INNER, **UNCOUNTED)
 
 
 def _leave_out_older(folder: str | None, stamp: Stamp) -> None:

@@ -61,7 +61,8 @@ def _passage(
         for i in range(terms):
             h, elastic = state[i], branch[i, MODULUS] * move
             dissipated += (
-                branch[i, PART_OWN] * h * h + elastic * (2.0 * branch[i, PART_CROSS] * h + branch[i, PART_MOVED] * elastic)
+                branch[i, PART_OWN] * h * h
+                + elastic * (2.0 * branch[i, PART_CROSS] * h + branch[i, PART_MOVED] * elastic)
             ) / branch[i, MODULUS]
             state[i] = branch[i, PART_DECAY] * h + branch[i, PART_MEAN] * elastic
         dissipated += dashpot * move * move

@@ -128,7 +128,9 @@ def parts_of(
     modes, most = modes_of(relaxation), _PARTS + 2 * t.size
     while True:
         rows = np.zeros((most, kernels.COLUMNS))
-        run, begin, first = prepared_run(springs, relaxation, modes, state, goal.machine_stiffness, first_target)
+        run, begin, first = prepared_run(
+            springs, relaxation, modes, state, goal.machine_stiffness, first_target
+        )
         notes = np.zeros((row_kernels.NOTES, 3 if loads else 0, springs.position.size))
         states = first, first.copy(), first.copy(), first.copy()
         count = row_kernels.follow(run, course, begin, states, rows, notes, division)

@@ -281,9 +281,7 @@ def prepared_run(
     from pymdr.line.memory import kernels, row_kernels
 
     body = kernels.body_of(relaxation, modes)
-    first = unpacked(
-        state.deflection, state.branches, state.free, springs.position.size, relaxation, modes
-    )
+    first = unpacked(state.deflection, state.branches, state.free, springs.position.size, relaxation, modes)
     row = np.zeros(kernels.COLUMNS)
     run = row_kernels.Run(kernels.table_of(springs), body, float(machine), float(springs.limit), row)
     return run, np.array([state.time, state.indentation, target, active_springs(first)]), first
@@ -357,9 +355,9 @@ def _passed(
     while done < t.size:
         stop = t.size if watch is None else min(done + _WATCHED, t.size)
         before = start.copy()
-        course = np.stack([t[done:stop], target[done:stop], np.zeros(stop - done)])
+        sections = np.stack([t[done:stop], target[done:stop], np.zeros(stop - done)])
         states = first, first.copy(), first.copy(), first.copy()
-        count = row_kernels.follow(run, course, start, states, rows[done:stop], notes, whole)
+        count = row_kernels.follow(run, sections, start, states, rows[done:stop], notes, whole)
         here = slice(done, done + count)
         radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
         for column in (kernels.WORK, kernels.LOST):

@@ -232,7 +232,9 @@ def store(state: FloatArray, i: int, free: bool, w: float, rest: float, body: Bo
 
 
 @inner
-def _changes(body: Body, move: Move, done: float, free: bool, level: float, start: float) -> tuple[float, int]:
+def _changes(
+    body: Body, move: Move, done: float, free: bool, level: float, start: float
+) -> tuple[float, int]:
     """
     Fraction of the rest of a step at which the spring at work changes sides.
 

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from pymdr import compiling
-from pymdr.compiling import inner
+from pymdr.compiling import inner, merged
 from pymdr.line.memory.kernels import (
     COUNT,
     FADE,
@@ -139,7 +139,7 @@ def _rest(springs: FloatArray, state: FloatArray, active: int) -> float:
     return float(depth)
 
 
-@inner
+@merged
 def _touched(springs: FloatArray, active: int, depth: float) -> int:
     """Number of springs that a depth touches, at least the active ones."""
     touched = active
@@ -156,7 +156,7 @@ def _touching(count: int, active: int, state: FloatArray) -> int:
     return count
 
 
-@inner
+@merged
 def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool) -> First:
     """The first guess of an indentation; springs well within the contact are grouped, or released where that is not possible."""
     springs, body, machine = run.springs, run.body, run.machine
@@ -188,7 +188,7 @@ def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, 
     return First(here, guess, stiffest * springs[OUTER, last], sudden, lift, parting)
 
 
-@inner
+@merged
 def _try(run: Run, move: Move, limits: tuple[int, int, bool], old: FloatArray, new: FloatArray) -> float:
     """Move springs and their group; returns how many of those moved one by one are in contact."""
     row = run.row
@@ -206,7 +206,7 @@ def _try(run: Run, move: Move, limits: tuple[int, int, bool], old: FloatArray, n
     return float(alone)
 
 
-@inner
+@merged
 def _press(
     run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool
 ) -> tuple[float, float, int, int]:
@@ -279,7 +279,7 @@ def _press(
     return place, here, touched, most
 
 
-@inner
+@merged
 def _is_bent(
     run: Run,
     now: Now,
@@ -322,7 +322,7 @@ def _is_bent(
     return bent > straightness * strength
 
 
-@inner
+@merged
 def _next_size(halve: bool, first: bool, size: float, levels: tuple[int, int]) -> tuple[float, int, int]:
     """
     Size of the part to try next, the same if it is accepted, and the levels of the first part: too long and short enough.

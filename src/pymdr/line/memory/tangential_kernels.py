@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from pymdr.compiling import inner
+from pymdr.compiling import inner, merged
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
@@ -88,9 +88,7 @@ class Shear(NamedTuple):
 
 
 @inner
-def _drive(
-    body: Body, start: float, end: float, duration: float, v: float
-) -> tuple[float, float, float]:
+def _drive(body: Body, start: float, end: float, duration: float, v: float) -> tuple[float, float, float]:
     """
     Change the force on the spring at work linearly, with a parallel dashpot; its position, the work and the dissipation.
 
@@ -213,7 +211,7 @@ def _change(
     """Move a spring that slips, or changes sides, in a row; returns its force, or nan if it is free."""
     body, table, own, friction, n = run.body, run.body.table, run.own, run.friction, run.body.branches
     free, v, rest = fetch(old, i, body), old[i, W], old[i, REST]
-    for c in range(OWN_COLUMNS):
+    for c in range(_MARGIN):
         own[c, i] = 0.0
     duration = pressed.given[r, TIME]
     begin, end, before, after = _contact_part(run, pressed, r, i)
@@ -370,7 +368,9 @@ def _step(
 
 
 @inner
-def _sticking(run: Shear, pressed: Pressed, r: int, start: tuple[int, int], top: int, state: FloatArray) -> int:
+def _sticking(
+    run: Shear, pressed: Pressed, r: int, start: tuple[int, int], top: int, state: FloatArray
+) -> int:
     """
     Number of springs from the innermost on that stick and stay in contact over row r, of which start[0] surely do.
 
@@ -411,7 +411,7 @@ def _stick(run: Shear, pressed: Pressed, r: int, last: int, row: FloatArray) -> 
             row[STICK] = inner_x + min(before / fall / (y - inner_y), 1.0) * (x - inner_x)
 
 
-@inner
+@merged
 def _gather(run: Shear, pressed: Pressed, r: int, top: int, old: FloatArray, new: FloatArray) -> float:
     """Group the springs that may stick over a row; returns the least load of one."""
     body, known = run.body, run.body.known
@@ -426,7 +426,7 @@ def _gather(run: Shear, pressed: Pressed, r: int, top: int, old: FloatArray, new
     return least
 
 
-@inner
+@merged
 def _shift(
     run: Shear,
     pressed: Pressed,
