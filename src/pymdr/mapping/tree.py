@@ -141,7 +141,7 @@ def _groups(
         start = stop
 
 
-@inner
+@compiled
 def _from_afar(
     tree: Tree,
     base: float,
