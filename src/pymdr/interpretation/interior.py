@@ -245,17 +245,18 @@ def _refined(
             for net, n in zip((radii, depths), node, strict=True)
         ]
     )
-    top = -math.inf
+    # a value that rises forever outward has no peak
+    top, widest = -math.inf, 2.0 * float(radii[-1])
     while half.max() > precision:
         r, z = (
             np.clip(centre + width * np.linspace(-1.0, 1.0, 5), *ends)
-            for centre, width, ends in zip(best, half, ((0.0, math.inf), span), strict=True)
+            for centre, width, ends in zip(best, half, ((0.0, widest), span), strict=True)
         )
         values = value(*np.meshgrid(r, z, indexing="ij"))
         row, column = np.unravel_index(np.argmax(values), values.shape)
         best, top = np.array([r[row], z[column]]), max(top, float(values[row, column]))
         # a net whose largest value lies at its rim is moved before it shrinks
-        moved = row in (0, 4) and r[row] > 0.0, column in (0, 4) and span[0] < z[column] < span[1]
+        moved = row in (0, 4) and 0.0 < r[row] < widest, column in (0, 4) and span[0] < z[column] < span[1]
         half *= np.where(moved, 1.0, 0.5)
     return Largest(top, float(best[0]), float(best[1]))
 

@@ -267,7 +267,11 @@ class LayeredInterior(Interior):
         if top > 0.0:
             radii = np.unique(np.concatenate([radii, size * np.linspace(0.0, 2.0, _SHARES.size)]))
         depths = np.unique(np.concatenate([top + size * DEPTHS, top + min(bottom - top, size) * _SHARES]))
-        return searched(value, radii, depths[depths <= bottom], load.radius, span)
+        found = searched(value, radii, depths[depths <= bottom], load.radius, span)
+        if name in INTERFACE_TRACTIONS and found.value <= _WORST * load.scale:
+            # an interface that is compressed everywhere has no tension but that which vanishes far away
+            return Largest(0.0, math.nan, math.nan)
+        return found
 
 
 class _Wanted(NamedTuple):
