@@ -311,7 +311,7 @@ def _afmformats(source: Path) -> Any:
             "(.csv, .tsv) are read without it"
         ) from error
     logger = logging.getLogger("afmformats")
-    if not logger.handlers:  # what it cannot read is told by our errors
+    if not logger.handlers:  # our errors name what it cannot read
         logger.addHandler(logging.NullHandler())
     return afmformats
 
