@@ -1,0 +1,1 @@
+"""Nanoindentation records from files of instruments."""
