@@ -81,8 +81,10 @@ _FORCE_RECORD: Names = {
     ),
     "deflection": ("deflection", "cantilever", "cantilever deflection", "vertical deflection", "defl"),
     "signal": ("deflection", "cantilever deflection", "vertical deflection", "defl", "signal", "photodiode"),
+    "current": ("deflection", "cantilever deflection", "vertical deflection", "defl", "dfl", "photodiode"),
 }
-"""Deflections are lengths, or signals of the photodiode in V or A."""
+"""Deflections are lengths, or signals of the photodiode: voltages or currents."""
+_DEFLECTIONS = {"deflection": "m", "signal": "V", "current": "A"}
 _AREA: Names = {
     "indentation": ("contact depth", "depth", "h", "hc", "h c"),
     "contact_area": ("area", "contact area", "projected area", "a"),
@@ -413,7 +415,7 @@ def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[s
     Returns
     -------
     dict of str to ndarray
-        ``normal_force``, ``indentation``, ``travel``, ``time``; ``height`` and ``deflection`` in m; ``signal`` in V or A.
+        ``normal_force``, ``indentation``, ``travel``, ``time``; ``height`` and ``deflection`` in m; ``signal`` in V, ``current`` in A.
 
     Raises
     ------
@@ -422,13 +424,13 @@ def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[s
     """
     names = tuple(_FORCE_RECORD) if missing else ()
     columns = _read(file, _FORCE_RECORD, (), "time [s], load [mN], travel [um]", names)
-    if not {"normal_force", "deflection", "signal"} & set(columns):
+    if not {"normal_force", *_DEFLECTIONS} & set(columns):
         raise CaseError(
             f"{file} is a table of {', '.join(columns)} without a force; name a column 'load' or 'deflection' with its unit, for example 'load [N]'"
         )
     if "normal_force" in columns:  # the deflection of a cantilever is its force over the spring constant
-        columns.pop("deflection", None)
-        columns.pop("signal", None)
+        for name in _DEFLECTIONS:
+            columns.pop(name, None)
     return columns
 
 
@@ -581,13 +583,15 @@ def _are_units(cells: Sequence[str]) -> bool:
 
 def _by_unit(columns: Mapping[str, list[int]], header: Sequence[str]) -> dict[str, list[int]]:
     """Columns without those whose unit is that of another quantity of the same title: a deflection is a length or a signal."""
-    kept = dict(columns)
-    for quantity, units in (("deflection", ("m",)), ("signal", ("V", "A"))):
-        if quantity in kept and {"deflection", "signal"} <= set(columns):
-            fitting = [i for i in kept[quantity] if any(_has_unit(header[i], unit) for unit in units)]
-            if fitting or quantity == "signal":
-                kept[quantity] = fitting
-    return {quantity: indices for quantity, indices in kept.items() if indices}
+    same = [quantity for quantity in _DEFLECTIONS if quantity in columns]
+    fitting = {
+        quantity: [i for i in columns[quantity] if _has_unit(header[i], _DEFLECTIONS[quantity])]
+        for quantity in same
+    }
+    if not any(fitting.values()):
+        fitting = {quantity: columns[quantity] for quantity in same[:1]}  # its unit is refused later
+    others = {quantity: indices for quantity, indices in columns.items() if quantity not in same}
+    return {**others, **{quantity: indices for quantity, indices in fitting.items() if indices}}
 
 
 def _has_unit(title: str, si_unit: str) -> bool:
@@ -657,7 +661,7 @@ def _si_unit(quantity: str) -> str:
         return ""
     if quantity in _RHEOMETRY and quantity not in QUANTITIES:
         return {"frequency": "Hz", "loss_tangent": ""}.get(quantity, "Pa")
-    return QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
+    return QUANTITIES[quantity].unit if quantity in QUANTITIES else _DEFLECTIONS.get(quantity, "m")
 
 
 def _factor(source: Path, quantity: str, title: str) -> float:
@@ -669,8 +673,6 @@ def _factor(source: Path, quantity: str, title: str) -> float:
         raise CaseError(
             f"{source}: column {title.strip()!r} has no unit; write for example '{title.strip()} [{si_unit}]'"
         )
-    if quantity == "signal":
-        si_unit = "A" if _has_unit(title, "A") else "V"
     try:
         return to_si(f"1 {unit}", si_unit, name=f"unit of column {title.strip()!r}")
     except UnitError as error:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
 from pymdr.units import FloatArray
-from pymdr.workbench.readers.record import Calibration, ForceRecord
+from pymdr.workbench.readers.record import Calibration, ForceRecord, check_slope
 
 SUFFIXES = (".h5", ".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".zip")
 """What only afmformats reads."""
@@ -36,6 +36,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
         MetaDataMissingError,
     )
     maker = maker_of(source)
+    check_slope(str(source), maker, calibration, "m/A" if "NT-MDT" in maker else "m/V")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -44,6 +45,8 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     except afmformats.errors.MissingMetaDataError as error:
         keys = [key for key in _IN_VOLTS if key in error.meta_keys] or list(error.meta_keys)
         remedies = " and ".join(_REMEDIES.get(key, key) for key in keys)
+        if "NT-MDT" in maker:
+            remedies = remedies.replace("nm/V", "nm/nA")
         raise ProblemError(
             f"{source}: {maker}. The file has no {' and '.join(keys)}; give {remedies}"
         ) from error
@@ -62,7 +65,7 @@ def maker_of(source: Path) -> str:
     afmformats = _afmformats(source)
     try:
         recipe = afmformats.formats.get_recipe(source)
-    except Exception:  # any error of a recipe: it is not known
+    except (Exception, afmformats.errors.AFMFileFormatError):  # any error of a recipe: it is not known
         return "a file of a microscope"
     return f"{recipe.maker}, {recipe.descr}"
 

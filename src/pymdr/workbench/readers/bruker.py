@@ -8,6 +8,8 @@ retraction and of a hold, each from the contact on; a force volume has one curve
 
 from __future__ import annotations
 
+import logging
+import math
 import re
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from pymdr.workbench.inputs import read_bytes
 from pymdr.workbench.readers.record import Calibration, ForceRecord
 
 MAGIC = b"\\*Force file list"
+IMAGE_MAGIC = b"\\*File list"
 _MAKER = "a force file of Bruker NanoScope"
 _LARGEST = 2 * 2**30
 _END = b"\\*File list end"
@@ -26,6 +29,7 @@ _LSB = re.compile(
     r"\[(?P<sensitivity>[^\]]*)\]\s*\((?P<step>[-+.\deE]+)\s*(?P<unit>\S+)/LSB\)\s*(?P<hard>[-+.\deE]+)"
 )
 Section = dict[str, str]
+_log = logging.getLogger("pymdr")
 
 
 def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
@@ -39,6 +43,14 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     sections = _sections(content[:end].decode("latin-1"))
     merged = {key: value for _, section in sections for key, value in section.items()}
     channels = [section for name, section in sections if name == "Ciao force image list"]
+    if any(section.get("Start context") == "SCRIPT" for _, section in sections):
+        raise ProblemError(
+            f"{source}: {_MAKER}, of a script with ramps of its own; export its curves as tables"
+        )
+    if source.suffix.lower() == ".pfc":
+        raise ProblemError(
+            f"{source}: a PeakForce capture of Bruker NanoScope, whose sinusoidal motion is not in the file; export its curves as tables"
+        )
     deflection = _channel(channels, "Deflection")
     if deflection is None:
         names = ", ".join(map(_name, channels)) or "none"
@@ -49,6 +61,16 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     signals = _curves(source, content, deflection, counts)
     slope = _sensitivity(merged, "DeflSens")
     constant = _number(deflection.get("Spring Constant"))
+    constants = {
+        channel.get("Spring Constant") for channel in channels if _name(channel) == _name(deflection)
+    }
+    if len(constants) > 1:
+        _log.warning(
+            "%s: channels of the deflection have spring constants %s N/m; that of the first, %g N/m, is used: give spring_constant to choose",
+            source,
+            ", ".join(sorted(map(str, constants))),
+            constant or math.nan,
+        )
     sensor = _channel(channels, "Height Sensor")
     if sensor is None:
         heights, said = [_ramp(source, deflection, merged, counts)] * len(signals), "ramp"
@@ -90,9 +112,8 @@ def _name(channel: Section) -> str:
 
 
 def _channel(channels: list[Section], name: str) -> Section | None:
-    """The last channel of a name; the first may repeat it with factory constants."""
-    fitting = [channel for channel in channels if _name(channel).startswith(name)]
-    return fitting[-1] if fitting else None
+    """The first channel of a name; others may repeat its samples over another axis."""
+    return next((channel for channel in channels if _name(channel).startswith(name)), None)
 
 
 def _number(text: str | None) -> float | None:

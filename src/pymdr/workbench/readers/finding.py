@@ -109,6 +109,10 @@ def records_of(
         return list(afm.read(source, calibration)), False
     if suffix in TEXT and afm.is_known_text(source, head_of(source)):
         return list(afm.read(source, calibration)), False
+    if head_of(source).startswith(bruker.IMAGE_MAGIC):
+        raise ProblemError(
+            f"{source}: a file of Bruker NanoScope with images, not force curves; read_topography reads heights"
+        )
     if suffix not in (*TEXT, *SPREADSHEETS):
         raise _unknown(source)
     try:

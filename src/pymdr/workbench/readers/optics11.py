@@ -10,7 +10,7 @@ from pymdr.workbench.readers.record import Calibration, ForceRecord
 from pymdr.workbench.tables import columns_of_lines, lines_of
 
 _COLUMNS = b"Indentation (nm)\tCantilever (nm)\tPiezo (nm)"
-_NAMES = {"time": ("time",), "force": ("load",), "travel": ("piezo",)}
+_NAMES = {"time": ("time",), "normal_force": ("load",), "travel": ("piezo",)}
 _FACTS = (
     ("spring constant", r"^k \(N/m\)\s+(\S+)", 1.0),
     ("tip radius", r"^Tip radius \([^)]*m\)\s+(\S+)", 1e-6),
@@ -32,8 +32,9 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     """
     lines = lines_of(source)
     columns: dict[str, FloatArray] = columns_of_lines(
-        source, lines, _NAMES, ("force", "travel"), "Time (s), Load (uN), Piezo (nm)"
+        source, lines, _NAMES, ("normal_force", "travel"), "Time (s), Load (uN), Piezo (nm)"
     )
+    columns["force"] = columns.pop("normal_force")
     text = "\n".join(lines[:80])
     facts: dict[str, str | float] = {"position": "Piezo"}
     for name, pattern, factor in _FACTS:

@@ -18,13 +18,16 @@ from pymdr.workbench.segments import Segment, segments_in
 
 _FEWEST = 8
 _POSITIONS = ("travel", "height", "indentation")
+_SLOPES = {"signal": "m/V", "current": "m/A"}
+_EXAMPLES = {"m/V": "50 nm/V", "m/A": "50 nm/nA"}
 
 
 class Calibration(NamedTuple):
-    """What a user says of the cantilever: spring constant in N/m, and sensitivity in m/V (or m/A), each None if not given."""
+    """What a user says of the cantilever: spring constant in N/m, and sensitivity in m/V or m/A, each None if not given."""
 
     spring_constant: float | None = None
     sensitivity: float | None = None
+    sensitivity_unit: str = "m/V"
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class ForceRecord:
     maker : str
         What the file is, for messages, such as "a file of Nanosurf".
     columns : mapping of str to ndarray
-        ``force`` in N, or ``deflection`` in m, or ``signal`` in V or A; ``travel`` in m, positive toward the body, or ``height`` of the
+        ``force`` in N, or ``deflection`` in m, or ``signal`` in V, or ``current`` of the photodiode in A; ``travel`` in m, positive toward the body, or ``height`` of the
         cantilever in m, or ``indentation`` in m; ``time`` in s and ``segment`` numbers if known.
     spring_constant : float, optional
         Of the file, in N/m.
@@ -89,20 +92,20 @@ def calibration_of(spring_constant: QuantityLike | None, sensitivity: QuantityLi
         If a value has another unit.
     """
     constant = None if spring_constant is None else to_si(spring_constant, "N/m", name="spring_constant")
-    slope = None if sensitivity is None else _sensitivity(sensitivity)
-    for name, value, unit in (("spring_constant", constant, "N/m"), ("sensitivity", slope, "m/V")):
+    slope, slope_unit = (None, "m/V") if sensitivity is None else _sensitivity(sensitivity)
+    for name, value, unit in (("spring_constant", constant, "N/m"), ("sensitivity", slope, slope_unit)):
         if value is not None and not value > 0.0:
             raise ProblemError(f"{name} = {written(value, unit)}: it must be above 0 {unit}")
-    return Calibration(constant, slope)
+    return Calibration(constant, slope, slope_unit)
 
 
-def _sensitivity(given: QuantityLike) -> float:
-    """Metres per volt, or per ampere of photodiodes that give a current."""
+def _sensitivity(given: QuantityLike) -> tuple[float, str]:
+    """Metres per volt, or per ampere of photodiodes that give a current, and the unit."""
     try:
-        return to_si(given, "m/V", name="sensitivity")
+        return to_si(given, "m/V", name="sensitivity"), "m/V"
     except UnitError:
         try:
-            return to_si(given, "m/A", name="sensitivity")
+            return to_si(given, "m/A", name="sensitivity"), "m/A"
         except UnitError:
             pass
         raise
@@ -166,7 +169,7 @@ def _whole(
             f"{where}: {record.maker}, without height of the cantilever, travel or indentation (it has {', '.join(columns)}); export the height "
             "that was measured too"
         )
-    force = next((name for name in ("force", "deflection", "signal") if name in columns), None)
+    force = next((name for name in ("force", "deflection", *_SLOPES) if name in columns), None)
     if force is None:
         raise ProblemError(
             f"{where}: {record.maker}, without a force or deflection (it has {', '.join(columns)}); export one of them too"
@@ -184,7 +187,7 @@ def _whole(
     used, missing = _known(where, used, leave_out_missing)
     constant, slope = _constants(where, record, calibration, force, position)
     forces = used[force]
-    if force == "signal":
+    if force in _SLOPES:
         assert slope is not None
         forces = forces * slope
     if force != "force":
@@ -215,13 +218,24 @@ def _constants(
     lacks = []
     if constant is None and (force != "force" or position != "indentation"):
         lacks.append(("spring constant", "spring_constant, such as '0.1 N/m'"))
-    if slope is None and force == "signal":
-        lacks.append(("sensitivity", "sensitivity, such as '50 nm/V'"))
+    if slope is None and force in _SLOPES:
+        lacks.append(("sensitivity", f"sensitivity, such as {_EXAMPLES[_SLOPES[force]]!r}"))
     if lacks:
         names = " and ".join(name for name, _ in lacks)
         remedy = " and ".join(text for _, text in lacks)
         raise ProblemError(f"{where}: {record.maker}. The file has no {names}; give {remedy}")
+    if force in _SLOPES and record.sensitivity is None:
+        check_slope(where, record.maker, calibration, _SLOPES[force])
     return constant, slope
+
+
+def check_slope(where: str, maker: str, calibration: Calibration, unit: str) -> None:
+    """Refuse a sensitivity for another kind of signal."""
+    if calibration.sensitivity is not None and calibration.sensitivity_unit != unit:
+        raise ProblemError(
+            f"{where}: {maker}. Its deflection is a {'voltage' if unit == 'm/V' else 'current'}, but sensitivity is in "
+            f"{calibration.sensitivity_unit}; give it in {unit}, such as {_EXAMPLES[unit]!r}"
+        )
 
 
 def _calibrated(
@@ -229,7 +243,7 @@ def _calibrated(
 ) -> MeasuredCurve:
     """A curve with the constants of the user in place of those of the file."""
     own, given = record.sensitivity, calibration.sensitivity
-    if given is not None and own is None and force != "signal":
+    if given is not None and own is None and force not in _SLOPES:
         raise ProblemError(
             f"{where}: {record.maker}. It has forces or deflections without a sensitivity in m/V, which a given one could replace; leave "
             "sensitivity out"
@@ -284,7 +298,8 @@ def _part(whole: MeasuredCurve, segment: Segment, metadata: Facts) -> MeasuredCu
     def part(values: FloatArray | None) -> FloatArray | None:
         return None if values is None else values[segment.first : segment.end]
 
-    before: MeasuredCurve | None = whole.before
+    before = whole.before
+    assert before is None or isinstance(before, MeasuredCurve)
     return replace(
         whole,
         force=whole.force[segment.first : segment.end],
