@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from pymdr.errors import ProblemError
 from pymdr.presentation.files import named_file
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import QuantityLike, shown
-from pymdr.workbench.readers import calibration_of, curves_of, records_of
+from pymdr.workbench.readers import calibration_of, curves_of, is_user_table, records_of
 from pymdr.workbench.segments import segments_in
 
 if TYPE_CHECKING:
@@ -194,6 +194,49 @@ def read_prepared_curves(
             failure,
         )
     return tuple(ready)
+
+
+def is_table(file: str | os.PathLike[str]) -> bool:
+    """Whether a file is a table of a user, as text or spreadsheet, not a file of an instrument."""
+    return is_user_table(named_file(file, "read"))
+
+
+def read_segment(file: str | os.PathLike[str], segment: str = "record", **options: Any) -> MeasuredCurve:
+    """
+    One part of the only record of a file, as it was measured, but with the signs of pymdr.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_curves`.
+    segment : {"record", "approach", "retreat"}
+        The part.
+    **options
+        Of :func:`read_curves`.
+
+    Returns
+    -------
+    MeasuredCurve
+
+    Raises
+    ------
+    ProblemError
+        If `segment` is none of these, the record has no such part, or the file has several records; and as :func:`read_curves`.
+    """
+    if segment not in _PARTS:
+        raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
+    parts = read_curves(file, **options)
+    if len({one.metadata["record"] for one in parts}) > 1:
+        raise ProblemError(f"{os.fspath(file)}: a file of several records; read_prepared_curves reads them")
+    if segment == "record":
+        return parts[0].join(*parts[1:])
+    chosen = next((one for one in parts if one.segment == segment), None)
+    if chosen is None:
+        there = ", ".join(one.segment for one in parts)
+        raise ProblemError(
+            f"{os.fspath(file)}: the record has no {segment} (it has {there}); choose another segment"
+        )
+    return chosen
 
 
 def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:

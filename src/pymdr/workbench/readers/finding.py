@@ -124,6 +124,14 @@ def records_of(
     return [_table(source, columns)], True
 
 
+def is_user_table(source: Path) -> bool:
+    """Whether a file is a table of a user by its name and its first bytes."""
+    suffix = source.suffix.lower()
+    if suffix not in (*TEXT, *SPREADSHEETS) or suffix == ".tab":
+        return False
+    return format_of(source) is None and not afm.is_known_text(source, head_of(source))
+
+
 def check_file(source: Path) -> None:
     """Refuse what is no regular file or empty."""
     try:

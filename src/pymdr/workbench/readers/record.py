@@ -193,6 +193,7 @@ def _whole(
     if force != "force":
         assert constant is not None
         forces = forces * constant
+    needless = position == "indentation" and force == "force"
     along = -used["height"] if position == "height" else used[position]
     try:
         curve = MeasuredCurve(
@@ -200,7 +201,7 @@ def _whole(
             indentation=along if position == "indentation" else None,
             travel=along if position != "indentation" else None,
             time=used.get("time"),
-            spring_constant=constant,
+            spring_constant=record.spring_constant if needless else constant,
             step=_step_of(missing, missing + along.size),
         )
     except ProblemError as error:
