@@ -523,7 +523,7 @@ def columns_of_lines(
     rows = [lines[i] for i in numbered]
     if len(rows) < 2:
         raise CaseError(f"{source}: no table; write a header such as '{example}' and rows of numbers")
-    first, separator, header = _header_in(rows, names)
+    first, separator, header, shown = _header_in(rows, names)
     columns = {
         quantity: [i for i, title in enumerate(header) if _title(title)[0] in titles]
         for quantity, titles in names.items()
@@ -535,7 +535,6 @@ def columns_of_lines(
             f"{source}: the first line that is not a comment is not a header of columns with units, separated "
             f"by commas, semicolons or tabs, for example '{example}'"
         )
-    shown = rows[first - 1 if first == 1 else max(first - 2, 0)]
     for quantity in needed:
         if quantity not in columns:
             raise CaseError(
@@ -555,24 +554,24 @@ def columns_of_lines(
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
 
 
-def _header_in(rows: Sequence[str], names: Names) -> tuple[int, str, list[str]]:
-    """The first row below the header, the separator of columns, and their titles with their units."""
+def _header_in(rows: Sequence[str], names: Names) -> tuple[int, str, list[str], str]:
+    """The first row below the header, the separator of columns, their titles with their units, and the header as it is written."""
     known = {title for titles in names.values() for title in titles}
     for number, row in enumerate(rows[:_PREAMBLE]):
         separator = _separator(row, names)
         header = [title.strip() for title in _cells(row, separator)]
         titles = [_title(title) for title in header]
         if any(name in known and unit is not None for name, unit in titles):
-            return number + 1, separator, _cells(row, separator)
+            return number + 1, separator, _cells(row, separator), row
         below = _cells(rows[number + 1], separator) if number + 1 < len(rows) else []
         if len(below) == len(header) and sum(name in known for name, _ in titles) > 1 and _are_units(below):
             named = [
                 f"{title} [{unit.strip()}]" if unit.strip() else title
                 for title, unit in zip(header, below, strict=True)
             ]
-            return number + 2, separator, named
+            return number + 2, separator, named, row
     separator = _separator(rows[0], names)
-    return 1, separator, _cells(rows[0], separator)
+    return 1, separator, _cells(rows[0], separator), rows[0]
 
 
 def _are_units(cells: Sequence[str]) -> bool:
@@ -582,16 +581,17 @@ def _are_units(cells: Sequence[str]) -> bool:
 
 
 def _by_unit(columns: Mapping[str, list[int]], header: Sequence[str]) -> dict[str, list[int]]:
-    """Columns without those whose unit is that of another quantity of the same title: a deflection is a length or a signal."""
+    """Columns without others of the same title and another kind of unit, such as depth (nm) and depth (V)."""
+    kept = dict(columns)
     same = [quantity for quantity in _DEFLECTIONS if quantity in columns]
-    fitting = {
-        quantity: [i for i in columns[quantity] if _has_unit(header[i], _DEFLECTIONS[quantity])]
-        for quantity in same
-    }
-    if not any(fitting.values()):
-        fitting = {quantity: columns[quantity] for quantity in same[:1]}  # its unit is refused later
-    others = {quantity: indices for quantity, indices in columns.items() if quantity not in same}
-    return {**others, **{quantity: indices for quantity, indices in fitting.items() if indices}}
+    for quantity, indices in columns.items():
+        if len(indices) > 1 or quantity in same:
+            kept[quantity] = [i for i in indices if _has_unit(header[i], _si_unit(quantity))]
+            if not kept[quantity] and (quantity not in same):
+                kept[quantity] = indices  # the units are refused later
+    if same and not any(kept[quantity] for quantity in same):
+        kept[same[0]] = columns[same[0]]
+    return {quantity: indices for quantity, indices in kept.items() if indices}
 
 
 def _has_unit(title: str, si_unit: str) -> bool:

@@ -144,7 +144,7 @@ def _read(
             curves.append(read_segment(file, segment or "record", **options))
             if options["spring_constant"] is not None and curves[-1].spring_constant is None:
                 raise ProblemError(
-                    f"--spring-constant: not used for {file}, which has forces and indentations; it needs a column of travel"
+                    f"--spring-constant: not used for {file}, which has indentations and forces; it needs a column of travel"
                 )
             continue
         part = segment or ("record" if whole else "approach")
