@@ -91,7 +91,7 @@ def fit(
                     "leave_out_missing": leave_out_missing,
                 },
                 segment,
-                contact.adhesion is not None or contact.remembers,
+                contact.adhesion is not None or contact.is_viscoelastic,
             )
             if contact.friction is None
             else _read_sheared(curve, spring_constant, sensitivity, leave_out_missing, segment)
@@ -226,7 +226,7 @@ def _plain_map(fitted: FittedMap) -> dict[str, Any]:
     import numpy as np
 
     values: dict[str, Any] = {}
-    for name in fitted.names if fitted.counts.get("found") else ():
+    for name in fitted.names if fitted.counts.get("fitted") else ():
         low, middle, high = (float(q) for q in np.nanquantile(fitted.data[name].values, [0.25, 0.5, 0.75]))
         unit = str(fitted.data[name].attrs["units"])
         values[name] = {"median": middle, "low_quartile": low, "high_quartile": high, "unit": unit}
