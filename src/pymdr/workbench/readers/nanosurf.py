@@ -55,6 +55,8 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     for k in range(len(channels["Forward", z])):
         place = [np.asarray(channels[way, z][k], dtype=float) for way in ways]
         signal = [np.asarray(channels[way, "Deflection"][k], dtype=float) for way in ways]
+        if len(place) == 2 and abs(place[1][-1] - place[0][-1]) < abs(place[1][0] - place[0][-1]):
+            place[1], signal[1] = place[1][::-1], signal[1][::-1]  # stored along the position, not the time
         columns: dict[str, FloatArray] = {kind: np.concatenate(signal), "travel": np.concatenate(place)}
         columns["segment"] = np.repeat(np.arange(len(place), dtype=float), [one.size for one in place])
         time = _times(facts, [one.size for one in place])
