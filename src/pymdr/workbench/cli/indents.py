@@ -44,7 +44,7 @@ def nanoindent(
         Path | None, typer.Option(help="CSV of contact depth and area with units, instead.")
     ] = None,
     reference: Annotated[
-        list[Path] | None,
+        list[str] | None,
         typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
     ] = None,
     terms: Annotated[int, typer.Option(help="Coefficients of the calibrated area function.")] = 3,
@@ -77,7 +77,7 @@ def nanoindent(
         if reference:
             _refuse_two_areas(area, area_table)
             calibration = calibrate_area(
-                [record for file in reference for record in _indents(file)],
+                [record for file in reference for record in _indents(Path(file))],
                 tip=tip,
                 terms=terms,
                 frame_compliance=frame_compliance,

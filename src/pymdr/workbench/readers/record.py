@@ -278,7 +278,7 @@ def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple
                 "sample must be finite: read_curves(..., leave_out_missing=True) leaves them out and says so"
             )
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
-    if np.count_nonzero(kept) < _FEWEST:
+    if np.count_nonzero(kept) < _FEWEST and not kept.all():
         raise CaseError(
             f"{where}: {np.count_nonzero(kept)} of {kept.size} samples are numbers; at least {_FEWEST} are needed: measure again"
         )
