@@ -478,6 +478,9 @@ _SCALED: dict[str, tuple[int, str, str]] = {
     "V": (1, "n", "k"),
     "A": (1, "f", "k"),
     "W": (1, "f", "G"),
+    "rad": (1, "n", ""),
+    "N*m": (1, "a", "G"),
+    "N*m/rad": (1, "a", "G"),
 }
 """Units with prefixes: their power in the prefixed unit, and the smallest and largest usual prefix."""
 

@@ -161,6 +161,10 @@ SOURCES: dict[str, str] = {
         "Cattaneo (1938); Mindlin (1949), J. Appl. Mech. 16, 259-268; Jaeger (1995); Ciavarella (1998), "
         "J. Mech. Phys. Solids 46"
     ),
+    "lubkin": (
+        "Lubkin (1951), J. Appl. Mech. 18, 183-187: torsion of spheres; of any profile by the springs of torsion, Popov and Hess (2015), "
+        "chapter 5"
+    ),
     "memory": (
         "Jaeger (1993); Aleshin, Bou Matar and Van Den Abeele (2015), Int. J. Solids Struct. 60-61, 92-105: "
         "memory diagrams; here as a stack on the line, Popov and Hess (2015), chapter 5"

@@ -19,8 +19,9 @@ from pymdr.problem.paths import (
     Ramp,
     legs,
     named_channels,
+    unit_of,
 )
-from pymdr.units import FloatArray, metres, newtons
+from pymdr.units import FloatArray, written
 
 KnownLeg = Ramp | Cycle | Hold | Path
 
@@ -76,7 +77,7 @@ class Planned:
             duration = abs(target - start) / leg.rate
             if duration == 0.0:
                 channel = named_channels(leg)[0]
-                value = newtons(target) if channel.endswith("force") else metres(target)
+                value = written(target, unit_of(channel))
                 raise PathError(
                     f"leg {self.number}: the start equals the target, {channel} = {value}, so a rate gives no duration; use hold(...) with "
                     "a duration"

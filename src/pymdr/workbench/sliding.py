@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
@@ -146,7 +146,7 @@ def verify_sliding(
             "finite, for example Coulomb(0.3)"
         )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
-    chosen = _thinned(whole, steps)
+    chosen = thinned_rows([whole.data[name].values for name in ("indentation", "shift")], steps)
     d, u = (whole.data[name].values[chosen] for name in ("indentation", "shift"))
     mdr = solve(contact, Path(indentation=d, shift=u))
     moves = np.diff(d, prepend=0.0) * np.diff(u, prepend=0.0) != 0.0
@@ -161,8 +161,8 @@ def verify_sliding(
                 contact.body,
                 contact.counterbody,
                 contact.friction.coefficient,
-                _refined(d, each),
-                _refined(u, each),
+                refined_rows(d, each),
+                refined_rows(u, each),
                 grid,
                 progress=None if progress is None else partial(_tell, progress, done, total),
             )
@@ -189,7 +189,7 @@ def _tell(progress: Callable[[int, int], None], before: int, total: int, done: i
     progress(before + done, total)
 
 
-def _refined(values: FloatArray, parts: np.ndarray) -> FloatArray:
+def refined_rows(values: FloatArray, parts: np.ndarray) -> FloatArray:
     """Every straight step from the row before, at first from 0, in equal parts."""
     before = np.concatenate([[0.0], values[:-1]])
     return np.concatenate(
@@ -197,14 +197,13 @@ def _refined(values: FloatArray, parts: np.ndarray) -> FloatArray:
     )
 
 
-def _thinned(result: Result, steps: int) -> np.ndarray:
+def thinned_rows(channels: Sequence[FloatArray], steps: int) -> np.ndarray:
     """Rows of a history: its turning points, and others in between while there is room."""
-    d, u = (result.data[name].values for name in ("indentation", "shift"))
-    n = d.size
+    n = channels[0].size
     if n <= steps:
         return np.arange(n)
     turns = np.zeros(n, dtype=bool)
-    for values in (d, u):
+    for values in channels:
         way = np.sign(np.diff(values))
         turns[1:-1] |= way[1:] != way[:-1]
     turns[[0, -1]] = True
@@ -248,7 +247,7 @@ def _curves(contact: Contact, d: FloatArray, u: FloatArray) -> xr.Dataset:
     import xarray as xr
 
     parts = np.full(d.size, _FINE)
-    fine = solve(contact, Path(indentation=_refined(d, parts), shift=_refined(u, parts)))
+    fine = solve(contact, Path(indentation=refined_rows(d, parts), shift=refined_rows(u, parts)))
     r = np.linspace(0.0, 1.05 * float(fine.data["contact_radius"].values[-1]), 400)
     return xr.Dataset(
         {

@@ -97,6 +97,7 @@ ONE_CHANNEL_LEGS: dict[str, str] = {
     "travel": "travel",
     "shift": "shift",
     "drag": "tangential_force",
+    "twist": "twist",
 }
 """Kinds that are a ramp of one channel."""
 

@@ -72,10 +72,13 @@ def _verified(
 ) -> tuple[Comparison, dict[str, Any]]:
     """The comparison, and its entries for JSON."""
     from pymdr.problem.profiles import Shape
+    from pymdr.solving.torsional import is_torsional
     from pymdr.workbench.sliding import SlidingVerification
     from pymdr.workbench.verification import verify as compare_with_elements
 
-    if problem.contact.friction is not None:
+    if is_torsional(problem.contact, problem.path):
+        solver, n, label = "rings", min(rings, 200), "turning rings"
+    elif problem.contact.friction is not None:
         solver, n, label = "cells", cells, "solving on a grid"
     elif isinstance(problem.contact.profile, Shape):
         solver, n, label = "pixels", pixels, "pressing by boundary elements"
