@@ -120,6 +120,26 @@ def test_spreadsheets_are_read_as_text_is(tmp_path):
         mdr.read_curves(tmp_path / "bad.xlsx", spring_constant="0.05 N/m")
 
 
+def test_old_spreadsheets_are_read(tmp_path):
+    pytest.importorskip("python_calamine", reason="python-calamine, of the extra xls, is not installed")
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, of the extra xlsx, is not installed")
+    time, depth, force = indent_of(30)
+    book = openpyxl.Workbook()
+    for row in [
+        ["time", "depth", "load"],
+        ["s", "nm", "mN"],
+        *zip(time, depth * 1e9, force * 1e3, strict=True),
+    ]:
+        book.active.append([v if isinstance(v, str) else float(v) for v in row])
+    book.save(tmp_path / "a.xlsx")
+    (tmp_path / "a.xlsx").rename(tmp_path / "a.xls")  # what is inside decides
+    [read] = mdr.read_indents(tmp_path / "a.xls")
+    assert read["normal_force"].values == pytest.approx(force, rel=1e-12)
+    (tmp_path / "bad.xls").write_bytes(b"no book")
+    with pytest.raises(CaseError, match="no spreadsheet, or it is damaged"):
+        mdr.read_indents(tmp_path / "bad.xls")
+
+
 def test_without_a_package_the_extra_is_named(tmp_path, monkeypatch):
     for module in ("python_calamine", "NSFopen.read", "openpyxl"):
         monkeypatch.setitem(sys.modules, module, None)
@@ -392,7 +412,11 @@ def test_other_packages_offer_formats(tmp_path, monkeypatch):
     (tmp_path / "b.our").write_bytes(b"w")
     with pytest.raises(FileError, match="a file of ours, by its name, but it is damaged"):
         mdr.read_curves(tmp_path / "b.our", spring_constant="0.05 N/m")
+    table = written(tmp_path / "table.csv", "load [nN],travel [um]", force * 1e9, travel * 1e6)
     offered[0].load = lambda: 3
+    assert (
+        len(mdr.read_curves(table, spring_constant="0.05 N/m")) == 2
+    )  # a broken reader is none of its business
     with pytest.raises(ProblemError, match=r"the reader 'ours' of the group pymdr.readers .* is int"):
         mdr.read_curves(tmp_path / "a.our", spring_constant="0.05 N/m")
 

@@ -73,15 +73,19 @@ def registered() -> tuple[ForceFormat, ...]:
 
 
 def format_of(source: Path) -> ForceFormat | None:
-    """The format of a file by its name and its first bytes: a built-in one, then a registered one; None if neither."""
+    """The built-in format of a file by its name and its first bytes; None if it has none."""
     suffix = source.suffix.lower()
     if _bruker(source):
         return BUILT_IN[1]
     for one in BUILT_IN:
         if suffix in one.suffixes and one.detect(source):
             return one
-    if suffix in (*SPREADSHEETS, *afm.SUFFIXES):
-        return None
+    return None
+
+
+def _offered(source: Path) -> ForceFormat | None:
+    """The format of another package for a file that no built-in one reads."""
+    suffix = source.suffix.lower()
     return next((one for one in registered() if suffix in one.suffixes and one.detect(source)), None)
 
 
@@ -114,13 +118,19 @@ def records_of(
             f"{source}: a file of Bruker NanoScope with images, not force curves; read_topography reads heights"
         )
     if suffix not in (*TEXT, *SPREADSHEETS):
-        raise _unknown(source)
+        offered = _offered(source)
+        if offered is None:
+            raise _unknown(source)
+        return _read(source, offered, calibration), False
     try:
         columns = read_force_columns(source, missing=leave_out_missing)
     except CaseError:
         if suffix == ".tab":  # tables of afmformats have their header in a comment
             return list(afm.read(source, calibration)), False
-        raise
+        offered = _offered(source)
+        if offered is None:
+            raise
+        return _read(source, offered, calibration), False
     return [_table(source, columns)], True
 
 
