@@ -274,10 +274,6 @@ def small_slope_assumptions(
         Largest contact radius in m.
     dundurs_beta : float
         Dundurs' beta of the pair.
-
-    Returns
-    -------
-    tuple of Assumption
     """
     assumptions = []
     if not isinstance(profile, ForceCurve):  # a force curve has no known slopes
@@ -390,15 +386,10 @@ def with_prescribed(
 
     Parameters
     ----------
-    claims : mapping of str to Claim
     disk : ndarray of bool
         Steps at which the disk is certified.
     prescribed : mapping of str to ndarray of bool
         Steps at which each quantity is prescribed.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     updated = dict(claims)
     for name, known in prescribed.items():
@@ -434,15 +425,10 @@ def approximated(
 
     Parameters
     ----------
-    claims : mapping of str to Claim
     remark : str
         Description of the approximation.
     error : ndarray, float or None
         Relative, per step or for all steps; None if unknown.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     return {name: _approximated(claim, remark, error) for name, claim in claims.items()}
 

@@ -115,10 +115,6 @@ class Planned:
             Values of the channels at the start of the leg, in SI units; missing ones are 0.
         begin : float
             Start time in s.
-
-        Returns
-        -------
-        Stretch
         """
         channels = self.controls.normal, self.controls.tangential
         start = here.get(channels[0], 0.0), here.get(channels[1], 0.0)
@@ -250,13 +246,8 @@ def refined(rows: Stretch, between: int) -> Refined:
 
     Parameters
     ----------
-    rows : Stretch
     between : int
         Number of parts of every such step.
-
-    Returns
-    -------
-    Refined
     """
     ends = np.stack([rows.normal, rows.tangential])
     moves = np.diff(ends, axis=1, prepend=np.array(rows.start)[:, None])

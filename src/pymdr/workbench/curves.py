@@ -52,8 +52,8 @@ def read_curves(
     Returns
     -------
     tuple of MeasuredCurve
-        In the order of the file; `segment` says what each is, told by how the travel changes, and `metadata` what the file says, the pixels of a
-        force map among it (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body. A table
+        In the order of the file; `segment` is determined from the change of the travel; `metadata` holds that of the file, with the pixels of a
+        force map (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body. A table
         whose position falls toward the body is turned, which is a step of its curves.
 
     Raises
@@ -61,7 +61,7 @@ def read_curves(
     FileError
         If the file cannot be read, is damaged or cut off.
     CaseError
-        If it is a table without units, or samples are no numbers.
+        If it is a table without units, or samples are not numbers.
     ProblemError
         If it has no force, no height, no spring constant, or no sensitivity of a signal in V.
     MissingExtraError
@@ -69,7 +69,7 @@ def read_curves(
 
     See Also
     --------
-    read_curve : a whole record from a table.
+    read_record : loads and displacements of a table.
     MeasuredCurve.join : one record of its segments.
 
     Examples
@@ -249,7 +249,9 @@ def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:
     turned = [one.mark_outliers().orient(signs.numbers) for one in parts]
     approach = next((one for one in turned if one.segment == "approach"), None)
     if approach is None:
-        raise ProblemError("the record has no approach, whose free part is its baseline")
+        raise ProblemError(
+            "the record has no approach; its baseline is fitted to the free part of the approach"
+        )
     baseline = approach.baseline()
     if segment == "record":
         return oriented.mark_saturated().subtract_baseline(baseline)

@@ -108,7 +108,6 @@ def verify_sliding(
     ----------
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
-    path : LoadingPath
     cells : int
         Cells along a side of the grid, 8 to 80.
     steps : int
@@ -117,10 +116,6 @@ def verify_sliding(
         As for :func:`pymdr.solve`.
     progress : callable or None
         Called as ``progress(done, total)``.
-
-    Returns
-    -------
-    SlidingVerification
 
     Raises
     ------
@@ -137,8 +132,8 @@ def verify_sliding(
         )
     if contact.is_viscoelastic:
         raise ProblemError(
-            "verify: the grid solves friction of elastic bodies, and a body of this contact is Viscoelastic; take Elastic with its "
-            "stiffness at one time, or leave friction out, which rings follow with memory"
+            "verify: the grid solves friction of elastic bodies only, and a body is Viscoelastic; use Elastic with the stiffness at "
+            "one time, or leave friction out (rings then solve the viscoelastic contact)"
         )
     if not 0.0 < contact.friction.coefficient < math.inf:
         raise ProblemError(

@@ -44,10 +44,6 @@ def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None)
         ``mdr`` and ``rings`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     history : xarray.Dataset, optional
         ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings`` over ``row``, in SI units.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(6.0 if history is None else 9.6, 5.0)
@@ -113,10 +109,6 @@ def compared_shape(
         Exact pressures over ``r`` along "x" and "y", where there are some.
     axes : tuple of float or None
         Semi-axes of the exact contact in m.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(13.0, 3.9)
@@ -237,10 +229,6 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
         ``mdr`` and ``grid`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     curves : xarray.Dataset
         ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``: the drawn lines.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     turned = "twist" in table
     motion, force_name, traction = (

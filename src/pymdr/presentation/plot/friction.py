@@ -85,10 +85,6 @@ def frictional_figures(data: FigureData) -> dict[str, Figure]:
     """
     The figures of a contact with friction by name.
 
-    Parameters
-    ----------
-    data : FigureData
-
     Returns
     -------
     dict of str to matplotlib.figure.Figure

@@ -274,7 +274,7 @@ def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple
         if lost.any() and not leave_out:
             first = int(np.argmax(lost))
             raise CaseError(
-                f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(lost)} of {values.size} samples that are no numbers; every "
+                f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(lost)} of {values.size} samples that are not numbers; every "
                 "sample must be finite: read_curves(..., leave_out_missing=True) leaves them out and says so"
             )
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
@@ -289,7 +289,7 @@ def _step_of(missing: int, size: int) -> Step | None:
     """That samples were left out, if any were."""
     if not missing:
         return None
-    words = f"{missing} of {size} samples were no numbers, left out"
+    words = f"{missing} of {size} samples were not numbers, left out"
     return Step("missing", words, Facts({"count": float(missing)}))
 
 
