@@ -88,7 +88,7 @@ def read_indents(file: str | os.PathLike[str]) -> tuple[xr.Dataset, ...]:
     FileError
         If the file cannot be read.
     CaseError
-        If it has no table of depth and load with units, entries are no numbers, or it is cut off.
+        If it has no table of depth and load with units, entries are not numbers, or it is cut off.
     MissingExtraError
         If a spreadsheet needs a package that is not installed.
 
