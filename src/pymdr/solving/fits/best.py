@@ -11,10 +11,12 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import Coulomb
 from pymdr.solving.fits.families import FamilyAxes, Ladder, whole_ladder
+from pymdr.solving.fits.forces import forces_of
+from pymdr.solving.fits.kernels import point_across_samples
 from pymdr.solving.fits.quick import depth_ranges, fit_by_family
 from pymdr.solving.fits.records import ListedCurves, Stretch
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, FitRequest, fewest_in_contact
-from pymdr.solving.fits.searching import Search, minimize_from
+from pymdr.solving.fits.searching import Minimum, Search, minimize_from
 from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 
 
 _STARTS, _COARSE, _FINE = 4, 14, 12
+_CROSSINGS = 4
+"""Largest number of searches for contact points beyond other samples."""
 _AS_WELL = 1e-11
 """Relative difference below which two sums of squares are equal."""
 
@@ -61,7 +65,9 @@ def best_end(search: Search) -> End:
     for rank in range(max(map(len, starts_by_curve))):
         chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        minimum = minimize_from(followed, followed.to_free(chosen[0].values.tolist(), places))
+        minimum = _across_samples(
+            followed, minimize_from(followed, followed.to_free(chosen[0].values.tolist(), places))
+        )
         ends.append((minimum.misfit, minimum.free))
     least = min(misfit for misfit, _ in ends)
     signed = np.array([not u.is_size for u in search.unknowns] + [False] * search.origin_scales.size)
@@ -74,6 +80,33 @@ def best_end(search: Search) -> End:
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
     return End(misfit, search.to_free(values.tolist(), origin), wide)
+
+
+def _across_samples(search: Search, minimum: Minimum) -> Minimum:
+    """
+    The end of a search with contact points moved across samples, where the misfit of a constant pull jumps.
+
+    Only of indentations: on a machine the record decides which samples are in contact.
+    """
+    if not search.jumps or search.place in search.known:
+        return minimum
+    for _ in range(_CROSSINGS):
+        values, origins = search.from_free(minimum.free)
+        contact = put_into(search.contact, search.unknowns, values)
+        moved = [dict(one) for one in origins]
+        for own, curve, one in zip(moved, search.measured, search.models(minimum.free), strict=True):
+            if curve.compliance == 0.0:
+                forces = forces_of(contact, float(np.ptp(curve.depth)), 0.0, None)
+                own[search.place] = point_across_samples(
+                    curve.position, one.force, own[search.place], lambda depth, of=forces: of.at(depth)[0]
+                )
+        if moved == origins:
+            break
+        other = minimize_from(search, search.to_free(values.tolist(), moved))
+        if other.misfit >= minimum.misfit:
+            break
+        minimum = other
+    return minimum
 
 
 def _with_monotone_records(search: Search) -> Search:
