@@ -13,6 +13,7 @@ from pymdr.problem.laws import Coulomb
 from pymdr.solving.fits.families import FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
 from pymdr.solving.fits.kernels import point_across_samples
+from pymdr.solving.fits.limits import starts_from_limits
 from pymdr.solving.fits.quick import depth_ranges, fit_by_family
 from pymdr.solving.fits.records import ListedCurves, Stretch
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, FitRequest, fewest_in_contact
@@ -50,17 +51,19 @@ class End(NamedTuple):
 def best_end(search: Search) -> End:
     """The smallest misfit of searches from several starts; approximate for bodies with memory."""
     quick = _quick_start(search)
+    nearby = None if quick is not None else starts_from_limits(search, lambda one: best_end(one)[:2])
     monotone = _with_monotone_records(search)
     once = not search.shears and all(map(is_pressed_once, search.measured))
     followed = search if once else monotone
-    starts_by_curve = (
-        [
+    if quick is not None:
+        starts_by_curve = [[quick[0]]]
+    elif nearby is not None:
+        starts_by_curve = nearby
+    else:
+        starts_by_curve = [
             starts(monotone.contact, monotone.unknowns, curve, monotone.known, _STARTS)
             for curve in monotone.curves
         ]
-        if quick is None
-        else [[quick[0]]]
-    )
     ends = []
     for rank in range(max(map(len, starts_by_curve))):
         chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
@@ -97,9 +100,7 @@ def _across_samples(search: Search, minimum: Minimum) -> Minimum:
         for own, curve, one in zip(moved, search.measured, search.models(minimum.free), strict=True):
             if curve.compliance == 0.0:
                 forces = forces_of(contact, float(np.ptp(curve.depth)), 0.0, None)
-                own[search.place] = point_across_samples(
-                    curve.position, one.force, own[search.place], lambda depth, of=forces: of.at(depth)[0]
-                )
+                own[search.place] = point_across_samples(curve.position, one.force, own[search.place], forces)
         if moved == origins:
             break
         other = minimize_from(search, search.to_free(values.tolist(), moved))

@@ -159,7 +159,7 @@ class Search:
             size = sum(one.force.size for one in self.curves)
             size = sum(int(one.sum()) for one in self.used) if self.used else size
             return Compared(np.full(size, _POOR * max(float(np.ptp(one.force)) for one in self.curves)), None)
-        used = self.used or (slice(None),) * len(models)
+        used = self.used or tuple(np.ones(one.force.size, dtype=bool) for one in models)
         residuals = [(one.force - one.model)[part] for one, part in zip(models, used, strict=True)]
         touches = [one.touches[part] for one, part in zip(models, used, strict=True)] if self.jumps else None
         return Compared(np.concatenate(residuals), None if touches is None else np.concatenate(touches))

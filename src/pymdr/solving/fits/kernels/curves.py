@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,17 +20,13 @@ from pymdr.solving.fits.kernels.descent import (
 from pymdr.solving.fits.kernels.model import (
     BASE,
     NUMBERS,
-    OUTSIDE,
     POINT,
-    SCALE,
     SHAPE,
     TILT,
     Batch,
     FamilyTable,
-    member_at,
-    read,
 )
-from pymdr.solving.fits.kernels.pulls import FEW, point_across_samples, start_near
+from pymdr.solving.fits.kernels.pulls import FEW, OfFamily, point_across_samples, start_near
 from pymdr.solving.fits.kernels.starts import Engine, best_points, few_of, starts_at_tilts, tilts_of
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNSETTLED
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
@@ -165,7 +160,7 @@ def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: floa
         for theta, i in zip(starts, moving, strict=True):
             force = batch.force[i] - theta[BASE] - theta[TILT] * batch.place[i]
             theta[POINT] = point_across_samples(
-                batch.place[i], force, float(theta[POINT]), partial(_forces_at, search.family, theta)
+                batch.place[i], force, float(theta[POINT]), OfFamily(search.family, theta.copy())
             )
         changed = starts[:, POINT] != ends.theta[moving, POINT]
         moving, starts = moving[changed], starts[changed]
@@ -175,13 +170,6 @@ def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: floa
         better = others.misfit < ends.misfit[moving]
         _put(ends, moving, others, better)
         moving = moving[better]
-
-
-def _forces_at(family: FamilyTable, theta: FloatArray, depth: FloatArray) -> FloatArray:
-    """Forces in N of a member without a fold, at depths in m above 0."""
-    member = member_at(family, theta[SHAPE])
-    root = np.minimum(np.sqrt(depth / member.deepest), OUTSIDE)
-    return math.exp(theta[SCALE]) * read(member.force, member.slope, root)[0]
 
 
 def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from pymdr.solving.fits.kernels.model import (
     TILT,
     Batch,
     FamilyTable,
+    member_at,
     read,
 )
 from pymdr.units import FloatArray
@@ -219,9 +219,29 @@ def _number_of_pull(family: FamilyTable, pulls: FloatArray) -> FloatArray:
     return np.asarray(family.first + family.step * at)
 
 
-def point_across_samples(
-    place: FloatArray, force: FloatArray, point: float, model: Callable[[FloatArray], FloatArray]
-) -> float:
+class AtDepths(Protocol):
+    """Forces over depths."""
+
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and stiffness in N/m, at depths in m above 0."""
+
+
+class OfFamily(NamedTuple):
+    """Forces of a member of a family without a fold."""
+
+    family: FamilyTable
+    theta: FloatArray
+    """The numbers of the model."""
+
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its rate over the root of the depth, at depths in m above 0."""
+        member = member_at(self.family, self.theta[SHAPE])
+        root = np.minimum(np.sqrt(depth / member.deepest), OUTSIDE)
+        force, slope, _ = read(member.force, member.slope, root)
+        return math.exp(self.theta[SCALE]) * force, slope
+
+
+def point_across_samples(place: FloatArray, force: FloatArray, point: float, model: AtDepths) -> float:
     """
     The contact point in m with the smallest sum of squares near one, with the other numbers of the model fixed.
 
@@ -233,8 +253,7 @@ def point_across_samples(
         In N, without baseline and tilt.
     point : float
         In m.
-    model : callable
-        Force in N at depths in m above 0.
+    model : AtDepths
     """
     for near in sorted({max(place.size // FEW, _NEAR), _NEAR}, reverse=True):
         order = np.argsort(np.abs(place - point), kind="stable")[: 2 * near]
@@ -243,6 +262,6 @@ def point_across_samples(
         tried = np.append(point, gaps[:: max(gaps.size // (2 * _NEAR), 1)])
         beyond = place[order] - tried[:, None]
         touches = beyond > 0.0
-        borne = np.where(touches, model(np.where(touches, beyond, 0.0)), 0.0)
+        borne = np.where(touches, model.at(np.where(touches, beyond, 0.0))[0], 0.0)
         point = float(tried[np.argmin(((force[order] - borne) ** 2).sum(axis=1))])
     return point
