@@ -169,7 +169,9 @@ class ContactLaw(Study):
 
     def _remarks(self) -> list[str]:
         first, last = self.range
-        errors = ", ".join(f"{self.columns[name].label} {_rounded_up(self.errors[name])}" for name in LAW_QUANTITIES)
+        errors = ", ".join(
+            f"{self.columns[name].label} {_rounded_up(self.errors[name])}" for name in LAW_QUANTITIES
+        )
         return [
             f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; errors below: {errors}",
             self.table.form.remark(self.pull_off),

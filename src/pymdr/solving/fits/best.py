@@ -154,7 +154,7 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if fitted["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
-            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}press deeper, mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
+            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
         )
     if fitted["ending"][0] == AT_END:
         _refuse_beyond_layers(request, axes, stretch)
@@ -165,6 +165,14 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([fitted[f"{name}_error"][0] for name in request.names]) / scales
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
+
+
+def _turned_text(search: Search) -> str:
+    """Hint on the signs if the force of a record was turned."""
+    steps = [step for curve in search.measured for step in curve.steps if step.name == "signs"]
+    if not any(step.numbers.get("force") == -1.0 for step in steps):
+        return ""
+    return "its force was turned: keep its signs if compression was positive (curve.orient(keep=True), --keep-signs); "
 
 
 def _is_of_layers(request: FitRequest, axes: FamilyAxes) -> bool:

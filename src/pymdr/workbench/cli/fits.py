@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_study
-from pymdr.workbench.cli.options import CaseFile, Json, Quiet, Table
+from pymdr.workbench.cli.options import CaseFile, Json, KeepSigns, Quiet, Table
 from pymdr.workbench.cli.reporting import (
     failures_as_json,
     print_json,
@@ -61,6 +61,7 @@ def fit(
             help="Part of an AFM curve: approach, retreat or record; by default approach, with adhesion or memory record."
         ),
     ] = None,
+    keep_signs: KeepSigns = False,
     workers: Annotated[
         int, typer.Option(min=1, help="Processes for a map; results do not depend on it.")
     ] = 1,
@@ -80,7 +81,13 @@ def fit(
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
         curves = (
-            _read(curve, spring_constant, segment, contact.adhesion is not None or contact.is_viscoelastic)
+            _read(
+                curve,
+                spring_constant,
+                segment,
+                contact.adhesion is not None or contact.is_viscoelastic,
+                keep_signs=keep_signs,
+            )
             if contact.friction is None
             else _read_sheared(curve, spring_constant, segment)
         )
@@ -110,7 +117,12 @@ def fit(
 
 
 def _read(
-    files: Sequence[Path], spring_constant: str | None, segment: str | None, whole: bool
+    files: Sequence[Path],
+    spring_constant: str | None,
+    segment: str | None,
+    whole: bool,
+    *,
+    keep_signs: bool,
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map as a dataset or the folder of its store."""
     from pymdr.errors import ProblemError
@@ -135,7 +147,9 @@ def _read(
                 )
             continue
         part = segment or ("record" if whole else "approach")
-        records = read_prepared_curves(file, segment=part, spring_constant=spring_constant)
+        records = read_prepared_curves(
+            file, segment=part, spring_constant=spring_constant, keep_signs=keep_signs or None
+        )
         if len(records) > 1:
             if len(files) > 1:
                 raise ProblemError(f"{file} is a map of {len(records)} curves; give no other file with it")
