@@ -443,7 +443,7 @@ BLOCK = 16
 def alone(curve, springs, body, t, d):
     """Histories of springs that each move by themselves, in blocks of few, with their loads."""
     for low in range(0, springs.position.size, BLOCK):
-        names = ("position", "height", "share", "centre", "outer")
+        names = ("position", "height", "stiffness", "centre", "outer")
         block = replace(
             springs, **{name: getattr(springs, name)[low : low + BLOCK] for name in names}, limit=math.inf
         )
@@ -509,7 +509,7 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
     count = (bears > 0.0).sum(axis=1)
     known = np.append(True, wait > 0.0) | (body.viscosity == 0.0)
     if machine < math.inf and body.viscosity == 0.0:
-        force = bears @ springs.share
+        force = bears @ springs.stiffness
     else:
         force = sum(one.force for one, _ in each)
         known &= (count == 0) | ((count % BLOCK > 2) & (count % BLOCK < BLOCK - 1))
