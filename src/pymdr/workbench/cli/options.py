@@ -42,6 +42,14 @@ KeepSigns = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of text, also for errors.")]
 
+Sensitivity = Annotated[
+    str | None,
+    typer.Option(
+        help="Sensitivity of a deflection in V, such as '50 nm/V'; overrides the file.",
+    ),
+]
+LeaveOut = Annotated[bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")]
+
 _MOST_POINTS = 1000
 
 
