@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from common import BALL_CASE, references
 from drawing import examples, first_of
-from pymdr.interpretation.stress import displacement, line_load, principal_stresses, stress, sums, von_mises
+from pymdr.interpretation.stress import displacement, line_load, stress, sums
+from pymdr.interpretation.tensors import principal_stresses, von_mises
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import Place

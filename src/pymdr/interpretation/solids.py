@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import singledispatch
 from typing import Protocol
@@ -11,7 +12,7 @@ import numpy as np
 from pymdr.interpretation.shear_stress import shear_displacement, shear_stress, shear_sums
 from pymdr.interpretation.stress import LineLoad, displacement, stress, sums
 from pymdr.interpretation.transverse import TransverseSolid
-from pymdr.problem.materials import Elastic, Material, TransverselyIsotropic
+from pymdr.problem.materials import Elastic, Material, TransverselyIsotropic, Viscoelastic
 from pymdr.units import FloatArray
 
 
@@ -37,7 +38,7 @@ class IsotropicSolid:
 
     poisson: float
     shear: float
-    """G in Pa."""
+    """G in Pa; nan where it depends on time."""
 
     def normal_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """As of every solid."""
@@ -65,6 +66,12 @@ def solid_of(body: Material) -> Solid | None:
 @solid_of.register
 def _(body: Elastic) -> Solid:
     return IsotropicSolid(body.poisson, body.shear)
+
+
+@solid_of.register
+def _(body: Viscoelastic) -> Solid | None:
+    # under one load the stress depends on nu alone, so that it is known where nu is constant in time
+    return None if body.poisson is None else IsotropicSolid(body.poisson, math.nan)
 
 
 @solid_of.register

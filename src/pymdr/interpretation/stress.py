@@ -8,7 +8,7 @@ one integral over the punches. With s = r + z sinh(t), split at s = r, it is as 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
@@ -60,6 +60,16 @@ class LineLoad:
     """A typical stress in Pa."""
     rings: tuple[tuple[float, float], ...] = ()
     """Radii in m and weights in N/m of more punches, at steps of the line load inside the edge."""
+    noise: float = _ROUNDING
+    """Error of the load itself, of the typical stress."""
+
+
+class Loads(NamedTuple):
+    """The loads on the line of a body in one step."""
+
+    normal: LineLoad
+    shear: LineLoad | None = None
+    """Of the shear traction on the body, in the direction of x; None without friction."""
 
 
 def line_load(
@@ -134,7 +144,9 @@ def contact_pieces(
         # the upper end itself is read as the beginning of what follows
         last = float(np.nextafter(width, 0.0))
 
-        def density(above: FloatArray, low: float = low, begin: float = begin, last: float = last) -> FloatArray:
+        def density(
+            above: FloatArray, low: float = low, begin: float = begin, last: float = last
+        ) -> FloatArray:
             at = Place(np.full(above.shape, low), np.minimum(begin + above, last))
             return factor * line.modulus * equivalent.slope(at)
 
@@ -186,9 +198,7 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
     return Sums(*integrated(load, r, z, _punch, np.array([1.0, 1.0, 1.0, 1.0, 1.0, load.radius])))
 
 
-def integrated(
-    load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, sizes: FloatArray
-) -> FloatArray:
+def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, sizes: FloatArray) -> FloatArray:
     """
     Closed forms of punches summed over a load.
 
@@ -215,7 +225,7 @@ def integrated(
     radius, depth = np.ravel(r), np.ravel(z)
     depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius))
     total = np.zeros((sizes.size, radius.size))
-    noise = _ROUNDING * load.scale * sizes
+    noise = load.noise * load.scale * sizes
     if load.radius > 0.0:
         for piece in load.pieces:
             total += _integrated(piece, radius, depth, punch, noise)
@@ -263,9 +273,7 @@ class _Parts(NamedTuple):
         return _Parts(*(values[some] for values in self))
 
 
-def _integrated(
-    piece: Punches, r: FloatArray, z: FloatArray, punch: Kernel, noise: FloatArray
-) -> FloatArray:
+def _integrated(piece: Punches, r: FloatArray, z: FloatArray, punch: Kernel, noise: FloatArray) -> FloatArray:
     """The closed forms integrated over the punches of a piece, at points of shape (n,); `noise` is the error that is rounding."""
     answer = np.zeros((noise.size, r.size))
     ends = piece.anchor - r, (piece.anchor - r) + piece.extent

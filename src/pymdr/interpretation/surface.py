@@ -10,6 +10,7 @@ import numpy as np
 from pymdr.errors import QuantityError
 from pymdr.interpretation import fields
 from pymdr.interpretation.cohesion import cohesive_displacement, cohesive_pressure, cohesive_spring_shift
+from pymdr.interpretation.stress import Loads, line_load
 from pymdr.interpretation.theories import theory_of
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import DiskStates, disk_states, states_at_depth
@@ -65,6 +66,21 @@ class Surface:
     def marks(self, step: int) -> tuple[float, ...]:
         """Radii in m in the contact at which its pressure may have a kink."""
         return self.line.equivalent.kinks(float(self.states.contact_radius[step]))
+
+    @property
+    def revolves(self) -> bool:
+        """Nothing depends on the direction."""
+        return True
+
+    def loads(self, step: int) -> Loads:
+        """The normal load on the line."""
+        a = float(self.states.contact_radius[step])
+        zone, strength = 0.0, 0.0
+        if self.cohesion is not None and a < self.springs.edge:
+            zone, strength = float(self.cohesion.radius[step]), self.cohesion.strength
+        excess = float(self.states.edge_excess[step])
+        place = self.states.place.take(step)
+        return Loads(line_load(self.springs, place, excess, zone=zone, strength=strength))
 
     def _known(self) -> float:
         equivalent = self.line.equivalent

@@ -160,7 +160,9 @@ class TransverseSolid:
 
     def normal_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """u_r and u_z in m under a pressure, shape (2, ...)."""
-        return np.asarray(sum(body._normal_displacement(load, r, z) for body in self._bodies) / len(self._bodies))
+        return np.asarray(
+            sum(body._normal_displacement(load, r, z) for body in self._bodies) / len(self._bodies)
+        )
 
     def _normal_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         total: ComplexArray = np.zeros((2, *np.shape(r)), dtype=complex)
@@ -171,7 +173,9 @@ class TransverseSolid:
 
     def shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """Amplitudes of u_r (cosine), u_t (sine) and u_z (cosine) in m under a traction in +x, shape (3, ...)."""
-        return np.asarray(sum(body._shear_displacement(load, r, z) for body in self._bodies) / len(self._bodies))
+        return np.asarray(
+            sum(body._shear_displacement(load, r, z) for body in self._bodies) / len(self._bodies)
+        )
 
     def _shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         total: ComplexArray = np.zeros((3, *np.shape(r)), dtype=complex)

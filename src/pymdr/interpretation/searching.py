@@ -1,0 +1,172 @@
+"""The largest value of a measure of stress in a half-space, and where it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from pymdr.interpretation.tensors import fixed_axes
+from pymdr.units import FloatArray
+
+_STEPS = 9
+"""Radii that are searched between two marks of the profile."""
+_DEPTHS = np.append(0.0, np.geomspace(1e-4, 2.0, 25))
+"""Depths that are searched, of the loaded radius."""
+_PLACE = 1e-6
+"""Of the loaded radius: how closely a largest value is located."""
+_RIVALS = 0.98
+"""Of the largest value found: others from which the search begins too."""
+_ANGLES = 24
+"""Intervals of half a turn in which an angle is searched first."""
+_TURNS = 22
+"""How often the interval around an angle is halved."""
+
+Tensor: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+"""Components in Pa at radii and depths in m, components first."""
+
+
+class Largest(NamedTuple):
+    """A largest value and where it is."""
+
+    value: float
+    r: float
+    """In m."""
+    z: float
+    """In m."""
+    angle: float = 0.0
+    """From x, in rad."""
+
+
+def largest_on(
+    measure: Callable[[FloatArray], FloatArray],
+    revolving: Tensor,
+    amplitudes: Tensor | None,
+    background: Callable[[FloatArray], FloatArray] | None,
+    marks: Sequence[float],
+    radius: float,
+) -> Largest:
+    """
+    The largest value of a measure of stress.
+
+    Parameters
+    ----------
+    measure : callable
+        From components, shape (4, ...) or (6, ...).
+    revolving : callable
+        Components rr, tt, zz, rz that do not depend on the angle.
+    amplitudes : callable or None
+        Of a shear traction: rr, tt, zz, rz times the cosine and rt, tz times the sine.
+    background : callable or None
+        Components in fixed directions at depths.
+    marks : sequence of float
+        Radii in m in the loaded disk at which the stress is not smooth at the surface.
+    radius : float
+        That of the loaded disk in m.
+
+    Returns
+    -------
+    Largest
+    """
+    inside = (m for m in marks if 0.0 < m < radius)
+    bounds = np.unique([0.0, *inside, radius, 1.5 * radius])
+    share = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, _STEPS)))
+    radii = np.unique(bounds[:-1, None] + np.diff(bounds)[:, None] * share)
+    depths = radius * _DEPTHS
+
+    if amplitudes is None and background is None:
+
+        def value(r: FloatArray, z: FloatArray) -> FloatArray:
+            return measure(revolving(r, z))
+
+        return _searched(value, radii, depths, _PLACE * radius)
+
+    def turned(r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        steady = np.concatenate([revolving(r, z), np.zeros((2, *r.shape))])
+        moving = np.zeros(steady.shape) if amplitudes is None else amplitudes(r, z)
+        added = None if background is None else background(z)
+        return _over_angles(measure, steady, moving, added)
+
+    best = _searched(lambda r, z: turned(r, z)[0], radii, depths, _PLACE * radius)
+    _, angle = turned(np.array([best.r]), np.array([best.z]))
+    return best._replace(angle=float(angle[0]))
+
+
+def _over_angles(
+    measure: Callable[[FloatArray], FloatArray],
+    steady: FloatArray,
+    moving: FloatArray,
+    added: FloatArray | None,
+) -> tuple[FloatArray, FloatArray]:
+    """The largest value over all angles, and its angle in rad."""
+
+    def at(angle: FloatArray) -> FloatArray:
+        c, s = np.cos(angle), np.sin(angle)
+        tensor = steady + moving * np.array([c] * 4 + [s] * 2)
+        if added is None:
+            return measure(tensor)
+        return measure(fixed_axes(tensor, c, s) + added)
+
+    shape = steady.shape[1:]
+    # without a background both halves are alike
+    low = 0.0 if added is None else -math.pi
+    angles = np.linspace(low, math.pi, _ANGLES * (1 if added is None else 2) + 1)
+    best, angle = np.full(shape, -math.inf), np.zeros(shape)
+    for one in angles:
+        value = at(np.full(shape, one))
+        better = value > best
+        best, angle = np.where(better, value, best), np.where(better, one, angle)
+    half = 0.5 * (angles[1] - angles[0])
+    for _ in range(_TURNS):
+        for other in (angle - half, angle + half):
+            value = at(other)
+            better = value > best
+            best, angle = np.where(better, value, best), np.where(better, other, angle)
+        half *= 0.5
+    return best, angle
+
+
+def _searched(value: Tensor, radii: FloatArray, depths: FloatArray, precision: float) -> Largest:
+    """The largest value from a net of radii and depths."""
+    values = value(*np.meshgrid(radii, depths, indexing="ij"))
+    top = values.max()
+    rivals = values >= top - (1.0 - _RIVALS) * abs(top)
+    return max(
+        _refined(value, radii, depths, (int(i), int(k)), precision)
+        for i, k in np.argwhere(_is_peak(values) & rivals)
+    )
+
+
+def _is_peak(values: FloatArray) -> np.ndarray:
+    """Where a value on a net is at least as large as its neighbours."""
+    wide = np.pad(values, 1, constant_values=-math.inf)
+    rows, columns = values.shape
+    around = [wide[i : i + rows, k : k + columns] for i in range(3) for k in range(3)]
+    return np.asarray(values >= np.max(around, axis=0))
+
+
+def _refined(
+    value: Tensor, radii: FloatArray, depths: FloatArray, start: tuple[int, int], precision: float
+) -> Largest:
+    """The largest value near a node of a net, on nets that shrink around it."""
+    best = np.array([radii[start[0]], depths[start[1]]])
+    half = np.array(
+        [
+            np.max(np.abs(np.diff(net[max(n - 1, 0) : n + 2])))
+            for net, n in zip((radii, depths), start, strict=True)
+        ]
+    )
+    top = -math.inf
+    while half.max() > precision:
+        r, z = (
+            np.maximum(centre + width * np.linspace(-1.0, 1.0, 5), 0.0)
+            for centre, width in zip(best, half, strict=True)
+        )
+        values = value(*np.meshgrid(r, z, indexing="ij"))
+        row, column = np.unravel_index(np.argmax(values), values.shape)
+        best, top = np.array([r[row], z[column]]), max(top, float(values[row, column]))
+        # a net whose largest value lies at its rim is moved before it shrinks
+        half *= np.where([row in (0, 4) and r[row] > 0.0, column in (0, 4) and z[column] > 0.0], 1.0, 0.5)
+    return Largest(top, *map(float, best))
