@@ -354,7 +354,10 @@ def test_largest_stress_is_refused_where_it_has_no_bound(contact, words):
     [
         (mdr.Contact(mdr.Sphere("1 mm"), mdr.Graded("1 GPa", "1 mm", 0.2, 0.3)), "graded"),
         (mdr.Contact(mdr.Sphere("1 mm"), mdr.Layered([mdr.Layer(STEEL, "1 mm")])), "layers"),
-        (mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(0.3)), "without friction"),
+        (
+            mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), bulk="1 GPa")),
+            "nu changes",
+        ),
         (mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.DMT("1 J/m^2")), "DMT"),
         (mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3, thickness="1 mm")), "thickness"),
     ],
@@ -420,7 +423,11 @@ def test_first_yield_at_a_corner_that_comes_into_contact():
         (mdr.Contact(mdr.Cone(slope=0.1), STEEL), mdr.NotValidError, "sharp tip"),
         (mdr.Contact(mdr.Cone(slope=0.1), mdr.Elastic("1 GPa", 0.5)), mdr.NotValidError, "under a cone"),
         (mdr.Contact(mdr.TruncatedParaboloid("10 mm", "1 mm"), STEEL), mdr.NotValidError, "corner"),
-        (mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(0.3)), mdr.NotValidError, "friction"),
+        (
+            mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(math.inf)),
+            mdr.ProblemError,
+            "force_ratio",
+        ),
         (
             mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.JKR("1 J/m^2")),
             mdr.ProblemError,
@@ -461,5 +468,5 @@ def test_an_elastic_body_on_one_that_is_not_isotropic():
     # the pressure is Hertz's, and the only body whose stress is known is read
     peak = float(result["peak_pressure"][0])
     assert float(result["largest_shear"][0]) == pytest.approx(0.3100205019545214 * peak, rel=1e-8)
-    with pytest.raises(mdr.NotValidError, match="transversely isotropic"):
-        result.field("stress", side="body")
+    below = float(result.field("stress", [0.0], z=[1e-4], side="body").sel(component="zz")[0, 0])
+    assert -peak < below < 0.0

@@ -254,7 +254,9 @@ def largest_in(
     values, r, z, angle = found.T if several else found[0]
     places = {"r": (r, "radius"), "z": (z, "depth")}
     if background is not None or not interior.revolves:
-        places = {"x": (r * np.cos(angle), "x"), "y": (r * np.sin(angle), "y"), "z": (z, "depth")}
+        # the sine of pi is not exactly 0
+        across = np.where(np.abs(angle) == np.pi, 0.0, r * np.sin(angle))
+        places = {"x": (r * np.cos(angle), "x"), "y": (across, "y"), "z": (z, "depth")}
     length = {"units": "m"}
     return xr.DataArray(
         values,

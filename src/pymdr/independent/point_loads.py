@@ -40,19 +40,16 @@ def normal_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: floa
     one, two = 1.0 / (d * (d + z)), (2.0 * d + z) / (d**3 * (d + z) ** 2)
     soft, five = 1.0 - 2.0 * poisson, 3.0 * z / d**5
     lateral = soft * z / d**3 - soft * one
-    return (
-        np.array(
-            [
-                lateral + soft * x * x * two - five * x * x,
-                lateral + soft * y * y * two - five * y * y,
-                -five * z * z,
-                -five * x * z,
-                (soft * two - five) * x * y,
-                -five * y * z,
-            ]
-        )
-        / (2.0 * math.pi)
-    )
+    return np.array(
+        [
+            lateral + soft * x * x * two - five * x * x,
+            lateral + soft * y * y * two - five * y * y,
+            -five * z * z,
+            -five * x * z,
+            (soft * two - five) * x * y,
+            -five * y * z,
+        ]
+    ) / (2.0 * math.pi)
 
 
 def tangential_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: float) -> FloatArray:
@@ -83,19 +80,16 @@ def tangential_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: 
     five, soft = 3.0 / d**5, 1.0 - 2.0 * poisson
     one = 1.0 / (d * (d + z) ** 2)
     two = (3.0 * d + z) / (d**3 * (d + z) ** 3)
-    return (
-        np.array(
-            [
-                x * (soft * (d**-3 - 3.0 * one + x * x * two) - five * x * x),
-                x * (soft * (d**-3 - one + y * y * two) - five * y * y),
-                -five * x * z * z,
-                -five * x * x * z,
-                y * (soft * (x * x * two - one) - five * x * x),
-                -five * x * y * z,
-            ]
-        )
-        / (2.0 * math.pi)
-    )
+    return np.array(
+        [
+            x * (soft * (d**-3 - 3.0 * one + x * x * two) - five * x * x),
+            x * (soft * (d**-3 - one + y * y * two) - five * y * y),
+            -five * x * z * z,
+            -five * x * x * z,
+            y * (soft * (x * x * two - one) - five * x * x),
+            -five * x * y * z,
+        ]
+    ) / (2.0 * math.pi)
 
 
 def stress_of_tractions(

@@ -155,16 +155,16 @@ def first_yield(
             )
             place = interior(depth * (1.0 + 10.0 * _CLOSE)).largest(name, 0)
         if ratio:
-            notes.append(
-                f"{criterion}: yield begins at x = {_place(place)}, y = {metres(place.r * math.sin(place.angle))}"
-            )
+            notes.append(f"{criterion}: yield begins at {_where(place)}")
         depths.append(depth)
         places.append(place)
     return _study(contact, depths, places, notes, (side, ratio))
 
 
-def _place(place: Largest) -> str:
-    return metres(place.r * math.cos(place.angle))
+def _where(place: Largest) -> str:
+    """The place in fixed directions."""
+    across = 0.0 if abs(place.angle) == math.pi else place.r * math.sin(place.angle)
+    return f"x = {metres(place.r * math.cos(place.angle))}, y = {metres(across)}"
 
 
 def _checked_ratio(contact: Contact, force_ratio: float | None) -> float:
