@@ -136,8 +136,8 @@ class Interior:
         cosine = np.divide(x, r, out=np.ones(r.shape), where=r > 0.0)
         sine = np.divide(y, r, out=np.zeros(r.shape), where=r > 0.0)
         # points of one radius and depth share the closed forms
-        pairs, where = np.unique(np.array([r.ravel(), z.ravel()]), axis=1, return_inverse=True)
-        radius, depth = pairs
+        pairs, where = np.unique(r + 1j * z, return_inverse=True)
+        radius, depth = np.ascontiguousarray(pairs.real), np.ascontiguousarray(pairs.imag)
         where = where.reshape(x.shape)
         if name == "interior_displacement":
             return self._spatial_displacement(loads, (radius, depth), where, (cosine, sine))

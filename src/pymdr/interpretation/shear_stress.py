@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.interpretation.stress import LineLoad, integrated
+from pymdr.interpretation.stress import LineLoad, integrated, punch_forms, quick_sums
 from pymdr.units import FloatArray
 
 
@@ -38,7 +38,7 @@ class ShearSums(NamedTuple):
     """ln P."""
 
 
-def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray) -> ShearSums:
+def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True) -> ShearSums:
     """
     The integrals at points inside the body.
 
@@ -48,6 +48,8 @@ def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray) -> ShearSums:
         Of the shear traction.
     r, z : ndarray
         Radius and depth in m, at least 0, of one shape.
+    logarithm : bool
+        Whether that of ln P, which only displacements need, is computed.
 
     Returns
     -------
@@ -59,30 +61,12 @@ def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray) -> ShearSums:
     ConvergenceError
         If two levels of the rule do not agree.
     """
-    sizes = np.append(np.ones(len(ShearSums._fields) - 1), load.radius)
-    return ShearSums(*integrated(load, r, z, _punch, sizes))
-
-
-def _punch(r: FloatArray, z: FloatArray, s: FloatArray, above: FloatArray) -> FloatArray:
-    """The closed forms of a punch of radius s and weight 1; `above` is s - r with all its digits."""
-    zeta = z + 1j * s
-    root = np.sqrt(z * z - above * (r + s) + 2j * z * s)
-    total = root + zeta
-    inverse, mean = 1.0 / root, 1.0 / total
-    cubed, both = z * inverse**3, inverse * mean
-    return np.array(
-        [
-            inverse.imag,
-            (cubed * zeta).imag,
-            mean.imag,
-            (z * both).imag,
-            r * cubed.imag,
-            r * both.imag,
-            r * (mean * mean).imag,
-            z * r * (both * mean).imag,
-            np.angle(total),
-        ]
-    )
+    found = quick_sums(load, r, z, logarithm)
+    if found is None:
+        found = integrated(
+            load, r, z, punch_forms, np.append(np.ones(len(ShearSums._fields) - 1), load.radius)
+        )
+    return ShearSums(*found)
 
 
 def shear_stress(found: ShearSums, poisson: float) -> FloatArray:

@@ -42,11 +42,11 @@ class IsotropicSolid:
 
     def normal_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """As of every solid."""
-        return stress(sums(load, r, z), self.poisson)
+        return stress(sums(load, r, z, logarithm=False), self.poisson)
 
     def shear_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """As of every solid."""
-        return shear_stress(shear_sums(load, r, z), self.poisson)
+        return shear_stress(shear_sums(load, r, z, logarithm=False), self.poisson)
 
     def normal_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """As of every solid."""

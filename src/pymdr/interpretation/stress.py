@@ -10,15 +10,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from pymdr.errors import ConvergenceError
+from pymdr.interpretation.punch_tree import Punches, resolved
 from pymdr.line.curves import ElasticLine
 from pymdr.numerics.panels import Place
 from pymdr.units import FloatArray, metres
+
+if TYPE_CHECKING:
+    from pymdr.interpretation.punch_kernel import Cells
 
 _LEVELS = (0.25, 0.125, 0.0625, 0.03125, 0.015625, 0.0078125)
 """Steps of the rule, each half of the one before."""
@@ -32,17 +36,6 @@ _SURFACE = 1e-30
 """Of the radius: depths less than this are read there, where the stress differs from that at the surface by rounding."""
 _BLOCK = 1 << 16
 """Nodes that are evaluated at once."""
-
-
-class Punches(NamedTuple):
-    """Punches whose radii fill an interval; their density may have a root at its anchor, one of its ends."""
-
-    anchor: float
-    """In m."""
-    extent: float
-    """Distance in m from the anchor to the other end, negative if that lies below."""
-    density: Callable[[FloatArray], FloatArray]
-    """Weight per radius in Pa at distances in m from the anchor."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +55,15 @@ class LineLoad:
     """Radii in m and weights in N/m of more punches, at steps of the line load inside the edge."""
     noise: float = _ROUNDING
     """Error of the load itself, of the typical stress."""
+
+    @cached_property
+    def cells(self) -> Cells | None:
+        """The load resolved into series and punches; None where it cannot be, or without compiled code."""
+        from pymdr.compiling import INTERPRETED
+
+        if INTERPRETED or not self.pieces or self.scale == 0.0:
+            return None
+        return resolved(self.pieces, self.radius, self.scale, self.noise)
 
 
 class Loads(NamedTuple):
@@ -175,7 +177,7 @@ Kernel: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], F
 """Closed forms of a punch of weight 1 at r and z: of its radius s, and of s - r with all its digits."""
 
 
-def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
+def sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True) -> Sums:
     """
     The integrals at points inside the body.
 
@@ -184,6 +186,8 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
     load : LineLoad
     r, z : ndarray
         Radius and depth in m, at least 0, of one shape.
+    logarithm : bool
+        Whether that of ln P, which only displacements need, is computed.
 
     Returns
     -------
@@ -195,7 +199,43 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
     ConvergenceError
         If two levels of the rule do not agree.
     """
+    found = quick_sums(load, r, z, logarithm)
+    if found is not None:
+        return Sums(found[0], found[1], found[2], found[3], found[4], found[8])
     return Sums(*integrated(load, r, z, _punch, np.array([1.0, 1.0, 1.0, 1.0, 1.0, load.radius])))
+
+
+def quick_sums(load: LineLoad, r: FloatArray, z: FloatArray, logarithm: bool = True) -> FloatArray | None:
+    """
+    All closed forms summed over a load by compiled code.
+
+    Parameters
+    ----------
+    load : LineLoad
+    r, z : ndarray
+        Radius and depth in m, at least 0, of one shape.
+    logarithm : bool
+        Whether that of ln P is computed.
+
+    Returns
+    -------
+    ndarray or None
+        Of shape (9, ...), in the order of :data:`pymdr.interpretation.punch_kernel.FORMS`; None without compiled code, or where the
+        load cannot be resolved by series.
+    """
+    cells = load.cells
+    if cells is None:
+        return None
+    from pymdr.interpretation.punch_kernel import FORMS, summed
+
+    radius, depth = np.ravel(r) / load.radius, np.ravel(z) / load.radius
+    depth = np.maximum(depth, _SURFACE * np.maximum(radius, 1.0))
+    total = np.zeros((radius.size, FORMS))
+    summed(cells, radius, depth, total, logarithm)
+    total *= load.scale
+    total[:, -1] *= load.radius
+    found = total.T.reshape(FORMS, *np.shape(r))
+    return found + _of_rings(load, np.asarray(r), depth.reshape(np.shape(r)) * load.radius, punch_forms)
 
 
 def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, sizes: FloatArray) -> FloatArray:
@@ -229,26 +269,39 @@ def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, size
     if load.radius > 0.0:
         for piece in load.pieces:
             total += _integrated(piece, radius, depth, punch, noise)
-        for ring, weight in ((load.edge_radius, load.edge), *load.rings):
-            if weight != 0.0:
-                total += weight * punch(radius, depth, np.full(radius.shape, ring), ring - radius)
+        total += _of_rings(load, radius, depth, punch)
     return total.reshape(-1, *np.shape(r))
 
 
+def _of_rings(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel) -> FloatArray:
+    """The closed forms of the punches at steps of the load."""
+    rings = [ring for ring in ((load.edge_radius, load.edge), *load.rings) if ring[1] != 0.0]
+    forms = (weight * punch(r, z, np.full(r.shape, ring), ring - r) for ring, weight in rings)
+    return np.asarray(sum(forms, np.zeros(())))
+
+
 def _punch(r: FloatArray, z: FloatArray, s: FloatArray, above: FloatArray) -> FloatArray:
-    """The closed forms of a punch of radius s and weight 1; `above` is s - r with all its digits."""
+    """The closed forms of a punch of radius s and weight 1 of :class:`Sums`; `above` is s - r with all its digits."""
+    return punch_forms(r, z, s, above)[[0, 1, 2, 3, 4, 8]]
+
+
+def punch_forms(r: FloatArray, z: FloatArray, s: FloatArray, above: FloatArray) -> FloatArray:
+    """All closed forms of a punch of radius s and weight 1, shape (9, ...); `above` is s - r with all its digits."""
     zeta = z + 1j * s
     root = np.sqrt(z * z - above * (r + s) + 2j * z * s)
     total = root + zeta
     inverse, mean = 1.0 / root, 1.0 / total
-    cubed = z * inverse**3
+    cubed, both = z * inverse**3, inverse * mean
     return np.array(
         [
             inverse.imag,
             (cubed * zeta).imag,
             mean.imag,
-            (z * inverse * mean).imag,
+            (z * both).imag,
             r * cubed.imag,
+            r * both.imag,
+            r * (mean * mean).imag,
+            z * r * (both * mean).imag,
             np.angle(total),
         ]
     )
