@@ -60,7 +60,7 @@ def test_references(entry):
 def test_trailing_edge_of_a_sliding_hertz_contact(nu, depth):
     # Hamilton (1983)
     found = shear_stress(shear_sums(load_of(HERTZ), np.ones(1), np.full(1, depth)), nu)
-    assert -found[0, 0] == pytest.approx(math.pi * (4.0 + nu) / 8.0, abs=1e-14 + 6.0 * math.sqrt(depth))
+    assert -found[0, 0] == pytest.approx(math.pi * (4.0 + nu) / 8.0, abs=2e-13 + 6.0 * math.sqrt(depth))
 
 
 def test_surface_of_a_sliding_hertz_contact():
@@ -76,12 +76,12 @@ def test_surface_of_a_sliding_hertz_contact():
         -math.pi / 8.0 * (2.0 - nu) * y,
         zero,
     ]
-    assert found == pytest.approx(np.array(exact), abs=2e-14)
+    assert found == pytest.approx(np.array(exact), abs=2e-13)
 
 
 HISTORIES = {
     "partial slip": mdr.load("50 N") >> mdr.shift("0.5 um", steps=4) >> mdr.shift("-0.2 um", steps=3),
-    "load and shift": mdr.ramp(steps=3, normal_force="50 N", shift="0.4 um") >> mdr.load("30 N", steps=2),
+    "indentation and shift": mdr.ramp(steps=3, indentation="2 um", shift="0.4 um") >> mdr.indent("1.5 um"),
     "full slip": mdr.load("50 N") >> mdr.shift("10 um"),
 }
 
@@ -109,6 +109,28 @@ def test_stress_is_that_of_point_loads(history, profile):
         found = result.field("stress", x=[x], y=[y], z=[z])
         assert found.dims == ("component", "z", "y", "x")
         assert found.values[:, 0, 0, 0] == pytest.approx(tensor, abs=1e-12 * size)
+
+
+def test_a_slope_that_changes_at_thousands_of_radii():
+    # the load rises with the shift in force control, where the anchor curve is curved
+    result = mdr.solve(BALL, mdr.ramp(steps=3, normal_force="50 N", shift="0.4 um"))
+    state = result.surface.replay.state(int(result.surface.rows[-1]))
+    assert superposition(state).depth.size > 500
+    a, p = (float(result[name][-1]) for name in ("contact_radius", "peak_pressure"))
+    t = np.linspace(0.0, 1.0, 400)
+    tau = np.polynomial.chebyshev.Chebyshev.fit(
+        t, result.field("shear_traction", a * np.sqrt(1.0 - t * t)).values, 20
+    )
+    exact = stress_of_tractions(
+        [a],
+        lambda r: result.field("pressure", r).values,
+        lambda r: tau(np.sqrt(1.0 - (r / a) ** 2)),
+        [[0.3 * a, 0.2 * a, 0.4 * a]],
+        0.3,
+        n=60,
+    )
+    found = result.field("stress", x=[0.3 * a], y=[0.2 * a], z=[0.4 * a]).values[:, 0, 0, 0]
+    assert found == pytest.approx(exact[:, 0], abs=1e-6 * p)
 
 
 def body(nu):

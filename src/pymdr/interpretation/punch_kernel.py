@@ -102,7 +102,7 @@ def _add_near(
         if high <= low:
             continue
         first, last = math.asinh(low / z), math.asinh(high / z)
-        panels = int(math.ceil((last - first) / PANEL))
+        panels = math.ceil((last - first) / PANEL)
         width = 0.5 * (last - first) / max(panels, 1)
         for panel in range(panels):
             start = first + (2 * panel + 1) * width

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 
 from pymdr.errors import ConvergenceError
-from pymdr.interpretation.punch_tree import Punches, resolved
+from pymdr.interpretation.punch_tree import Punches as Punches
+from pymdr.interpretation.punch_tree import resolved
 from pymdr.line.curves import ElasticLine
 from pymdr.numerics.panels import Place
 from pymdr.units import FloatArray, metres
