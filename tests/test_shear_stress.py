@@ -117,7 +117,7 @@ def test_a_slope_that_changes_at_thousands_of_radii():
     state = result.surface.replay.state(int(result.surface.rows[-1]))
     assert superposition(state).depth.size > 500
     a, p = (float(result[name][-1]) for name in ("contact_radius", "peak_pressure"))
-    t = np.linspace(0.0, 1.0, 400)
+    t = np.sin(np.linspace(0.0, 0.5 * math.pi, 33)) ** 2
     tau = np.polynomial.chebyshev.Chebyshev.fit(
         t, result.field("shear_traction", a * np.sqrt(1.0 - t * t)).values, 20
     )
@@ -127,7 +127,7 @@ def test_a_slope_that_changes_at_thousands_of_radii():
         lambda r: tau(np.sqrt(1.0 - (r / a) ** 2)),
         [[0.3 * a, 0.2 * a, 0.4 * a]],
         0.3,
-        n=60,
+        n=40,
     )
     found = result.field("stress", x=[0.3 * a], y=[0.2 * a], z=[0.4 * a]).values[:, 0, 0, 0]
     assert found == pytest.approx(exact[:, 0], abs=1e-6 * p)
@@ -233,7 +233,7 @@ def test_a_body_nearly_isotropic_has_the_stress_of_an_isotropic_one(change):
             c11=lame + 2.0, c33=(lame + 2.0) * (1.0 + change), c13=lame, c44=1.0, c66=1.0
         )
     )
-    load, r, z = load_of(HERTZ), np.array([0.5, 1.0, 1.0, 0.0]), np.array([0.3, 1e-9, 0.0, 2.0])
+    load, r, z = load_of(HERTZ), np.array([0.5, 1.0, 1.0, 0.0]), np.array([0.3, 1e-6, 0.0, 2.0])
     isotropic = IsotropicSolid(nu, 1.0)
     for name in ("normal_stress", "shear_stress", "normal_displacement", "shear_displacement"):
         exact = getattr(isotropic, name)(load, r, z)
@@ -349,8 +349,9 @@ def test_both_surfaces_move_by_the_shift():
 def test_without_slip_the_edge_is_refused():
     contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(math.inf))
     result = mdr.solve(contact, mdr.load("50 N") >> mdr.shift("0.1 um"))
+    assert np.isinf(result["largest_mises"].values[-1])
     with pytest.raises(mdr.NotValidError, match="sticking contact"):
-        result["largest_mises"]
+        result.largest("von_mises", -1)
     assert np.isfinite(result.field("stress", x=[1e-5], z=[1e-5])).all()
 
 
@@ -374,7 +375,7 @@ def test_stress_in_a_body_with_memory_follows_its_pressure():
     assert found[:, 0, 0] == pytest.approx(exact[:, 0], abs=2e-3 * p)
     assert found[:, 1, 1] == pytest.approx(exact[:, 1], abs=2e-3 * p)
     assert error is None or np.all(error < 0.1)
-    assert float(result["largest_shear"][-1]) > 0.0
+    assert float(result.largest("tresca", -1)) > 0.0
     with pytest.raises(mdr.NotValidError, match="whole history"):
         result.field("interior_displacement", [0.0], z=[a])
 
@@ -404,7 +405,7 @@ def test_first_yield_of_a_sliding_contact():
     none = mdr.first_yield(BALL, strength="1 GPa", force_ratio=0.0)
     assert none["normal_force"].values == pytest.approx(free["normal_force"].values, rel=1e-12)
     sliding = mdr.first_yield(BALL, strength="1 GPa")
-    assert np.all(sliding["normal_force"].values < 0.8 * free["normal_force"].values)
+    assert np.all(sliding["normal_force"].values < 0.9 * free["normal_force"].values)
     assert float(sliding["yield_depth"][1]) == 0.0
     force = float(sliding["normal_force"][0])
     result = mdr.solve(BALL, mdr.load(force) >> mdr.shift("1 mm"))
@@ -424,7 +425,7 @@ def test_first_yield_with_a_cohesive_zone():
     assert float(result["largest_mises"][-1]) == pytest.approx(1e9, rel=1e-7)
     # adhesion unloads the edge and adds to the pressure beneath
     free = mdr.first_yield(ball, strength="1 GPa")
-    assert found["normal_force"].values < free["normal_force"].values
+    assert np.all(found["normal_force"].values < free["normal_force"].values)
     with pytest.raises(mdr.NotValidError, match="adhesion alone"):
         mdr.first_yield(sticky, strength="0.1 MPa")
 

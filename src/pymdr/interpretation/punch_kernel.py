@@ -30,14 +30,14 @@ _FAR_X = np.polynomial.legendre.leggauss(NODES)[0]
 
 
 class Cells(NamedTuple):
-    """Intervals of the line, parents before their halves, lengths over the loaded radius."""
+    """Intervals of the line, parents before their halves, in a unit of length of about the loaded radius."""
 
     anchor: FloatArray
     """A radius from which the rest is counted."""
-    middle: FloatArray
-    """Distance of the middle from the anchor."""
-    half: FloatArray
-    """Half of the width."""
+    low: FloatArray
+    """Lower end, counted from the anchor; the very number that is the upper end of the interval below."""
+    high: FloatArray
+    """Upper end."""
     weights: FloatArray
     """Weights of the punches, shape (n, NODES)."""
     series: FloatArray
@@ -92,9 +92,10 @@ def _add_near(
     logarithm: bool,
 ) -> None:
     """The punches of a near interval."""
-    middle, half = place
+    bottom, top = place
+    middle, half = 0.5 * (bottom + top), 0.5 * (top - bottom)
     for part in range(2):
-        low, high = middle - half, middle + half
+        low, high = bottom, top
         if part == 0:
             high = min(high, 0.0)
         else:
@@ -120,7 +121,7 @@ def _add_near(
 
 def _summed(cells: Cells, r: FloatArray, z: FloatArray, out: FloatArray, logarithm: bool) -> None:
     """The sums at points, into an array of zeros of shape (points, FORMS)."""
-    anchor, middle, half, weights, series, terms, left, right = cells
+    anchor, low, high, weights, series, terms, left, right = cells
     waiting = np.empty(128, dtype=np.int64)
     for i in range(r.size):
         count = 1
@@ -128,7 +129,8 @@ def _summed(cells: Cells, r: FloatArray, z: FloatArray, out: FloatArray, logarit
         while count > 0:
             count -= 1
             cell = waiting[count]
-            away, h = (anchor[cell] - r[i]) + middle[cell], half[cell]
+            bottom, top = (anchor[cell] - r[i]) + low[cell], (anchor[cell] - r[i]) + high[cell]
+            away, h = 0.5 * (bottom + top), 0.5 * (high[cell] - low[cell])
             near, far = math.hypot(away - h, z[i]), math.hypot(away + h, z[i])
             if near + far >= FAR * h:
                 for k in range(NODES):
@@ -138,7 +140,7 @@ def _summed(cells: Cells, r: FloatArray, z: FloatArray, out: FloatArray, logarit
                 waiting[count + 1] = right[cell]
                 count += 2
             else:
-                _add_near(out[i], r[i], z[i], (away, h), series[cell], terms[cell], logarithm)
+                _add_near(out[i], r[i], z[i], (bottom, top), series[cell], terms[cell], logarithm)
 
 
 _add = compiled(_add, None, **INNER)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -61,19 +62,19 @@ def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: floa
     Returns
     -------
     Cells or None
-        Lengths over its radius and weights over its typical stress; None where its density cannot be resolved.
+        Lengths in the unit of :func:`unit_of` and weights over its typical stress; None where its density cannot be resolved.
     """
     from pymdr.interpretation.punch_kernel import Cells
 
-    anchor, middle, half, series = (
+    anchor, low, high, series = (
         np.concatenate(parts) for parts in _leaves(pieces, _Sizes(radius, scale, noise))
     )
     if anchor.size == 0 or anchor.size > _MOST or np.isnan(series).any():
         return None
-    order = np.lexsort((middle, anchor + middle))
-    anchor, middle, half, series = (values[order] for values in (anchor, middle, half, series))
+    order = np.lexsort((low, anchor + low))
+    anchor, low, high, series = (values[order] for values in (anchor, low, high, series))
     x, w = _gauss()
-    weights = half[:, None] * w * (series @ _values().T)
+    weights = 0.5 * (high - low)[:, None] * w * (series @ _values().T)
     tree: list[tuple[float, float, float, FloatArray, FloatArray, int, int, int]] = []
 
     def grow(first: int, last: int) -> int:
@@ -83,7 +84,7 @@ def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: floa
             most = np.max(np.abs(series[first]), initial=0.0)
             terms = 1 + int(np.max(np.flatnonzero(np.abs(series[first]) > 1e-17 * most), initial=0))
             tree.append(
-                (anchor[first], middle[first], half[first], weights[first], series[first], terms, -1, -1)
+                (anchor[first], low[first], high[first], weights[first], series[first], terms, -1, -1)
             )
             return own
         tree.append((0.0, 0.0, 0.0, x, x, 0, -1, -1))
@@ -91,14 +92,14 @@ def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: floa
         halves = grow(first, split), grow(split, last)
         # next to an anchor the radii themselves have no digits left
         shared = anchor[first] if anchor[first] == anchor[last - 1] else 0.0
-        low = (anchor[first] - shared) + middle[first] - half[first]
-        high = (anchor[last - 1] - shared) + middle[last - 1] + half[last - 1]
-        centre, width = 0.5 * (low + high), 0.5 * (high - low)
+        ends = (anchor[first] - shared) + low[first], (anchor[last - 1] - shared) + high[last - 1]
+        centre, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
         own_weights = np.zeros(_TERMS)
         for child in halves:
-            at, offset, size, carried, *_ = tree[child]
-            own_weights += carried @ _interpolation(((at - shared) + (offset - centre) + size * x) / width)
-        tree[own] = (shared, centre, width, own_weights, x, 0, *halves)
+            at, start, stop, carried, *_ = tree[child]
+            middle = (at - shared) + (0.5 * (start + stop) - centre)
+            own_weights += carried @ _interpolation((middle + 0.5 * (stop - start) * x) / half)
+        tree[own] = (shared, *ends, own_weights, x, 0, *halves)
         return own
 
     grow(0, anchor.size)
@@ -107,30 +108,31 @@ def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: floa
 
 
 def _leaves(pieces: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], ...]:
-    """Anchors, middles, halves and series of the intervals of all pieces."""
+    """Anchors, ends counted from them, and series of the intervals of all pieces."""
     found: tuple[list[FloatArray], ...] = (
         [np.zeros(0)],
         [np.zeros(0)],
         [np.zeros(0)],
         [np.zeros((0, _TERMS))],
     )
-    count = 0
+    count, unit = 0, unit_of(load.radius)
     for piece in pieces:
         low, high, series = _of_piece(piece, load)
-        sign = np.sign(piece.extent) / load.radius
         count += low.size
         if count > _MOST:
             return ([np.full(1, np.nan)],) * 3 + ([np.full((1, _TERMS), np.nan)],)
-        if sign < 0.0:
-            series = series * (-1.0) ** np.arange(_TERMS)
-        values = (
-            np.full(low.size, piece.anchor / load.radius),
-            0.5 * sign * (low + high),
-            0.5 * abs(sign) * (high - low),
-        )
-        for parts, own in zip(found, (*values, series), strict=True):
+        low, high = low / unit, high / unit
+        if piece.extent < 0.0:
+            low, high, series = -high, -low, series * (-1.0) ** np.arange(_TERMS)
+        values = np.full(low.size, piece.anchor / unit), low, high, series
+        for parts, own in zip(found, values, strict=True):
             parts.append(own)
     return found
+
+
+def unit_of(radius: float) -> float:
+    """The power of 2 next to a radius in m: dividing by it rounds nothing."""
+    return math.ldexp(1.0, math.frexp(radius)[1])
 
 
 def _of_piece(piece: Punches, load: _Sizes) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError
 from pymdr.interpretation.punch_tree import Punches as Punches
-from pymdr.interpretation.punch_tree import resolved
+from pymdr.interpretation.punch_tree import resolved, unit_of
 from pymdr.line.curves import ElasticLine
 from pymdr.numerics.panels import Place
 from pymdr.units import FloatArray, metres
@@ -229,14 +229,15 @@ def quick_sums(load: LineLoad, r: FloatArray, z: FloatArray, logarithm: bool = T
         return None
     from pymdr.interpretation.punch_kernel import FORMS, summed
 
-    radius, depth = np.ravel(r) / load.radius, np.ravel(z) / load.radius
+    unit = unit_of(load.radius)
+    radius, depth = np.ravel(r) / unit, np.ravel(z) / unit
     depth = np.maximum(depth, _SURFACE * np.maximum(radius, 1.0))
     total = np.zeros((radius.size, FORMS))
     summed(cells, radius, depth, total, logarithm)
     total *= load.scale
-    total[:, -1] *= load.radius
+    total[:, -1] *= unit
     found = total.T.reshape(FORMS, *np.shape(r))
-    return found + _of_rings(load, np.asarray(r), depth.reshape(np.shape(r)) * load.radius, punch_forms)
+    return found + _of_rings(load, np.asarray(r), depth.reshape(np.shape(r)) * unit, punch_forms)
 
 
 def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, sizes: FloatArray) -> FloatArray:

@@ -21,10 +21,12 @@ from pymdr.units import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
-_EQUAL = 1e-4
+_EQUAL = 1e-3
 """Relative difference of the roots below which the sums of both lose digits by cancellation."""
-_BESIDE = 1e-6
-"""Relative change of c44 to bodies beside one of equal roots; their mean errs by its square."""
+_BESIDE = 1e-4
+"""Relative change of c44 to the bodies beside one of equal roots from which its stress is extrapolated, to the fourth power of this."""
+_EXTRAPOLATED = ((1.0, 2.0 / 3.0), (-1.0, 2.0 / 3.0), (2.0, -1.0 / 6.0), (-2.0, -1.0 / 6.0))
+"""Changes in that unit, and weights."""
 
 
 class _Sums(NamedTuple):
@@ -66,14 +68,16 @@ class TransverseSolid:
     stiffnesses: Stiffnesses
 
     @cached_property
-    def _bodies(self) -> tuple[TransverseSolid, ...]:
-        """The body itself, or those beside one whose roots are nearly equal."""
+    def _bodies(self) -> tuple[tuple[TransverseSolid, float], ...]:
+        """The body itself, or those beside one whose roots are nearly equal, with their weights."""
         first, second = self._roots
         if abs(first - second) >= _EQUAL * abs(first):
-            return (self,)
+            return ((self, 1.0),)
         c44 = self.stiffnesses.c44
-        changed = (self.stiffnesses._replace(c44=c44 * (1.0 + change)) for change in (-_BESIDE, _BESIDE))
-        return tuple(replace(self, stiffnesses=each) for each in changed)
+        return tuple(
+            (replace(self, stiffnesses=self.stiffnesses._replace(c44=c44 * (1.0 + change * _BESIDE))), weight)
+            for change, weight in _EXTRAPOLATED
+        )
 
     @cached_property
     def _roots(self) -> tuple[complex, complex]:
@@ -96,7 +100,7 @@ class TransverseSolid:
 
     def normal_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """Components rr, tt, zz and rz in Pa under a pressure, tension positive, shape (4, ...)."""
-        return np.asarray(sum(body._normal_stress(load, r, z) for body in self._bodies) / len(self._bodies))
+        return np.asarray(sum(weight * body._normal_stress(load, r, z) for body, weight in self._bodies))
 
     def _normal_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         c11, _, c13, _, c66 = self.stiffnesses
@@ -119,7 +123,7 @@ class TransverseSolid:
 
     def shear_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """Amplitudes of rr, tt, zz, rz (cosine) and rt, tz (sine) in Pa under a traction in +x, shape (6, ...)."""
-        return np.asarray(sum(body._shear_stress(load, r, z) for body in self._bodies) / len(self._bodies))
+        return np.asarray(sum(weight * body._shear_stress(load, r, z) for body, weight in self._bodies))
 
     def _shear_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         c11, _, c13, _, c66 = self.stiffnesses
@@ -161,7 +165,7 @@ class TransverseSolid:
     def normal_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """u_r and u_z in m under a pressure, shape (2, ...)."""
         return np.asarray(
-            sum(body._normal_displacement(load, r, z) for body in self._bodies) / len(self._bodies)
+            sum(weight * body._normal_displacement(load, r, z) for body, weight in self._bodies)
         )
 
     def _normal_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
@@ -173,9 +177,7 @@ class TransverseSolid:
 
     def shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """Amplitudes of u_r (cosine), u_t (sine) and u_z (cosine) in m under a traction in +x, shape (3, ...)."""
-        return np.asarray(
-            sum(body._shear_displacement(load, r, z) for body in self._bodies) / len(self._bodies)
-        )
+        return np.asarray(sum(weight * body._shear_displacement(load, r, z) for body, weight in self._bodies))
 
     def _shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         total: ComplexArray = np.zeros((3, *np.shape(r)), dtype=complex)
