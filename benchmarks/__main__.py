@@ -14,6 +14,7 @@ ALL = (
     "layers",
     "engines",
     "law",
+    "stress",
 )
 
 for name in sys.argv[1:] or ALL:

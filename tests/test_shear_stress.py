@@ -283,6 +283,17 @@ def test_largest_tension_of_a_sliding_hertz_contact_is_at_its_trailing_edge():
     assert float(other.x) == pytest.approx(a, abs=1e-4 * a)
 
 
+@pytest.mark.parametrize("name", ["von_mises", "tresca", "principal_stress"])
+def test_rows_of_a_long_path_have_the_largest_stresses_of_each(name):
+    result = mdr.solve(mdr.Contact(mdr.RoundedFlat("50 um", "10 mm"), STEEL), mdr.load("50 N", steps=60))
+    together = result.largest(name)
+    for row in (0, 7, 25, 43, 58, 59):
+        alone = result.largest(name, row)
+        assert float(together[row]) == pytest.approx(float(alone), rel=1e-9)
+        a = float(result["contact_radius"][row])
+        assert float(together.z[row]) == pytest.approx(float(alone.z), abs=1e-4 * a)
+
+
 def test_ring_tension_of_hertz():
     result = mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), STEEL), mdr.load("50 N"))
     p, a = (float(result[name][-1]) for name in ("peak_pressure", "contact_radius"))

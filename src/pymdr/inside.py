@@ -244,7 +244,10 @@ def largest_in(
     if one_name(name) not in measured:
         raise QuantityError(f"largest: {shown(name)}; known are {', '.join(measured)}")
     (chosen, several), background = rows, background_of(superposed)
-    found = np.array([interior.largest(name, i, background) if valid[i] else (np.nan,) * 4 for i in chosen])
+    found = np.full((len(chosen), 4), np.nan)
+    known = [k for k, i in enumerate(chosen) if valid[i]]
+    if known:
+        found[known] = interior.largest_of(name, [chosen[k] for k in known], background)
     unbounded = np.isinf(found[:, 0])
     touching = (found[:, 0] != 0.0) & ~np.isnan(found[:, 0])
     if touching.any() and unbounded[touching].all():

@@ -10,7 +10,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError
-from pymdr.interpretation.searching import Largest, largest_on
+from pymdr.interpretation.searching import Largest, largest_on, polished
 from pymdr.interpretation.solids import IsotropicSolid, Solid, solid_of, traction_at
 from pymdr.interpretation.stress import LineLoad, Loads
 from pymdr.interpretation.tensors import DERIVED, fixed_axes, principal_stresses
@@ -44,7 +44,14 @@ LARGEST = {
 Background: TypeAlias = Callable[[FloatArray], FloatArray]
 """A stress xx, yy, zz, xz, xy, yz in Pa at depths in m, shape (6, ...), that the contact does not cause."""
 
-_MEASURES = {**DERIVED, "principal_stress": lambda tensor: principal_stresses(tensor)[0]}
+_MEASURES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
+    **DERIVED,
+    "principal_stress": lambda tensor: principal_stresses(tensor)[0],
+}
+_SEARCHED = 20
+"""Steps of which one is searched everywhere."""
+_ALIKE = 0.02
+"""Distance of the places of two largest values, over the loaded radius, up to which those between them are near."""
 _SHOWN_RINGS = 12
 """Radii of steps and slopes of the shear traction that the search for largest values resolves."""
 _SINGULAR_EDGE = (
@@ -250,6 +257,61 @@ class Interior:
         return largest_on(
             measure, revolving, None if shear is None else amplitudes, background, marks, normal.radius
         )
+
+    def largest_of(
+        self, name: str, steps: Sequence[int], background: Background | None = None
+    ) -> list[Largest]:
+        """
+        The largest values of a measure of stress in several steps, as by :meth:`largest`.
+
+        Parameters
+        ----------
+        name : str
+            "von_mises", "tresca" or "principal_stress".
+        steps : sequence of int
+        background : callable, optional
+            A stress that is added.
+
+        Returns
+        -------
+        list of Largest
+
+        Notes
+        -----
+        Every 20th step is searched. Where its largest value lies at the same place inside the body, over the loaded radius, as that of
+        the one before, the steps between them are searched around this place only.
+        """
+        found: list[Largest] = []
+        before: Largest | None = None
+        for first in range(0, len(steps), _SEARCHED):
+            block = list(steps[first : first + _SEARCHED])
+            last = self.largest(name, block[-1], background)
+            between = block[:-1]
+            alike = before is not None and background is None and self.revolves
+            ends = [
+                self._share(place, step) for place, step in ((before, steps[first - 1]), (last, block[-1]))
+            ]
+            alike = alike and bool(np.max(np.abs(ends[0] - ends[1])) <= _ALIKE)
+            for step in between:
+                near = self._around(name, step, 0.5 * (ends[0] + ends[1])) if alike else None
+                found.append(self.largest(name, step, background) if near is None else near)
+            found.append(last)
+            before = last
+        return found
+
+    def _share(self, place: Largest | None, step: int) -> FloatArray:
+        """A place over the loaded radius, nan if it is not inside the body."""
+        if place is None or not place.z > 0.0:
+            return np.full(2, math.nan)
+        return np.array([place.r, place.z]) / self.load(step).radius
+
+    def _around(self, name: str, step: int, share: FloatArray) -> Largest | None:
+        """The largest value around a place over the loaded radius; None if it is none there, or the stress has no bound."""
+        load, measure = self.load(step), _MEASURES[name]
+        if not load.radius > 0.0 or self.singular_radius(step) is not None:
+            return None
+        near = float(share[0] * load.radius), float(share[1] * load.radius)
+        return polished(lambda r, z: measure(self.solid.normal_stress(load, r, z)), near, load.radius)
 
     def singular_radius(self, step: int) -> float | None:
         """The radius in m at which the stress has no bound in one step; None if it has one everywhere."""

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 _TERMS = 20
 _RESOLVED = 3e-14
 """Last terms of a series over its largest; what follows them is smaller still."""
-_NOTHING = 1e-17
-"""Load of an interval over the typical one that needs no resolution."""
+_NOTHING = 1e-16
+"""Stress under an interval over the typical one that needs no resolution."""
+_SHORTEST = 1e-32
+"""Of the loaded radius: an interval at the end of a load that needs no resolution, at a root in its denominator."""
 _LEVELS = 130
 _MOST = 4000
 """Intervals, beyond which a load is not resolved."""
@@ -144,7 +146,10 @@ def _of_piece(piece: Punches, load: _Sizes) -> tuple[FloatArray, FloatArray, Flo
         series = piece.density(at.ravel()).reshape(at.shape) / load.scale @ to_coefficients(_TERMS).T
         largest = np.max(np.abs(series), axis=1)
         tail = np.max(np.abs(series[:, -2:]), axis=1)
-        small = largest * (high - low) <= _NOTHING * load.radius
+        # closed forms grow as 1 / s at the axis, and elsewhere as 1 / sqrt(s - r)
+        share = (high - low) / load.radius
+        small = largest * (1.0 if piece.anchor == 0.0 else np.sqrt(share)) <= _NOTHING
+        small |= share <= _SHORTEST
         done = (tail <= np.maximum(_RESOLVED * largest, load.noise)) | small
         kept.append((low[done], high[done], series[done]))
         low, high = low[~done], high[~done]

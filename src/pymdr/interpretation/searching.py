@@ -24,6 +24,9 @@ _ANGLES = 24
 _TURNS = 22
 """How often the interval around an angle is halved."""
 
+_POLISHING = (2e-2, 2e-3, 2e-4)
+"""Widths of the nets around a peak that is nearly known, of the loaded radius."""
+
 Tensor: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 """Components in Pa at radii and depths in m, components first."""
 
@@ -137,6 +140,45 @@ def _searched(value: Tensor, radii: FloatArray, depths: FloatArray, precision: f
         _refined(value, radii, depths, (int(i), int(k)), precision)
         for i, k in np.argwhere(_is_peak(values) & rivals)
     )
+
+
+def polished(value: Tensor, near: tuple[float, float], radius: float) -> Largest | None:
+    """
+    The largest value close to a place inside the body, by parabolas of two variables on ever smaller nets.
+
+    Parameters
+    ----------
+    value : callable
+        At radii and depths in m, even in the radius.
+    near : tuple of float
+        Radius and depth in m.
+    radius : float
+        Typical length in m.
+
+    Returns
+    -------
+    Largest or None
+        None if the values are not those of a peak inside the body.
+    """
+    best = np.array(near)
+    for half in _POLISHING:
+        steps = half * radius * np.array([-1.0, 0.0, 1.0])
+        if best[1] <= 2.0 * steps[-1]:
+            return None
+        r, z = best[0] + steps[:, None] + np.zeros(3), best[1] + np.zeros((3, 1)) + steps
+        v = value(np.abs(r), z)
+        slope = 0.5 * np.array([v[2, 1] - v[0, 1], v[1, 2] - v[1, 0]])
+        cross = 0.25 * (v[2, 2] - v[2, 0] - v[0, 2] + v[0, 0])
+        bend = v[2, 1] - 2.0 * v[1, 1] + v[0, 1], v[1, 2] - 2.0 * v[1, 1] + v[1, 0]
+        rest = bend[0] * bend[1] - cross * cross
+        if not (bend[0] < 0.0 and rest > 0.0):
+            return None
+        move = np.array([cross * slope[1] - bend[1] * slope[0], cross * slope[0] - bend[0] * slope[1]]) / rest
+        if not np.max(np.abs(move)) <= 1.5:
+            return None
+        best = best + half * radius * move
+    place = np.abs(best)
+    return Largest(float(value(place[:1], place[1:])[0]), *map(float, place))
 
 
 def _is_peak(values: FloatArray) -> np.ndarray:
