@@ -285,7 +285,7 @@ def test_largest_tension_of_a_sliding_hertz_contact_is_at_its_trailing_edge():
 
 @pytest.mark.parametrize("name", ["von_mises", "tresca", "principal_stress"])
 def test_rows_of_a_long_path_have_the_largest_stresses_of_each(name):
-    result = mdr.solve(mdr.Contact(mdr.RoundedFlat("50 um", "10 mm"), STEEL), mdr.load("50 N", steps=60))
+    result = mdr.solve(mdr.Contact(mdr.Sphere("10 mm"), STEEL), mdr.load("50 N", steps=60))
     together = result.largest(name)
     for row in (0, 7, 25, 43, 58, 59):
         alone = result.largest(name, row)

@@ -196,7 +196,7 @@ def test_files_of_a_sweep(tmp_path):
     found.save(tmp_path / "sweep.nc")
     with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as opened:
         assert np.array_equal(opened["normal_force"], found["normal_force"])
-        assert json.loads(opened.attrs["pymdr_told"])["claims"]["normal_force"]["level"] == "EXACT"
+        assert json.loads(opened.attrs["pymdr_metadata"])["claims"]["normal_force"]["level"] == "EXACT"
     found.to_csv(tmp_path / "sweep.csv")
     lines = (tmp_path / "sweep.csv").read_text().splitlines()
     assert lines[0] == "profile.radius [m],step,indentation [m],normal_force [N],status,refusal"
@@ -214,7 +214,7 @@ def test_files_of_a_sweep(tmp_path):
         ({"body.young": ["1 MPa", "2 N"]}, {}, UnitError, "'N' does not fit"),
         ({"body.young": [[1.0, 2.0]]}, {}, ProblemError, "one row of values"),
         ({"body.poisson": [0.6, 0.7]}, {}, ProblemError, "none of 2 points can be solved; the first"),
-        ({"path": [mdr.Paraboloid(1.0)]}, {}, ProblemError, "no path"),
+        ({"path": [mdr.Paraboloid(1.0)]}, {}, ProblemError, "not a path"),
         ({"body.young": [1.0]}, {"quantities": ["forces"]}, QuantityError, "no forces; there are"),
         ({"body.young": [1.0]}, {"workers": 0}, ProblemError, "workers = 0"),
         ({"path": [PRESS, mdr.indent("1 um")]}, {}, ProblemError, "paths of one length"),

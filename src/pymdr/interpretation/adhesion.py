@@ -87,11 +87,6 @@ def certify_stretched_disk(line: Line, visited: Visited, rows: int, law: Adhesio
         The states of the history.
     rows : int
         Number of its rows.
-    law : AdhesionLaw
-
-    Returns
-    -------
-    Certificate
     """
     disk = np.ones(rows, dtype=bool)
     if isinstance(line, LayeredLine):
@@ -131,7 +126,7 @@ def _certify_layers(line: LayeredLine, visited: Visited, disk: BoolArray, law: A
     first = min(int(np.min(rows, initial=disk.size)) for rows in wide)
     return Certificate(
         np.arange(disk.size) < first,
-        f"{fault.words}, so the adhesive contact is not a disk; all later rows depend on it",
+        f"{fault.description}, so the adhesive contact is not a disk; all later rows depend on it",
     )
 
 
@@ -304,10 +299,6 @@ def adhesive_claims(
         Steps at which the disk is certified.
     why : str
         Why it is not certified at the other steps.
-
-    Returns
-    -------
-    mapping of str to Claim
     """
     level, reason, source = statement
     if not disk.all():
@@ -327,13 +318,8 @@ def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str,
 
     Parameters
     ----------
-    claims : mapping of str to Claim
     torn : ndarray of bool
         Steps without a state.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     if not torn.any():
         return dict(claims)

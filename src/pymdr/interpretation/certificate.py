@@ -55,15 +55,6 @@ def with_rings(claims: Mapping[str, Claim], certificate: Certificate) -> dict[st
     Claims of disks that neglect rings beside concave kinks.
 
     The relative error of integral quantities is the fraction of the load on the rings; fields differ beside the kinks.
-
-    Parameters
-    ----------
-    claims : mapping of str to Claim
-    certificate : Certificate
-
-    Returns
-    -------
-    dict of str to Claim
     """
     if certificate.error is None:
         return dict(claims)
@@ -81,13 +72,8 @@ def certify_disk(line: Line, states: DiskStates) -> Certificate:
 
     Parameters
     ----------
-    line : Line
     states : DiskStates
         The disks to be checked; at their depths they carry the largest force.
-
-    Returns
-    -------
-    Certificate
 
     Notes
     -----
@@ -132,7 +118,7 @@ def _certify_layers(line: LayeredLine, states: DiskStates) -> Certificate:
     fault = first_fault(line, float(np.max(a, initial=0.0)), float(np.max(states.edge_excess, initial=0.0)))
     if fault is None:
         return Certificate(np.ones(a.shape, dtype=bool), "")
-    return Certificate(a < fault.before, f"{fault.words}, so the contact is not a disk")
+    return Certificate(a < fault.before, f"{fault.description}, so the contact is not a disk")
 
 
 def certify_history(line: ElasticLine, deepest: float) -> Certificate:
@@ -191,13 +177,8 @@ def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]
 
     Parameters
     ----------
-    line : ElasticLine
     deepest : float
         Largest indentation in m.
-
-    Returns
-    -------
-    list of (lowest, highest) force
     """
     depths = disk_depths(line.equivalent, deepest)
     ends = np.array([(max(low, 0.0), min(high, deepest)) for low, high in depths.nearly])

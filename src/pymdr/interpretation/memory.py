@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from pymdr.errors import QuantityError
 from pymdr.interpretation.stress import LineLoad, Loads, Punches
-from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import MemoryState, follow_springs, line_state, prepared, virgin
 from pymdr.mapping.abel import Curve
@@ -93,14 +94,14 @@ class MemorySurface:
 
     def default_radii(self, step: int) -> FloatArray:
         """A grid from 0 to twice the contact radius, graded to its edge."""
-        known = min(self.equivalent.edge, self.equivalent.reach)
+        known = min(self.equivalent.edge, self.equivalent.max_radius)
         a = (
             float(self.contact_radius[step])
             or float(np.nanmax(self.contact_radius, initial=0.0))
             or min(1.0, 0.4 * known)
         )
         inner = a * np.sin(np.linspace(0.0, math.pi / 2.0, 101))
-        top = min(2.0 * a, self.equivalent.reach)
+        top = min(2.0 * a, self.equivalent.max_radius)
         return np.unique(np.concatenate([inner, a + (top - a) * np.linspace(0.0, 1.0, 61)[1:] ** 2]))
 
     def marks(self, step: int) -> Sequence[float]:
@@ -173,6 +174,8 @@ class MemorySurface:
             return along_line(state, state.load, at) * (at <= state.radius)
         if name == "pressure":
             return surface_load(state, at)
+        if name not in ("normal_displacement", "gap"):
+            raise QuantityError(f"no field {name!r}; fields are {', '.join(NORMAL_FIELDS)}")
         u = self._displacement(state, d, at)
         if name == "normal_displacement":
             return u
@@ -192,7 +195,7 @@ class MemorySurface:
         """Both at radii outside the contact, the gap only where the profile is known."""
         d = float(self.indentation[step])
         u = self._displacement(state, d, r)
-        known = r <= min(self.equivalent.reach, self.equivalent.edge)
+        known = r <= min(self.equivalent.max_radius, self.equivalent.edge)
         return self.gap_function(r[known]) - d + u[known], u
 
     def outside(self, state: LineState) -> FloatArray:
@@ -392,13 +395,8 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
 
     Parameters
     ----------
-    surface : MemorySurface
     force : ndarray or None
         Normal force of every row in N, unless the indentation is prescribed in all rows.
-
-    Returns
-    -------
-    MemoryCheck
     """
     rows = checked_rows(surface.contact_radius)
     half = replace(surface, n=surface.n // 2)
@@ -511,10 +509,6 @@ def memory_claims(
         Check of pressures and gaps.
     remark : str
         Further condition of the numbers.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     where = np.logical_and.accumulate(disk) & check.sound(disk.size)
     why = "" if disk.all() else "the springs in contact are not those of a disk"

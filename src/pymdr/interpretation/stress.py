@@ -231,7 +231,7 @@ def quick_sums(load: LineLoad, r: FloatArray, z: FloatArray, logarithm: bool = T
 
     unit = unit_of(load.radius)
     radius, depth = np.ravel(r) / unit, np.ravel(z) / unit
-    depth = np.maximum(depth, _SURFACE * np.maximum(radius, 1.0))
+    depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius / unit))
     total = np.zeros((radius.size, FORMS))
     summed(cells, radius, depth, total, logarithm)
     total *= load.scale

@@ -84,7 +84,7 @@ class Surface:
 
     def _known(self) -> float:
         equivalent = self.line.equivalent
-        return equivalent.reach if equivalent.edge == math.inf else math.inf
+        return equivalent.max_radius if equivalent.edge == math.inf else math.inf
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one step."""
@@ -171,15 +171,10 @@ def surface_of(
 
     Parameters
     ----------
-    contact : Contact
     indentation, contact_radius : ndarray
         d and a of every step in m.
     cohesive_radius : ndarray, optional
         c of every step in m, for contacts with a cohesive zone.
-
-    Returns
-    -------
-    Surface
     """
     line = line_of(contact)
     states = disk_states(line, indentation, contact_radius)

@@ -250,7 +250,6 @@ def friction_surface(
     ----------
     contact : Contact
         With a law of friction.
-    path : LoadingPath
     starts : sequence of mapping
         Value of every channel at the start of each leg, in SI units.
     machine_stiffness : float or None
@@ -259,10 +258,6 @@ def friction_surface(
         The normal contact.
     rows : ndarray of int
         Row of the path for each step of the result.
-
-    Returns
-    -------
-    FrictionSurface
     """
     assert contact.friction is not None
     requested: list[Refined] = []
@@ -294,7 +289,7 @@ def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
     if depth <= 0.0:
         return power_law_curves(1.0, 1.0, line.modulus)
     deepest = depth * (1.0 + 1e-12)
-    if line.reach < line.edge and not math.isfinite(float(line.place(deepest).x)):
+    if line.max_radius < line.edge and not math.isfinite(float(line.place(deepest).x)):
         # not beyond the known profile
         deepest = depth
     rings = passed_rings(line, deepest)
@@ -319,15 +314,10 @@ def friction_leg(line: ElasticLine, requested: Stretch, machine_stiffness: float
 
     Parameters
     ----------
-    line : ElasticLine
     stretch : Stretch
         The rows of the leg.
     machine_stiffness : float or None
         In N/m.
-
-    Returns
-    -------
-    FrictionLeg
     """
     depth = requested.normal
     if (

@@ -59,7 +59,6 @@ def states_at_depth(line: Curve, indentation: ArrayLike) -> DiskStates:
 
     Parameters
     ----------
-    line : Curve
     indentation : array_like
         d in m.
 
@@ -108,7 +107,7 @@ def touching_radius(line: Curve | EquivalentProfile, depth: float) -> float:
         return line.overlap_radius(depth)
     if math.isfinite(line.edge):
         # the rim of a hollow punch is its highest part
-        return min(line.edge, line.reach)
+        return min(line.edge, line.max_radius)
     return line.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
 
 
@@ -253,7 +252,7 @@ def states_at_force(line: Curve, normal_force: ArrayLike) -> DiskStates:
     place = _inside(line, line.place_of_force(force))
     if not line.rises:
         # the force may occur only between turning points
-        farthest = min(float(np.max(place.x, initial=0.0)), line.edge, line.reach)
+        farthest = min(float(np.max(place.x, initial=0.0)), line.edge, line.max_radius)
         reached = _deepest(line.depth(place))
         top = max(touching_radius(line, reached), farthest)
         if math.isfinite(top) and (turning := _turning_points(line, top)):
@@ -274,7 +273,6 @@ def states_at_travel(
 
     Parameters
     ----------
-    line : Curve
     travel : array_like
         D in m.
     machine_stiffness : float
@@ -314,7 +312,7 @@ def states_at_travel(
 
 
 def _best_disk_at_force(line: Curve, force: FloatArray, turning: tuple[float, ...], top: float) -> DiskStates:
-    end = min(line.reach, line.edge)
+    end = min(line.max_radius, line.edge)
 
     def states(d: FloatArray) -> DiskStates:
         # as far out at all depths: where d0 falls below the tip, a contact is wide at depths of next to nothing
@@ -359,11 +357,6 @@ def normal_force(line: Curve, states: DiskStates) -> FloatArray:
     """
     Normal force F = F0 + k w, for half-spaces 2 E* int_0^a (d - g) dx (Sneddon 1965; Popov and Hess 2015, eq. 3.8).
 
-    Parameters
-    ----------
-    line : Curve
-    states : DiskStates
-
     Returns
     -------
     ndarray
@@ -383,11 +376,6 @@ def normal_stiffness(line: Curve, states: DiskStates) -> FloatArray:
 def elastic_energy(line: Curve, states: DiskStates) -> FloatArray:
     """
     Elastic energy U = U0 + F0 w + k w^2 / 2, for half-spaces E* int_0^a (d - g)^2 dx.
-
-    Parameters
-    ----------
-    line : Curve
-    states : DiskStates
 
     Returns
     -------
@@ -448,10 +436,6 @@ def spring_foundation(line: ElasticLine, half_length: float, n: int) -> SpringFo
         In m, above 0.
     n : int
         Number of springs, at least 2.
-
-    Returns
-    -------
-    SpringFoundation
 
     Examples
     --------

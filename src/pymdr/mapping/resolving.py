@@ -69,10 +69,10 @@ class SlopeSource(ABC):
     """Knots in m that were declared at slightly different radii."""
     soft_knots: FloatArray = np.zeros(0)
     """Smooth knots of a piecewise polynomial in m, which matter only if they are few."""
-    reach: float
+    max_radius: float
     """Largest radius in m."""
     known_everywhere: bool = False
-    """Whether f' is cheap to evaluate up to the reach, as for samples."""
+    """Whether f' is cheap to evaluate up to `max_radius`, as for samples."""
     surveyed: bool = False
     """Whether no narrow feature can hide between the points at which f' is evaluated."""
 
@@ -202,10 +202,6 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
         Radius in m, above the lower end and at most `end`.
     end : float
         Largest radius in m of the panels; a sliver before it is merged with its neighbour.
-
-    Returns
-    -------
-    Panels
     """
     if low == 0.0 and end - base <= FIRST * base:
         return _row(base, np.array([0.0, end - base]))
@@ -246,10 +242,6 @@ def anchored_between(base: float, low: float, knots: FloatArray, stop: float, en
         Radius in m that the last panel reaches.
     end : float
         Largest radius in m of the panels.
-
-    Returns
-    -------
-    Panels
     """
     if not knots.size:
         return anchored(base, low, stop, end)

@@ -27,7 +27,7 @@ from pymdr.line.sliding import (
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.rheology import WIDEST
+from pymdr.problem.fractional import WIDEST
 from pymdr.problem.values import within_range
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve
@@ -125,9 +125,19 @@ def sliding_friction(
     PathError
         If the profile ends before the load is carried.
 
+    See Also
+    --------
+    rough_sliding_friction : a rough line.
+    rolling : creep forces.
+
     Notes
     -----
     Popov and Hess (2015), chapter 11. Inertia is neglected: speeds must be well below those of waves.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------
@@ -256,7 +266,7 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
     if not isinstance(contact, Contact):
         raise ProblemError(f"{_PREFIX}: {contact!r} is not a Contact; write Contact(profile, body)")
     refuse_curve(contact, _PREFIX, "sliding needs the slope of its surface")
-    if not contact.remembers:
+    if not contact.is_viscoelastic:
         raise ProblemError(
             f"{_PREFIX}: no body is Viscoelastic, and elastic bodies dissipate nothing below a moving profile; give for example "
             "Viscoelastic(StandardSolid('1 MPa', '9 MPa', '1 ms'), poisson=0.5)"
@@ -266,7 +276,7 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
             f"{_PREFIX}: friction of the surfaces (mu = {contact.friction.coefficient:g}) is not included, only the dissipation of the "
             "body; leave friction out, and add mu to the result if it does not change the contact"
         )
-    if contact.body.remembers and contact.counterbody.remembers:
+    if contact.body.is_viscoelastic and contact.counterbody.is_viscoelastic:
         raise ProblemError(
             f"{_PREFIX}: both bodies are Viscoelastic, but only the one under the profile is cyclically deformed; give the "
             "other one as Elastic with its long-time modulus, or as Rigid()"

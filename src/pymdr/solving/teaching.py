@@ -40,6 +40,16 @@ def foundation(
     ProblemError
         If `n` is not a whole number of at least 2, or no half length is given for a profile without one.
 
+    See Also
+    --------
+    equivalent_profile : the profile of the line.
+    effective_moduli : the stiffness of its springs.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
+
     Examples
     --------
     >>> import pymdr as mdr
@@ -59,9 +69,9 @@ def foundation(
     elif contact.profile.curvature_radius is not None:
         length = contact.profile.curvature_radius / 3.0
     elif contact.profile.breakpoints:
-        length = min(2.0 * contact.profile.breakpoints[-1], line.equivalent.reach)
-    elif math.isfinite(line.equivalent.reach):
-        length = line.equivalent.reach
+        length = min(2.0 * contact.profile.breakpoints[-1], line.equivalent.max_radius)
+    elif math.isfinite(line.equivalent.max_radius):
+        length = line.equivalent.max_radius
     else:
         raise ProblemError(
             "foundation: this profile has no characteristic length; give half_length, such as '1 um'"

@@ -70,7 +70,6 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
 
     Parameters
     ----------
-    task : Task
     start
         State of the law before the first leg.
     step : callable
@@ -78,10 +77,6 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
         controls, prescribed values and times, `kept` the requested rows (None for all), `progress` reports rows done within a long
         leg (may be None). `rows` are arrays over the requested rows, alone or in dicts, named tuples and frozen
         dataclasses; `state` and `channels` are those at its end.
-
-    Returns
-    -------
-    Walked
 
     Raises
     ------
@@ -155,7 +150,7 @@ class Interpretation:
     notes: tuple[str, ...] = ()
     starts: tuple[Channels, ...] | None = None
     """Positions of the channels at the start of each leg, if fields need them."""
-    remembers: bool = False
+    is_viscoelastic: bool = False
     """Whether the bodies have memory; if not, a note says that time has no effect."""
     conducting: FloatArray | None = None
     """Half the stiffness over E* in m, of contacts that are not disks."""
@@ -168,7 +163,7 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     if samples_of(task.contact):
         claims = with_thickness(task.contact, columns, claims, prescribed_rows(task))
     claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims)}
-    if walked.time is not None and not own.remembers:
+    if walked.time is not None and not own.is_viscoelastic:
         notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)

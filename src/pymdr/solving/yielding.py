@@ -109,11 +109,19 @@ def first_yield(
         If the stress is not known, has no bound under any load (at sharp and adhesive edges, and under sharp tips where nu is below
         1/2), or if adhesion alone reaches the strength.
 
+    See Also
+    --------
+    solve : the contact at any load.
+
     Notes
     -----
     For Hertz's contact of steel the largest pressure at first yield is 1.61 times the strength (Johnson 1985, section 6.1). Under a
     ratio of forces below the coefficient the contact sticks everywhere, and the shear traction is that ratio times the pressure
     (Mindlin and Deresiewicz 1953), as in sliding. Adhesion is loaded without a machine, at prescribed indentation.
+
+    References
+    ----------
+    Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
 
     Examples
     --------
@@ -127,7 +135,9 @@ def first_yield(
     if not limit > 0.0:
         raise ProblemError(f"first_yield: strength = {shown(strength)}; it must be above 0 Pa")
     stressed_body(contact, side)
-    why = unknown_stress(contact) or contact.remembers * "in bodies with memory it depends on the history"
+    why = (
+        unknown_stress(contact) or contact.is_viscoelastic * "in bodies with memory it depends on the history"
+    )
     if why:
         raise NotValidError(f"first yield is not valid here: {why} [{SOURCES['stress']}]")
     if isinstance(contact.adhesion, JKR):

@@ -74,9 +74,22 @@ def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentPro
     ProblemError
         If the profile is not known to pymdr, or the exponent not between -1 and 1.
 
+    See Also
+    --------
+    foundation : the line as discrete springs.
+    effective_moduli : the stiffness of its springs.
+
     Notes
     -----
-    Galin (1946), Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for k.
+    Galin (1961), Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for k.
+
+    References
+    ----------
+    - Galin (1961), Contact Problems in the Theory of Elasticity; first published in Russian, 1953.
+    - Sneddon (1965), Int. J. Eng. Sci. 3, 47-57, doi:10.1016/0020-7225(65)90019-4.
+    - Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+      doi:10.1007/978-3-642-53876-6.
+    - Hess (2016), Int. J. Eng. Sci. 104, 20-33.
 
     Examples
     --------
@@ -190,7 +203,7 @@ def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
     return SumLine(
         tuple(p for part in parts for p in (part.parts if isinstance(part, SumLine) else (part,))),
         profile.edge,
-        profile.reach,
+        profile.max_radius,
         exponent,
     )
 
@@ -233,7 +246,7 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     if all(not isinstance(part, Function) or part.f is not None for part in parts):
         return profile.gap
-    end = min(equivalent.edge, equivalent.reach)
+    end = min(equivalent.edge, equivalent.max_radius)
 
     def gap(r: FloatArray) -> FloatArray:
         inside = np.minimum(r, end)
@@ -285,7 +298,7 @@ def without_callables(profile: Profile, top: float) -> Profile:
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
     if isinstance(profile, Function2D):
-        return _on_grid(profile, min(top, profile.reach))
+        return _on_grid(profile, min(top, profile.max_radius))
     return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, Function) else profile
 
 

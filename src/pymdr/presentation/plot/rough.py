@@ -52,10 +52,6 @@ def rough_study(
         ``height`` (m) over ``x`` (m), attributes ``plane`` (m) and, for a ball, ``radius`` (m).
     spectrum : tuple of ndarray
         Wave numbers in 1/m and C2D in m^4.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(12.4, 3.8)
@@ -133,7 +129,7 @@ def calibration_study(data: xr.Dataset) -> Figure:
     ----------
     data : xarray.Dataset
         Over ``load``, without units: ``stiffness``, ``line_stiffness``, ``fitted_stiffness`` and ``area`` with their bands, ``power_law``
-        and ``line_share``; ``coefficient``, ``full_contact_stiffness``, ``hurst`` and ``bandwidth`` in its attributes.
+        and ``line_fraction``; ``coefficient``, ``full_contact_stiffness``, ``hurst`` and ``bandwidth`` in its attributes.
 
     Returns
     -------
@@ -181,7 +177,7 @@ def calibration_study(data: xr.Dataset) -> Figure:
         )
         third.plot(
             load,
-            data["line_share"].values,
+            data["line_fraction"].values,
             "--",
             color=GREEN,
             lw=1.4,

@@ -46,7 +46,7 @@ class Sphere(Profile):
             return np.asarray(r / np.sqrt((R - r) * (R + r)))
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The sphere ends at r = R."""
         return self.radius
 
@@ -119,9 +119,17 @@ class Ellipsoid(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    EllipticParaboloid : for contacts that are ellipses.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2.
+
+    References
+    ----------
+    Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------
@@ -142,7 +150,7 @@ class Ellipsoid(Profile):
         return np.asarray(self.height / self.radius * Sphere(self.radius).gap_slope(r))
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The ellipsoid ends at r = A."""
         return self.radius
 

@@ -88,11 +88,21 @@ class SmoothingSpline(Value):
     noise of the mean), only its ratios are used, and the size of the noise is estimated as without a scatter. An entry of
     0 means that samples were aligned there, not that one is exact: it is interpolated from its neighbours.
 
+    See Also
+    --------
+    Sampled : the profile that it interpolates.
+    CubicSpline : through every sample.
+
     Notes
     -----
-    The expectation of f if its third derivative is white noise: Wahba (1978), J. R. Stat. Soc. B 40, 364.
-    Likelihood compared with cross-validation: Wahba (1985), Ann. Stat. 13, 1378. Reinsch (1967), Numer. Math. 10, 177,
-    requires chi-square = n, which smooths too much because the curve contains part of the noise.
+    The expectation of f if its third derivative is white noise: Wahba (1978).
+    Likelihood compared with cross-validation: Wahba (1985). Reinsch (1967) requires chi-square = n, which smooths too much because the curve contains part of the noise.
+
+    References
+    ----------
+    - Wahba (1978), J. R. Stat. Soc. B 40, 364-372.
+    - Wahba (1985), Ann. Stat. 13, 1378-1402.
+    - Reinsch (1967), Numer. Math. 10, 177-183.
 
     Examples
     --------
@@ -116,8 +126,8 @@ class Curve:
     """The piecewise cubic f(r) - f(0)."""
     offset: float
     """Its f(0) in m."""
-    words: str
-    """Description of the curve."""
+    description: str
+    """Of the curve."""
     misfit: float = 0.0
     """Root mean square distance in m of the samples from the curve."""
 
@@ -157,7 +167,7 @@ class Sampled(Profile):
     >>> tip = mdr.Sampled(r, r**2 / 2e-6)
     >>> round(float(tip.gap(0.5e-6)), 18)
     1.25e-07
-    >>> tip.curve_in_words
+    >>> tip.curve_description
     'a cubic spline with a round tip through every sample'
     >>> mdr.Sampled(r, r**2 / 2e-6, scatter=1e-3 * r).interpolation
     SmoothingSpline()
@@ -203,9 +213,9 @@ class Sampled(Profile):
         return self._curve.poly
 
     @property
-    def curve_in_words(self) -> str:
+    def curve_description(self) -> str:
         """Description of the curve through the samples, and of their noise."""
-        return self._curve.words
+        return self._curve.description
 
     @property
     def misfit(self) -> float:
@@ -253,7 +263,7 @@ class Sampled(Profile):
         )
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The last sampled radius."""
         return float(self.radius[-1])
 
@@ -309,11 +319,6 @@ def curve(
         Samples in m.
     scatter : ndarray or None
         Standard deviations in m.
-    interpolation : CubicSpline, ShapePreserving or SmoothingSpline
-
-    Returns
-    -------
-    Curve
 
     Raises
     ------
