@@ -448,3 +448,10 @@ def test_the_field_of_anisotropic_bodies_is_read_and_searched():
     largest = result.largest("von_mises", -1)
     everywhere = result.field("von_mises", x=np.linspace(-1.5 * a, 1.5 * a, 31), z=np.linspace(0.0, a, 21))
     assert everywhere.max() <= float(largest) * (1.0 + 1e-9)
+
+
+def test_stress_under_torsion_is_not_valid():
+    contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, friction=mdr.Coulomb(0.3))
+    result = mdr.solve(contact, mdr.load("50 N") >> mdr.twist("1 mrad"))
+    with pytest.raises(mdr.NotValidError, match="torsion"):
+        result.field("stress", x=[0.0])

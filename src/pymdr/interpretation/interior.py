@@ -417,6 +417,8 @@ def stress_claim(contact: Contact, by_rings: bool, claims: Mapping[str, Claim]) 
     why = unknown_stress(contact) or by_rings * (
         "boundary elements do not give the stress in the bodies; leave solver=Rings() out"
     )
+    if not why and contact.friction is not None and "shear_traction" not in claims:
+        why = "the stress under torsion is not computed"
     if why:
         return Claim(Level.NOT_VALID, why, SOURCES["stress"], np.zeros(pressure.where.shape, dtype=bool))
     traction = claims.get("shear_traction")
