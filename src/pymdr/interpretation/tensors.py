@@ -110,7 +110,7 @@ def hydrostatic(tensor: FloatArray) -> FloatArray:
     return np.asarray((tensor[0] + tensor[1] + tensor[2]) / 3.0)
 
 
-def fixed_axes(tensor: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
+def fixed_axes(tensor: FloatArray, cosine: FloatArray | float, sine: FloatArray | float) -> FloatArray:
     """
     Components around the axis in fixed directions.
 
@@ -128,8 +128,8 @@ def fixed_axes(tensor: FloatArray, cosine: FloatArray, sine: FloatArray) -> Floa
 
     Examples
     --------
-    >>> fixed_axes(np.array([1.0, 2.0, 3.0, 4.0, 0.0, 0.0]), 0.0, 1.0).tolist()
-    [2.0, 1.0, 3.0, 0.0, 0.0, 4.0]
+    >>> fixed_axes(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), 0.0, 1.0).tolist()
+    [2.0, 1.0, 3.0, -6.0, -5.0, 4.0]
     """
     rr, tt, zz, rz, rt, tz = tensor
     c, s = cosine, sine
