@@ -13,7 +13,7 @@ from drawing import examples
 from pymdr.independent.point_loads import stress_of_tractions
 from pymdr.interpretation.shear_stress import shear_stress, shear_sums
 from pymdr.interpretation.solids import IsotropicSolid, solid_of, traction_at
-from pymdr.interpretation.stress import line_load
+from pymdr.interpretation.stress import integrated, line_load, punch_forms, quick_sums
 from pymdr.interpretation.tensors import fixed_axes, principal_stresses, tresca, von_mises
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import states_at_depth
@@ -455,3 +455,19 @@ def test_stress_under_torsion_is_not_valid():
     result = mdr.solve(contact, mdr.load("50 N") >> mdr.twist("1 mrad"))
     with pytest.raises(mdr.NotValidError, match="torsion"):
         result.field("stress", x=[0.0])
+
+
+@settings(max_examples=examples(30), deadline=None)
+@given(
+    st.sampled_from([HERTZ, CONE, mdr.PowerLaw(3.3, 0.4, 1.0), mdr.RoundedFlat(0.5, 1.0), mdr.Sphere(1.5)]),
+    st.sampled_from([0.0, 1.25, 1.003]),
+    st.floats(0.0, 2.0) | st.sampled_from([0.5, 1.0]),
+    st.floats(-12.0, 0.5),
+)
+def test_compiled_sums_are_those_of_the_other_rule(profile, zone, r, depth):
+    line = ElasticLine(equivalent_profile(profile), 1.0)
+    load = line_load(line, Place(np.float64(0.0), np.float64(1.0)), 0.0, zone=zone, strength=0.4)
+    at = np.array([r]), np.array([10.0**depth])
+    sizes = np.append(np.ones(8), load.radius)
+    exact = integrated(load, *at, punch_forms, sizes)
+    assert quick_sums(load, *at) == pytest.approx(exact, abs=1e-11 * load.scale)
