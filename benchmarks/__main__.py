@@ -15,6 +15,7 @@ ALL = (
     "engines",
     "law",
     "stress",
+    "nanoindentation",
 )
 
 for name in sys.argv[1:] or ALL:
