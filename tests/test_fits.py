@@ -360,7 +360,7 @@ def test_what_a_curve_cannot_tell():
     [
         ([], {}, ProblemError, "list every unknown once"),
         (["body.yung"], {}, ProblemError, "this contact has"),
-        (["body.young", "body.young"], {}, ProblemError, "each once"),
+        (["body.young", "body.young"], {}, ProblemError, "every unknown once"),
         ({"body.young": ["2 MPa", "1 MPa"]}, {}, ProblemError, "an increasing pair"),
         ({"body.young": ["2 N", "3 N"]}, {}, UnitError, "does not fit"),
         (["body.young"], {"contact_point": "1 N"}, UnitError, "does not fit"),
