@@ -24,7 +24,7 @@ from pymdr.solving.fits.estimating import (
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
 from pymdr.solving.fits.results import FitResult, force_of
 from pymdr.solving.fits.searching import Modelled, Search
-from pymdr.solving.fits.unexplained import unexplained
+from pymdr.solving.fits.unexplained import correlation_notes, unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -183,6 +183,7 @@ def _interpreted(estimate: Estimate) -> FitResult:
         for name, is_felt in zip(search.names, estimate.felt, strict=True)
         if not is_felt
     )
+    notes += correlation_notes(estimate)
     if np.any(systematic > _NOTED * estimate.errors):
         notes += ("the intervals include the error of the model, which is not small compared with the noise",)
     return FitResult(

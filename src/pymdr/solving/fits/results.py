@@ -141,7 +141,7 @@ class FitResult(Answer):
 
         names = [u.name for u in self.search.unknowns] if names is None else list(names)
         samples = self.search.residuals(self.free).size - self.free.size
-        wide = stdtrit(samples, ndtr(sigma * math.sqrt(self.correlated)))
+        wide = stdtrit(samples, ndtr(sigma)) * math.sqrt(self.correlated)
         ends = {}
         for name in names:
             fitted = self[name]
