@@ -180,7 +180,9 @@ def solve_fitted(estimate: Estimate) -> Result:
     return solve(contact, indent(estimate.deepest))
 
 
-def with_intervals(search: Search, best: FloatArray, errors: FloatArray, width: FloatArray) -> dict[str, Fitted]:
+def with_intervals(
+    search: Search, best: FloatArray, errors: FloatArray, width: FloatArray
+) -> dict[str, Fitted]:
     """Fitted numbers by name, with intervals from the errors of the free numbers and their half widths in errors."""
     values, rest = {}, at_bounds(search, best)
     bounds = {u.name: (u.low, u.high) for u in search.unknowns}

@@ -178,7 +178,7 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, span: Float
         out["ending"][outside & (ended == FITTED)] = AT_END
     if WORK in out:
         # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves
-        unseen = (grows < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
+        unseen = (grows < SEEN) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
         out["ending"][unseen & (ended == FITTED)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     return out

@@ -60,11 +60,22 @@ class NoiseSpectra(NamedTuple):
     """Correlation length of the slow part in samples, the geometric mean."""
     white: FloatArray
     """Probability that there is no slow part."""
+    squares: FloatArray
+    """Squares of the residuals in all bands in N^2, shape (records, bands)."""
+    density: FloatArray
+    """Mean density in all bands in N^2, shape (records, bands)."""
     weights: FloatArray
     """Probability of each spectrum, shape (records, spectra)."""
     spectra: FloatArray
     """Densities of each spectrum in all bands in N^2, shape (records, spectra, bands); empty unless requested."""
     bands: Bands
+
+    def growth(self, residuals: FloatArray, lengths: Sequence[int] = ()) -> FloatArray:
+        """Increase of the squares of other residuals, over the density of the noise at each frequency; infinite without noise."""
+        none = np.zeros((len(residuals), 0, residuals.shape[1]))
+        grows = bands_of(residuals, none, lengths).squares - self.squares
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(np.nan_to_num((grows / self.density).sum(axis=1), nan=math.inf))
 
     def quantile(self, directions: FloatArray) -> FloatArray:
         """
@@ -132,7 +143,7 @@ def noise_spectra(
         parts.append(_averaged(bands_of(residuals[rows], tangents[rows], lengths), keep))
     if len(parts) == 1:
         return parts[0]
-    joined = [np.concatenate([part[i] for part in parts]) for i in range(4)]
+    joined = [np.concatenate([part[i] for part in parts]) for i in range(6)]
     return NoiseSpectra(*joined, np.zeros((0, 0)), np.zeros((0, 0, 0)), parts[0].bands)
 
 
@@ -381,7 +392,15 @@ def _averaged(bands: Bands, keep: bool) -> NoiseSpectra:
         high = np.broadcast_to(rest[:, None, :], (*spectra.shape[:2], rest.shape[1]))
         spectra = np.concatenate([spectra, high], axis=2)
     return NoiseSpectra(
-        _covariance(bands, density), mean.slow, mean.length, mean.white, mean.weights, spectra, bands
+        _covariance(bands, density),
+        mean.slow,
+        mean.length,
+        mean.white,
+        bands.squares,
+        density,
+        mean.weights,
+        spectra,
+        bands,
     )
 
 
@@ -395,6 +414,8 @@ def _white(bands: Bands, keep: bool) -> NoiseSpectra:
         none,
         none,
         none + 1.0,
+        bands.squares,
+        density,
         np.ones((len(density), 1)),
         density[:, None, :] if keep else np.zeros((0, 0, 0)),
         bands,

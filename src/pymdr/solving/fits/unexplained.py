@@ -41,14 +41,10 @@ def correlation_notes(estimate: Estimate) -> tuple[str, ...]:
     span = max(float(np.ptp(one.force)) for one in models)
     if not length or factor < WIDENED or is_rounding(np.array(estimate.noise), np.array(span)):
         return ()
-    text = (
-        f"the residuals are correlated over about {length:.2g} samples: the intervals are widened by a factor of {factor:.2g}"
-    )
+    text = f"the residuals are correlated over about {length:.2g} samples: the intervals are widened by a factor of {factor:.2g}"
     held = sum(one.force.size for one in models) / length
     if held < _ENOUGH:
-        text += (
-            f"; the record holds {held:.2g} correlation lengths, and below {_ENOUGH:g} the 95 % intervals cover 85 to 95 %"
-        )
+        text += f"; the record holds {held:.2g} correlation lengths, and below {_ENOUGH:g} the 95 % intervals cover 85 to 95 %"
     return (text,)
 
 

@@ -43,7 +43,7 @@ class CurveFits(NamedTuple):
 
     numbers: FloatArray
     """Numbers of the model, with the baseline in the middle of the places, sum of squares in N^2, samples used, largest depth in m,
-    the growth of the sum with the smallest number of the family, in variances of the noise, and the covariance of neighbours
+    the growth of the squares with the smallest number of the family, over the density of the noise at each frequency, and the covariance of neighbours
     in N^2 by the slow part of the noise."""
     covariances: FloatArray
     """Inverse of the normal equations of the free numbers."""
@@ -141,14 +141,11 @@ def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) ->
     return distance
 
 
-def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
-    """Growth of the sums of squares with the smallest number of the family, in variances of the noise."""
+def _left_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
+    """Residuals with the smallest number of the family."""
     bare = ends.theta.copy()
     bare[:, SHAPE] = search.family.first
-    larger = search.at_shape(batch, bare, ROUGHLY).misfit
-    with np.errstate(divide="ignore", invalid="ignore"):
-        grows = (larger / ends.misfit - 1.0) * batch.place.shape[1]
-    return np.where(ends.misfit > 0.0, grows, math.inf)
+    return search.at_shape(batch, bare, ROUGHLY).left
 
 
 def _asides(distance: FloatArray, directions: FloatArray) -> FloatArray:
@@ -157,8 +154,14 @@ def _asides(distance: FloatArray, directions: FloatArray) -> FloatArray:
     return np.asarray(distance[:, first] / directions[np.arange(len(first)), first] / _NORMAL_95)
 
 
-def _put_spectral(search: _Search, batch: Batch, ends: Ends, used: BoolArray, fits: CurveFits) -> None:
-    """Write the covariances by the spectra of the noise, of curves with equal numbers of used samples together."""
+def _put_spectral(
+    search: _Search, batch: Batch, ends: Ends, used: BoolArray, bare: FloatArray | None, fits: CurveFits
+) -> None:
+    """
+    Write what depends on the spectra of the noise, of curves with equal numbers of used samples together.
+
+    The residuals `bare` are those with the smallest number of the family.
+    """
     counted, directions = used.sum(axis=1), search.wanted.directions
     for size in np.unique(counted):
         group = np.flatnonzero(counted == size)
@@ -171,9 +174,14 @@ def _put_spectral(search: _Search, batch: Batch, ends: Ends, used: BoolArray, fi
                 rates = np.swapaxes(np.swapaxes(rates, 1, 2)[used[rows]].reshape(rows.size, size, -1), 1, 2)
             left = ends.left[rows][used[rows]].reshape(rows.size, size)
             good = np.isfinite(rates).all(axis=(1, 2)) & np.isfinite(left).all(axis=1)
+            if not good.any():
+                continue
             basis, coefficients = orthonormal(rates[good])
             spectra = noise_spectra(left[good], basis)
             fits.spectral[rows[good]] = coefficients @ spectra.covariance @ np.swapaxes(coefficients, 1, 2)
+            if bare is not None:
+                others = bare[rows][used[rows]].reshape(rows.size, size)
+                fits.numbers[rows[good], NUMBERS + 3] = spectra.growth(others[good])
             fits.numbers[rows[good], NUMBERS + 4] = np.where(spectra.white < DECIDED, spectra.slow, 0.0)
 
 
@@ -244,11 +252,11 @@ def _descend_from(
         starts[long] = search.from_places(more, starts[long], (ITERATIONS, ROUGHLY)).theta
     used, enough = np.ones(batch.place.shape, dtype=np.bool_), _GAIN / n
     ends = search.from_places(batch, starts, (_POLISH, enough))
-    distance, grows = np.zeros((count, NUMBERS)), np.full(count, math.inf)
+    distance, bare = np.zeros((count, NUMBERS)), None
     if wanted.adhesive:
         if wanted.free[SHAPE] and not wanted.tied:
             distance = _try_other_ends(search, batch, ends, enough)
-            grows = _grown_without_family(search, batch, ends)
+            bare = _left_without_family(search, batch, ends)
         jumps = ends.touches[:, 1:] != ends.touches[:, :-1]
         used[:, :-1] &= ~jumps
         used[:, 1:] &= ~jumps
@@ -260,10 +268,12 @@ def _descend_from(
     at_end = several & ((shape <= search.family.first) | (shape >= search.last))
     fits.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FITTED)
     fits.numbers[:, :NUMBERS] = ends.theta
-    fits.numbers[:, NUMBERS : NUMBERS + 4] = np.column_stack([ends.misfit, counted, deepest, grows])
+    fits.numbers[:, NUMBERS : NUMBERS + 4] = np.column_stack(
+        [ends.misfit, counted, deepest, np.full(count, math.inf)]
+    )
     fits.covariances[:], fits.asides[:] = ends.covariance, _asides(distance, wanted.directions)
     fits.asides[ends.misfit <= 0.0] = 0.0
-    _put_spectral(search, batch, ends, used, fits)
+    _put_spectral(search, batch, ends, used, bare, fits)
     fits.residuals[np.arange(fits.residuals.shape[1]) < counted[:, None]] = ends.left[used]
 
 
