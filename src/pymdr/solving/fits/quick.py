@@ -57,6 +57,7 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
         np.full((count, NUMBERS + 5), math.nan),
         np.full((count, free, free), math.nan),
         np.full((count, free, free), math.nan),
+        np.full((count, free, free), math.nan),
         np.full((count, free), math.nan),
         np.full((count, width), math.nan),
         np.full(count, UNREAD, dtype=np.int8),
@@ -96,6 +97,7 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
             fits = fits._replace(
                 covariances=back @ fits.covariances @ back.T,
                 spectral=back @ fits.spectral @ back.T,
+                unmodelled=back @ fits.unmodelled @ back.T,
                 asides=fits.asides @ back.T,
             )
     span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
@@ -177,8 +179,13 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, span: Float
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FITTED)] = AT_END
     if WORK in out:
-        # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves
-        unseen = (grows < SEEN) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
+        # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves; where these are not
+        # stationary, that by the density of the residuals themselves
+        i = request.names.index(WORK)
+        plainly = np.abs(fits.unmodelled[:, i, i]) + correlated * fits.asides[:, i] ** 2
+        with np.errstate(invalid="ignore"):
+            least = np.minimum(error[:, i], np.sqrt(plainly)) * np.abs(rates[:, i])
+        unseen = (grows < SEEN) & (out[WORK] < math.sqrt(SEEN) * least)
         out["ending"][unseen & (ended == FITTED)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     return out

@@ -23,8 +23,6 @@ _INNER, _LIKELY, _WHITE = (13, 11), 9.0, 0.5
 """Size of the second grid, logarithm of the likelihood ratio of its ends, and probability of white noise without data."""
 _ADEQUATE = 0.05
 """Probability of white noise from which on the first grid is fine enough: the likelihood is broad there."""
-_ROWS = 256
-"""Records that are treated at a time, because of memory."""
 _INDISTINCT = 1e-12
 """Eigenvalue of the Gram matrix of normalised tangents, relative to the largest, below which a direction is left out."""
 _BISECTIONS, _NORMAL_95 = 60, 1.959963984540054
@@ -76,6 +74,10 @@ class NoiseSpectra(NamedTuple):
         grows = bands_of(residuals, none, lengths).squares - self.squares
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.asarray(np.nan_to_num((grows / self.density).sum(axis=1), nan=math.inf))
+
+    def unmodelled(self) -> FloatArray:
+        """Covariance of the coefficients if the density is that of the residuals in every band, which is small at low frequencies."""
+        return _covariance(self.bands, self.squares / self.bands.modes)
 
     def quantile(self, directions: FloatArray) -> FloatArray:
         """
@@ -137,14 +139,7 @@ def noise_spectra(
     ... ]
     [1, 22]
     """
-    parts = []
-    for first in range(0, len(residuals), _ROWS):
-        rows = slice(first, first + _ROWS)
-        parts.append(_averaged(bands_of(residuals[rows], tangents[rows], lengths), keep))
-    if len(parts) == 1:
-        return parts[0]
-    joined = [np.concatenate([part[i] for part in parts]) for i in range(6)]
-    return NoiseSpectra(*joined, np.zeros((0, 0)), np.zeros((0, 0, 0)), parts[0].bands)
+    return _averaged(bands_of(residuals, tangents, lengths), keep)
 
 
 def orthonormal(tangents: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -49,6 +49,8 @@ class CurveFits(NamedTuple):
     """Inverse of the normal equations of the free numbers."""
     spectral: FloatArray
     """Covariances of the free numbers by the spectrum of the noise."""
+    unmodelled: FloatArray
+    """Those if the density of the noise is that of the residuals in every band."""
     asides: FloatArray
     """Standard errors by other ends that fit as well under white noise, with the signs of their common change."""
     residuals: FloatArray
@@ -180,6 +182,9 @@ def _put_spectral(
             spectra = noise_spectra(left[good], basis)
             fits.spectral[rows[good]] = coefficients @ spectra.covariance @ np.swapaxes(coefficients, 1, 2)
             if bare is not None:
+                fits.unmodelled[rows[good]] = (
+                    coefficients @ spectra.unmodelled() @ np.swapaxes(coefficients, 1, 2)
+                )
                 others = bare[rows][used[rows]].reshape(rows.size, size)
                 fits.numbers[rows[good], NUMBERS + 3] = spectra.growth(others[good])
             fits.numbers[rows[good], NUMBERS + 4] = np.where(spectra.white < DECIDED, spectra.slow, 0.0)
