@@ -25,6 +25,9 @@ _ADEQUATE = 0.05
 """Probability of white noise from which on the first grid is fine enough: the likelihood is broad there."""
 _INDISTINCT = 1e-12
 """Eigenvalue of the Gram matrix of normalised tangents, relative to the largest, below which a direction is left out."""
+_EXPLAINED, _FLAT, _ABOVE_FLOOR = 0.7, 0.5, 4.0
+"""Part of the residuals in the upper half of the modes, and energy in the highest ones relative to it, from which on tangents are
+noise; they are kept where their energy is that large relative to that of the noise."""
 _BISECTIONS, _NORMAL_95 = 60, 1.959963984540054
 
 
@@ -282,6 +285,34 @@ def _edges(low: int, samples: int, ratio: float) -> IndexArray:
         edges.append(following)
 
 
+def _without_noise(bands: Bands) -> Bands:
+    """
+    The sums of products without tangents where these are noise themselves.
+
+    If the depths of a record contain its noise, so do the tangents, which then explain the residuals at high frequencies, and
+    every spectrum that is small there seems likely.
+    """
+    half = np.cumsum(bands.modes) > 0.5 * bands.modes[: bands.low].sum()
+    half[bands.low :] = False
+    gram, side = bands.tangents[:, half].sum(axis=1), bands.mixed[:, half].sum(axis=1)
+    energy = np.einsum("mbii->mbi", bands.tangents)
+    size = np.sqrt(np.einsum("mii->mi", gram))
+    size[size == 0.0] = 1.0
+    inverse = np.linalg.pinv(gram / (size[:, :, None] * size[:, None, :]), hermitian=True)
+    explained = np.einsum("mi,mij,mj->m", side / size, inverse, side / size)
+    floor = energy[:, half].sum(axis=1) / bands.modes[half].sum()
+    top = np.cumsum(bands.modes) > 0.5 * bands.modes.sum()
+    level = energy[:, top].sum(axis=1) / bands.modes[top].sum()
+    noisy = explained > _EXPLAINED * bands.squares[:, half].sum(axis=1)
+    noisy &= level.sum(axis=1) > _FLAT * floor.sum(axis=1)
+    if not noisy.any():
+        return bands
+    keep = (energy > _ABOVE_FLOOR * bands.modes[:, None] * floor[:, None, :]) | ~noisy[:, None, None]
+    return bands._replace(
+        tangents=bands.tangents * (keep[:, :, :, None] & keep[:, :, None, :]), mixed=bands.mixed * keep
+    )
+
+
 class _Grid(NamedTuple):
     """Spectra at the middles of equal cells in the logarithms of the slow density and of its length, for records."""
 
@@ -369,11 +400,12 @@ def _averaged(bands: Bands, keep: bool) -> NoiseSpectra:
         return _white(bands, keep)
     ends = _ends(samples, modes)
     coarse = _grid(ends[:, :1], ends[:, 1:], (_STEPS, _LENGTHS))
-    mean = _mean(bands, coarse, ends, keep)
+    smooth = _without_noise(bands)
+    mean = _mean(smooth, coarse, ends, keep)
     narrow = np.flatnonzero(mean.white < _ADEQUATE)
     if narrow.size:
-        some = bands._replace(
-            **{name: getattr(bands, name)[narrow] for name in ("tangents", "mixed", "squares", "rank")}
+        some = smooth._replace(
+            **{name: getattr(smooth, name)[narrow] for name in ("tangents", "mixed", "squares", "rank")}
         )
         fine = _mean(some, _finer(coarse, mean.logarithm[narrow], ends), ends, keep)
         if narrow.size == len(bands.squares):
