@@ -14,7 +14,8 @@ from scipy.special import stdtrit
 from pymdr.errors import ProblemError
 from pymdr.mapping.equivalent import power_factor
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.spectrum import noise_spectra, orthonormal
+from pymdr.solving.fits.bands import orthonormal
+from pymdr.solving.fits.spectrum import noise_spectra
 from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
@@ -220,7 +221,7 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     residuals = np.nan_to_num(forces(p, z) - force)
     n = force.size
     slopes = _slopes(p, z)
-    inverse = np.linalg.pinv(slopes)
+    inverse = np.asarray(np.linalg.pinv(slopes), dtype=np.float64)
     correlated = _correlated(residuals, slopes, inverse)
     covariance = (inverse * residuals**2) @ inverse.T * (n / (n - p.size) * correlated)
     return Shape(anchor, p + unit, covariance, n, correlated, float(np.sqrt(np.mean(residuals**2))))

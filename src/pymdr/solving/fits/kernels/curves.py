@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.numerics.panels import IndexArray
+from pymdr.solving.fits.bands import orthonormal
 from pymdr.solving.fits.kernels.descent import (
     ITERATIONS,
     ROUGHLY,
@@ -22,7 +23,7 @@ from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, 
 from pymdr.solving.fits.kernels.starts import FEW, Engine, best_points, few_of, starts_at_tilts, tilts_of
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNSETTLED
 from pymdr.solving.fits.residuals import DECIDED
-from pymdr.solving.fits.spectrum import noise_spectra, orthonormal
+from pymdr.solving.fits.spectrum import noise_spectra
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
@@ -59,12 +60,25 @@ class CurveFits(NamedTuple):
 
     def of(self, rows: IndexArray) -> CurveFits:
         """Copies of some rows."""
-        return CurveFits(*(column[rows] for column in self))
+        return CurveFits(
+            self.numbers[rows],
+            self.covariances[rows],
+            self.spectral[rows],
+            self.unmodelled[rows],
+            self.asides[rows],
+            self.residuals[rows],
+            self.ended[rows],
+        )
 
     def put(self, rows: IndexArray, some: CurveFits) -> None:
         """Write into some rows."""
-        for column, own in zip(self, some, strict=True):
-            column[rows] = own
+        self.numbers[rows], self.covariances[rows], self.spectral[rows] = (
+            some.numbers,
+            some.covariances,
+            some.spectral,
+        )
+        self.unmodelled[rows], self.asides[rows] = some.unmodelled, some.asides
+        self.residuals[rows], self.ended[rows] = some.residuals, some.ended
 
 
 class _Search(NamedTuple):
