@@ -93,7 +93,7 @@ def tilt_of(force, way):
 def records(study, count, seed):
     """Curves of one contact, each with noise of its own, an origin and a baseline that nobody knows."""
     rng = np.random.default_rng(seed)
-    slow = study.true.remembers
+    slow = study.true.is_viscoelastic
     way = HELD if slow else WAY
     path = mdr.Path(**{"travel" if study.machine else "indentation": way}, **({"time": TIME} if slow else {}))
     force = mdr.solve(study.true, path, machine_stiffness=study.machine)["normal_force"].values

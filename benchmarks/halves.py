@@ -109,7 +109,7 @@ def main(words=None):
     for law in given.only:
         start, free, segment = LAWS[law]
         for name, record in records(segment):
-            curve = thinned(record, FOLLOWED) if start.remembers else record.leave_out_marked()
+            curve = thinned(record, FOLLOWED) if start.is_viscoelastic else record.leave_out_marked()
             try:
                 found, own = halves(start, curve, free)
             except mdr.PymdrError as error:

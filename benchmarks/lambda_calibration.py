@@ -14,7 +14,7 @@ import pymdr as mdr
 
 PER_WAVE = 4
 HEAD = "hurst,bandwidth,realisations,lambda,lambda_low,lambda_high,misfit,load,stiffness,stiffness_low,stiffness_high"
-CURVES = ("line_stiffness", "fitted_stiffness", "power_law", "area", "line_share")
+CURVES = ("line_stiffness", "fitted_stiffness", "power_law", "area", "line_fraction")
 
 
 def surface(hurst, pixels):

@@ -31,7 +31,7 @@ def slope(r):
     return flank * r / np.hypot(r, bluntness) + steeper * (r > worn)
 
 
-tip = mdr.Function(shape, breakpoints=[worn], derivative=slope, reach="1 mm")
+tip = mdr.Function(shape, breakpoints=[worn], derivative=slope, max_radius="1 mm")
 depths = np.geomspace(1e-14, 1e-5, 91)
 result = mdr.solve(mdr.Contact(tip, mdr.Elastic("3 GPa", 0.35)), mdr.Path(indentation=depths))
 print(result.claims["normal_force"].error.max())

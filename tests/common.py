@@ -53,7 +53,7 @@ class Powers:
 
     terms: tuple[tuple[float, float], ...]
     edge: float = np.inf
-    reach: float = np.inf
+    max_radius: float = np.inf
     breakpoints: tuple[float, ...] = ()
     exponent: float = 0.0
 
@@ -84,7 +84,7 @@ class Ripple:
     A: float
     k: float
     edge: float = np.inf
-    reach: float = np.inf
+    max_radius: float = np.inf
     breakpoints: tuple[float, ...] = ()
     exponent: float = 0.0
 

@@ -59,7 +59,7 @@ class Wavy:
     h: float
     k: float
     edge: float = np.inf
-    reach: float = np.inf
+    max_radius: float = np.inf
     breakpoints: tuple[float, ...] = ()
     exponent: float = 0.0
 
@@ -90,7 +90,7 @@ class Truncated:
     R: float
     b: float
     edge: float = np.inf
-    reach: float = np.inf
+    max_radius: float = np.inf
     exponent: float = 0.0
 
     @property
@@ -252,7 +252,7 @@ def test_a_sharp_edge_holds_the_contact():
     assert np.diff(states.normal_force)[0] == pytest.approx(2 * 2.0 * 1.0 * 0.7, rel=1e-14)
     assert law.knots == (1.0,)
     assert np.isinf(law.limit)
-    assert JKR(paraboloid(edge=2.0, reach=1.5), 1.0, 1.0).limit == 1.5
+    assert JKR(paraboloid(edge=2.0, max_radius=1.5), 1.0, 1.0).limit == 1.5
 
 
 def test_without_work_jkr_and_dmt_are_the_bare_contact():
@@ -550,10 +550,10 @@ def test_maugis_dugdale_refuses(change):
 
 def test_a_short_profile_is_refused():
     with pytest.raises(ProblemError, match="extend the profile"):
-        maugis_dugdale(paraboloid(reach=0.1), 1.0, 1.0, 0.5)
+        maugis_dugdale(paraboloid(max_radius=0.1), 1.0, 1.0, 0.5)
     with pytest.raises(ProblemError, match="extend the profile"):
-        rigid_pull(paraboloid(reach=0.1), 1.0, 0.5)
-    law = maugis_dugdale(paraboloid(reach=2.0), 1.0, 1.0, 2.0)
+        rigid_pull(paraboloid(max_radius=0.1), 1.0, 0.5)
+    law = maugis_dugdale(paraboloid(max_radius=2.0), 1.0, 1.0, 2.0)
     assert float(law.states(law.limit).cohesive_radius) == pytest.approx(2.0, rel=1e-12)
 
 
@@ -717,7 +717,7 @@ def test_zone_integrals_on_panels():
         closed = SimpleNamespace(
             slope=lambda x, R=size: np.arctan(x / R) + x / R / (1.0 + (x / R) ** 2),
             edge=np.inf,
-            reach=np.inf,
+            max_radius=np.inf,
             breakpoints=(),
         )
         sharp = Function(
@@ -726,7 +726,7 @@ def test_zone_integrals_on_panels():
         power = SimpleNamespace(
             slope=lambda x, R=size: 1.5 * power_law_factor(1.5) * (x / R) ** 0.5,
             edge=np.inf,
-            reach=np.inf,
+            max_radius=np.inf,
             breakpoints=(),
         )
         for profile, exact in ((round_tip, closed), (sharp, power)):

@@ -213,7 +213,7 @@ def test_nothing_is_asked_beyond_the_reach():
         asked.append(r.max())
         return r * r
 
-    profile = mdr.Function(f, derivative=lambda r: 2 * np.sqrt(r * r), reach=0.3)
+    profile = mdr.Function(f, derivative=lambda r: 2 * np.sqrt(r * r), max_radius=0.3)
     gap = profile.gap(np.array([0.1, 0.3, 0.3 * (1 + 1e-13), 0.4, 1e9]))
     np.testing.assert_allclose(gap[:3], [0.01, 0.09, 0.09], rtol=1e-15)
     assert np.all(np.isnan(gap[3:]))
@@ -222,8 +222,8 @@ def test_nothing_is_asked_beyond_the_reach():
 
 
 def test_nan_inside_the_reach_is_refused():
-    holed = mdr.Function(lambda r: np.where(r < 0.2, r, math.nan), reach=0.3)
-    with pytest.raises(mdr.ProblemError, match="nan at r = 250 mm, inside its reach of 300 mm"):
+    holed = mdr.Function(lambda r: np.where(r < 0.2, r, math.nan), max_radius=0.3)
+    with pytest.raises(mdr.ProblemError, match="nan at r = 250 mm, inside its max_radius of 300 mm"):
         holed.gap([0.1, 0.25])
     with pytest.raises(mdr.ProblemError, match="nan at r = 0, where a profile must be finite"):
         mdr.Function(lambda r: r * r * np.log(r)).gap([0.1, 0.25])
@@ -409,7 +409,9 @@ def test_single_precision_is_served_with_its_error(gives, inside):
         f = rounded(lambda r, R: r * r / (R + np.sqrt(R * R - r * r)))
         slope = rounded(lambda r, R: r / np.sqrt(R * R - r * r))
         profile = mdr.Function(
-            f if gives != "derivative" else None, derivative=None if gives == "f" else slope, reach=0.9 * R
+            f if gives != "derivative" else None,
+            derivative=None if gives == "f" else slope,
+            max_radius=0.9 * R,
         )
         line, x = equivalent_profile(profile), R * 10.0 ** rng.uniform(-3, -0.1, 4)
         error = line.error(x)[:, 0]

@@ -62,7 +62,7 @@ def test_integrals_of_a_polygon_are_those_of_quadrature(steps, part, scale):
     x = scale * np.append(0.0, np.cumsum([width for width, _ in steps]))
     g = scale * np.append(0.0, np.cumsum([rise for _, rise in steps]))
     line = PolygonLine(x, g)
-    top = part * line.reach
+    top = part * line.max_radius
     inside = [b for b in x if 0.0 < b < top]
     depth = float(np.interp(top, x, g))
     assert float(line.g(top)) == pytest.approx(depth, rel=1e-12, abs=1e-12 * scale)
@@ -560,7 +560,7 @@ def test_a_ring_by_boundary_elements_rubs_as_its_curve_does():
     grid = solve_sliding(hollow.profile, body, body, 0.4, d, u, HalfSpaceGrid(32))
     share = solved["tangential_force"].values / solved["normal_force"].values
     assert np.allclose(share, grid.tangential_force / grid.normal_force, rtol=0.05, atol=1e-3)
-    assert mdr.equivalent_profile(curve).reach > 0.0
+    assert mdr.equivalent_profile(curve).max_radius > 0.0
 
 
 # claims, figures, files --------------------------------------------------------------------------------------------

@@ -130,12 +130,12 @@ def test_signs_are_told_by_the_record(turned_force, turned_position, offset, seg
     assert np.array_equal(found.force, force)
     assert np.array_equal(found.travel, x)
     assert found.segment == segment
-    assert ("force" in found.step.words.split(":")[1]) == turned_force or not turned_force
+    assert ("force" in found.step.description.split(":")[1]) == turned_force or not turned_force
     assert found.step.numbers == {
         "force": -1.0 if turned_force else 1.0,
         "travel": -1.0 if turned_position else 1.0,
     }
-    assert found.orient().step.words.startswith("kept")
+    assert found.orient().step.description.startswith("kept")
     assert found.undo() == curve
     assert curve.orient(found.step.numbers) == found
     with pytest.raises(ProblemError, match="sign of travel is None"):
@@ -501,7 +501,7 @@ def test_files_that_are_damaged_are_refused(afmformats, tmp_path, capfd):
     curves = mdr.read_curves(file, leave_out_missing=True)
     assert curves[0].force.size == 798
     assert curves[0].steps[0].name == "missing"
-    assert "2 of 1600" in curves[0].steps[0].words
+    assert "2 of 1600" in curves[0].steps[0].description
     whole = exported(afmformats, tmp_path / "whole.h5", [(recorded(), {})])
     cut = tmp_path / "cut.h5"
     cut.write_bytes(whole.read_bytes()[:-3000])

@@ -94,7 +94,7 @@ def test_sphere_over_nine_orders(closed_forms):
 
 def test_the_sphere_ends():
     line = equivalent_profile(mdr.Sphere(2.0))
-    assert line.reach == 2.0
+    assert line.max_radius == 2.0
     assert math.isinf(line.g(2.0))
     assert math.isnan(line.g(2.1))
 
@@ -233,8 +233,8 @@ def test_slopes_are_derivatives(name):
 
 def test_outside_the_known_radii_it_is_nan():
     given_ = PROFILES["wavy_paraboloid"]
-    line = equivalent_profile(mdr.Function(given_.f, derivative=given_.derivative, reach=0.5))
-    assert line.reach == 0.5
+    line = equivalent_profile(mdr.Function(given_.f, derivative=given_.derivative, max_radius=0.5))
+    assert line.max_radius == 0.5
     for curve in (line.g, line.slope, line.moment, line.squared):
         assert np.isfinite(curve(np.array([0.0, 0.25, 0.5]))).all()
         assert np.isnan(curve(np.array([0.5000001, 0.6, 1e9]))).all()
@@ -269,9 +269,9 @@ def test_interpolants_stand_for_callables(name, with_derivative):
     assert np.all(other.g(r)[touching] == 0.0)
     assert worst(other.g(r)[~touching], g[~touching]) < 1e-12
     assert kept.breakpoints == given_.breakpoints
-    assert 1.0 <= kept.reach <= 1.2
-    assert np.isfinite(kept.gap(kept.reach))
-    assert np.isnan(kept.gap(kept.reach * 1.001))
+    assert 1.0 <= kept.max_radius <= 1.2
+    assert np.isfinite(kept.gap(kept.max_radius))
+    assert np.isnan(kept.gap(kept.max_radius * 1.001))
 
 
 def test_unknown_profiles_are_refused():

@@ -222,7 +222,7 @@ def test_bands_smooth_by_the_scatter_and_map_once():
     for moved in (low, high):
         assert moved.interpolation == mdr.SmoothingSpline()
         assert np.array_equal(moved.scatter, tip.scatter)
-        assert moved.curve_in_words.startswith("a smoothing spline by the")
+        assert moved.curve_description.startswith("a smoothing spline by the")
     assert np.allclose(high.height - low.height, 2.0 * tip.scatter, rtol=1e-6, atol=0.0)
     result = mdr.solve(mdr.Contact(tip, UNIT), mdr.indent(2e-9, steps=4))
     below, above = result.bands["normal_force"]

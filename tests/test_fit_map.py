@@ -107,7 +107,7 @@ def test_errors_are_what_they_say():
     noise = 0.01 * np.ptp(clean.force) * np.random.default_rng(0).normal(size=(1000, clean.force.size))
     curves = [dataclasses.replace(clean, force=clean.force + one) for one in noise]
     found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), curves, ["body.young", "adhesion.work"])
-    assert found.counts == {"found": 1000}
+    assert found.counts == {"fitted": 1000}
     for name, value in (("body.young", 3e3), ("adhesion.work", 2e-4), ("contact_point", 0.0)):
         off = (found[name].values - value) / found[f"{name}_error"].values
         # four deviations of a mean and of a variance of 1000
@@ -264,7 +264,7 @@ def test_what_fails_says_why(gel):
     data["force"][0, 1, 30:60] = np.nan
     start = contact_of("paraboloid", 1e4, 1e-4)
     found = mdr.fit_map(start, data, FREE)
-    assert found.counts == {"found": 29, "no curve, or too few samples that are numbers": 1}
+    assert found.counts == {"fitted": 29, "no curve, or too few samples that are numbers": 1}
     assert math.isnan(found["body.young"].values[0, 0])
     alone = mdr.fit_map(contact_of("paraboloid", 1e4), [flat], ["body.young"])
     assert alone.counts == {"no contact in the curve": 1}
@@ -391,7 +391,7 @@ def test_a_map_from_the_shell(gel, tmp_path, shell):
     status, out, _ = shell(*asked, "--workers", "2", "-o", tmp_path / "out", "--json")
     assert status == 0
     told = json.loads(out)
-    assert told["fit"]["endings"] == {"found": 30}
+    assert told["fit"]["endings"] == {"fitted": 30}
     assert told["fit"]["values"]["body.young"]["median"] == pytest.approx(np.median(young), rel=0.1)
     assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.csv", "fit.png", "fit.zarr"}
     status, out, _ = shell(*asked)
@@ -485,7 +485,7 @@ def test_halves_of_a_measured_record_agree(name, law):
     # nothing pulls in the first of them
     seen = law == "Hertz" or name != "spot3-0192"
     assert list(found.counts.values()) == [2]
-    assert ("found" in found.counts) == seen
+    assert ("fitted" in found.counts) == seen
     for one in free if seen else ():
         low, high = found[one].values
         assert abs(low - high) < 1.96 * float(np.hypot(*found[f"{one}_error"].values))
@@ -579,7 +579,7 @@ def test_a_store_that_was_begun_only_is_made_anew(gel, tmp_path, monkeypatch):
     with pytest.raises(FileError, match="another fit"):
         mdr.fit_map(start, curves[:3], ["body.young"], folder=tmp_path / "fits")
     found = mdr.fit_map(start, curves[:3], FREE, folder=tmp_path / "fits")
-    assert found.counts == {"found": 3}
+    assert found.counts == {"fitted": 3}
 
 
 def test_what_no_file_holds_is_not_kept_in_a_folder(tmp_path):
@@ -589,7 +589,7 @@ def test_what_no_file_holds_is_not_kept_in_a_folder(tmp_path):
     with pytest.raises(ProblemError, match="leave folder out"):
         mdr.fit_map(contact, curves, ["body.young"], folder=tmp_path / "fits")
     assert not (tmp_path / "fits").exists()
-    assert mdr.fit_map(contact, curves, ["body.young"]).counts == {"found": 1}
+    assert mdr.fit_map(contact, curves, ["body.young"]).counts == {"fitted": 1}
 
 
 def test_maps_of_bodies_with_memory_tell_of_every_curve():
@@ -615,7 +615,7 @@ def test_maps_of_bodies_with_memory_tell_of_every_curve():
         progress=lambda *done: told.append(done),
     )
     assert told == [(1, 3), (2, 3), (3, 3)]
-    assert found.counts == {"found": 3}
+    assert found.counts == {"fitted": 3}
 
 
 def test_a_map_tells_what_a_soft_machine_does_not():
@@ -631,8 +631,8 @@ def test_a_map_tells_what_a_soft_machine_does_not():
         endings[machine] = found.counts
         for name in FREE:
             assert not (found[f"{name}_error"] > found[name]).any()
-    assert endings[0.05] == {"found": 20}
-    (untold,) = endings[0.001].keys() - {"found"}
+    assert endings[0.05] == {"fitted": 20}
+    (untold,) = endings[0.001].keys() - {"fitted"}
     assert untold.startswith("the curve does not determine an unknown")
     assert endings[0.001][untold] > 5
 
@@ -674,7 +674,7 @@ def test_a_pull_of_a_few_samples_is_found_with_honest_errors():
     data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
     start = mdr.Contact(sticky.profile, mdr.Elastic(1e4, 0.5), adhesion=mdr.JKR(1e-3))
     found = mdr.fit_map(start, data.assign(spring_constant=0.02), FREE)
-    assert found.counts == {"found": 150}
+    assert found.counts == {"fitted": 150}
     for name, value in zip(FREE, (3e3, 3e-5), strict=True):
         off = np.abs(found[name].values - value) / found[f"{name}_error"].values
         # three deviations of the count below 95 %
@@ -699,7 +699,7 @@ def test_a_contact_that_is_a_small_part_of_its_record_is_found(log_share, sample
     found = mdr.fit_map(
         start, [mdr.MeasuredCurve(force=noisy, indentation=way)], ["body.young"], contact_point=point
     )
-    assert found.counts == {"found": 1}
+    assert found.counts == {"fitted": 1}
     assert abs(found["body.young"].values[0] - 3e3) < 5.0 * found["body.young_error"].values[0]
     assert found["noise"].values[0] == pytest.approx(1e-3 * np.ptp(force), rel=0.2)
 
@@ -735,11 +735,11 @@ def test_a_record_farther_than_the_profile_is_fitted_up_to_its_end(work, top):
     free = ["body.young"] if work is None else FREE
     found = mdr.fit_map(start, [curve], free)
     if top < 1e-6:
-        assert found.counts == {"found": 1}
+        assert found.counts == {"fitted": 1}
         assert found["body.young"].values == pytest.approx(3e3, rel=3e-3)
         assert mdr.fit(start, curve, free)["body.young"].value == pytest.approx(3e3, rel=3e-3)
     else:
-        assert "found" not in found.counts
+        assert "fitted" not in found.counts
         if work is None:
             assert "the profile ends at 1.8 µm" in found.notes[0]
         with pytest.raises((ProblemError, PathError), match=r"largest indentation|shows no adhesion"):
@@ -756,7 +756,7 @@ def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
     curves = [dataclasses.replace(clean, force=clean.force + drift + one) for one in noise]
     start, free = contact_of("paraboloid", 1e4, work and 1e-4), FREE[: 1 if work is None else 2]
     found = mdr.fit_map(start, curves, [*free, "tilt"])
-    assert found.counts == {"found": 300}
+    assert found.counts == {"fitted": 300}
     true = {"body.young": 3e3, "adhesion.work": work, "contact_point": 0.0, "baseline": 0.0, "tilt": tilt}
     for name in found.names:
         off = (found[name].values - true[name]) / found[f"{name}_error"].values
@@ -848,7 +848,7 @@ def test_the_compiled_search_ends_where_the_array_formulas_do():
         curves = [dataclasses.replace(clean, force=clean.force + one) for one in noise]
         start, free = contact_of("paraboloid", 1e4, work and 1e-3), FREE[: 1 if work is None else 2]
         many, few = mdr.fit_map(start, curves, free), mdr.fit_map(start, curves[::10], free)
-        assert many.counts == {"found": 70}
+        assert many.counts == {"fitted": 70}
         for name in many.names:
             apart = np.abs(many[name].values[::10] - few[name].values)
             assert np.all(apart < 1e-3 * few[f"{name}_error"].values)

@@ -175,7 +175,7 @@ def test_what_fits_find_is_shown_and_written_as_a_study(tmp_path, kind):
     assert isinstance(found, Answer)
     found.save(tmp_path / "found.nc")
     with xr.open_dataset(tmp_path / "found.nc") as kept:
-        told = json.loads(kept.attrs["pymdr_told"])
+        told = json.loads(kept.attrs["pymdr_metadata"])
         assert kept.drop_attrs().equals(found.data.drop_attrs())
     assert {name: claim["level"] for name, claim in told["claims"].items()} == {
         name: claim.level.name for name, claim in found.claims.items()
@@ -187,7 +187,7 @@ def test_what_fits_find_is_shown_and_written_as_a_study(tmp_path, kind):
     assert {title.partition(" [")[0] for title in titles} >= set(map(str, found.data))
     pytest.importorskip("openpyxl")
     found.to_xlsx(tmp_path / "found.xlsx")
-    unmet = [one.words for one in found.assumptions if not one.met]
+    unmet = [one.description for one in found.assumptions if not one.met]
     assert len(unmet) == (0 if kind == "laws" else 2)
     figure = found.plot()
     below = figure.get_supxlabel().replace("\n", " ")

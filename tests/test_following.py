@@ -39,7 +39,7 @@ class Wavy:
     h: float
     k: float
     edge: float = np.inf
-    reach: float = np.inf
+    max_radius: float = np.inf
     breakpoints: tuple[float, ...] = ()
     exponent: float = 0.0
 

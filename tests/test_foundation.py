@@ -234,7 +234,7 @@ def test_the_best_disk_is_the_best_of_all_stretches(seed, decades, edged):
         profile = profile + mdr.FlatPunch(size * rng.uniform(0.1, 0.9))
     line = line_of(profile)
     equivalent = line.equivalent
-    top = min(profile.edge, profile.reach)
+    top = min(profile.edge, profile.max_radius)
     depths = equivalent.g(np.array([0.0, *equivalent.turning_points(top), top]))
     d = np.append(rng.uniform(depths.min(), depths.max(), 20), size * 10.0 ** rng.uniform(-6.0, 0.5, 5))
     searched = touching_radius(equivalent, float(d.max()))

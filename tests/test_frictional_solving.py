@@ -407,7 +407,7 @@ def contacts(draw):
     if kind != "closed":
         profile = profile + draw(part)
     if kind == "function":
-        profile = mdr.Function(profile.gap, derivative=profile.gap_slope, reach=profile.reach)
+        profile = mdr.Function(profile.gap, derivative=profile.gap_slope, max_radius=profile.max_radius)
     if kind == "sampled":  # a sphere keeps the spline from dipping beside a flat tip, where there is no disk
         r, profile = np.linspace(0.0, 1.5 * size, 13), profile + mdr.Sphere(2.0 * size)
         profile = mdr.Sampled(r, profile.gap(r))
@@ -594,7 +594,7 @@ def test_a_first_leg_without_contact():
     """Where nothing touches yet there is nothing to be mapped far out, whatever the profile."""
     tip = mdr.Sphere("50 um")
     for reach in (math.inf, "50 um"):
-        end = mdr.Function(tip.gap, derivative=tip.gap_slope, reach=reach)
+        end = mdr.Function(tip.gap, derivative=tip.gap_slope, max_radius=reach)
         result = mdr.solve(contact(end), mdr.indent("-1 um") >> mdr.shift("1 um"))
         assert last(result, "normal_force") == last(result, "slip_distance") == 0.0
         assert mdr.equivalent_profile(end).g(0.0) == 0.0

@@ -147,7 +147,8 @@ def test_outside_of_the_table(laws):
     assert first == law.pull_off.indentation
     assert law.force([1.0001 * first, first]).tolist() == [
         0.0,
-        pytest.approx(law.pull_off.normal_force, rel=1e-12),
+        # a vertical tangent: rounding of the depth moves the force by its root
+        pytest.approx(law.pull_off.normal_force, rel=1e-9),
     ]
 
 

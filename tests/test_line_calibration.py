@@ -77,8 +77,8 @@ def test_two_surfaces_and_one_exponent(tmp_path):
     assert high >= found.coefficient / 1.2
     # the share of the springs is no area
     with pytest.raises(NotValidError, match="no area"):
-        found["line_share"]
-    over = (data["line_share"] / data["area"]).values
+        found["line_fraction"]
+    over = (data["line_fraction"] / data["area"]).values
     assert over.min() > 2.0
     assert over.max() > 20.0 * over.min()
     assert "lambda = " in str(found)
@@ -129,6 +129,6 @@ def test_the_command_writes_table_and_figure(tmp_path, monkeypatch, capsys):
     command.main(["--hurst", "0.5", "--pixels", "32", "--realisations", "1", "--out", str(tmp_path)])
     table = np.genfromtxt(tmp_path / "lambda.csv", delimiter=",", names=True)
     assert table.size == 12
-    assert np.all(table["area"] < table["line_share"])
+    assert np.all(table["area"] < table["line_fraction"])
     assert (tmp_path / "lambda_H0.5_32.png").exists()
     assert "lambda = " in capsys.readouterr().out

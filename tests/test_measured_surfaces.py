@@ -417,10 +417,10 @@ def test_a_tilt_moves_the_apex_and_an_oblong_bump_is_bounded():
     oblong = mdr.azimuthal_profile(ball(rng, ratio=2.0))
     assert oblong.radii == pytest.approx((5e-6, 10e-6), rel=1e-9)
     # the mean of 1/R over all directions
-    assert oblong.profile.height[-1] == pytest.approx(oblong.profile.reach**2 * 0.75 / 10e-6, rel=0.02)
-    given = mdr.azimuthal_profile(ball(rng), centre=("1.09 um", "0.94 um"), reach="0.5 um")
+    assert oblong.profile.height[-1] == pytest.approx(oblong.profile.max_radius**2 * 0.75 / 10e-6, rel=0.02)
+    given = mdr.azimuthal_profile(ball(rng), centre=("1.09 um", "0.94 um"), max_radius="0.5 um")
     assert given.centre == pytest.approx((1.09e-6, 0.94e-6), rel=1e-15)
-    assert given.profile.reach == pytest.approx(0.5e-6, rel=0.03)
+    assert given.profile.max_radius == pytest.approx(0.5e-6, rel=0.03)
 
 
 def test_a_sharp_tip_stays_sharp():
@@ -475,8 +475,8 @@ def test_what_is_not_one_bump(heights, words):
     [
         ({"centre": ("1 um", "9 um")}, "within the patch"),
         ({"centre": "1 um"}, "x and y"),
-        ({"reach": "-1 um"}, "above 0 m"),
-        ({"reach": "1.5 um"}, "smaller reach"),
+        ({"max_radius": "-1 um"}, "above 0 m"),
+        ({"max_radius": "1.5 um"}, "smaller max_radius"),
     ],
 )
 def test_bad_questions_of_a_bump(asked, words):

@@ -211,7 +211,7 @@ def test_a_callable_is_asked_hardly_farther_than_needed(name, size):
 
 @pytest.mark.parametrize("name", ["hyperboloid", "quartic", "wavy"])
 def test_a_callable_is_never_asked_beyond_its_reach(name):
-    profile = mdr.Function(derivative=Counted(SLOPES[name](1.0)), reach=0.7)
+    profile = mdr.Function(derivative=Counted(SLOPES[name](1.0)), max_radius=0.7)
     line = equivalent_profile(profile)
     deepest = float(line.g(0.7))
     assert line.inverse([0.5 * deepest, deepest * (1.0 - 1e-9), 2.0 * deepest])[2] == math.inf
@@ -510,7 +510,10 @@ def test_cones_that_begin_close_to_one_another(closeness, heights, offsets, give
         return sum(s * (r > b) for s, b in zip(slopes, radii, strict=False))
 
     profile = mdr.Function(
-        f if given_as == "f" else None, radii[1:], None if given_as == "f" else derivative, reach=1e3 * size
+        f if given_as == "f" else None,
+        radii[1:],
+        None if given_as == "f" else derivative,
+        max_radius=1e3 * size,
     )
     line = equivalent_profile(profile)
     bases = np.repeat(radii[1:], len(offsets))
@@ -551,7 +554,7 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
         return exponent * (np.maximum(r - b, 0.0) / b) ** (exponent - 1.0)
 
     profile = mdr.Function(
-        f if given_as == "f" else None, [b], None if given_as == "f" else derivative, reach=10.0 * b
+        f if given_as == "f" else None, [b], None if given_as == "f" else derivative, max_radius=10.0 * b
     )
     line = equivalent_profile(profile)
     delta = 10.0 ** np.array(decades)
@@ -811,7 +814,7 @@ def _square_of_a_kinked_paraboloid(b, t, x):
 @given(SIZES, st.lists(st.floats(-20.0, -1.0), min_size=1, max_size=5))
 def test_a_law_that_shows_farther_out_holds_farther_in(R, decades):
     """R - sqrt(R^2 - r^2) is 0 to rounding near the tip: depths in any order, each alone or after others."""
-    profile = mdr.Function(lambda r: R - np.sqrt(R * R - r * r), reach=0.999 * R)
+    profile = mdr.Function(lambda r: R - np.sqrt(R * R - r * r), max_radius=0.999 * R)
     a = R * 10.0 ** np.array(decades)
     depth = a * np.arctanh(a / R)
     line = equivalent_profile(profile)
@@ -882,7 +885,7 @@ def test_what_is_asked_first_changes_nothing(shoulders, asked, size, given_as):
         None if given_as == "derivative" else f,
         marks,
         derivative if given_as == "derivative" else None,
-        reach=10.0 * size,
+        max_radius=10.0 * size,
     )
     line = equivalent_profile(profile)
     for by_depth, k, share in asked:
@@ -927,7 +930,7 @@ def test_radii_that_lose_their_digits_make_no_kinks(distance, height, sign, size
 @given(SIZES, st.floats(-12.0, -8.5), st.floats(-4.0, -1.0))
 def test_what_was_mapped_before_a_law_showed_is_mapped_again(R, small, large):
     """A map of rounding alone is no answer any more once larger radii have told the law of the tip."""
-    line = equivalent_profile(mdr.Function(lambda r: R - np.sqrt(R * R - r * r), reach=0.999 * R))
+    line = equivalent_profile(mdr.Function(lambda r: R - np.sqrt(R * R - r * r), max_radius=0.999 * R))
     x = R * 10.0**small
     line.map_to(x)
     line.source.foresee(R * 10.0**large)

@@ -290,8 +290,8 @@ def test_what_is_no_pressed_surface_is_not_opened(tmp_path):
         whole.drop_vars("heights"),
         whole.drop_vars("pressure"),
         whole.drop_vars("normal_stiffness"),
-        whole.assign_attrs(pymdr_told="{}"),
-        whole.assign_attrs(pymdr_told=whole.attrs["pymdr_told"].replace("true", "true, true")),
+        whole.assign_attrs(pymdr_metadata="{}"),
+        whole.assign_attrs(pymdr_metadata=whole.attrs["pymdr_metadata"].replace("true", "true, true")),
     ):
         write_dataset(damaged, tmp_path / "damaged.nc")
         with pytest.raises(FileError, match="damaged pressed surface"):

@@ -548,7 +548,7 @@ def test_an_offset_is_removed_and_said_so():
 
 def test_a_narrow_bump_outside_the_contact_is_seen():
     # r^2/2 with a dip of width 0.02 at r = 5 that stands out by 0.1: the ring touches first
-    profile = mdr.Function(lambda r: r**2 / 2 - 12.6 * np.exp(-(((r - 5) / 0.02) ** 2)), reach=6.0)
+    profile = mdr.Function(lambda r: r**2 / 2 - 12.6 * np.exp(-(((r - 5) / 0.02) ** 2)), max_radius=6.0)
     result = mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(0.2))
     assert result.status is not mdr.Status.COMPLETED
     assert "touch again outside" in result.claims["normal_force"].reason

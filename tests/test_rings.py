@@ -88,7 +88,8 @@ def test_ring_displacement_is_the_integral_of_the_ring_kernel(r, inner, outer):
     breaks = [inner, *([r] if inner < r < outer else []), outer]
     exact = sum(quad(kernel, a, b, epsabs=0, epsrel=1e-9)[0] for a, b in pairwise(breaks))
     rings = ring_displacement([r], [0.0, inner, outer] if inner else [inner, outer])
-    assert rings[0, -1] == pytest.approx(exact, rel=1e-8)
+    # a difference of two disks: far from a thin ring it has the rounding of the disks
+    assert rings[0, -1] == pytest.approx(exact, rel=1e-8, abs=1e-15 * max(r, outer))
 
 
 def test_thin_rings_keep_their_digits():

@@ -256,7 +256,7 @@ def test_claims_of_a_fitted_curve_say_so(seed, decades, noise):
     off = (height - tip.offset - tip.gap(r)) / size
     assert tip.misfit == pytest.approx(size * math.sqrt(np.mean(off**2)), rel=1e-6)
     told = re.escape(f"with a misfit of {metres(tip.misfit)} (root mean square)")
-    assert re.search(told, tip.curve_in_words)
+    assert re.search(told, tip.curve_description)
     for profile in (tip, tip + mdr.Paraboloid(9.0 * size)):
         assessed = mdr.assess(mdr.Contact(profile, UNIT), mdr.indent(1e-3 * size))
         claim = assessed.claims["force_lower_bound"]
@@ -277,17 +277,17 @@ def test_a_scatter_smooths_unless_another_curve_is_named():
     height = r**2 / 2 + 1e-3 * np.random.default_rng(4).standard_normal(r.size)
     tip = mdr.Sampled(r, height, scatter)
     assert tip == mdr.Sampled(r, height, scatter, mdr.SmoothingSpline())
-    assert "by the scatter; the residuals are" in tip.curve_in_words
+    assert "by the scatter; the residuals are" in tip.curve_description
     residual = (tip.gap(r) + tip.offset - height)[1:] / scatter[1:]
     assert 0.8 < np.mean(residual**2) < 1.2
     assert np.all(tip.gap_slope(r[1:]) > 0.0)
     assert mdr.Sampled(r, height).interpolation == mdr.CubicSpline()
     assert mdr.Sampled(r, height, 0.0 * r).interpolation == mdr.CubicSpline()
     through = mdr.Sampled(r, height, scatter, mdr.CubicSpline("sharp"))
-    assert through.curve_in_words == "a cubic spline with a sharp tip through every sample"
+    assert through.curve_description == "a cubic spline with a sharp tip through every sample"
     assert np.array_equal(through.gap(r[:-1]), (height - height[0])[:-1])
     shape = mdr.Sampled(r, height, scatter, mdr.ShapePreserving())
-    assert shape.curve_in_words.startswith("a shape-preserving cubic")
+    assert shape.curve_description.startswith("a shape-preserving cubic")
     assert mdr.solve(mdr.Contact(tip, UNIT), mdr.indent(0.2)).status is mdr.Status.COMPLETED
 
 
@@ -300,7 +300,7 @@ def test_a_scatter_that_the_samples_contradict_only_weighs_them(times, n):
         noise = np.random.default_rng(seed).standard_normal(n) * 1e-3 * (1.0 + r)
         tip = mdr.Sampled(r, f + noise, times * 1e-3 * np.where(r > 0.0, 1.0 + r, 0.0))
         assert np.std(tip.gap_slope(r) - slope) < 0.03
-        assert ("by the scatter;" in tip.curve_in_words) == (times == 1.0)
+        assert ("by the scatter;" in tip.curve_description) == (times == 1.0)
 
 
 @settings(max_examples=examples(60), deadline=None)
@@ -312,7 +312,7 @@ def test_no_scatter_breaks_the_curve(scatter, size):
     assert np.isfinite(tip.spline.c).all()
     # samples told to be exact may leave the others to be extrapolated
     assert np.max(np.abs(tip.gap(r) - size * r**2)) < 0.5 * size
-    assert tip.curve_in_words
+    assert tip.curve_description
 
 
 @pytest.mark.parametrize(

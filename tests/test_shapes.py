@@ -474,7 +474,7 @@ def test_friction_follows_from_the_curve():
 
 def test_rows_without_an_estimate_keep_their_bound():
     """Where the outline would run out of what is known, and the disk of the bound does not."""
-    crest = mdr.Contact(mdr.Function2D(quadratic(8.0, 1.0).f, reach=1.0), UNIT)
+    crest = mdr.Contact(mdr.Function2D(quadratic(8.0, 1.0).f, max_radius=1.0), UNIT)
     result = mdr.solve(crest, mdr.Path(indentation=[0.05, 0.4]))
     assert result.status is mdr.Status.BOUNDED
     assert result.claims["normal_force"].where.tolist() == [True, False]

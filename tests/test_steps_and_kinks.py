@@ -234,7 +234,7 @@ def test_splines_given_as_f_alone_claim_what_they_err(case):
         pieces = {"pchip": interpolate.PchipInterpolator, "akima": interpolate.Akima1DInterpolator}[kind](
             r, h
         )
-    line = equivalent_profile(mdr.Function(lambda x: pieces(x), reach=R))
+    line = equivalent_profile(mdr.Function(lambda x: pieces(x), max_radius=R))
     x = R * np.array([0.3, 0.6, 0.95])
     miss = np.abs(line.g(x) / [image_of(pieces, float(v)) for v in x] - 1)
     error = line.error(x)
@@ -318,7 +318,7 @@ def test_what_was_saved_of_a_callable_refuses_radii_beyond_it(tmp_path):
 def test_contacts_just_beyond_a_kink_under_an_offset_err_as_is_told(scale, beyond, steep, offset):
     b, slope = 10.0**scale, 10.0**steep
     lift = 10.0**offset * b
-    wheel = mdr.Function(lambda r: slope * np.maximum(np.asarray(r) - b, 0.0) + lift, reach=100.0 * b)
+    wheel = mdr.Function(lambda r: slope * np.maximum(np.asarray(r) - b, 0.0) + lift, max_radius=100.0 * b)
     depth = slope * b * 10.0**beyond
     result = mdr.solve(mdr.Contact(wheel, mdr.Elastic("1 GPa", 0.3)), mdr.indent(depth))
     # g = slope x arccos(b / x)

@@ -196,7 +196,7 @@ def test_files_of_a_sweep(tmp_path):
     found.save(tmp_path / "sweep.nc")
     with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as opened:
         assert np.array_equal(opened["normal_force"], found["normal_force"])
-        assert json.loads(opened.attrs["pymdr_told"])["claims"]["normal_force"]["level"] == "EXACT"
+        assert json.loads(opened.attrs["pymdr_metadata"])["claims"]["normal_force"]["level"] == "EXACT"
     found.to_csv(tmp_path / "sweep.csv")
     lines = (tmp_path / "sweep.csv").read_text().splitlines()
     assert lines[0] == "profile.radius [m],step,indentation [m],normal_force [N],status,refusal"

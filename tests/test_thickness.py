@@ -215,7 +215,7 @@ def test_what_is_not_measured_is_told(contact, why):
     found = thickness_of(result)
     assert math.isnan(found.measure)
     assert not found.met
-    assert f"not measured: {why}" in found.words
+    assert f"not measured: {why}" in found.description
     assert result.claims["normal_force"].level is Level.EXACT
 
 
@@ -224,7 +224,7 @@ def test_force_curves_and_friction_tell_it_as_an_assumption():
     ball = mdr.Contact(mdr.Paraboloid("10 um"), mdr.Elastic("1 MPa", 0.5))
     curve = mdr.solve(ball, mdr.indent("1 nm", steps=20)).force_curve()
     found = thickness_of(mdr.solve(mdr.Contact(curve, body), mdr.indent("0.5 nm", steps=2)))
-    assert "force curve" in found.words
+    assert "force curve" in found.description
     rubbed = mdr.Contact(mdr.Paraboloid("10 um"), body, friction=mdr.Coulomb(0.3))
     path = mdr.indent("1 um", steps=2) >> mdr.shift("1 nm", steps=2)
     found = thickness_of(mdr.solve(rubbed, path))

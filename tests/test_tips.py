@@ -77,10 +77,10 @@ def test_a_logarithmic_tip_is_mapped_from_f_and_refused_from_its_slope():
         lambda y: height / (at - y) ** 2 * mp.e ** (2 * y) / mp.sqrt(1 - mp.e ** (2 * y)),
         [-40, -10, -3, -1, -0.1, 0],
     )
-    found = pressed(mdr.Function(f, derivative=slope, reach=5e-3), depth)
+    found = pressed(mdr.Function(f, derivative=slope, max_radius=5e-3), depth)
     assert math.isclose(float(found["normal_force"][0]), 2.0 * MODULUS * float(a * moment), rel_tol=1e-11)
     with pytest.raises(ProblemError, match=r"too flat: f ~ r\^n, n = 0\.0.*limit 1e-06"):
-        pressed(mdr.Function(derivative=slope, reach=5e-3), depth)
+        pressed(mdr.Function(derivative=slope, max_radius=5e-3), depth)
 
 
 def test_a_tip_that_underflows_is_served():
@@ -127,7 +127,7 @@ def test_a_faintly_hollow_cone_is_passed_over():
             lambda: mdr.Function(lambda r: np.where(r > 0.0, np.nan, 0.0), derivative=lambda r: r),
             "returns nan",
         ),
-        (lambda: mdr.Function(derivative=lambda r: 1e-6 / r, reach=1e-3), "rises within"),
+        (lambda: mdr.Function(derivative=lambda r: 1e-6 / r, max_radius=1e-3), "rises within"),
         (lambda: mdr.Function(lambda r: np.ma.masked_greater(r**2, -1.0)), "returns nan"),
     ],
 )

@@ -91,7 +91,7 @@ def test_pyramids_tables_and_figures():
 
 @needs_engine
 def test_what_is_not_known_of_a_body_is_not_judged():
-    bowl = mdr.Function2D(lambda x, y: x**2 + 2.0 * y**2, reach=0.5)
+    bowl = mdr.Function2D(lambda x, y: x**2 + 2.0 * y**2, max_radius=0.5)
     shallow, deep = held(bowl, 0.1), held(bowl, 0.6)
     assert abs(shallow.largest_difference) < 1e-3
     assert math.isnan(deep.largest_difference)

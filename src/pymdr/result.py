@@ -675,7 +675,7 @@ class Result:
             size = "contact_radius" if "contact_radius" in self.data else "semi_axis_x"
             radii = np.nan_to_num(self.data[size].values)
             shown = radii > 1e-6 * radii.max()
-            if self.contact.remembers and "normal_force" in self.data:
+            if self.contact.is_viscoelastic and "normal_force" in self.data:
                 # with memory the row of the largest load is more informative than recovering springs
                 force = np.where(shown & valid, self.data["normal_force"].values, -np.inf)
                 shown &= force >= (1.0 - 1e-9) * force.max()

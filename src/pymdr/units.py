@@ -167,10 +167,15 @@ def _example(si_unit: str) -> str:
 
 
 def _scaled(number: Any, factor: float) -> Any:
-    """``number * factor``, by division if that is correctly rounded (5 um is 5e-6)."""
-    if factor < 1.0:
-        return number / float(f"{1.0 / factor:.15g}")
-    return number * factor
+    """``number * factor``, by division by a whole number if that is correctly rounded (5 um is 5e-6)."""
+    whole = _inverse(factor)
+    return number / whole if whole else number * factor
+
+
+def _inverse(factor: float) -> float:
+    """The whole number of which a factor is the inverse, such as 1e6 for micrometres; 0 if there is none."""
+    whole = round(1.0 / factor) if 0.0 < factor < 1.0 else 0
+    return float(whole) if abs(whole * factor - 1.0) < 4e-16 else 0.0
 
 
 def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
@@ -452,9 +457,8 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
             f"{unit!r} does not start at 0 K, so temperature differences would be ambiguous; use 'K'"
         )
     numbers = np.asarray(values) if isinstance(values, list | tuple) else values
-    if factor < 1.0:
-        return numbers * float(f"{1.0 / factor:.15g}")
-    return numbers / factor
+    whole = _inverse(factor)
+    return numbers * whole if whole else numbers / factor
 
 
 _PREFIXES = ("a", "f", "p", "n", "µ", "m", "", "k", "M", "G")

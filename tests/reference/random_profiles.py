@@ -391,7 +391,7 @@ class RandomProfile:
     """Radii that the user names."""
     hidden: tuple[float, ...] = ()
     """Kinks that the user does not name."""
-    reach: float = math.inf
+    max_radius: float = math.inf
     smooth: bool = True
     """Whether what is given determines it to rounding: no hidden kink, no cancellation, no noise."""
     samples: tuple[np.ndarray, np.ndarray] | None = None
@@ -416,7 +416,7 @@ class RandomProfile:
             "f": (self.f, None),
         }
         f, derivative = given[self.gives]
-        return mdr.Function(f, self.breakpoints, derivative, reach=self.reach)
+        return mdr.Function(f, self.breakpoints, derivative, max_radius=self.max_radius)
 
     def curve(self, profile=None):
         """The curve for quadrature.py; of samples, that of the spline of the built profile."""
@@ -783,7 +783,7 @@ def random_profile(rng, kind=None):
     if "samples" in drawn:
         return RandomProfile(
             kind, L, 0.8 * L, (), gives="samples", smooth=not drawn["noisy"], samples=drawn["samples"],
-            interpolation=drawn["interpolation"], reach=L, words=drawn["words"],
+            interpolation=drawn["interpolation"], max_radius=L, words=drawn["words"],
         )  # fmt: skip
     gives = str(rng.choice(["both", "derivative", "f"]))
     if drawn["f"] is None:

@@ -167,7 +167,7 @@ def solve_steps(
 
 
 def _radii(profile: Profile) -> FloatArray:
-    limit = min(profile.edge, profile.reach)
+    limit = min(profile.edge, profile.max_radius)
     if math.isfinite(limit):
         return limit * np.concatenate([np.geomspace(1e-9, 1e-2, 60), np.linspace(0.01, 1.0, 400)])
     return _DECADES
@@ -194,7 +194,7 @@ def _max_radius(
     profile: Profile, gap: Callable[[FloatArray], FloatArray], depth: float | None, surface: Surface
 ) -> float:
     """Upper bound of the contact radius: contact lies where f < d, or slightly beyond."""
-    limit = min(profile.edge, profile.reach)
+    limit = min(profile.edge, profile.max_radius)
     if math.isfinite(limit):
         return limit
     f = gap(_DECADES)

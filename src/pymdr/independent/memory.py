@@ -188,7 +188,7 @@ def _extended(
 ) -> RingMemory | None:
     """Add rings up to a radius and a few more; existing ones keep their state, new ones have no history."""
     border = 0.0 if state is None else float(state.mesh.edges[-1])
-    end = min(radius * (1.0 + _EXTRA / n), profile.edge, profile.reach)
+    end = min(radius * (1.0 + _EXTRA / n), profile.edge, profile.max_radius)
     if end <= border or (radius * (1.0 + 0.5 * _EXTRA / n) <= border):
         return state
     marks = [x for x in _corners(profile) if border < x < end]

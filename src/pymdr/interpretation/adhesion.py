@@ -131,7 +131,7 @@ def _certify_layers(line: LayeredLine, visited: Visited, disk: BoolArray, law: A
     first = min(int(np.min(rows, initial=disk.size)) for rows in wide)
     return Certificate(
         np.arange(disk.size) < first,
-        f"{fault.words}, so the adhesive contact is not a disk; all later rows depend on it",
+        f"{fault.description}, so the adhesive contact is not a disk; all later rows depend on it",
     )
 
 

@@ -132,7 +132,7 @@ def _certify_layers(line: LayeredLine, states: DiskStates) -> Certificate:
     fault = first_fault(line, float(np.max(a, initial=0.0)), float(np.max(states.edge_excess, initial=0.0)))
     if fault is None:
         return Certificate(np.ones(a.shape, dtype=bool), "")
-    return Certificate(a < fault.before, f"{fault.words}, so the contact is not a disk")
+    return Certificate(a < fault.before, f"{fault.description}, so the contact is not a disk")
 
 
 def certify_history(line: ElasticLine, deepest: float) -> Certificate:

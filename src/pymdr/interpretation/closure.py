@@ -94,9 +94,9 @@ def closure_claims(
     -------
     dict of str to Claim
     """
-    remembers = remembered is not None or sheared
-    errors = closure_errors(closure.error, depth, remembers=remembers)
-    given = closure_errors(closure.given_error, depth, remembers=remembers)
+    is_viscoelastic = remembered is not None or sheared
+    errors = closure_errors(closure.error, depth, is_viscoelastic=is_viscoelastic)
+    given = closure_errors(closure.given_error, depth, is_viscoelastic=is_viscoelastic)
     remark = "; only the scatter of the points is known: ForceCurve.error was not given"
     if closure.given is not None:
         remark = "; errors include those of the points"
@@ -158,7 +158,7 @@ def _with_given(claim: Claim, given: FloatArray, remark: str) -> Claim:
 
 
 def closure_errors(
-    error_at: Callable[[FloatArray], FloatArray], depth: FloatArray, *, remembers: bool
+    error_at: Callable[[FloatArray], FloatArray], depth: FloatArray, *, is_viscoelastic: bool
 ) -> dict[str, FloatArray]:
     """
     Relative errors of the quantities of a force curve, from those of k, F and U at its depths.
@@ -169,7 +169,7 @@ def closure_errors(
         Relative errors of k, F, U and the rise of k at depths in m, shape (4, n).
     depth : ndarray
         Indentations in m of the rows.
-    remembers : bool
+    is_viscoelastic : bool
         Whether rows depend on earlier rows, and so on the largest depth so far.
 
     Returns
@@ -179,7 +179,7 @@ def closure_errors(
     known = np.nan_to_num(depth)
     # without contact all quantities are 0 and exact
     stiffness, force, energy, rise = np.where(known > 0.0, error_at(known), 0.0)
-    if remembers and depth.size:
+    if is_viscoelastic and depth.size:
         deepest = np.maximum.accumulate(known)
         before = np.where(deepest > 0.0, error_at(deepest), 0.0)
         stiffness, force, energy, rise = np.maximum((stiffness, force, energy, rise), before)
@@ -268,7 +268,7 @@ def pressed_curve(
     """
     lacking = {
         "adhesion": contact.adhesion is not None,
-        "a memory": contact.remembers,
+        "a memory": contact.is_viscoelastic,
         "a graded body": common_exponent(contact.body, contact.counterbody) != 0.0,
         "a layered body": contact.layered is not None,
     }

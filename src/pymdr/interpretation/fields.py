@@ -184,7 +184,7 @@ def gap(
         return gap_function(radius) - d
     h = np.zeros(radius.shape)
     equivalent = line.equivalent
-    outside = (radius > end) & (radius < min(equivalent.reach, equivalent.edge))
+    outside = (radius > end) & (radius < min(equivalent.max_radius, equivalent.edge))
     if outside.any() and end != equivalent.edge:
         springs, excess, _ = line.carried(a, edge_excess)
         h[outside] = line_gap(springs.equivalent, a, excess, radius[outside])

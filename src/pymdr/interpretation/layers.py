@@ -30,7 +30,7 @@ class Fault:
 
     before: float
     """Radius in m of the largest checked contact before it."""
-    words: str
+    description: str
 
 
 def first_fault(
@@ -60,7 +60,7 @@ def first_fault(
     if not widest > 0.0:
         return None
     bounds = line.table.bounds(widest)
-    end = min(line.edge, line.reach)
+    end = min(line.edge, line.max_radius)
     radii = bounds[(bounds > 0.05 * line.thickness) | (bounds >= widest)]
     before = float(bounds[0])
     for a in radii[: int(np.searchsorted(radii, widest)) + 1]:
@@ -87,7 +87,7 @@ def _fault_at(line: LayeredLine, a: float, excess: float, work: float | None) ->
         return ""
     excess = 0.0 if work is None else -float(jkr_opening(line, a, work))
     beyond = a + np.unique(np.concatenate([a * _OUTSIDE, line.thickness * _OUTSIDE]))
-    beyond = beyond[beyond < min(line.reach, line.edge)]
+    beyond = beyond[beyond < min(line.max_radius, line.edge)]
     springs, pressed, _ = line.carried(a, excess)
     if beyond.size:
         gap = line_gap(springs.equivalent, a, pressed, beyond)

@@ -90,14 +90,14 @@ class MemorySurface:
 
     def default_radii(self, step: int) -> FloatArray:
         """A grid from 0 to twice the contact radius, graded to its edge."""
-        known = min(self.equivalent.edge, self.equivalent.reach)
+        known = min(self.equivalent.edge, self.equivalent.max_radius)
         a = (
             float(self.contact_radius[step])
             or float(np.nanmax(self.contact_radius, initial=0.0))
             or min(1.0, 0.4 * known)
         )
         inner = a * np.sin(np.linspace(0.0, math.pi / 2.0, 101))
-        top = min(2.0 * a, self.equivalent.reach)
+        top = min(2.0 * a, self.equivalent.max_radius)
         return np.unique(np.concatenate([inner, a + (top - a) * np.linspace(0.0, 1.0, 61)[1:] ** 2]))
 
     def marks(self, step: int) -> Sequence[float]:
@@ -180,7 +180,7 @@ class MemorySurface:
         """Both at radii outside the contact, the gap only where the profile is known."""
         d = float(self.indentation[step])
         u = self._displacement(state, d, r)
-        known = r <= min(self.equivalent.reach, self.equivalent.edge)
+        known = r <= min(self.equivalent.max_radius, self.equivalent.edge)
         return self.gap_function(r[known]) - d + u[known], u
 
     def outside(self, state: LineState) -> FloatArray:

@@ -208,8 +208,8 @@ def calibration_claims(
     }
     for name in ("stiffness", "line_stiffness", "fitted_stiffness", "area"):
         claims |= {f"{name}_{end}": claims[name] for end in ("low", "high")}
-    no_area = f"not an area: it is {between('line_share', 'area')} the true area here; {_UNREPRESENTED}"
-    claims["line_share"] = Claim(Level.NOT_VALID, no_area, book, ~everywhere)
+    no_area = f"not an area: it is {between('line_fraction', 'area')} the true area here; {_UNREPRESENTED}"
+    claims["line_fraction"] = Claim(Level.NOT_VALID, no_area, book, ~everywhere)
     return claims
 
 

@@ -68,7 +68,7 @@ class Surface:
 
     def _known(self) -> float:
         equivalent = self.line.equivalent
-        return equivalent.reach if equivalent.edge == math.inf else math.inf
+        return equivalent.max_radius if equivalent.edge == math.inf else math.inf
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one step."""

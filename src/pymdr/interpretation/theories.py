@@ -133,7 +133,7 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
         If the law does not cover the profile.
     """
     theory = theory_of(law)
-    if theory.rising and line.turning_points(min(top, line.edge, line.reach)):
+    if theory.rising and line.turning_points(min(top, line.edge, line.max_radius)):
         raise ProblemError(
             f"{type(law).__name__}: the equivalent profile decreases somewhere, but the theory of a cohesive zone needs a rising "
             "one; use JKR(work), which solves such profiles where their contact is a disk"

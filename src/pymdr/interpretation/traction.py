@@ -286,7 +286,7 @@ def curves_down_to(line: ElasticLine, depth: float) -> ElasticCurves:
     if depth <= 0.0:
         return power_law_curves(1.0, 1.0, line.modulus)
     deepest = depth * (1.0 + 1e-12)
-    if line.reach < line.edge and not math.isfinite(float(line.place(deepest).x)):
+    if line.max_radius < line.edge and not math.isfinite(float(line.place(deepest).x)):
         # not beyond the known profile
         deepest = depth
     rings = passed_rings(line, deepest)

@@ -113,7 +113,7 @@ class Assumption:
     """A condition of the model, measured."""
 
     name: str
-    words: str
+    description: str
     measure: float
     """Largest value over the steps."""
     limit: float

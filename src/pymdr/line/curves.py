@@ -31,7 +31,7 @@ class Curve(Protocol):
         """Radius of the sharp edge in m, the largest contact radius."""
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Largest radius in m at which the profile is known."""
 
     @property
@@ -137,9 +137,9 @@ class Profiled:
         return self.equivalent.edge
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Largest radius in m at which the profile is known."""
-        return self.equivalent.reach
+        return self.equivalent.max_radius
 
     @property
     def rises(self) -> bool:

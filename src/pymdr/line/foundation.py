@@ -108,7 +108,7 @@ def touching_radius(line: Curve | EquivalentProfile, depth: float) -> float:
         return line.overlap_radius(depth)
     if math.isfinite(line.edge):
         # the rim of a hollow punch is its highest part
-        return min(line.edge, line.reach)
+        return min(line.edge, line.max_radius)
     return line.overlap_radius(-depth) if -math.inf < depth < 0.0 else 0.0
 
 
@@ -253,7 +253,7 @@ def states_at_force(line: Curve, normal_force: ArrayLike) -> DiskStates:
     place = _inside(line, line.place_of_force(force))
     if not line.rises:
         # the force may occur only between turning points
-        farthest = min(float(np.max(place.x, initial=0.0)), line.edge, line.reach)
+        farthest = min(float(np.max(place.x, initial=0.0)), line.edge, line.max_radius)
         reached = _deepest(line.depth(place))
         top = max(touching_radius(line, reached), farthest)
         if math.isfinite(top) and (turning := _turning_points(line, top)):
@@ -314,7 +314,7 @@ def states_at_travel(
 
 
 def _best_disk_at_force(line: Curve, force: FloatArray, turning: tuple[float, ...], top: float) -> DiskStates:
-    end = min(line.reach, line.edge)
+    end = min(line.max_radius, line.edge)
 
     def states(d: FloatArray) -> DiskStates:
         # as far out at all depths: where d0 falls below the tip, a contact is wide at depths of next to nothing

@@ -101,7 +101,7 @@ def elastic_potential(line: Curve, deepest: float) -> Potential:
         states = states_at_depth(line, d)
         return Along(d, np.ones(d.shape), normal_force(line, states), elastic_energy(line, states))
 
-    radii = [b for b in (*line.breakpoints, line.edge) if b <= line.reach and math.isfinite(b)]
+    radii = [b for b in (*line.breakpoints, line.edge) if b <= line.max_radius and math.isfinite(b)]
     depths = line.depth(np.array(radii)) if radii else np.zeros(0)
     return Potential(at, tuple(sorted({float(d) for d in depths if 0.0 < d < deepest})))
 

@@ -96,7 +96,7 @@ def _(shape: Pyramid) -> Profile:
 @lru_cache(maxsize=64)
 def _(shape: Function2D) -> Profile:
     chosen, _change = _converged(shape)
-    return Function(lambda r: _mean_at(shape, r, chosen), reach=shape.reach)
+    return Function(lambda r: _mean_at(shape, r, chosen), max_radius=shape.max_radius)
 
 
 def mean_error(shape: Shape) -> float:
@@ -108,8 +108,8 @@ def mean_error(shape: Shape) -> float:
 def _converged(shape: Function2D) -> tuple[int, float]:
     """Number of directions of the mean, and its relative change by the last doubling."""
     radii: FloatArray = np.logspace(-12.0, 0.0, 13)
-    if math.isfinite(shape.reach):
-        radii = shape.reach * np.array([1e-3, 1e-2, 0.1, 0.3, 0.6, 0.9])
+    if math.isfinite(shape.max_radius):
+        radii = shape.max_radius * np.array([1e-3, 1e-2, 0.1, 0.3, 0.6, 0.9])
     directions, change = _FEWEST_DIRECTIONS, math.inf
     _refuse_saddle(shape, radii)
     now = _mean_at(shape, radii, directions)
@@ -136,8 +136,8 @@ def _refuse_saddle(shape: Function2D, radii: FloatArray) -> None:
     if not gap.size:
         raise ProblemError(
             "Function2D: the gap is not finite on any circle about x = y = 0 with a radius from 1e-12 m to 1 m; it must be finite there"
-            if math.isinf(shape.reach)
-            else f"Function2D: the gap is not finite on circles about x = y = 0 within reach = {metres(shape.reach)}"
+            if math.isinf(shape.max_radius)
+            else f"Function2D: the gap is not finite on circles about x = y = 0 within max_radius = {metres(shape.max_radius)}"
         )
 
 
@@ -151,7 +151,7 @@ def _mean_at(shape: Shape, r: FloatArray, directions: int) -> FloatArray:
 @lru_cache(maxsize=64)
 def _(shape: Sampled2D) -> Profile:
     step = float(np.min(shape.spacing))
-    count = int(shape.reach / step * (1.0 + 1e-12))
+    count = int(shape.max_radius / step * (1.0 + 1e-12))
     if count < 4:
         raise ProblemError(
             f"Sampled2D: the apex is {count} pixels from the edge of the grid; at least 4 are needed for a mean over directions"
@@ -246,7 +246,7 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
 
     low = first * math.log(4.0)
     radii = np.exp(low + _SPACING * np.arange(_PER_STEP * (last - first) + 1))
-    radii = radii[radii <= shape.reach * (1.0 + 1e-12)]
+    radii = radii[radii <= shape.max_radius * (1.0 + 1e-12)]
     phi = _directions(directions)
     few = radii[:: max(1, radii.size // 12)], phi[:: max(1, directions // 16)]
     nodes, error = _FEWEST_NODES, math.inf

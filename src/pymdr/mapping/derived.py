@@ -68,7 +68,7 @@ class DerivedSource(SlopeSource):
 
     def __init__(self, profile: Function) -> None:
         self.profile = profile
-        self.reach = profile.reach
+        self.max_radius = profile.max_radius
         self.knots = profile.breakpoints
         self._polished = 0.0
         self._law: TipLaw | None = None
@@ -177,7 +177,7 @@ class DerivedSource(SlopeSource):
 
     def polish(self, top: float) -> bool:
         """Move breakpoints to the kinks of f that they are named beside."""
-        before, self.knots = self.knots, polished(self._f, self.knots, self.reach, self._polished, top)
+        before, self.knots = self.knots, polished(self._f, self.knots, self.max_radius, self._polished, top)
         self._polished = max(self._polished, top)
         self.moved = self.moved | ({*self.knots} - {*before})
         return self.knots != before
@@ -187,7 +187,7 @@ class DerivedSource(SlopeSource):
         self._steps.refuse(top, self.knots)
         if self._prepared_to or self._law is not None:
             return
-        end = min([math.inf, *self.knots[:1], self.reach])
+        end = min([math.inf, *self.knots[:1], self.max_radius])
         self._law = underflow_law(self._f, top, end)
         if self._law is not None or not self._cancels(top):
             return
@@ -259,7 +259,7 @@ class DerivedSource(SlopeSource):
             self._starts = np.array(self._low)[self._order]
 
     def _sections(self, r: FloatArray) -> list[tuple[float, float]]:
-        marks = [0.0, *self.knots, self.reach]
+        marks = [0.0, *self.knots, self.max_radius]
         low, high = float(r.min()), float(r.max())
         return [(a, b) for a, b in pairwise(marks) if a <= high and b >= low]
 
@@ -372,7 +372,7 @@ class DerivedSource(SlopeSource):
     def _hidden_beyond(self, r: float) -> float:
         """How far in m beyond a radius f does not rise by what its offset hides."""
         away = r * 2.0 ** -np.arange(0.0, 50.0)
-        away = away[r + away <= min(self.reach, self._end)]
+        away = away[r + away <= min(self.max_radius, self._end)]
         f = self._f(np.append(r + away, r))
         hides = np.abs(f[:-1] - f[-1]) <= _HIDDEN * _EPS * np.abs(f[-1])
         return float(away[hides].max(initial=0.0))
@@ -382,7 +382,7 @@ class DerivedSource(SlopeSource):
         if not np.isfinite(self._f(np.array([low]))[0]):
             raise ConvergenceError(
                 f"the profile is not defined at r = {metres(low)}; stay inside the radii where it is (Function(..., "
-                "reach=...) states them)"
+                "max_radius=...) states them)"
             )
         return float(boundary(lambda r: np.isfinite(self._f(r)), np.array([low]), high)[0][0])
 

@@ -115,7 +115,9 @@ def fraction_above(distance: FloatArray, k: float) -> FloatArray:
     from scipy.special import beta, betainc
 
     p = 0.5 * (1.0 + k)
-    return np.asarray(0.5 * beta(0.5, p) * betainc(p, 0.5, distance * (2.0 - distance)))
+    near = betainc(p, 0.5, distance * (2.0 - distance))
+    far = 1.0 - betainc(0.5, p, (1.0 - distance) ** 2)
+    return np.asarray(0.5 * beta(0.5, p) * np.where(distance < 0.5, near, far))
 
 
 def root_order(k: float) -> float:

@@ -39,14 +39,14 @@ def portable(contact: Contact, radius: float, depth: float = 0.0) -> Contact:
     if radius > 0.0:
         return replace(contact, profile=without_callables(contact.profile, 2.0 * radius))
     # nothing touched, and nothing tells how far the profile matters: as far as it can be mapped
-    reach = min(1.0, contact.profile.reach)
+    end = min(1.0, contact.profile.max_radius)
     for decades in range(12):
         try:
-            profile = without_callables(contact.profile, reach * 10.0**-decades)
+            profile = without_callables(contact.profile, end * 10.0**-decades)
         except (ProblemError, ConvergenceError):
             continue
         return replace(contact, profile=profile)
-    return replace(contact, profile=without_callables(contact.profile, reach))
+    return replace(contact, profile=without_callables(contact.profile, end))
 
 
 def require_known(profile: Profile, radii: FloatArray, name: str) -> None:
@@ -67,7 +67,7 @@ def require_known(profile: Profile, radii: FloatArray, name: str) -> None:
         If a part of the profile is the interpolant of a callable, and a radius lies beyond its end.
     """
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    end = min((part.reach for part in parts if isinstance(part, Interpolated)), default=math.inf)
+    end = min((part.max_radius for part in parts if isinstance(part, Interpolated)), default=math.inf)
     farthest = float(np.max(np.abs(radii), initial=0.0))
     if farthest > end * (1.0 + 1e-9):
         raise ProblemError(
@@ -80,4 +80,4 @@ def _touched(shape: Function2D, depth: float) -> float:
     """A radius in m that the contact of a shape keeps within, from the disk of its lower bound."""
     line = equivalent_profile(azimuthal_mean(shape))
     radius = float(line.inverse(np.array([depth]))[0]) if depth > 0.0 else 0.0
-    return 4.0 * radius if 0.0 < radius < math.inf else min(shape.reach, 1.0)
+    return 4.0 * radius if 0.0 < radius < math.inf else min(shape.max_radius, 1.0)

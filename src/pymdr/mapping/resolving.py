@@ -69,10 +69,10 @@ class SlopeSource(ABC):
     """Knots in m that were declared at slightly different radii."""
     soft_knots: FloatArray = np.zeros(0)
     """Smooth knots of a piecewise polynomial in m, which matter only if they are few."""
-    reach: float
+    max_radius: float
     """Largest radius in m."""
     known_everywhere: bool = False
-    """Whether f' is cheap to evaluate up to the reach, as for samples."""
+    """Whether f' is cheap to evaluate up to `max_radius`, as for samples."""
     surveyed: bool = False
     """Whether no narrow feature can hide between the points at which f' is evaluated."""
 

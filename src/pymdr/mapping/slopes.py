@@ -262,7 +262,7 @@ class ResolvedSlope:
         if self.limit <= self.front:
             raise ConvergenceError(
                 f"the profile gives {made.value} at r = {metres(made.end)}; use smaller radii, and declare the last radius: "
-                "Function(..., reach=...)"
+                "Function(..., max_radius=...)"
             )
 
 

@@ -45,12 +45,12 @@ _SHORT_OF = 1.0 - 1e-9
 
 def _resolvable(profile: Profile) -> float:
     """The radius in m up to which the slope of a profile can be resolved."""
-    reach = profile.reach
-    if isinstance(profile, Function) or not math.isfinite(reach):
-        return reach
+    end = profile.max_radius
+    if isinstance(profile, Function) or not math.isfinite(end):
+        return end
     with np.errstate(divide="ignore", invalid="ignore"):
-        upright = not np.isfinite(profile.gap_slope(np.array([reach]))[0])
-    return _SHORT_OF * reach if upright else reach
+        upright = not np.isfinite(profile.gap_slope(np.array([end]))[0])
+    return _SHORT_OF * end if upright else end
 
 
 class CurveSource(SlopeSource):
@@ -59,7 +59,7 @@ class CurveSource(SlopeSource):
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
         self.knots = profile.breakpoints
-        self.reach = _resolvable(profile)
+        self.max_radius = _resolvable(profile)
         self._polished = 0.0
         self.surveyed = not isinstance(profile, Function | Waviness)
         self._checked = 0.0
@@ -110,7 +110,7 @@ class CurveSource(SlopeSource):
         if not isinstance(self.profile, Function):
             return False
         slope, before = self.profile.gap_slope, self.knots
-        self.knots = polished(slope, before, self.reach, self._polished, top)
+        self.knots = polished(slope, before, self.max_radius, self._polished, top)
         self._polished = max(self._polished, top)
         self.moved = self.moved | ({*self.knots} - {*before})
         return self.knots != before
@@ -124,7 +124,9 @@ class CurveSource(SlopeSource):
             return
         self._checked = top
         if self._law is None:
-            self._law = underflow_law(profile.gap_slope, top, min([self.reach, *self.knots[:1]]), "slope")
+            self._law = underflow_law(
+                profile.gap_slope, top, min([self.max_radius, *self.knots[:1]]), "slope"
+            )
         if profile.f is None:
             return
         derivative = profile.derivative
@@ -137,7 +139,7 @@ class CurveSource(SlopeSource):
             check_consistency(self._f, slope, top / 1024.0, top, self.knots)
         except ProblemError:
             # unless it is the rounding of f that shows farther out only
-            farthest = min(_OUTWARD * top, self.reach)
+            farthest = min(_OUTWARD * top, self.max_radius)
             check_consistency(self._f, slope, top / 1024.0, top, self.knots, farthest=farthest)
 
     def rise(self, r: float) -> tuple[float, float]:
@@ -171,7 +173,7 @@ class SplineSource(SlopeSource):
         self.knots = () if many else tuple(inner.tolist())
         if many:
             self.soft_knots = inner
-        self.reach = float(self.breaks[-1])
+        self.max_radius = float(self.breaks[-1])
         if isinstance(profile.interpolation, SmoothingSpline):
             self.fitted = f"of the fitted curve, with a misfit of {metres(profile.misfit)} (root mean square)"
 
@@ -256,7 +258,7 @@ class SplineSource(SlopeSource):
         t = (base - start) + offset
         third, second, first = (self.coefficients[k][piece] for k in range(3))
         values = (3.0 * third * t + 2.0 * second) * t + first
-        return np.where(r > self.reach, math.nan, values), offset
+        return np.where(r > self.max_radius, math.nan, values), offset
 
 
 class PanelSource(SlopeSource):
@@ -276,7 +278,7 @@ class PanelSource(SlopeSource):
         self.series = Series(power, coefficients)
         self.tip = profile.tip
         self.knots = profile.kinks
-        self.reach = profile.reach
+        self.max_radius = profile.max_radius
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' beside base + offset."""
@@ -288,7 +290,7 @@ class PanelSource(SlopeSource):
         if below.any():
             with np.errstate(divide="ignore", under="ignore"):
                 values[below] = slope * (r[below] / radius) ** exponent
-        return np.where(r > self.reach * (1.0 + 1e-12), math.nan, values), offset
+        return np.where(r > self.max_radius * (1.0 + 1e-12), math.nan, values), offset
 
 
 class SumSource(SlopeSource):
@@ -298,8 +300,10 @@ class SumSource(SlopeSource):
         self.parts = parts
         self.knots = tuple(sorted({b for part in parts for b in part.knots}))
         self.soft_knots = np.unique(np.concatenate([part.soft_knots for part in parts]))
-        self.reach = min(part.reach for part in parts)
-        self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(self.reach)
+        self.max_radius = min(part.max_radius for part in parts)
+        self.known_everywhere = all(part.known_everywhere for part in parts) and math.isfinite(
+            self.max_radius
+        )
         self.surveyed = all(part.surveyed for part in parts)
         self.fitted = "; ".join(part.fitted for part in parts if part.fitted)
 

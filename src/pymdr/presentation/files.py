@@ -285,7 +285,7 @@ def _saved_texts() -> TypeAdapter[Any]:
         error=(float | str | None, None),
     )
     assumption: Any = create_model(
-        "assumption", name=(str, ...), words=(str, ...), measure=(float, ...), limit=(float, ...)
+        "assumption", name=(str, ...), description=(str, ...), measure=(float, ...), limit=(float, ...)
     )
     return TypeAdapter(
         create_model(

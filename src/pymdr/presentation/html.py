@@ -64,7 +64,7 @@ def assumptions_html(assumptions: Sequence[Assumption]) -> str:
     return table(
         ("assumption", "measure", "limit", ""),
         (
-            [escape(a.words), f"{a.measure:.3g}", f"{a.limit:g}", "met" if a.met else "<b>not met</b>"]
+            [escape(a.description), f"{a.measure:.3g}", f"{a.limit:g}", "met" if a.met else "<b>not met</b>"]
             for a in assumptions
         ),
     )

@@ -175,7 +175,7 @@ def assumption_text(assumption: Assumption) -> str:
     >>> assumption_text(Assumption("similarity", "Dundurs' beta; affects the pressure only with friction", 0.203, 0.5))
     "Dundurs' beta = 0.203 (limit 0.5; affects the pressure only with friction): met"
     """
-    measure, separator, remark = assumption.words.partition("; ")
+    measure, separator, remark = assumption.description.partition("; ")
     verdict = "met" if assumption.met else "NOT MET"
     return f"{measure} = {assumption.measure:.3g} (limit {assumption.limit:g}{separator}{remark}): {verdict}"
 

@@ -82,7 +82,7 @@ class Contact(Value):
             self._refuse_beyond_curve(exponent)
         if isinstance(self.profile, Shape):
             self._refuse_beyond_shape(exponent)
-        if self.remembers:
+        if self.is_viscoelastic:
             self._refuse_memory()
         if self.layered is not None:
             self._refuse_beyond_layers(self.layered)
@@ -99,9 +99,9 @@ class Contact(Value):
             )
 
     @property
-    def remembers(self) -> bool:
+    def is_viscoelastic(self) -> bool:
         """Whether one of the bodies is viscoelastic."""
-        return self.body.remembers or self.counterbody.remembers
+        return self.body.is_viscoelastic or self.counterbody.is_viscoelastic
 
     @property
     def _is_cohesive(self) -> bool:
@@ -153,7 +153,7 @@ class Contact(Value):
         for feature, present, remedy in (
             ("adhesion", self.adhesion is not None, "leave adhesion out, or give an axisymmetric profile"),
             ("friction", self.friction is not None, by_curve),
-            ("a viscoelastic body", self.remembers, by_curve),
+            ("a viscoelastic body", self.is_viscoelastic, by_curve),
             ("a Layered body", self.layered is not None, "give a half-space, or an axisymmetric profile"),
             (
                 f"a graded body (exponent {exponent:g})",

@@ -73,7 +73,7 @@ class Material(Value, ABC):
         return 0.0
 
     @property
-    def remembers(self) -> bool:
+    def is_viscoelastic(self) -> bool:
         """Whether it is viscoelastic: its stress depends on the strain history."""
         return False
 
@@ -417,7 +417,7 @@ class Viscoelastic(Material):
         object.__setattr__(self, "shear", young.scaled(0.5 / (1.0 + self.poisson)))
 
     @property
-    def remembers(self) -> bool:
+    def is_viscoelastic(self) -> bool:
         """True."""
         return True
 

@@ -28,18 +28,18 @@ class Step:
     ----------
     name : str
         Such as ``"baseline"``.
-    words : str
+    description : str
         Its description, with numbers and units.
     numbers : Facts
         Its numbers in SI units.
     """
 
     name: str
-    words: str
+    description: str
     numbers: Facts = field(default_factory=Facts)
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.words}"
+        return f"{self.name}: {self.description}"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -49,7 +49,7 @@ class AzimuthalProfile(Study):
         scatter = metres(float(np.sqrt(np.mean(self.data["scatter"].values ** 2))))
         below = metres(self.below_summit)
         return [
-            f"one bump with its apex at ({x}, {y}), known up to r = {metres(self.profile.reach)}, where it is "
+            f"one bump with its apex at ({x}, {y}), known up to r = {metres(self.profile.max_radius)}, where it is "
             f"{metres(float(self.profile.height[-1]))} lower",
             f"principal radii of its cap {low} and {high}",
             f"heights at one radius scatter by {scatter} (root mean square)",
@@ -61,7 +61,7 @@ class AzimuthalProfile(Study):
         """The surface with the apex, and the mean with its scatter and the curve through it."""
         from pymdr.presentation.plot import bump_study
 
-        r = np.linspace(0.0, self.profile.reach, _DRAWN)
+        r = np.linspace(0.0, self.profile.max_radius, _DRAWN)
         return bump_study(
             self.topography.heights,
             self.topography.size,
@@ -75,7 +75,7 @@ def azimuthal_profile(
     topography: Topography,
     *,
     centre: ArrayQuantityLike | None = None,
-    reach: QuantityLike | None = None,
+    max_radius: QuantityLike | None = None,
 ) -> AzimuthalProfile:
     """
     The azimuthal mean about the apex of a surface that is one bump, as a profile.
@@ -85,8 +85,8 @@ def azimuthal_profile(
     topography : Topography
         Without missing heights.
     centre : pair of quantities, optional
-        x and y in m of the axis. By default the vertex of the paraboloid fitted to the cap, up to half of the reach.
-    reach : quantity, optional
+        x and y in m of the axis. By default the vertex of the paraboloid fitted to the cap, up to half of `max_radius`.
+    max_radius : quantity, optional
         The last radius in m; by default the distance from the apex to the nearest edge.
 
     Returns
@@ -129,9 +129,9 @@ def azimuthal_profile(
                 f"{_PREFIX}: centre = {shown(centre)}; give x and y of a point within the patch"
             )
         middle = (float(given[0]), float(given[1]))
-    last = None if reach is None else to_si(reach, "m", name="reach")
+    last = None if max_radius is None else to_si(max_radius, "m", name="max_radius")
     if last is not None and not last > 0.0:
-        raise ProblemError(f"{_PREFIX}: reach = {shown(reach)}; it must be above 0 m")
+        raise ProblemError(f"{_PREFIX}: max_radius = {shown(max_radius)}; it must be above 0 m")
     try:
         bump = mean_profile(heights, topography.spacing, middle, last)
     except ProblemError as error:

@@ -54,7 +54,7 @@ class LineCalibration(Study):
 
     ``stiffness`` is k/(E* L), with ``_low`` and ``_high``, the 16th and 84th percentiles; ``line_stiffness`` is that of Geike's line,
     ``fitted_stiffness`` that of the line with the fitted lambda, ``power_law`` eq. (16). ``area`` is the true contact area over that
-    of the square, ``line_share`` the fraction of springs in contact, which is not an area.
+    of the square, ``line_fraction`` the fraction of springs in contact, which is not an area.
     """
 
     subject: ClassVar[str] = "a calibration"
@@ -67,14 +67,14 @@ class LineCalibration(Study):
         "fitted_stiffness": Column("fitted", ""),
         "power_law": Column("power law", ""),
         "area": Column("area", ""),
-        "line_share": Column("line share", ""),
+        "line_fraction": Column("line fraction", ""),
     }
     summary_claims: ClassVar[tuple[str, ...]] = (
         "stiffness",
         "line_stiffness",
         "fitted_stiffness",
         "power_law",
-        "line_share",
+        "line_fraction",
     )
 
     @property
@@ -207,7 +207,7 @@ def calibrate_coefficient(
         **lines,
         "power_law": power_law_stiffness(forces, surface.hurst, surface.rms, side, 1.0, PUBLISHED) / side,
         **dict(zip(("area", "area_low", "area_high"), _summed(np.array(area)), strict=True)),
-        "line_share": lines["line_stiffness"] / full,
+        "line_fraction": lines["line_stiffness"] / full,
     }
     attributes = {
         "coefficient": coefficient,

@@ -65,7 +65,7 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
     data = result.data
     again = (
         regrown(data["contact_radius"].values)
-        if task.contact.remembers and "contact_radius" in data
+        if task.contact.is_viscoelastic and "contact_radius" in data
         else None
     )
     claims = closure_claims(
@@ -115,11 +115,11 @@ def curve_plots(result: Result, row: int) -> Plots:
 
     curve = result.contact.profile
     assert isinstance(curve, ForceCurve)
-    remembers = result.contact.remembers
+    viscoelastic = result.contact.is_viscoelastic
     # bodies with memory have no single modulus: the curve is drawn as given
     modulus = (
         curve.modulus
-        if remembers
+        if viscoelastic
         else effective_moduli(result.contact.body, result.contact.counterbody).normal
     )
     scale = modulus / curve.modulus
@@ -127,7 +127,7 @@ def curve_plots(result: Result, row: int) -> Plots:
     depth = known.deepest * np.linspace(0.0, 1.0, _FINE) ** 2
     stiffness, force, _ = scale * known.stiffness.at(depth)
     line = equivalent_profile(curve)
-    x = np.linspace(0.0, line.reach, _FINE)
+    x = np.linspace(0.0, line.max_radius, _FINE)
     drawn = CurveData(
         points=(curve.indentation - known.contact_point, scale * curve.force),
         depth=depth,
@@ -135,7 +135,7 @@ def curve_plots(result: Result, row: int) -> Plots:
         stiffness=stiffness,
         line=(x, np.minimum(line.g(x), known.deepest)),
         modulus=modulus,
-        remembers=remembers,
+        is_viscoelastic=viscoelastic,
     )
     data = FigureData(
         data=result.data, row=row, field=None, gap=curve.gap, bands={}, on_line=False, modulus=modulus

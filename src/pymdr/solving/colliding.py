@@ -173,7 +173,7 @@ def _first_depth(line: ElasticLine, energy: float) -> float:
     def stores_enough(a: float, d0: float) -> bool:
         return bool(line.energy(np.array([a]))[0] >= energy)
 
-    a = min(line.rough_radius(stores_enough), line.edge, 0.5 * line.reach)
+    a = min(line.rough_radius(stores_enough), line.edge, 0.5 * line.max_radius)
     d = float(line.depth(np.array([a]))[0])
     return d if 0.0 < d < math.inf else a
 
@@ -190,8 +190,8 @@ def depth_storing(
     for _ in range(_TRIES):
         at = np.array([depth])
         # check the end of a profile only if it is reached
-        if line.edge > line.reach and not states_at_depth(line, at).contact_radius[0] < line.reach:
-            end = (1.0 - 1e-12) * line.reach
+        if line.edge > line.max_radius and not states_at_depth(line, at).contact_radius[0] < line.max_radius:
+            end = (1.0 - 1e-12) * line.max_radius
             turns = () if line.rises else line.turning_points(end)
             depth = top = min(top, float(np.max(line.depth(np.array([*turns, end])))))
             at = np.array([depth])

@@ -207,7 +207,7 @@ def _extent(result: Result, line: Line) -> float | None:
     except PymdrError:
         return None
     radius = float(np.asarray(states.contact_radius))
-    return min(2.0 * radius, result.contact.profile.reach) if radius > 0.0 else None
+    return min(2.0 * radius, result.contact.profile.max_radius) if radius > 0.0 else None
 
 
 def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, FloatArray]] | None:

@@ -185,7 +185,7 @@ class AdhesiveLine:
 
     def too_short(self, why: str, machine_stiffness: float) -> PathError:
         """The error if no stable state is known, with the remedy."""
-        last = min(self.line.equivalent.reach, self.line.equivalent.edge)
+        last = min(self.line.equivalent.max_radius, self.line.equivalent.edge)
         remedy = "lower the work of adhesion"
         if machine_stiffness < math.inf:
             remedy += ", hold the indentation, or use a stiffer machine"
@@ -218,7 +218,7 @@ class AdhesiveLine:
         why = (
             "a sphere cannot be pressed in by its radius"
             if end < self.equilibria.limit
-            else f"the contact would pass r = {metres(self.line.equivalent.reach)}, the last radius at which the profile "
+            else f"the contact would pass r = {metres(self.line.equivalent.max_radius)}, the last radius at which the profile "
             "is known"
         )
         raise PathError(
@@ -256,7 +256,7 @@ class AdhesiveLine:
 
 def finite(equivalent: EquivalentProfile) -> EquivalentProfile:
     """A closed form up to just before the radius at which it is infinite, as that of a sphere at R."""
-    last = equivalent.reach
+    last = equivalent.max_radius
     if last == math.inf or equivalent.edge <= last or math.isfinite(equivalent.g(np.array([last]))[0]):
         return equivalent
     return SumLine((equivalent,), equivalent.edge, (1.0 - 1e-4) * last, equivalent.exponent)
@@ -275,7 +275,7 @@ def _refuse_endless(equivalent: EquivalentProfile) -> None:
 def _refuse_hollow(profile: Profile, line: Line, radius: float, remedies: Sequence[str]) -> None:
     """Refuse profiles that are lowest off the axis, whose contact would start as a ring."""
     equivalent = line.equivalent
-    top = min(equivalent.reach, equivalent.edge, 2.0 * radius)
+    top = min(equivalent.max_radius, equivalent.edge, 2.0 * radius)
     if equivalent.rises or not equivalent.turning_points(top):
         return
     r = np.linspace(0.0, top, 4001)[1:]

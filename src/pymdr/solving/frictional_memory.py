@@ -278,7 +278,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Interpreta
         assumptions=(*normal.assumptions, similar),
         status=status_of(claims),
         notes=normal.notes,
-        remembers=True,
+        is_viscoelastic=True,
         references=("sneddon", "popov-hess", "ting", "cattaneo-mindlin"),
         starts=walked.starts,
     )

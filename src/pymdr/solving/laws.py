@@ -125,7 +125,7 @@ LAWS = (
         Reading(SURFACE_FIELDS, (), shape_surface, shape_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: solver is not None and contact.remembers,
+        lambda contact, solver: solver is not None and contact.is_viscoelastic,
         solve_memory_by_rings,
         Reading(SURFACE_FIELDS, (), _rings_with_memory, memory_plots, _WITHOUT_FRICTION),
     ),
@@ -135,7 +135,7 @@ LAWS = (
         Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: contact.remembers and contact.friction is not None,
+        lambda contact, solver: contact.is_viscoelastic and contact.friction is not None,
         solve_frictional_memory,
         Reading(
             (*SURFACE_FIELDS, *TANGENTIAL_FIELDS),
@@ -145,7 +145,7 @@ LAWS = (
         ),
     ),
     Law(
-        lambda contact, solver: contact.remembers,
+        lambda contact, solver: contact.is_viscoelastic,
         solve_viscoelastic,
         Reading(SURFACE_FIELDS, LINE_FIELDS, _surface_with_memory, memory_plots, _WITHOUT_FRICTION),
     ),

@@ -69,7 +69,7 @@ def notes_of(profile: Profile) -> tuple[str, ...]:
     if isinstance(profile, ForceCurve):
         return closure_of(profile).notes
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    curves = tuple(f"the profile is {part.curve_in_words}" for part in parts if isinstance(part, Sampled))
+    curves = tuple(f"the profile is {part.curve_description}" for part in parts if isinstance(part, Sampled))
     offsets = tuple(
         f"the offset f(0) = {metres(part.offset)} of the profile was removed"
         for part in parts
@@ -94,7 +94,9 @@ def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: 
     deepest = float(np.max(states.indentation))
     target = f"indentation = {metres(deepest)}" if force is None else f"normal_force = {newtons(force)}"
     equivalent = line.equivalent
-    if profile.edge < equivalent.reach or (profile.edge == equivalent.reach and np.isfinite(deepest)):
+    if profile.edge < equivalent.max_radius or (
+        profile.edge == equivalent.max_radius and np.isfinite(deepest)
+    ):
         return
     whole = parts[0] if len(parts) == 1 else None
     if isinstance(whole, Sphere) and not deepest < whole.radius:
@@ -107,7 +109,7 @@ def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: 
             f"{target}: an ellipsoid cannot be pressed in by its semi-axis, {metres(whole.height)}; "
             "reduce the indentation or the load"
         )
-    if np.max(states.contact_radius) < equivalent.reach and np.isfinite(deepest):
+    if np.max(states.contact_radius) < equivalent.max_radius and np.isfinite(deepest):
         return
     if isinstance(profile, ForceCurve):
         known = closure_of(profile)
@@ -118,7 +120,7 @@ def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: 
         )
     largest = _largest_allowed(line)
     raise PathError(
-        f"{target}: the contact would pass r = {metres(equivalent.reach)}, the last radius at which the profile is known "
+        f"{target}: the contact would pass r = {metres(equivalent.max_radius)}, the last radius at which the profile is known "
         f"(it is not extrapolated); {largest}reduce the indentation or the load"
     )
 
@@ -128,7 +130,7 @@ def _largest_allowed(line: Line) -> str:
     equivalent = line.equivalent
     if isinstance(equivalent.rises, bool) and equivalent.rises:
         return ""
-    ends = np.array([*equivalent.turning_points(equivalent.reach), equivalent.reach])
+    ends = np.array([*equivalent.turning_points(equivalent.max_radius), equivalent.max_radius])
     deepest = float(np.max(line.depth(ends)))
     force = float(normal_force(line, states_at_depth(line, np.array([deepest])))[0])
     return f"the largest indentation that it allows is {metres(deepest)} (normal force {newtons(force)}): "
@@ -147,7 +149,7 @@ def map_remark(line: Line, states: DiskStates) -> str:
 
 def g_samples(line: Line) -> FloatArray:
     """Values of g in m over its whole domain."""
-    return line.equivalent.g(np.linspace(0.0, min(line.equivalent.edge, line.equivalent.reach), 65))
+    return line.equivalent.g(np.linspace(0.0, min(line.equivalent.edge, line.equivalent.max_radius), 65))
 
 
 def half_space_assumptions(contact: Contact, mapped: Mapped, radii: FloatArray) -> tuple[Assumption, ...]:

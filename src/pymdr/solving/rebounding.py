@@ -88,7 +88,7 @@ def followed(contact: Contact, mass: float, speeds: tuple[float, float]) -> tupl
 
 def _refuse_hollow(line: ElasticLine) -> None:
     """Refuse a line that is lower than its middle elsewhere, and touches there first."""
-    end = (1.0 - 1e-12) * min(line.edge, line.reach)
+    end = (1.0 - 1e-12) * min(line.edge, line.max_radius)
     if line.rises or not math.isfinite(end):
         return
     turns = np.array(line.turning_points(end))

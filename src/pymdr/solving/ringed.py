@@ -194,7 +194,7 @@ def solve_memory_by_rings(task: Task) -> Result:
             status=Status.BY_RINGS,
             notes=notes_of(task.contact.profile),
             references=("johnson",),
-            remembers=True,
+            is_viscoelastic=True,
             conducting=np.array(
                 [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
             ),

@@ -147,13 +147,13 @@ class RoughLine:
     def force(self, depth: FloatArray, realisation: int) -> FloatArray:
         """F in N at depths in m."""
         heights = self.heights(realisation)
-        self._refuse_end(depth, self.reach(heights))
+        self._refuse_end(depth, self.end_depth(heights))
         return self._sorted(heights).force(depth)
 
     def _sorted(self, heights: FloatArray) -> SortedSprings:
         return sorted_springs(heights, self.modulus * self.length / self.points)
 
-    def reach(self, heights: FloatArray) -> float:
+    def end_depth(self, heights: FloatArray) -> float:
         """The depth in m at which contact comes to the end of the line of a ball."""
         if self.radius is None:
             return math.inf
@@ -186,7 +186,7 @@ class RoughLine:
         tuple of ndarray
         """
         heights = self.heights(realisation)
-        last = self.reach(heights)
+        last = self.end_depth(heights)
         springs = self._sorted(heights)
         depth = springs.indentation(rows) if by_force else rows
         self._refuse_end(depth, last)

@@ -256,7 +256,7 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
     if not isinstance(contact, Contact):
         raise ProblemError(f"{_PREFIX}: {contact!r} is not a Contact; write Contact(profile, body)")
     refuse_curve(contact, _PREFIX, "sliding needs the slope of its surface")
-    if not contact.remembers:
+    if not contact.is_viscoelastic:
         raise ProblemError(
             f"{_PREFIX}: no body is Viscoelastic, and elastic bodies dissipate nothing below a moving profile; give for example "
             "Viscoelastic(StandardSolid('1 MPa', '9 MPa', '1 ms'), poisson=0.5)"
@@ -266,7 +266,7 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
             f"{_PREFIX}: friction of the surfaces (mu = {contact.friction.coefficient:g}) is not included, only the dissipation of the "
             "body; leave friction out, and add mu to the result if it does not change the contact"
         )
-    if contact.body.remembers and contact.counterbody.remembers:
+    if contact.body.is_viscoelastic and contact.counterbody.is_viscoelastic:
         raise ProblemError(
             f"{_PREFIX}: both bodies are Viscoelastic, but only the one under the profile is cyclically deformed; give the "
             "other one as Elastic with its long-time modulus, or as Rigid()"

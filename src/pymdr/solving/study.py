@@ -157,7 +157,7 @@ class Answer:
         Parameters
         ----------
         file : path
-            For example "study.nc"; ``xarray.open_dataset`` reads the data, and its attribute ``pymdr_told`` is JSON.
+            For example "study.nc"; ``xarray.open_dataset`` reads the data, and its attribute ``pymdr_metadata`` is JSON.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class Answer:
         from pymdr.presentation.files import study_json
 
         as_json = study_json(self.claims, self.assumptions, self.notes)
-        return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_told=as_json)
+        return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_metadata=as_json)
 
     def to_csv(
         self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None, about: bool = False

@@ -59,9 +59,9 @@ def foundation(
     elif contact.profile.curvature_radius is not None:
         length = contact.profile.curvature_radius / 3.0
     elif contact.profile.breakpoints:
-        length = min(2.0 * contact.profile.breakpoints[-1], line.equivalent.reach)
-    elif math.isfinite(line.equivalent.reach):
-        length = line.equivalent.reach
+        length = min(2.0 * contact.profile.breakpoints[-1], line.equivalent.max_radius)
+    elif math.isfinite(line.equivalent.max_radius):
+        length = line.equivalent.max_radius
     else:
         raise ProblemError(
             "foundation: this profile has no characteristic length; give half_length, such as '1 um'"

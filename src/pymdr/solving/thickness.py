@@ -127,7 +127,7 @@ def thickness_correction(
         f"exact for {bodies} in frictionless contact on a disk, against a half-space at the same indentation"
     )
     if fault is not None:
-        level, reason = (level if where.any() else Level.NOT_VALID), f"{reason}; {fault.words}"
+        level, reason = (level if where.any() else Level.NOT_VALID), f"{reason}; {fault.description}"
     claim = Claim(level, reason, source, where, error)
     import xarray as xr
 

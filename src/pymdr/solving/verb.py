@@ -123,7 +123,7 @@ def check_request(
     stiffness = _stiffness(machine_stiffness, path)
     if keep is not None and contact.friction is None:
         raise ProblemError("solve: keep= is for contacts with friction; other contacts keep every row")
-    if keep is not None and contact.remembers:
+    if keep is not None and contact.is_viscoelastic:
         raise ProblemError("solve: keep= is for elastic bodies; fields of bodies with memory need every row")
     if keep is None or isinstance(keep, int):
         refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
@@ -137,7 +137,7 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
     if not isinstance(path, LoadingPath):
         raise PathError(f"solve: {path!r} is not a path; write for example load('50 N', steps=50)")
     known_legs(path)
-    check_times(path, needed=contact.remembers)
+    check_times(path, needed=contact.is_viscoelastic)
 
 
 def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:

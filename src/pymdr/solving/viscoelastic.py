@@ -341,7 +341,7 @@ def interpreted(
         status=status_of(claims),
         notes=tuple(notes),
         references=("sneddon", "popov-hess", "ting"),
-        remembers=True,
+        is_viscoelastic=True,
     )
 
 

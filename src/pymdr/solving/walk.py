@@ -155,7 +155,7 @@ class Interpretation:
     notes: tuple[str, ...] = ()
     starts: tuple[Channels, ...] | None = None
     """Positions of the channels at the start of each leg, if fields need them."""
-    remembers: bool = False
+    is_viscoelastic: bool = False
     """Whether the bodies have memory; if not, a note says that time has no effect."""
     conducting: FloatArray | None = None
     """Half the stiffness over E* in m, of contacts that are not disks."""
@@ -168,7 +168,7 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     if samples_of(task.contact):
         claims = with_thickness(task.contact, columns, claims, prescribed_rows(task))
     claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims["pressure"])}
-    if walked.time is not None and not own.remembers:
+    if walked.time is not None and not own.is_viscoelastic:
         notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {
         name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)

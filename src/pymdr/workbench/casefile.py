@@ -60,7 +60,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     plain = _tables(source)
     try:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
-        check_times(path, needed=contact.remembers)
+        check_times(path, needed=contact.is_viscoelastic)
         options = _options(plain.get("solve", {}))
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error

@@ -135,7 +135,7 @@ def verify_sliding(
         raise ProblemError(
             "verify: adhesion with friction has no independent solver here; leave one of them out"
         )
-    if contact.remembers:
+    if contact.is_viscoelastic:
         raise ProblemError(
             "verify: the grid solves friction of elastic bodies, and a body of this contact is Viscoelastic; take Elastic with its "
             "stiffness at one time, or leave friction out, which rings follow with memory"

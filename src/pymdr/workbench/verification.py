@@ -159,7 +159,7 @@ def verify(
     if isinstance(contact.adhesion, JKR):
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
         return _verify_adhesion(contact.adhesion.work, mdr, solver, steps, progress)
-    if contact.remembers:
+    if contact.is_viscoelastic:
         return _verify_history(contact, path, solver, steps, progress)
     depths = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
     chosen = depths[_spread(depths.size, steps)]
@@ -205,7 +205,7 @@ def _verify_history(
     steps: int,
     progress: Callable[[int, int], None] | None,
 ) -> Verification:
-    """Both follow all rows, for what a body remembers hangs on the way; of some of those in contact all is compared."""
+    """Both follow all rows, for the state of a viscoelastic body depends on its history; of some of those in contact all is compared."""
     mdr = solve(contact, path)
     ring = solve(contact, path, solver=solver, progress=progress)
     touching = np.flatnonzero(ring.data["normal_force"].values > 0.0)

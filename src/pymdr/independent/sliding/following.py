@@ -199,7 +199,7 @@ def _check(friction: float, d: FloatArray, u: FloatArray) -> None:
 
 def _half_width(profile: Profile, depth: float, n: int, body: Material, counterbody: Material) -> float:
     """Half width in m of the grid, from a coarse solution where f < d."""
-    limit = min(profile.edge, profile.reach)
+    limit = min(profile.edge, profile.max_radius)
     known = _LENGTHS[limit > _LENGTHS]
     below = np.flatnonzero(profile.gap(known) < depth)
     if not below.size:
@@ -235,9 +235,9 @@ def _gap(profile: Profile, x: FloatArray) -> FloatArray:
 def _check_extent(profile: Profile, surface: Surface, contact: Mask) -> None:
     end, r = surface.x[-1] + surface.side / 2, np.hypot(surface.x[:, None], surface.x)
     widest = float(r[contact].max(initial=0.0))
-    if profile.reach < profile.edge and widest + surface.side > profile.reach:
+    if profile.max_radius < profile.edge and widest + surface.side > profile.max_radius:
         raise ProblemError(
-            f"solve_sliding: the contact extends to {metres(widest)}, the profile to {metres(profile.reach)}; "
+            f"solve_sliding: the contact extends to {metres(widest)}, the profile to {metres(profile.max_radius)}; "
             "give a smaller indentation or a larger profile"
         )
     outermost = np.concatenate([contact[0], contact[-1], contact[:, 0], contact[:, -1]]).any()

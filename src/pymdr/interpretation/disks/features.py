@@ -49,7 +49,7 @@ class ProfileFeatures:
 
 def touching_range(equivalent: EquivalentProfile, depth: float) -> float:
     """The radius in m up to which bodies at a depth in m might touch."""
-    return min(touching_radius(equivalent, depth), equivalent.edge, equivalent.reach)
+    return min(touching_radius(equivalent, depth), equivalent.edge, equivalent.max_radius)
 
 
 def profile_features(equivalent: EquivalentProfile, top: float) -> ProfileFeatures | None:

@@ -54,12 +54,14 @@ DMT_BELOW, JKR_ABOVE = 0.1, 5.0
 """Maugis' numbers below which DMT, and above which JKR are close (Johnson and Greenwood 1997)."""
 
 
-def tabor_parameter(radius: ArrayLike, modulus: ArrayLike, work: ArrayLike, reach: ArrayLike) -> FloatArray:
+def tabor_parameter(
+    radius: ArrayLike, modulus: ArrayLike, work: ArrayLike, interaction_range: ArrayLike
+) -> FloatArray:
     """Return Tabor's number μ = (R γ² / (E*² z0³))^(1/3).
 
     Parameters
     ----------
-    radius, modulus, work, reach : array_like
+    radius, modulus, work, interaction_range : array_like
         Effective curvature radius R [m], E* [Pa], γ [J/m²] and the equilibrium distance z0 [m].
 
     Returns
@@ -73,10 +75,12 @@ def tabor_parameter(radius: ArrayLike, modulus: ArrayLike, work: ArrayLike, reac
 
     Examples
     --------
-    >>> float(tabor_parameter(radius=8.0, modulus=1.0, work=1.0, reach=1.0))
+    >>> float(tabor_parameter(radius=8.0, modulus=1.0, work=1.0, interaction_range=1.0))
     2.0
     """
-    return np.cbrt(as_floats(radius) * (as_floats(work) / as_floats(modulus)) ** 2) / as_floats(reach)
+    return np.cbrt(as_floats(radius) * (as_floats(work) / as_floats(modulus)) ** 2) / as_floats(
+        interaction_range
+    )
 
 
 def maugis_parameter(
@@ -163,18 +167,18 @@ def rigid_pull(line: EquivalentProfile, work: float, strength: float) -> float:
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> ball = SimpleNamespace(slope=lambda x: 2 * x, edge=np.inf, reach=np.inf, breakpoints=())
+    >>> ball = SimpleNamespace(slope=lambda x: 2 * x, edge=np.inf, max_radius=np.inf, breakpoints=())
     >>> round(rigid_pull(ball, work=1.0, strength=7.0) / np.pi, 12)
     2.0
     """
     height = work / strength
 
-    end = min(line.edge, line.reach)
+    end = min(line.edge, line.max_radius)
     begin = line.rough_radius(lambda x, g: g >= 0.1 * height) if isinstance(line, PanelLine) else None
     # without elasticity the gap condition is f(c) = h0
     upper = np.full(1, end if np.isfinite(end) else _FARTHEST)
     c = float(solve_width(line, 0.0, 0.5 * np.pi * height, np.zeros(1), upper, outward=True, begin=begin)[0])
-    if c >= end and line.edge > line.reach:
+    if c >= end and line.edge > line.max_radius:
         raise ProblemError(
             f"the profile is known only to {end!r} m, where it is below the range {height!r} m of the "
             "cohesion; extend the profile or raise the strength"

@@ -185,7 +185,7 @@ def zone_integrals(
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> cone = SimpleNamespace(slope=np.ones_like, edge=np.inf, reach=np.inf, breakpoints=())
+    >>> cone = SimpleNamespace(slope=np.ones_like, edge=np.inf, max_radius=np.inf, breakpoints=())
     >>> j0, j1, j2 = zone_integrals(cone, np.zeros(1), np.full(1, 2.0), third=True)
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
@@ -303,7 +303,7 @@ def solve_width(
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> flat = SimpleNamespace(slope=np.zeros_like, edge=np.inf, reach=np.inf, breakpoints=())
+    >>> flat = SimpleNamespace(slope=np.zeros_like, edge=np.inf, max_radius=np.inf, breakpoints=())
     >>> width = solve_width(flat, 0.5, np.pi / 2 - 1, np.zeros(1), np.full(1, 9.0), outward=True)
     >>> round(float(width[0]), 13)
     1.0

@@ -19,7 +19,7 @@ class Outline(Protocol):
         """Radius of a sharp outer edge [m]."""
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Largest known x [m]."""
 
     @property
@@ -54,10 +54,10 @@ def as_floats(values: ArrayLike) -> FloatArray:
 
 def own_edge(line: Outline) -> float:
     """Return the radius of the sharp edge [m], or ``inf`` when the known profile does not reach it."""
-    return float(line.edge) if line.edge <= line.reach else np.inf
+    return float(line.edge) if line.edge <= line.max_radius else np.inf
 
 
 def inner_knots(line: Outline) -> tuple[float, ...]:
     """Return the breakpoints strictly inside the known profile and its edge [m], ascending."""
-    end = min(line.edge, line.reach)
+    end = min(line.edge, line.max_radius)
     return tuple(sorted({float(x) for x in line.breakpoints if 0.0 < x < end}))

@@ -341,18 +341,18 @@ def _last_branch(ends: tuple[float, ...]) -> int:
 
 
 def _width_at(
-    line: EquivalentProfile, k: float, reach: float, radius: Position, begin: float | None = None
+    line: EquivalentProfile, k: float, interaction_range: float, radius: Position, begin: float | None = None
 ) -> FloatArray:
     """Return δ [m] of the gap condition at contact radii; at most up to the end of the profile."""
     # without g the condition alone bounds δ: sqrt(c² - a²) ψ - δ >= (π/2 - 1) δ
-    bound = np.pi * reach / (4.0 * k * (0.5 * np.pi - 1.0)) if k > 0.0 else np.inf
-    upper = np.minimum(bound * (1.0 + 1e-12), min(line.edge, line.reach) - rounded(radius))
+    bound = np.pi * interaction_range / (4.0 * k * (0.5 * np.pi - 1.0)) if k > 0.0 else np.inf
+    upper = np.minimum(bound * (1.0 + 1e-12), min(line.edge, line.max_radius) - rounded(radius))
     if isinstance(line, PanelLine) and begin is None:
-        begin = line.rough_radius(lambda x, g: g + k * x >= 0.1 * reach)
+        begin = line.rough_radius(lambda x, g: g + k * x >= 0.1 * interaction_range)
     return solve_width(
         line,
         k,
-        0.5 * np.pi * reach,
+        0.5 * np.pi * interaction_range,
         radius,
         upper,
         outward=True,
@@ -400,7 +400,7 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
                 f"Maugis-Dugdale needs a positive {name}, not {value!r}; use JKR for zero range"
             )
     k, h0 = strength / modulus, work / strength
-    edge, end = own_edge(line), min(line.edge, line.reach)
+    edge, end = own_edge(line), min(line.edge, line.max_radius)
     first = float(_width_at(line, k, h0, np.zeros(1))[0])
     at_edge = growing = 0.0
     if first >= end:

@@ -126,7 +126,7 @@ def radii_of(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: fl
     Parameters
     ----------
     line : Outline
-        Edge, reach and breakpoints of the profile.
+        Edge, largest radius and breakpoints of the profile.
     rate : callable
         g'(x); corners are breakpoints at which it is infinite.
     origin : float
@@ -135,7 +135,7 @@ def radii_of(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: fl
     Examples
     --------
     >>> from types import SimpleNamespace
-    >>> worn = SimpleNamespace(edge=np.inf, reach=np.inf, breakpoints=(1.0,))
+    >>> worn = SimpleNamespace(edge=np.inf, max_radius=np.inf, breakpoints=(1.0,))
     >>> radii = radii_of(worn, lambda x: np.where(x == 1.0, np.inf, 1.0))
     >>> radii.place(np.array([0.5, 1.0, 1.0625, 2.0])).x.tolist()
     [0.5, 1.0, 1.046875, 2.0]
@@ -143,8 +143,8 @@ def radii_of(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: fl
     if not isinstance(line, Hashable):
         return _from_corners(line, rate, origin)
     known = _known.get(line)
-    if known is None or known[0] != (line.breakpoints, line.reach):
-        known = (line.breakpoints, line.reach), _from_corners(line, rate, 0.0)
+    if known is None or known[0] != (line.breakpoints, line.max_radius):
+        known = (line.breakpoints, line.max_radius), _from_corners(line, rate, 0.0)
         _known[line] = known
     return replace(known[1], origin=origin)
 
@@ -156,7 +156,7 @@ def _from_corners(line: Outline, rate: Callable[[FloatArray], FloatArray], origi
     knots = np.array(inner_knots(line))
     if knots.size == 0:
         return Radii(origin, knots, knots)
-    gaps = np.minimum(np.diff(np.append(knots, min(line.edge, line.reach))), knots)
+    gaps = np.minimum(np.diff(np.append(knots, min(line.edge, line.max_radius))), knots)
     corner = np.isinf(rate(knots))
     mapped = line.equivalent if isinstance(line, ElasticLine | LayeredLine) else line
     exact = isinstance(mapped, EquivalentProfile) and bool(corner.any())

@@ -168,7 +168,7 @@ class JKR:
     @property
     def limit(self) -> float:
         """The largest parameter [m]."""
-        return np.inf if np.isfinite(self._edge) else float(self.line.reach)
+        return np.inf if np.isfinite(self._edge) else float(self.line.max_radius)
 
     @property
     def knots(self) -> tuple[float, ...]:

@@ -43,7 +43,7 @@ def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, Float
     ----------
     curves : ElasticCurves
     depth : array_like
-        In m; 0 is returned below 0, NaN beyond the reach of a table.
+        In m; 0 is returned below 0, NaN beyond a table.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def depths_at_force(curves: ElasticCurves, normal_force: ArrayLike) -> FloatArra
     Returns
     -------
     ndarray
-        d in m; NaN below 0 and beyond the reach of a table.
+        d in m; NaN below 0 and beyond a table.
 
     Examples
     --------

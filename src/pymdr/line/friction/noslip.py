@@ -40,7 +40,7 @@ from pymdr.line.friction.runs import (
 from pymdr.units import FloatArray
 
 SHIFT_CONTROL, FORCE_CONTROL = 0, 2
-_BEYOND = 1.0 + 1e-14  # of the reach
+_BEYOND = 1.0 + 1e-14  # of the largest depth
 _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])
 _GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
 

@@ -28,7 +28,7 @@ from pymdr.units import FloatArray
 
 COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP, STACK_FULL = range(5)
 _ATTAINED = 1.0 + 1e-12  # a pull above the limit by less than this is rounding
-_BEYOND = 1.0 + 1e-14  # of the reach
+_BEYOND = 1.0 + 1e-14  # of the largest depth
 
 
 class Scales(NamedTuple):

@@ -106,9 +106,9 @@ class Coupled(EquivalentProfile):
             object.__setattr__(self, name, getattr(self.bare, name))
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Largest x in m at which g is known."""
-        return self.bare.reach
+        return self.bare.max_radius
 
     @cached_property
     def _inside(self) -> Series:

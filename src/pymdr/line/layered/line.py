@@ -147,7 +147,7 @@ class LayeredLine(Profiled):
     def overlap_radius(self, depth: float) -> float:
         """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m, or touch."""
         touching = float(self.place(depth).x)
-        return max(self.equivalent.overlap_radius(depth), min(touching, self.edge, self.reach))
+        return max(self.equivalent.overlap_radius(depth), min(touching, self.edge, self.max_radius))
 
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius a in m near which ``reached(a, d0)`` becomes true, going outward."""

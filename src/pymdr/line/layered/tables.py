@@ -181,13 +181,13 @@ class Table:
     @cached_property
     def end(self) -> float:
         """The end of the profile in m, short of where it is infinite, as that of a sphere is."""
-        end = min(self.equivalent.edge, self.equivalent.reach)
+        end = min(self.equivalent.edge, self.equivalent.max_radius)
         return (1.0 - 1e-4) * end if self._is_endless else end
 
     @cached_property
     def _is_endless(self) -> bool:
         """Whether g has no bound toward the end of the profile."""
-        end = min(self.equivalent.edge, self.equivalent.reach)
+        end = min(self.equivalent.edge, self.equivalent.max_radius)
         return math.isfinite(end) and not math.isfinite(float(self.equivalent.g(np.array([end]))[0]))
 
     def _fall(self, top: float) -> float:

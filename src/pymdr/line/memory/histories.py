@@ -218,7 +218,7 @@ def follow_loads(
     deepest = deepest_under(curve, relaxation, time, load)
     if deepest == math.inf:
         raise ConvergenceError(
-            f"no disk contact under {newtons(float(load.max()))} within the {metres(curve.reach)} that are known: "
+            f"no disk contact under {newtons(float(load.max()))} within the {metres(curve.max_radius)} that are known: "
             "give the profile farther out, or press less hard"
         )
     return _follow(curve, relaxation, (time, load, 0.0), state, n, deepest, watch)
@@ -267,7 +267,7 @@ def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: 
     for most in (float(compliant(relaxation, t, load).max()), at_once):
         states = states_at_force(curve, [most])
         depth, radius = float(states.indentation[0]), float(states.contact_radius[0])
-        if math.isfinite(depth) and 0.0 < radius <= curve.reach:
+        if math.isfinite(depth) and 0.0 < radius <= curve.max_radius:
             return depth
     return math.inf
 

@@ -63,14 +63,14 @@ def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
         If the curve ends before the depth.
     """
     radius = float(states_at_depth(curve, [depth]).contact_radius[0])
-    if not 0.0 < radius < math.inf or radius > curve.reach:
+    if not 0.0 < radius < math.inf or radius > curve.max_radius:
         raise ConvergenceError(
-            f"no disk contact at the depth {depth:g} m within the {curve.reach:g} m that are known: "
+            f"no disk contact at the depth {depth:g} m within the {curve.max_radius:g} m that are known: "
             "give the profile farther out, or press less deep"
         )
     whole = radius >= curve.edge
     ends = radius * (np.arange(n + (0 if whole else 2) + 1) / n) ** _GRADING
-    ends = np.minimum(ends, min(curve.edge, curve.reach))
+    ends = np.minimum(ends, min(curve.edge, curve.max_radius))
     ends = np.concatenate([ends[:1], ends[1:][np.diff(ends) > 0.0]])
     return _of_ends(curve, ends, math.inf if ends[-1] >= curve.edge else depth, n)
 
@@ -95,14 +95,14 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
     if depth <= springs.limit:
         return springs
     radius = float(states_at_depth(curve, [depth]).contact_radius[0])
-    if not radius < math.inf or radius > curve.reach:
+    if not radius < math.inf or radius > curve.max_radius:
         raise ConvergenceError(
-            f"no disk contact at the depth {depth:g} m within the {curve.reach:g} m that are known: "
+            f"no disk contact at the depth {depth:g} m within the {curve.max_radius:g} m that are known: "
             "give the profile farther out, or press less deep"
         )
     n = springs.n
     width = 2.0 * (springs.border - springs.position[-1])
-    top = min(curve.edge, curve.reach)
+    top = min(curve.edge, curve.max_radius)
     more = [springs.border]
     while more[-1] < top and (more[-1] < radius or len(more) < 3 or more[-3] < radius):
         fitting = (_GRADING / n) * radius * (more[-1] / radius) ** (1.0 - 1.0 / _GRADING)
@@ -123,7 +123,7 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
 
 def farther(curve: Curve, springs: Springs) -> float:
     """A depth in m to extend springs to that do not suffice: twice what they reach, or as far as the curve is known."""
-    top, twice = min(curve.edge, curve.reach), 2.0 * springs.limit
+    top, twice = min(curve.edge, curve.max_radius), 2.0 * springs.limit
     if not math.isfinite(top):
         return twice
     end = float(curve.depth(np.array([top]))[0])

@@ -33,8 +33,8 @@ def tabulated(curve: Curve, deepest: float) -> Tabulated | None:
 
     Between the columns the stiffness is straight in the fourth root of the depth, which errs by about 1e-8 of the largest.
     """
-    if math.isfinite(curve.reach) and curve.reach < curve.edge:
-        deepest = min(deepest, float(curve.depth(np.array(_WITHIN * curve.reach))))
+    if math.isfinite(curve.max_radius) and curve.max_radius < curve.edge:
+        deepest = min(deepest, float(curve.depth(np.array(_WITHIN * curve.max_radius))))
     if not rises_to(curve, deepest):
         return None
     root = np.linspace(0.0, 1.0, _CELLS + 1)

@@ -63,7 +63,9 @@ class ShapeLaw(ABC):
 
     def slopes(self, depth: FloatArray, size: float) -> tuple[float, float]:
         """The largest slope in contacts up to a size in m, and the largest semi-axis over its radius of curvature, nan of others."""
-        return float(np.nanmax(ray_slopes(self.shape, min(size, self.shape.reach)), initial=0.0)), math.nan
+        return float(
+            np.nanmax(ray_slopes(self.shape, min(size, self.shape.max_radius)), initial=0.0)
+        ), math.nan
 
     @abstractmethod
     def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:

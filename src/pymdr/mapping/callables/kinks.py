@@ -111,7 +111,7 @@ def find_kinks(
 
 
 def polished(
-    curve: Curve, breakpoints: Sequence[float], reach: float, start: float = 0.0, stop: float = math.inf
+    curve: Curve, breakpoints: Sequence[float], max_radius: float, start: float = 0.0, stop: float = math.inf
 ) -> tuple[float, ...]:
     """
     Breakpoints, each moved to the kink next to it if there is one.
@@ -122,7 +122,7 @@ def polished(
         F' or f, taking and giving arrays.
     breakpoints : sequence of float
         Rising radii in m.
-    reach : float
+    max_radius : float
         Largest radius in m.
     start, stop : float
         Radii in m between which breakpoints are checked.
@@ -138,14 +138,14 @@ def polished(
     (0.3,)
     """
     answer: list[float] = []
-    marks = [0.0, *breakpoints, 2.0 * reach]
+    marks = [0.0, *breakpoints, 2.0 * max_radius]
     for before, b, after in zip(marks, marks[1:], marks[2:], strict=False):
         if not start < b <= stop:
             answer.append(b)
             continue
         low, high = (
             max(b * (1.0 - _NAMED), 0.5 * (before + b)),
-            min(b * (1.0 + _NAMED), 0.5 * (b + after), reach),
+            min(b * (1.0 + _NAMED), 0.5 * (b + after), max_radius),
         )
         try:
             with np.errstate(all="ignore"):
@@ -277,7 +277,7 @@ def _unresolved(curve: Curve, low: FloatArray, high: FloatArray, noise: float) -
     if not np.all(np.isfinite(values)):
         bad = float(r[~np.isfinite(values)][0])
         raise ProblemError(
-            f"the profile is not defined at r = {metres(bad)}: declare its last radius, Function(..., reach=...)"
+            f"the profile is not defined at r = {metres(bad)}: declare its last radius, Function(..., max_radius=...)"
         )
     shifted = values - values[:, :1]
     rest = np.abs(shifted[:, _NODES:] - shifted[:, :_NODES] @ matrix.T)

@@ -95,7 +95,7 @@ def tip_law(f: Curve, top: float = math.inf) -> TipLaw | None:
     f : callable
         Taking and giving arrays, with its offset f(0) if it has one.
     top : float
-        Radius in m up to which f is smooth: its first breakpoint or its reach. The larger, the better.
+        Radius in m up to which f is smooth: its first breakpoint or its last radius. The larger, the better.
 
     Returns
     -------

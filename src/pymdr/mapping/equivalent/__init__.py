@@ -190,7 +190,7 @@ def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
     return SumLine(
         tuple(p for part in parts for p in (part.parts if isinstance(part, SumLine) else (part,))),
         profile.edge,
-        profile.reach,
+        profile.max_radius,
         exponent,
     )
 
@@ -233,7 +233,7 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     if all(not isinstance(part, Function) or part.f is not None for part in parts):
         return profile.gap
-    end = min(equivalent.edge, equivalent.reach)
+    end = min(equivalent.edge, equivalent.max_radius)
 
     def gap(r: FloatArray) -> FloatArray:
         inside = np.minimum(r, end)
@@ -285,7 +285,7 @@ def without_callables(profile: Profile, top: float) -> Profile:
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
     if isinstance(profile, Function2D):
-        return _on_grid(profile, min(top, profile.reach))
+        return _on_grid(profile, min(top, profile.max_radius))
     return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, Function) else profile
 
 

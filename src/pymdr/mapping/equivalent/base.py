@@ -30,7 +30,7 @@ class EquivalentProfile(ABC):
     """Whether g is known to rise everywhere, so that every contact is a disk."""
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Largest x in m at which g is known."""
         return math.inf
 
@@ -109,7 +109,7 @@ class EquivalentProfile(ABC):
 
     def overlap_radius(self, depth: float) -> float:
         """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
-        return min(float(self.inverse(depth)), self.edge, self.reach)
+        return min(float(self.inverse(depth)), self.edge, self.max_radius)
 
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward; where a search may begin."""

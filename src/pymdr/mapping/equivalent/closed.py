@@ -135,7 +135,7 @@ class SphereLine(EquivalentProfile):
     aspect: float = 1.0
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """It ends at R."""
         return self.radius
 
@@ -225,7 +225,7 @@ class SumLine(EquivalentProfile):
 
     parts: tuple[EquivalentProfile, ...]
     edge: float = math.inf
-    reach: float = math.inf
+    max_radius: float = math.inf
     exponent: float = 0.0
 
     def g(self, x: Position) -> FloatArray:

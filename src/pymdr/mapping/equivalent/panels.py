@@ -60,7 +60,7 @@ _WIDER = 2.0**0.25
 _FIRST_STEP, _STEP_GROWTH = 1e-9, 64.0
 """The shortest step outward, in parts of what is mapped, and how it grows from step to step."""
 _SEARCHED = 2.0**10
-"""How far, in contact radii, a profile without a reach is searched for another contact."""
+"""How far, in contact radii, a profile without an end is searched for another contact."""
 
 
 class PanelLine(EquivalentProfile):
@@ -96,7 +96,7 @@ class PanelLine(EquivalentProfile):
         self.edge = edge
         self.height = height
         self._turning: tuple[Image | None, tuple[float, ...]] = (None, ())
-        self._resolved = ResolvedSlope(source, min(edge, source.reach))
+        self._resolved = ResolvedSlope(source, min(edge, source.max_radius))
         self._abel: AbelSums | None = None
         self._image: Image | None = None
         self._inner = math.inf
@@ -129,9 +129,11 @@ class PanelLine(EquivalentProfile):
     # -- how far it is mapped ---------------------------------------------------------------------
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Largest radius in m at which the profile is known to be defined."""
-        return self._resolved.limit if self._resolved.limit < self.source.reach else self.source.reach
+        return (
+            self._resolved.limit if self._resolved.limit < self.source.max_radius else self.source.max_radius
+        )
 
     @property
     def _end(self) -> float:
@@ -599,7 +601,7 @@ class PanelLine(EquivalentProfile):
         The largest radius in m at which the bodies would overlap if they were shifted by a depth in m.
 
         Contact, where the displacement d - f(r) is positive, lies within it. Beyond the first radius at which
-        g = depth the profile is searched to its reach, or else to 1024 times that radius.
+        g = depth the profile is searched to its `max_radius`, or else to 1024 times that radius.
         """
         first = min(float(self.place(np.array([depth])).x[0]), self._end)
         return max(first, self._last_overlap(depth, first))

@@ -41,7 +41,7 @@ class PolygonLine(EquivalentProfile):
     """G there in m, not falling from 0."""
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The last corner."""
         return float(self.x[-1])
 
@@ -149,7 +149,7 @@ class PolygonLine(EquivalentProfile):
         for x, depth in zip(self.x[1:].tolist(), self.depth[1:].tolist(), strict=True):
             if reached(x, depth):
                 return float(x)
-        return self.reach
+        return self.max_radius
 
 
 def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:

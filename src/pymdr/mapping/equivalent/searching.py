@@ -148,5 +148,5 @@ def never_rises(low: float) -> ProblemError:
     return ProblemError(
         f"the profile never rises so far, as far as it is defined and resolved (up to {metres(low)}): a contact without "
         "an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
-        "profile goes with Function(..., reach=...)"
+        "profile goes with Function(..., max_radius=...)"
     )

@@ -19,7 +19,7 @@ _SIGNIFICANCE = 6.0
 ROUNDNESS = 0.15
 """Largest scatter of heights at one radius without noise (root mean square), over the height of the bump: radii of 1 to 2.5."""
 _CAP = 0.5
-"""Radius of the search for the apex, over the reach."""
+"""Radius of the search for the apex, over `max_radius`."""
 _FEWEST_OF_APEX = 16
 _SHARP = 20.0
 """Square of the significance of a sharp tip."""
@@ -44,7 +44,7 @@ class MeanProfile(NamedTuple):
 
 
 def mean_profile(
-    heights: FloatArray, spacing: FloatArray, centre: tuple[float, float] | None, reach: float | None
+    heights: FloatArray, spacing: FloatArray, centre: tuple[float, float] | None, max_radius: float | None
 ) -> MeanProfile:
     """
     The azimuthal mean about the apex of a surface that is one bump.
@@ -57,7 +57,7 @@ def mean_profile(
         Pixels in m.
     centre : tuple of float or None
         x and y in m of the apex; default the vertex of the paraboloid through the cap.
-    reach : float or None
+    max_radius : float or None
         Largest radius in m; default the distance from the apex to the nearest edge.
 
     Returns
@@ -77,13 +77,13 @@ def mean_profile(
     top = np.unravel_index(int(np.argmax(smooth)), heights.shape)
     start = (float(axes[0][top[0]]), float(axes[1][top[1]]))
     middle, principal = _vertex(
-        heights, axes, start if centre is None else centre, size, reach, moves=centre is None
+        heights, axes, start if centre is None else centre, size, max_radius, moves=centre is None
     )
     border_distance = _border_distance(middle, size)
-    last = border_distance if reach is None else reach
+    last = border_distance if max_radius is None else max_radius
     if last > border_distance * (1.0 + 1e-9):
         raise ProblemError(
-            f"reach = {metres(last)} is above the distance {metres(border_distance)} of the centre from the edge of the patch; use a smaller reach"
+            f"max_radius = {metres(last)} is above the distance {metres(border_distance)} of the centre from the edge of the patch; use a smaller max_radius"
         )
     wide = float(spacing.max())
     if last < FEWEST_RINGS * wide:
@@ -113,7 +113,7 @@ def _vertex(
     axes: list[FloatArray],
     middle: tuple[float, float],
     size: FloatArray,
-    reach: float | None,
+    max_radius: float | None,
     moves: bool,
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Vertex of the paraboloid through the heights around it, and its principal curvatures."""
@@ -123,7 +123,9 @@ def _vertex(
         border_distance = _border_distance(middle, size)
         if not border_distance > 0.0:
             break
-        width = max(_CAP * (border_distance if reach is None else min(border_distance, reach)), 2.5 * step)
+        width = max(
+            _CAP * (border_distance if max_radius is None else min(border_distance, max_radius)), 2.5 * step
+        )
         x, y = (axis - at for axis, at in zip(axes, middle, strict=True))
         part = np.ix_(np.abs(x) <= width, np.abs(y) <= width)
         u, v = np.broadcast_arrays(x[part[0]] / width, y[part[1]] / width)

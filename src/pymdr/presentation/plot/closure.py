@@ -51,7 +51,7 @@ class CurveData:
     """Positions x and g(x) in m."""
     modulus: float
     """E* in Pa of the drawn forces."""
-    remembers: bool
+    is_viscoelastic: bool
     """Whether the bodies are viscoelastic, so that rows lie off the curve."""
 
     def drawn_by(self, draw: Callable[[FigureData, CurveData], Drawn]) -> Callable[[FigureData], Drawn]:
@@ -107,7 +107,7 @@ def draw_points(axes: Axes, data: FigureData, curve: CurveData) -> None:
         lw=1.5,
         label="curve through them",
     )
-    if not curve.remembers:
+    if not curve.is_viscoelastic:
         d, force = data.data["indentation"].values, data.data["normal_force"].values
         axes.plot(
             *thinned_curve(lengths(d, d_unit), scaled(force, "normal_force", f_unit)),

@@ -133,7 +133,7 @@ def calibration_study(data: xr.Dataset) -> Figure:
     ----------
     data : xarray.Dataset
         Over ``load``, without units: ``stiffness``, ``line_stiffness``, ``fitted_stiffness`` and ``area`` with their bands, ``power_law``
-        and ``line_share``; ``coefficient``, ``full_contact_stiffness``, ``hurst`` and ``bandwidth`` in its attributes.
+        and ``line_fraction``; ``coefficient``, ``full_contact_stiffness``, ``hurst`` and ``bandwidth`` in its attributes.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def calibration_study(data: xr.Dataset) -> Figure:
         )
         third.plot(
             load,
-            data["line_share"].values,
+            data["line_fraction"].values,
             "--",
             color=GREEN,
             lw=1.4,

@@ -141,9 +141,9 @@ class AreaFunction(Profile):
             powers = (np.maximum(h, 0.0) / self.unit)[..., None] ** self.exponents
             area = self.unit**2 * (powers @ np.asarray(self.coefficients))
             return np.where(known, area, math.nan)
-        known = (h >= 0.0) & (h <= self.sampled.gap(self.reach))
+        known = (h >= 0.0) & (h <= self.sampled.gap(self.max_radius))
         inside = np.where(known, h, 0.0)
-        radius = rising_root(self.sampled.gap, inside, np.zeros_like(h), np.full_like(h, self.reach))
+        radius = rising_root(self.sampled.gap, inside, np.zeros_like(h), np.full_like(h, self.max_radius))
         return np.where(known, math.pi * radius**2, math.nan)
 
     def radius_at(self, depth: ArrayQuantityLike) -> FloatArray:
@@ -216,31 +216,31 @@ class AreaFunction(Profile):
         return self.unit * np.exp(s), self._logarithms(s)[1]
 
     def gap(self, r: ArrayLike) -> FloatArray:
-        """Gap f(r) in m, the inverse of the contact radius; nan beyond the reach."""
+        """Gap f(r) in m, the inverse of the contact radius; nan beyond `max_radius`."""
         if self.sampled is not None:
             return self.sampled.gap(r)
         r = np.asarray(r, dtype=float)
         f = np.where(r > self._flat, self._solved(np.maximum(r, _TINY))[0], 0.0)
-        return np.where(r <= self.reach, f, math.nan)
+        return np.where(r <= self.max_radius, f, math.nan)
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
-        """Slope f' = 2 pi r / (dA/dh); nan beyond the reach."""
+        """Slope f' = 2 pi r / (dA/dh); nan beyond `max_radius`."""
         if self.sampled is not None:
             return self.sampled.gap_slope(r)
         radius = np.maximum(np.asarray(r, dtype=float), _TINY)
         h, slope = self._solved(radius)
         with np.errstate(divide="ignore"):
             values = np.where(radius > self._flat, 2.0 * h / (slope * radius), 0.0)
-        return np.where(radius <= self.reach, values, math.nan)
+        return np.where(radius <= self.max_radius, values, math.nan)
 
     @cached_property
     def _end(self) -> float:
         if self.sampled is not None:
-            return self.sampled.reach
+            return self.sampled.max_radius
         return math.inf if self.max_depth is None else float(self.radius_at(self.max_depth))
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The contact radius at the largest known depth."""
         return self._end
 

@@ -42,7 +42,7 @@ class Profile(Value, ABC):
         return math.inf
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Largest radius in m at which the profile is known; inf if everywhere."""
         return math.inf
 
@@ -119,9 +119,9 @@ class Sum(Profile):
         return min(part.edge for part in self.parts)
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The smallest radius up to which all parts are known."""
-        return min(part.reach for part in self.parts)
+        return min(part.max_radius for part in self.parts)
 
     @property
     def curvature_radius(self) -> float | None:

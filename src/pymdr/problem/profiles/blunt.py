@@ -162,7 +162,7 @@ class TruncatedSphere(Profile):
     flat_radius: SIField = _flat_field()
 
     def __post_init__(self) -> None:
-        if not self.flat_radius < self.reach:
+        if not self.flat_radius < self.max_radius:
             raise ProblemError(
                 f"TruncatedSphere.flat_radius = {metres(self.flat_radius)}: it must be below 0.999 of the radius, "
                 f"{metres(self.radius)}; for a cylinder with a flat end use FlatPunch(radius)"
@@ -188,7 +188,7 @@ class TruncatedSphere(Profile):
             return np.asarray(np.sqrt((self.radius - r) * (self.radius + r)))
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """0.999 of the radius: the flank is vertical at the equator."""
         return _NEAR_THE_EQUATOR * self.radius
 

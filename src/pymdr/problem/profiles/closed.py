@@ -46,7 +46,7 @@ class Sphere(Profile):
             return np.asarray(r / np.sqrt((R - r) * (R + r)))
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The sphere ends at r = R."""
         return self.radius
 
@@ -142,7 +142,7 @@ class Ellipsoid(Profile):
         return np.asarray(self.height / self.radius * Sphere(self.radius).gap_slope(r))
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The ellipsoid ends at r = A."""
         return self.radius
 

@@ -33,7 +33,7 @@ class Function(Profile):
         of f are refused, there and on the axis.
     derivative : callable, optional
         f'(r) as a function of arrays. With it the map is exact to 1e-13, with f alone to 1e-12.
-    reach : quantity
+    max_radius : quantity
         Largest radius in m at which the callables may be evaluated.
 
     Raises
@@ -52,7 +52,7 @@ class Function(Profile):
     f: ArrayFunction | None = None
     breakpoints: tuple[float, ...] = ()
     derivative: ArrayFunction | None = None
-    reach: SIField = SIField("m", above=0.0, default=math.inf)
+    max_radius: SIField = SIField("m", above=0.0, default=math.inf)
 
     def __post_init__(self) -> None:
         if self.f is None and self.derivative is None:
@@ -89,30 +89,30 @@ class Function(Profile):
         return offset
 
     def gap(self, r: ArrayLike) -> FloatArray:
-        """Gap f(r) - f(0) in m; nan beyond the reach."""
+        """Gap f(r) - f(0) in m; nan beyond `max_radius`."""
         if self.f is None:
             raise ProblemError("Function.gap: only the derivative was given; give f too")
         return np.asarray(self._within(self.f, r, "f") - self.offset)
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
-        """Slope f'(r); nan beyond the reach."""
+        """Slope f'(r); nan beyond `max_radius`."""
         if self.derivative is None:
             raise ProblemError("Function.gap_slope: no derivative was given; give derivative too")
         return self._within(self.derivative, r, "derivative")
 
     def _within(self, function: ArrayFunction, r: ArrayLike, name: str) -> FloatArray:
         r = np.asarray(r, dtype=float)
-        if math.isinf(self.reach):
+        if math.isinf(self.max_radius):
             return call(function, r, name)
-        # a computed end may exceed the reach by rounding
-        inside = r <= self.reach * (1.0 + 1e-12)
+        # a computed end may exceed max_radius by rounding
+        inside = r <= self.max_radius * (1.0 + 1e-12)
         values = np.full(r.shape, math.nan)
-        values[inside] = call(function, np.minimum(r[inside], self.reach), name)
+        values[inside] = call(function, np.minimum(r[inside], self.max_radius), name)
         undefined = inside & (r > 0.0) & np.isnan(values)
         if undefined.any():
             raise ProblemError(
-                f"Function.{name} returns nan at r = {metres(float(r[undefined].min()))}, inside its reach of "
-                f"{metres(self.reach)}; give the reach up to which it is defined"
+                f"Function.{name} returns nan at r = {metres(float(r[undefined].min()))}, inside its max_radius of "
+                f"{metres(self.max_radius)}; give the max_radius up to which it is defined"
             )
         return values
 
@@ -195,7 +195,7 @@ def _evaluated(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
             ) from error
         raise ProblemError(
             f"{where} fails for radii {_span(r)} ({error_text(error)}); return nan where it is not defined, "
-            "or give its range with Function(..., reach=...)"
+            "or give its range with Function(..., max_radius=...)"
         ) from error
     return real_values(raw, r, where, "m" if name == "f" else "")
 
@@ -355,16 +355,16 @@ class Interpolated(Profile):
         return self.kinks
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The end of the last panel."""
         return self.base[-1] + self.high[-1]
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
-        """Slope f'(r); nan beyond the reach."""
+        """Slope f'(r); nan beyond `max_radius`."""
         r = np.asarray(r, dtype=float)
         answer = np.full(r.shape, math.nan)
         panel = self._panel_of(r)
-        known = r <= self.reach
+        known = r <= self.max_radius
         below = known & (panel < 0)
         answer[below] = self._tip_slope(r[below])
         above = known & (panel >= 0)
@@ -373,7 +373,7 @@ class Interpolated(Profile):
         return answer
 
     def gap(self, r: ArrayLike) -> FloatArray:
-        """Gap f(r) in m by Gauss-Legendre on each panel; nan beyond the reach."""
+        """Gap f(r) in m by Gauss-Legendre on each panel; nan beyond `max_radius`."""
         r = np.asarray(r, dtype=float)
         radius, slope, exponent = self.tip
         inner = np.minimum(r, radius)
@@ -384,7 +384,7 @@ class Interpolated(Profile):
         on = panel[above]
         width = np.minimum(r[above] - self._edges.base[on], self._edges.high[on]) - self._edges.low[on]
         answer[above] += self._risen[on] + self._rise(on, width)
-        return np.asarray(np.where(r <= self.reach, answer, math.nan))
+        return np.asarray(np.where(r <= self.max_radius, answer, math.nan))
 
     @cached_property
     def _edges(self) -> _Edges:

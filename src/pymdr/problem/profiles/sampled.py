@@ -116,8 +116,8 @@ class Curve:
     """The piecewise cubic f(r) - f(0)."""
     offset: float
     """Its f(0) in m."""
-    words: str
-    """Description of the curve."""
+    description: str
+    """Of the curve."""
     misfit: float = 0.0
     """Root mean square distance in m of the samples from the curve."""
 
@@ -157,7 +157,7 @@ class Sampled(Profile):
     >>> tip = mdr.Sampled(r, r**2 / 2e-6)
     >>> round(float(tip.gap(0.5e-6)), 18)
     1.25e-07
-    >>> tip.curve_in_words
+    >>> tip.curve_description
     'a cubic spline with a round tip through every sample'
     >>> mdr.Sampled(r, r**2 / 2e-6, scatter=1e-3 * r).interpolation
     SmoothingSpline()
@@ -203,9 +203,9 @@ class Sampled(Profile):
         return self._curve.poly
 
     @property
-    def curve_in_words(self) -> str:
+    def curve_description(self) -> str:
         """Description of the curve through the samples, and of their noise."""
-        return self._curve.words
+        return self._curve.description
 
     @property
     def misfit(self) -> float:
@@ -253,7 +253,7 @@ class Sampled(Profile):
         )
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """The last sampled radius."""
         return float(self.radius[-1])
 

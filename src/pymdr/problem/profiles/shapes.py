@@ -165,7 +165,7 @@ class Function2D(Shape):
     ----------
     f : callable
         Gap in m as a function of two arrays of positions in m; its lowest value f(0, 0) is removed.
-    reach : quantity, optional
+    max_radius : quantity, optional
         Largest distance from the apex in m at which it may be evaluated.
 
     Raises
@@ -182,7 +182,7 @@ class Function2D(Shape):
     """
 
     f: PlaneFunction
-    reach: SIField = SIField("m", above=0.0, default=math.inf)
+    max_radius: SIField = SIField("m", above=0.0, default=math.inf)
 
     def __post_init__(self) -> None:
         if not callable(self.f):
@@ -205,12 +205,12 @@ class Function2D(Shape):
         return offset
 
     def gap_at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
-        """Gap f(x, y) - f(0, 0) in m; nan beyond the reach."""
+        """Gap f(x, y) - f(0, 0) in m; nan beyond `max_radius`."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-        if math.isinf(self.reach):
+        if math.isinf(self.max_radius):
             return np.asarray(self._values(x, y) - self.offset)
-        # a computed end may exceed the reach by rounding
-        inside = np.hypot(x, y) <= self.reach * (1.0 + 1e-12)
+        # a computed end may exceed max_radius by rounding
+        inside = np.hypot(x, y) <= self.max_radius * (1.0 + 1e-12)
         values = self._values(np.where(inside, x, 0.0), np.where(inside, y, 0.0))
         return np.where(inside, values - self.offset, math.nan)
 
@@ -240,7 +240,7 @@ class Function2D(Shape):
         except Exception as error:
             raise ProblemError(
                 f"{where} fails for {x.size} points out to {metres(float(np.hypot(x, y).max()))} ({error_text(error)}): it must accept "
-                "two arrays and return nan where it is not defined; else give Function2D(f, reach=...)"
+                "two arrays and return nan where it is not defined; else give Function2D(f, max_radius=...)"
             ) from error
         return real_values(raw, x, where, "m", "points")
 
@@ -320,7 +320,7 @@ class Sampled2D(Shape):
         return np.asarray(self.size / self.heights.shape)
 
     @property
-    def reach(self) -> float:
+    def max_radius(self) -> float:
         """Distance in m from the apex to the nearest outermost pixel."""
         last = np.array(self.heights.shape) - 1
         at = np.array(self.apex)

@@ -141,7 +141,7 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
         )
     for refused, why in (
         (
-            contact.remembers,
+            contact.is_viscoelastic,
             "the force of a viscoelastic body depends on time; use Elastic with the modulus at one time, or implement the relaxation "
             "function in the other program",
         ),

@@ -78,7 +78,7 @@ def best_end(search: Search) -> End:
 
 def _with_monotone_records(search: Search) -> Search:
     """The search with records of bodies with memory as one approach and one retreat, if they are; these are solved much faster."""
-    if not search.contact.remembers or search.shears:
+    if not search.contact.is_viscoelastic or search.shears:
         return search
     curves = [pressed_once(one, search.known.get(BASELINE)) for one in search.measured]
     monotone = tuple(one for one in curves if one is not None)

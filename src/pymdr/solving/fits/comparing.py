@@ -187,7 +187,7 @@ def _weighed(fits: Mapping[str, FitResult], criteria: Mapping[str, float]) -> xr
         "weight": likely / likely.sum(),
         "difference": above,
         "claim": [fits[name].claims[fits[name].force].level.value for name in order],
-        "not_met": [", ".join(a.words for a in fits[name].assumptions if not a.met) for name in order],
+        "not_met": [", ".join(a.description for a in fits[name].assumptions if not a.met) for name in order],
     }
     return xr.Dataset(
         {name: ("law", values, {"units": ""}) for name, values in columns.items()}, coords={"law": order}

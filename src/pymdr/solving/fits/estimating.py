@@ -91,7 +91,7 @@ def estimated(search: Search) -> Estimate:
     misfit, best, wide = best_end(search)
     refuse_few(search, best)
     refuse_unseen(search, misfit, best)
-    if not search.contact.remembers:  # with memory the end is approximate
+    if not search.contact.is_viscoelastic:  # with memory the end is approximate
         refuse_undetermined(search, best)
     used = search.used or samples_off_jumps(search.models(best), search)
     if not all(part.all() for part in used):
@@ -101,7 +101,7 @@ def estimated(search: Search) -> Estimate:
     best = minimum.free
     values, _ = search.from_free(best)
     contact = put_into(search.contact, search.unknowns, values)
-    if contact.remembers:
+    if contact.is_viscoelastic:
         times = [one.time for one in search.curves if one.time is not None]
         refuse_untimed(contact, search.unknowns, values, times)
     refuse_undetermined(search, best)
@@ -168,7 +168,7 @@ def solve_fitted(estimate: Estimate) -> Result:
     contact, curve = estimate.contact, estimate.search.curves[0]
     if isinstance(curve, ShearRecord):
         return curve.solved(contact, estimate.search.from_free(estimate.best)[1][0][SHIFT_ORIGIN])
-    if contact.remembers:
+    if contact.is_viscoelastic:
         assert curve.time is not None
         return solve(contact, Path(time=curve.time - curve.time[0], indentation=estimate.models[0].depth))
     if estimate.deepest <= 0.0:

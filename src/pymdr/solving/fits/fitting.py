@@ -221,7 +221,7 @@ def _table(search: Search, models: Sequence[Modelled]) -> xr.Dataset:
         records = [one for one in search.curves if isinstance(one, ShearRecord) and one.channel == name]
         if len(records) == len(models):
             columns[name] = np.concatenate([one.normal for one in records])
-    if search.contact.remembers:
+    if search.contact.is_viscoelastic:
         columns["time"] = np.concatenate([curve.time for curve in search.curves if curve.time is not None])
     table = labelled(columns)
     more = {

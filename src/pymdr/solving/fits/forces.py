@@ -62,8 +62,8 @@ class ElasticForces:
     def end(self) -> float:
         """The depth in m at the end of the profile, beyond which the force is extrapolated along its tangent; inf without an end."""
         return (
-            float(self.line.depth(np.array(_WITHIN * self.line.reach)))
-            if math.isfinite(self.line.reach)
+            float(self.line.depth(np.array(_WITHIN * self.line.max_radius)))
+            if math.isfinite(self.line.max_radius)
             else math.inf
         )
 
@@ -228,7 +228,7 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
     ProblemError
         If the contact has a memory without times, or adhesion with several stable branches.
     """
-    if contact.remembers:
+    if contact.is_viscoelastic:
         if time is None:
             raise ProblemError(
                 "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"

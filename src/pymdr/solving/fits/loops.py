@@ -59,7 +59,7 @@ class ShearRecord:
         """The path: pressed at the origin of the shift in m, then moved as recorded."""
         shift = self.shift - origin
         pressed: dict[str, Any] = {self.channel: self.normal}
-        if contact.remembers:
+        if contact.is_viscoelastic:
             if self.time is None:
                 raise ProblemError(
                     "fit: a body with memory needs the times of the samples; the record has no time"

@@ -99,7 +99,7 @@ class FittedMap(Study):
             low, middle, high = np.nanquantile(self.data[name].values, [0.25, 0.5, 0.75]).tolist()
             unit = str(self.data[name].attrs["units"])
             rows.append([name, *(written(value, unit, 4) for value in (middle, low, high))])
-        header = ["found", "median", "half of the curves from", "to"] if rows else []
+        header = ["parameter", "median", "half of the curves from", "to"] if rows else []
         return (header, [""] * len(header)), rows
 
     def _columns(self) -> dict[str, np.ndarray]:
@@ -234,7 +234,7 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         deepest = _solve_deepest(request, columns, int(fits[np.argmax(columns["indentation"][fits])]))
         references = deepest.references
         # with memory they are those of a history, which is different for each curve
-        if not request.contact.remembers:
+        if not request.contact.is_viscoelastic:
             claims, assumed = deepest.claims, deepest.assumptions
     for name, limit, text in (
         (
@@ -279,5 +279,5 @@ def _solve_deepest(request: FitRequest, columns: Columns, i: int) -> Result:
     """The contact of one curve, solved at its largest indentation."""
     values = np.array([columns[u.name][i] for u in request.unknowns])
     deepest = float(columns["indentation"][i])
-    path = indent(deepest, duration=1.0) if request.contact.remembers else indent(deepest)
+    path = indent(deepest, duration=1.0) if request.contact.is_viscoelastic else indent(deepest)
     return solve(put_into(request.contact, request.unknowns, values), path)

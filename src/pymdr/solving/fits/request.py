@@ -26,7 +26,7 @@ from pymdr.units import FloatArray
 
 FITTED, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED, UNDETERMINED = range(7)
 ENDINGS = (
-    "found",
+    "fitted",
     "the search did not settle",
     "no contact in the curve",
     "no curve, or too few samples that are numbers",

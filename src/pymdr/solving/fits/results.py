@@ -163,7 +163,7 @@ class FitResult(Answer):
             [one.name, *(written(x, one.unit, one.digits) for x in (one.value, one.error, one.low, one.high))]
             for one in self.values.values()
         ]
-        header = ["found", "value", "standard error", "95 % from", "to"]
+        header = ["parameter", "value", "standard error", "95 % from", "to"]
         return (header, [""] * len(header)), rows
 
     def _remarks(self) -> list[str]:
@@ -174,7 +174,7 @@ class FitResult(Answer):
         return [line]
 
     def _others(self) -> dict[str, str]:
-        return {"found": "; ".join(map(str, self.values.values()))}
+        return {"values": "; ".join(map(str, self.values.values()))}
 
     def _stored(self) -> xr.Dataset:
         fitted = {

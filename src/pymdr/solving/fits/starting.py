@@ -86,7 +86,7 @@ def starts(
     few = np.unique(np.linspace(0, position.size - 1, min(_SAMPLES, position.size)).astype(int))
     time = None if curve.time is None else curve.time[few]
     points, most = (
-        (_FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS) if contact.remembers else (_POINTS, _COMBINATIONS)
+        (_FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS) if contact.is_viscoelastic else (_POINTS, _COMBINATIONS)
     )
     if CONTACT_POINT in known:
         tried = np.array([known[CONTACT_POINT]])

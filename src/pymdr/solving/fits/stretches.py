@@ -181,7 +181,7 @@ def _fit_one_by_one(
 
 def _assumed(result: Estimate) -> tuple[Assumption, ...]:
     """Assumptions for a curve; for bodies with memory without its history, which is slower than the search."""
-    if not result.contact.remembers:
+    if not result.contact.is_viscoelastic:
         return solve_fitted(result).assumptions
     line = ElasticLine(equivalent_profile(result.contact.profile), 1.0)
     return assumptions_with_memory(

@@ -83,7 +83,7 @@ def _rubbed(request: ImpactRequest, normal: Impact, mapped: Springs, claim: Clai
     slip_work = float(slid.slip_work[-1])
     kept = 0.5 * mass * (before - after) * (before + after)
     balance = Assumption(
-        "energy balance sideways",
+        "tangential energy balance",
         "relative residual; kinetic energy lost at the contact point minus work of friction",
         abs(kept - slip_work) / (0.5 * mass * before * before),
         1e-6,

@@ -105,7 +105,7 @@ def coefficient_of(contact: Contact, prefix: str) -> float:
             "solve(...) gives that law, or use Elastic for the body"
         )
     mu = 0.0 if contact.friction is None else contact.friction.coefficient
-    if mu > 0.0 and contact.remembers:
+    if mu > 0.0 and contact.is_viscoelastic:
         raise ProblemError(
             f"{prefix}: friction (mu = {mu:g}) in impacts of bodies with memory is not available; leave friction out for the normal "
             "motion, or use Elastic with the modulus at one time"

@@ -85,14 +85,14 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         within_range(extreme, "m/s", "restitution: speeds", size=True)
     coefficient_of(contact, "restitution")
     many = _many_elastic if contact.adhesion is None else _many_adhesive
-    impacts = (_many_remembering if contact.remembers else many)(contact, m, v)
+    impacts = (_many_remembering if contact.is_viscoelastic else many)(contact, m, v)
     variables = {
         name: ("speed", values, {"units": quantity(name).unit, "long_name": quantity(name).long_name})
         for name, values in zip(COLUMNS, impacts.columns, strict=True)
     }
     speed = ("speed", v, {"units": "m/s", "long_name": "normal speed before the impact"})
     claims, solved = _claims(contact, impacts)
-    similar = "elastic similarity" if contact.remembers else ""
+    similar = "elastic similarity" if contact.is_viscoelastic else ""
     return Restitution(
         data=of_shape(contact, xr.Dataset(variables, coords={"speed": speed}, attrs={"mass": m})),
         claims=claims,
@@ -123,7 +123,7 @@ def _claims(contact: Contact, many: _Many) -> tuple[dict[str, Claim], Result]:
     depth = many.columns[2]
     levels, which = np.unique(depth, return_inverse=True)
     static = replace(contact, friction=None)
-    if contact.remembers:
+    if contact.is_viscoelastic:
         # of the shape alone: the error of the motion includes the relaxation
         static = Contact(contact.profile, Elastic(1.0, 0.5), Rigid())
     path: LoadingPath = Path(indentation=levels)
@@ -145,7 +145,7 @@ def _claims(contact: Contact, many: _Many) -> tuple[dict[str, Claim], Result]:
         own_claim = replace(
             claim, where=claim.where[: levels.size][which], error=None if claim.error is None else error
         )
-        if contact.remembers:
+        if contact.is_viscoelastic:
             own_claim = replace(
                 own_claim, reason=own_claim.reason.replace("elastic half-spaces", "viscoelastic half-spaces")
             )
@@ -242,7 +242,7 @@ def _many_remembering(contact: Contact, mass: float, speed: FloatArray) -> _Many
     def followed_at(logarithm: FloatArray) -> FloatArray:
         return np.stack([numbers(at(each)) for each in logarithm], axis=1)
 
-    inner = [line.depth(np.array([b]))[0] for b in line.breakpoints if b < line.reach]
+    inner = [line.depth(np.array([b]))[0] for b in line.breakpoints if b < line.max_radius]
     marks = [_speed_at(at, float(np.log(speed.min())), float(np.log(speed.max())), d) for d in inner]
     marks = [mark for mark in marks if mark is not None]
     e, time, deepest, force = np.exp(at_many(followed_at, np.log(speed), np.array(marks), _BETWEEN))

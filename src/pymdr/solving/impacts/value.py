@@ -89,7 +89,7 @@ class Impact(Study):
                 name: float(self.data[name][-1]) for name in ("dissipated_energy", "elastic_energy")
             }
         if "shift" in self.data or self.tangential_speed != 0.0 or self.spin != 0.0:
-            groups["sideways"] = self._numbers(
+            groups["tangential"] = self._numbers(
                 "tangential_speed", "spin", "contact_point_speed", "tangential_restitution"
             )
         return groups

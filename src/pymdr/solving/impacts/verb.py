@@ -82,5 +82,5 @@ def impact(
     request = read(contact, mass, speed, angle, inertia, radius, spin, steps)
     if contact.adhesion is not None:
         return with_history(adhesive(request))
-    result = remembering(request) if contact.remembers else elastic(request)
+    result = remembering(request) if contact.is_viscoelastic else elastic(request)
     return with_history(replace(result, data=of_shape(contact, result.data)))

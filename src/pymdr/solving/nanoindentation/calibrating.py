@@ -206,7 +206,7 @@ def frame_of(given: QuantityLike, who: str) -> float:
 
 def tip_compliance(tip: Material, who: str) -> float:
     """1/E* of one body in 1/Pa."""
-    if not isinstance(tip, Material) or tip.remembers or not tip.homogeneous:
+    if not isinstance(tip, Material) or tip.is_viscoelastic or not tip.homogeneous:
         raise ProblemError(f"{who}: {shown(tip)}; a homogeneous elastic or rigid body is needed")
     return float(surface_compliances(tip).normal)
 

@@ -36,7 +36,7 @@ def _schema() -> TypeAdapter[Any]:
         error=(list[float] | None, ...),
     )
     assumption: Any = create_model(
-        "assumption", name=(str, ...), words=(str, ...), measure=(float, ...), limit=(float, ...)
+        "assumption", name=(str, ...), description=(str, ...), measure=(float, ...), limit=(float, ...)
     )
     return TypeAdapter(
         create_model(
@@ -91,7 +91,7 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
 def _pressed(dataset: xr.Dataset) -> PressedSurface:
     """The inverse of :meth:`~pymdr.solving.press.PressedSurface.save`."""
     attrs = dataset.attrs
-    stored = _schema().validate_json(attrs["pymdr_told"]).model_dump()
+    stored = _schema().validate_json(attrs["pymdr_metadata"]).model_dump()
     (load,) = (name for name in map(str, dataset.dims) if name not in ("x", "y"))
     count = dataset.sizes[load]
     surface = Topography(dataset["heights"].values, attrs["size"], tuple(stored["steps"]))
@@ -103,7 +103,7 @@ def _pressed(dataset: xr.Dataset) -> PressedSurface:
         size=tuple(surface.size.tolist()),
         tolerance=float(attrs["tolerance"]),
     )
-    for name in ("pymdr_format", "pymdr_told", "pymdr_checksum"):
+    for name in ("pymdr_format", "pymdr_metadata", "pymdr_checksum"):
         data.attrs.pop(name, None)
     claims = {name: _claim(name, plain, count) for name, plain in stored["claims"].items()}
     conducted = {each.quantity for each in CONDUCTIONS}

@@ -138,8 +138,8 @@ class PressedSurface(Study):
         for name in MAPS:
             # most pixels are out of contact
             stored[name].encoding = {"zlib": True}
-        as_json = json.loads(stored.attrs["pymdr_told"]) | {"steps": surface.steps}
-        return stored.assign_attrs(pymdr_format=FORMAT, pymdr_told=json.dumps(as_json))
+        as_json = json.loads(stored.attrs["pymdr_metadata"]) | {"steps": surface.steps}
+        return stored.assign_attrs(pymdr_format=FORMAT, pymdr_metadata=json.dumps(as_json))
 
     def _remarks(self) -> list[str]:
         attrs = self.data.attrs

@@ -80,7 +80,7 @@ def fit(
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
         curves = (
-            _read(curve, spring_constant, segment, contact.adhesion is not None or contact.remembers)
+            _read(curve, spring_constant, segment, contact.adhesion is not None or contact.is_viscoelastic)
             if contact.friction is None
             else _read_sheared(curve, spring_constant, segment)
         )
@@ -209,7 +209,7 @@ def _plain_map(fitted: FittedMap) -> dict[str, Any]:
     import numpy as np
 
     values: dict[str, Any] = {}
-    for name in fitted.names if fitted.counts.get("found") else ():
+    for name in fitted.names if fitted.counts.get("fitted") else ():
         low, middle, high = (float(q) for q in np.nanquantile(fitted.data[name].values, [0.25, 0.5, 0.75]))
         unit = str(fitted.data[name].attrs["units"])
         values[name] = {"median": middle, "low_quartile": low, "high_quartile": high, "unit": unit}
