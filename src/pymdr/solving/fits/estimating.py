@@ -21,7 +21,7 @@ from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.residuals import DECIDED, waves_of
 from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search, minimize_from, refuse_unsettled, samples_off_jumps
-from pymdr.solving.fits.spectrum import noise_spectra
+from pymdr.solving.fits.spectrum import NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.unknowns import (
     ORIGINS,
@@ -45,6 +45,8 @@ _WIDER = 1.1
 """Ratio from which on errors of the search over a family, which account for a pull of a few samples, replace others."""
 _UNDECIDED = 0.5
 """Probability of white noise from which on residuals are not called correlated."""
+_RAISED = 1.44
+"""Density at low frequencies relative to the variance from which on residuals are called correlated."""
 _AT_BOUND = 1e-4
 """Distance to a bound, relative to the free range, below which a number is at the bound."""
 
@@ -151,7 +153,7 @@ def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate
         moved,
         noise,
         correlated,
-        float(spectra.length[0]) if spectra.white[0] < _UNDECIDED else 0.0,
+        _correlation_length(spectra, noise),
         float(waves[0]),
         aicc(float((residuals**2).mean()), independent, p),
     )
@@ -161,6 +163,18 @@ def _correlated(factors: FloatArray) -> float:
     """Number of samples that are equivalent to one independent sample, of the ratios of errors to those under white noise."""
     known = factors[np.isfinite(factors)]
     return float(max(known.max(initial=1.0) ** 2, 1.0))
+
+
+def _correlation_length(spectra: NoiseSpectra, noise: float) -> float:
+    """
+    The correlation length of residuals in samples, 0 of white noise.
+
+    One that is short enough to look white at low frequencies raises their density by twice the length.
+    """
+    if spectra.white[0] < _UNDECIDED:
+        return float(spectra.length[0])
+    low = float(spectra.density[0, : spectra.bands.low].min())
+    return 0.5 * low / noise**2 if low > _RAISED * noise**2 else 0.0
 
 
 def solve_fitted(estimate: Estimate) -> Result:

@@ -45,6 +45,8 @@ from pymdr.units import FloatArray, written
 _PLACES = {CONTACT_POINT: POINT, BASELINE: BASE, TILT: TILTED}
 """Indices of the origins among the numbers of the model."""
 _DEPTH = NUMBERS + 2
+_PLAINLY = 8.0
+"""Work of adhesion that a record with waves shows, in standard errors by the density of its residuals."""
 
 _log = logging.getLogger("pymdr")
 
@@ -100,8 +102,7 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
                 unmodelled=back @ fits.unmodelled @ back.T,
                 asides=fits.asides @ back.T,
             )
-    span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
-    return FittedStretch(_columns(request, axes, fits, span), frozenset(refusals))
+    return FittedStretch(_columns(request, axes, fits, stretch), frozenset(refusals))
 
 
 def _compiled() -> Engine:
@@ -154,8 +155,9 @@ def _errors(fits: CurveFits, noise: FloatArray, unknowns: int) -> tuple[FloatArr
     return np.sqrt(np.where(own > 0.0, own, white) + correlated[:, None] * fits.asides**2), correlated
 
 
-def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, span: FloatArray) -> Columns:
+def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, stretch: Stretch) -> Columns:
     """Values and errors of every curve."""
+    span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
     numbers, ended = fits.numbers, fits.ended
     out = empty_columns(request, len(numbers))
     out["ending"][:] = ended
@@ -179,13 +181,13 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, span: Float
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FITTED)] = AT_END
     if WORK in out:
-        # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves; where these are not
-        # stationary, that by the density of the residuals themselves
+        # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves; where they are not
+        # stationary, which widens it too much, the density of the residuals themselves with a stricter limit
         i = request.names.index(WORK)
         plainly = np.abs(fits.unmodelled[:, i, i]) + correlated * fits.asides[:, i] ** 2
         with np.errstate(invalid="ignore"):
-            least = np.minimum(error[:, i], np.sqrt(plainly)) * np.abs(rates[:, i])
-        unseen = (grows < SEEN) & (out[WORK] < math.sqrt(SEEN) * least)
+            unseen = (grows < SEEN) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
+            unseen &= out[WORK] < _PLAINLY * np.sqrt(plainly) * np.abs(rates[:, i])
         out["ending"][unseen & (ended == FITTED)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     return out
