@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+_CORRELATED = 2.25
+"""Number of samples equivalent to one from which on the correlation of residuals is noted."""
 _SHOWN_REFUSALS = 5
 """Largest number of refusals in the notes."""
 
@@ -241,6 +243,11 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
             WAVES,
             WAVY,
             "leave waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
+        ),
+        (
+            "correlated",
+            _CORRELATED,
+            f"have correlated residuals, which widen their errors by more than a factor of {math.sqrt(_CORRELATED):g} (correlated)",
         ),
         (
             PLATEAU,
