@@ -40,7 +40,7 @@ from pymdr.units import FloatArray, QuantityLike, written
 if TYPE_CHECKING:
     import xarray as xr
 
-LEVENBERG_MARQUARDT = "levenberg-marquardt"
+LEVENBERG_MARQUARDT, RESTRICTED = "levenberg-marquardt", "patterson-thompson"
 _NOTED = 0.1
 """Ratio of a systematic to a standard error from which on it is noted."""
 
@@ -94,8 +94,8 @@ def fit(
     The depth of a sample is its travel less the deflection of the machine; the weights account for the noise of the force,
     which is in both. With adhesion, samples between the depths of the jumps into contact and out of it belong to the nearer
     branch, and those adjacent to a jump are left out. The search starts from the best points of a grid over the nonlinear
-    unknowns. Errors come from the curvature of the misfit, times the root of the number of samples that are equivalent to one
-    independent sample.
+    unknowns. Errors are those of least squares under the spectrum of the noise that the residuals determine, white noise and a slow
+    part, by restricted likelihood (Patterson and Thompson 1971), averaged over its uncertainty.
 
     Examples
     --------
@@ -198,7 +198,7 @@ def _interpreted(estimate: Estimate) -> FitResult:
         claims=result.claims,
         assumptions=result.assumptions,
         notes=notes,
-        references=(*result.references, LEVENBERG_MARQUARDT),
+        references=(*result.references, LEVENBERG_MARQUARDT, RESTRICTED),
         search=search,
         free=estimate.best,
     )

@@ -20,7 +20,7 @@ from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.families import WORK
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED
 from pymdr.solving.fits.quick import depth_ranges
 from pymdr.solving.fits.records import Records, records_of
 from pymdr.solving.fits.request import (
@@ -277,7 +277,7 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         names=request.names,
         claims=claims,
         assumptions=assumed,
-        references=(*references, LEVENBERG_MARQUARDT),
+        references=(*references, LEVENBERG_MARQUARDT, RESTRICTED),
         notes=tuple(notes),
     )
 

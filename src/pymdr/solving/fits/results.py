@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _DIGITS, _ALL_DIGITS = 4, 16
 _STEP = 1e-6
+_CORRELATED = 1.44
+"""Number of samples equivalent to one from which on it is listed."""
 
 
 class Fitted(NamedTuple):
@@ -92,7 +94,8 @@ class FitResult(Answer):
     waves: float
     """Correlated part of the residuals relative to the noise between neighbours; 0 for pure noise."""
     correlated: float
-    """Number of samples equivalent to one independent sample; its root is a factor of the errors."""
+    """Number of samples equivalent to one independent sample: the largest ratio of the variance of an unknown to that under white
+    noise, at least 1."""
     aicc: float
     """Akaike's information criterion for small samples, with the independent samples."""
     search: Search
@@ -169,7 +172,7 @@ class FitResult(Answer):
     def _remarks(self) -> list[str]:
         used = int(self.data["used"].values.sum())
         line = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
-        if self.correlated > 1.0:
+        if self.correlated > _CORRELATED:
             line += f", {self.correlated:.3g} of which are equivalent to one independent sample"
         return [line]
 
