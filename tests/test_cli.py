@@ -99,6 +99,15 @@ def test_help_and_version(shell):
     assert mdr.__version__ in shell("--version")[1]
 
 
+def test_every_command_has_one_line_of_help():
+    lines = (
+        CliRunner().invoke(app, ["--help"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"}).output.split("\n")
+    )
+    listed = lines[lines.index("Commands:") + 1 :]
+    assert len([line for line in listed if line]) == len(app.registered_commands)
+    assert all(line.endswith(".") and "..." not in line for line in listed if line)
+
+
 def test_help_loads_nothing_that_computes():
     code = (
         "import sys; sys.argv = ['pymdr', '--help']\n"
@@ -938,7 +947,7 @@ def test_impacts_at_several_speeds(tmp_path, shell, speeds):
     assert found["study"]["restitution"]["values"] == restitution["restitution"].values.tolist()
     assert [Path(file).name for file in found["written"]] == ["impact.csv", "impact.png"]
     for extra, words in (
-        (("--angle", "40 deg"), "--angle is of oblique impacts"),
+        (("--angle", "40 deg"), "--angle applies to oblique impacts"),
         (("--points", "4"), "give two values above 0"),
         (("--speed", "2"), "write --speed '2 m/s'"),
     ):

@@ -149,9 +149,12 @@ FILE = re.compile(r"^:::\{code-block\} \w+\n:caption: (\S+)\n\n(.*?)^:::", re.MU
 CONSOLE = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.glob("for_*.md")), ids=lambda p: p.stem)
+@pytest.mark.usefixtures("kinds")
+@pytest.mark.parametrize("page", [*sorted(DOCS.glob("for_*.md")), DOCS / "plugins.md"], ids=lambda p: p.stem)
 def test_commands_print_the_numbers_that_are_shown(page, tmp_path, monkeypatch, shell):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delitem(sys.modules, "mine", raising=False)
     shutil.copytree(DOCS.parent / "examples" / "data", tmp_path / "examples" / "data")
     for name, body in FILE.findall(page.read_text()):
         (tmp_path / name).write_text(body)
@@ -163,6 +166,25 @@ def test_commands_print_the_numbers_that_are_shown(page, tmp_path, monkeypatch, 
             status, out, error = shell(*shlex.split(line)[1:])
             assert status == 0, error
             assert set(re.findall(r"[-\d.e]*\d", shown)) <= set(re.findall(r"[-\d.e]*\d", out)), line
+
+
+JOBS = {
+    "for_teaching": "in three commands",
+    "for_joints": "takes one command",
+    "for_rubber": "in three commands",
+    "for_particle_codes": "takes one command",
+    "press": "takes one command",
+    "layers": "Two commands",
+    "book": "takes one command",
+    "plugins": "takes two commands",
+    "for_afm": "in two commands",
+}
+"""Pages of jobs, and how many commands they take."""
+
+
+@pytest.mark.parametrize("page", JOBS)
+def test_pages_of_jobs_say_how_many_commands_they_take(page):
+    assert JOBS[page] in (DOCS / f"{page}.md").read_text()
 
 
 def test_the_readme_leads_to_every_page():
@@ -244,6 +266,26 @@ def test_named_modules_exist(page):
         assert (package / name).exists(), name
 
 
+def test_files_of_a_contribution_exist():
+    package, root = Path(mdr.__file__).parent, DOCS.parent
+    text = (DOCS / "contributing.md").read_text()
+    for name in re.findall(r"`([\w/]+\.(?:py|md|pyi))`", text):
+        folders = (package, root, root / "tests", root / "tests" / "reference")
+        assert name == "quartic.py" or any((folder / name).exists() for folder in folders), name
+    for subject in (
+        "profile",
+        "claim",
+        "leg",
+        "history",
+        "law of adhesion",
+        "body",
+        "rheology",
+        "field",
+        "figure",
+    ):
+        assert f"## A new {subject}\n" in text
+
+
 def public_objects():
     """Public names and the members of public classes."""
     for name in sorted(set(mdr.__all__) - {"__version__"}):
@@ -269,3 +311,41 @@ def test_examples_of_public_names_run_where_they_are_pasted():
         elif "." not in name:
             without.append(name)
     assert (runner.summarize(verbose=False).failed, without) == (0, [])
+
+
+SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.MULTILINE)
+YEAR = re.compile(r"(?<![.\d])(?:18|19|20)\d\d\b(?!\.\d)")
+
+
+def sections(value):
+    """The sections of a docstring by title; the summary has none."""
+    parts = SECTION.split(inspect.getdoc(value) or "")
+    return {"": parts[0], **dict(zip(parts[1::2], parts[2::2], strict=True))}
+
+
+def test_sources_that_docstrings_name_have_references():
+    missing = {}
+    for name, value in public_objects():
+        parts = sections(value)
+        listed = set(YEAR.findall(parts.pop("References", "")))
+        parts.pop("Examples", None)
+        if "." not in name and (years := set(YEAR.findall(" ".join(parts.values()))) - listed):
+            missing[name] = years
+    assert missing == {}
+
+
+def test_references_are_cited_with_their_place():
+    for name, value in public_objects():
+        for source in re.findall(
+            r"^- .*?\.$|^[A-Z].*?\.$", sections(value).get("References", ""), re.M | re.S
+        ):
+            assert re.match(r"(?:- )?[A-Z][\w ,.-]+ \(\d{4}\), \S", source), (name, source)
+
+
+def test_names_to_see_also_exist():
+    for name, value in public_objects():
+        for line in sections(value).get("See Also", "").splitlines():
+            if line.strip():
+                seen, _, purpose = line.partition(" : ")
+                assert purpose, (name, line)
+                assert pkgutil.resolve_name(f"pymdr:{seen}") is not value, name

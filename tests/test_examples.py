@@ -27,6 +27,8 @@ CASE_NUMBERS = {
     # Masing's branches of Mindlin's paraboloid, to which the true sphere adds 8e-5
     "bolted_joint_loop": ("tangential_force", 2.0562579, 2e-4),
     # the record has the same amplitude and load, and ends where a cycle does
+    # Masing's branch of Lubkin's sphere: back at the twist of the first turn
+    "screwdriver_bit": ("twist", 2e-3, 1e-12),
     "joint_record": ("tangential_force", 2.0562579, 2e-4),
     # a of F = 4 c a^(3+k) / (R (1+k)^2 (3+k)), in 30 digits
     "graded_implant": ("contact_radius", 0.00026946870081527825, 1e-12),

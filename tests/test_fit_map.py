@@ -776,7 +776,7 @@ def test_a_tilt_has_no_bounds_and_is_looked_for_with_other_numbers():
     for fit, record in ((mdr.fit, curve), (mdr.fit_map, [curve])):
         with pytest.raises(ProblemError, match="bounds of tilt"):
             fit(start, record, {"body.young": None, "tilt": ["0 N/m", "1 N/m"]})
-        with pytest.raises(ProblemError, match="name the unknowns"):
+        with pytest.raises(ProblemError, match="list every unknown once"):
             fit(start, record, "tilt")
         assert "tilt" in fit(start, record, {"body.young": None, "tilt": None}).summary()
 

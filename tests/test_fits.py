@@ -356,7 +356,7 @@ def test_what_a_curve_cannot_tell():
 @pytest.mark.parametrize(
     ("free", "options", "kind", "words"),
     [
-        ([], {}, ProblemError, "name the unknowns"),
+        ([], {}, ProblemError, "list every unknown once"),
         (["body.yung"], {}, ProblemError, "this contact has"),
         (["body.young", "body.young"], {}, ProblemError, "each once"),
         ({"body.young": ["2 MPa", "1 MPa"]}, {}, ProblemError, "an increasing pair"),

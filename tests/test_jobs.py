@@ -3,8 +3,12 @@
 import importlib.util
 import json
 import math
+import re
+import shlex
 import shutil
 import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -178,3 +182,222 @@ def test_a_measured_surface_to_its_resistance(tmp_path, job):
     error = np.abs(found["electrical_resistance [ohm]"] / resistance - 1.0)
     assert np.all(error < found["electrical_resistance_error"])
     assert np.all(found["electrical_resistance_error"] < 0.1)
+
+
+GLASS = 'kind = "elastic"\nyoung = "70 GPa"\npoisson = 0.22\n'
+STIFF_GLASS = GLASS.replace("poisson = 0.22", "poisson = 0.0")
+PLANE_STRAIN = 70e9 / (1.0 - 0.22**2)
+"""E* of glass against a rigid body, in Pa."""
+
+
+def test_a_coated_glass_under_a_rigid_ball(tmp_path, job):
+    """Between half-spaces of coat and of substrate, and that of the substrate where the coat is as stiff."""
+    case = tmp_path / "coat.toml"
+
+    def force(young, thickness="20 um"):
+        case.write_text(
+            '[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\nkind = "layered"\n'
+            f"base = {{ kind = 'elastic', young = '70 GPa', poisson = 0.22 }}\n[[body.layers]]\nthickness = '{thickness}'\n"
+            f"material = {{ kind = 'elastic', young = '{young}', poisson = 0.22 }}\n"
+            '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
+        )
+        job("run", case, "--csv", "--no-figures", "-o", tmp_path / "out")
+        return float(table(tmp_path / "out" / "result.csv")["normal_force [N]"][0])
+
+    substrate = 4.0 / 3.0 * PLANE_STRAIN * math.sqrt(0.01) * (1e-6) ** 1.5
+    assert substrate < force("200 GPa") < force("200 GPa", "80 um") < 200.0 / 70.0 * substrate
+    assert force("70 GPa") == pytest.approx(substrate, rel=1e-6)
+
+
+CHAPTERS = {
+    "3, cone": (
+        f'[profile]\nkind = "cone"\nslope = 0.1\n[body]\n{GLASS}[[path]]\nkind = "indent"\nindentation = "1 um"\n',
+        "run --csv --no-figures",
+        "result.csv",
+        {
+            "contact_radius [m]": 2e-6 / (math.pi * 0.1),
+            "normal_force [N]": 2.0 * PLANE_STRAIN * 1e-12 / (math.pi * 0.1),
+        },
+        1e-12,
+    ),
+    "4, force of pull-off": (
+        f'[profile]\nkind = "paraboloid"\nradius = "1 um"\n[body]\n{GLASS}[adhesion]\nkind = "jkr"\nwork = "50 mJ/m^2"\n'
+        '[[path]]\nkind = "load"\nnormal_force = 0.0\n',
+        "run --csv --no-figures",
+        "result.csv",
+        {"contact_radius [m]": (4.5 * math.pi * 0.05 * 1e-12 / PLANE_STRAIN) ** (1.0 / 3.0)},
+        1e-9,
+    ),
+    "5, stick radius of Cattaneo": (
+        f'[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\n{STIFF_GLASS}[counterbody]\n{STIFF_GLASS}'
+        '[friction]\nkind = "coulomb"\ncoefficient = 0.4\n[[path]]\nkind = "load"\nnormal_force = 50.0\n'
+        '[[path]]\nkind = "drag"\ntangential_force = 10.0\n',
+        "run --csv --no-figures",
+        "result.csv",
+        {"stick_radius [m]": (0.75 * 50.0 * 0.01 / 35e9) ** (1.0 / 3.0) * 0.5 ** (1.0 / 3.0)},
+        1e-9,
+    ),
+    "6, rolling": (
+        f'[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\n{STIFF_GLASS}[counterbody]\n{STIFF_GLASS}'
+        '[friction]\nkind = "coulomb"\ncoefficient = 0.4\n',
+        "rolling --creepage 1e-3 --normal-force '50 N'",
+        "rolling.csv",
+        # G* = 2 G / (2 - nu) / 2 = E* for nu = 0, so xi = zeta R / (2 a mu)
+        {
+            "creep_force [N]": 20.0
+            * (1.0 - (1.0 - 1e-5 / (0.8 * (0.75 * 50.0 * 0.01 / 35e9) ** (1.0 / 3.0))) ** 3)
+        },
+        1e-9,
+    ),
+    "7, relaxing springs": (
+        '[profile]\nkind = "flat_punch"\nradius = "1 mm"\n[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "maxwell", modulus = "1 MPa", time = "2 s" }\n'
+        '[[path]]\nkind = "indent"\nindentation = "10 um"\nduration = "3 s"\n',
+        "run --csv --no-figures",
+        "result.csv",
+        # 8 a G v tau (1 - exp(-t/tau))
+        {"normal_force [N]": 8e-3 * 1e6 * (1e-5 / 3.0) * 2.0 * (1.0 - math.exp(-1.5))},
+        1e-6,
+    ),
+    "8, conductance": (
+        f'[profile]\nkind = "flat_punch"\nradius = "1 mm"\n[body]\n{GLASS}thermal_conductivity = 3.0\n'
+        f'[counterbody]\n{GLASS}thermal_conductivity = 6.0\n[[path]]\nkind = "load"\nnormal_force = 1.0\n',
+        "run --csv --no-figures",
+        "result.csv",
+        # Holm's constriction on both sides, each 1/(4 a lambda)
+        {"thermal_conductance [W/K]": 4e-3 / (1.0 / 3.0 + 1.0 / 6.0)},
+        1e-12,
+    ),
+    "11, friction of an elastomer": (
+        '[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "kelvin_voigt", modulus = "1 MPa", viscosity = "10 kPa*s" }\n',
+        "sliding --speed '0.1 m/s' --indentation '0.1 mm'",
+        "sliding.csv",
+        {"trailing_edge [m]": 1e-3 - math.sqrt(1e-6 + 0.01 * 1e-4)},
+        1e-9,
+    ),
+    "12, damping": (
+        f'[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\n{STIFF_GLASS}[counterbody]\n{STIFF_GLASS}'
+        '[friction]\nkind = "coulomb"\ncoefficient = 0.4\n[[path]]\nkind = "load"\nnormal_force = 50.0\n'
+        '[[path]]\nkind = "cycle"\ntangential_force = 10.0\ncycles = 2\nsteps = 4000\n',
+        "loops",
+        "loops.csv",
+        # 36/5 of (mu F_N)^2 / k, k = 2 G* a, G* = E* for nu = 0, times 1 - y^(5/3) - 5/6 x (1 + y^(2/3)), x = 1 - y = 1/2
+        {
+            "dissipated_per_cycle [J]": 7.2
+            * 400.0
+            / (2.0 * 35e9 * (0.75 * 50.0 * 0.01 / 35e9) ** (1.0 / 3.0))
+            * (1.0 - 0.5 ** (5.0 / 3.0) - 5.0 / 12.0 * (1.0 + 0.5 ** (2.0 / 3.0)))
+        },
+        1e-4,
+    ),
+    "13, impact": (
+        f'[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\n{GLASS}',
+        "impact --mass '10 g' --speed '0.1 m/s'",
+        "impact.csv",
+        {
+            # 2 d_max / v times the integral of 1 / sqrt(1 - s^(5/2)), 1.4716
+            "time [s]": 2.0
+            * math.sqrt(math.pi)
+            * math.gamma(1.4)
+            / math.gamma(0.9)
+            * (15.0 * 0.01 / (16.0 * PLANE_STRAIN * math.sqrt(0.01))) ** 0.4
+            / 0.1**0.2
+        },
+        1e-6,
+    ),
+    "17, power laws": (
+        f'[profile]\nkind = "power_law"\nexponent = 4\nheight = "1 um"\nradius = "1 mm"\n[body]\n{GLASS}'
+        '[[path]]\nkind = "indent"\nindentation = "1 um"\n',
+        "run --csv --no-figures",
+        "result.csv",
+        # kappa_4 = 8/3, F = 2n/(n+1) E* d a
+        {"normal_force [N]": 1.6 * PLANE_STRAIN * 1e-6 * 1e-3 * (3.0 / 8.0) ** 0.25},
+        1e-12,
+    ),
+    "18, without slip": (
+        f'[profile]\nkind = "flat_punch"\nradius = "1 mm"\n[body]\n{STIFF_GLASS}[counterbody]\n{STIFF_GLASS}'
+        '[friction]\nkind = "coulomb"\ncoefficient = inf\n[[path]]\nkind = "load"\nnormal_force = 50.0\n'
+        '[[path]]\nkind = "shift"\nshift = "1 um"\n',
+        "run --csv --no-figures",
+        "result.csv",
+        {"tangential_force [N]": 2.0 * 35e9 * 1e-3 * 1e-6},
+        1e-12,
+    ),
+}
+"""A case, a command, its table, and last values by closed forms of the book, with their relative tolerance."""
+
+
+@pytest.mark.parametrize("chapter", CHAPTERS)
+def test_one_formula_of_each_chapter(tmp_path, job, chapter):
+    case, command, file, expected, tolerance = CHAPTERS[chapter]
+    (tmp_path / "case.toml").write_text(case)
+    name, *options = shlex.split(command)
+    job(name, tmp_path / "case.toml", *options, "-o", tmp_path / "out")
+    found = table(tmp_path / "out" / file)
+    for column, value in expected.items():
+        assert float(found[column][-1]) == pytest.approx(value, rel=tolerance), column
+
+
+def test_what_the_book_has_and_the_shell_refuses(tmp_path, shell):
+    case = tmp_path / "case.toml"
+    rubber = '[body]\nkind = "viscoelastic"\npoisson = 0.5\nshear = { kind = "maxwell", modulus = 1e6, time = 1.0 }\n'
+    ball = '[profile]\nkind = "sphere"\nradius = "1 mm"\n'
+    path = '[[path]]\nkind = "indent"\nindentation = "1 um"\nduration = "1 s"\n'
+    case.write_text(f'{ball}{rubber}[adhesion]\nkind = "jkr"\nwork = "50 mJ/m^2"\n{path}')
+    status, _, error = shell("check", case)
+    assert status == 1
+    assert "adhesion" in error  # chapter 9
+    rough = '[surface]\nhurst = 0.8\nrms = "1 um"\nsize = "1 mm"\nshortest = "50 um"\n'
+    case.write_text(f"{rough}[body]\n{STEEL}")
+    status, _, error = shell("rough", case, "--normal-force", "1 N", "-o", tmp_path / "out")
+    assert status == 0, error
+    assert "area" not in (tmp_path / "out" / "rough.csv").read_text()  # chapter 10
+
+
+PLUGINS = Path(__file__).parent.parent / "docs" / "plugins.md"
+FILE = re.compile(r"^:::\{code-block\} \w+\n:caption: (\S+)\n\n(.*?)^:::", re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture
+def own_files(tmp_path, monkeypatch, kinds):
+    """The files of the page on kinds of one's own, in the working directory."""
+    for name, body in FILE.findall(PLUGINS.read_text()):
+        (tmp_path / name).write_text(body)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    sys.modules.pop("mine", None)
+    yield tmp_path
+    sys.modules.pop("mine", None)
+
+
+def check_own_results(folder):
+    """Those of the named profile, rheology and law that the file of one's own repeats."""
+    rubber, gel = table(folder / "rubber" / "result.csv"), table(folder / "gel" / "result.csv")
+    tip = mdr.PowerLaw(4, "1 um", "1 mm")
+    solid = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "0.5 s"), poisson=0.5)
+    path = mdr.indent("1 um", duration="0.1 s", steps=20) >> mdr.hold("2 s", steps=20)
+    expected = mdr.solve(mdr.Contact(tip, solid), path)
+    assert rubber["normal_force [N]"] == pytest.approx(expected["normal_force"].values, rel=1e-12)
+    work = 2.0 * math.sqrt(20e-3 * 70e-3)
+    contact = mdr.Contact(tip, mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR(work))
+    radius = float(mdr.solve(contact, mdr.load("1 mN"))["contact_radius"][0])
+    assert gel["contact_radius [m]"] == pytest.approx([radius], rel=1e-12)
+
+
+def test_kinds_of_ones_own_from_a_file(own_files, job, shell):
+    for case in ("rubber", "gel"):
+        job("--plugin", "mine.py", "run", f"{case}.toml", "--csv", "--no-figures", "-o", case)
+    check_own_results(own_files)
+
+
+def test_kinds_of_ones_own_from_an_installed_package(own_files, job):
+    distribution = own_files / "mine-1.0.dist-info"
+    distribution.mkdir()
+    (distribution / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
+    (distribution / "entry_points.txt").write_text("[pymdr.plugins]\nmine = mine\n")
+    sys.path.insert(0, str(own_files))
+    for case in ("rubber", "gel"):
+        job("run", f"{case}.toml", "--csv", "--no-figures", "-o", case)
+    check_own_results(own_files)
+    assert '"relaxing"' in job("schema")

@@ -537,7 +537,7 @@ def test_questions_that_a_loop_cannot_answer():
     for asked, words in (
         ({}, "exactly one of amplitude and force_amplitude"),
         ({"amplitude": 1e-7, "force_amplitude": 1.0}, "exactly one of amplitude and force_amplitude"),
-        ({"force_amplitude": "10 N"}, "all slides at mu F_N = "),
+        ({"force_amplitude": "10 N"}, "the whole contact slides at mu F_N = "),
         ({"force_amplitude": "-1 N"}, "forces above 0 N"),
         ({"amplitude": 1e-7, "coefficient": [0.0]}, "numbers above 0"),
     ):

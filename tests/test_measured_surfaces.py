@@ -347,7 +347,7 @@ def test_what_is_no_self_affine_surface():
     isotropy = spectrum.assumptions[0]
     assert not isotropy.met
     small = mdr.power_spectrum(mdr.Topography(random_surface(np.random.default_rng(0), 32, 0.5), 1.0))
-    with pytest.raises(mdr.NotValidError, match="on no range of 5 bins"):
+    with pytest.raises(mdr.NotValidError, match="no range of 5 bins follows"):
         _ = small.fit
     assert "NOT_VALID" in str(small)
     assert len(small.plot().axes) == 3

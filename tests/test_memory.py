@@ -443,7 +443,7 @@ BLOCK = 16
 def alone(curve, springs, body, t, d):
     """Histories of springs that each move by themselves, in blocks of few, with their loads."""
     for low in range(0, springs.position.size, BLOCK):
-        names = ("position", "height", "share", "centre", "outer")
+        names = ("position", "height", "stiffness", "centre", "outer")
         block = replace(
             springs, **{name: getattr(springs, name)[low : low + BLOCK] for name in names}, limit=math.inf
         )
@@ -490,7 +490,12 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
     springs = found.state.springs
     if springs is None:
         return
-    each = list(alone(curve, springs, body, t, found.indentation))
+    depths = found.indentation.copy()
+    if body.viscosity > 0.0:  # a row of no duration is found to rounding
+        for row in np.flatnonzero(wait == 0.0):
+            assert depths[row + 1] == pytest.approx(depths[row], rel=1e-13)
+            depths[row + 1] = depths[row]
+    each = list(alone(curve, springs, body, t, depths))
     # springs that were added on the way are not in what was told before
     loads, bears = (
         np.zeros((t.size, springs.position.size)),
@@ -509,7 +514,7 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
     count = (bears > 0.0).sum(axis=1)
     known = np.append(True, wait > 0.0) | (body.viscosity == 0.0)
     if machine < math.inf and body.viscosity == 0.0:
-        force = bears @ springs.share
+        force = bears @ springs.stiffness
     else:
         force = sum(one.force for one, _ in each)
         known &= (count == 0) | ((count % BLOCK > 2) & (count % BLOCK < BLOCK - 1))
@@ -726,7 +731,8 @@ def test_bodies_that_rest_on_each_other_are_loaded_again(body, loads, unit, data
     time, force = np.cumsum([1e-3 * 10.0**unit, *waits]), 1e-3 * np.array([1.0, *loads])
     found = follow_loads(PARABOLOID, body, time, force, virgin(), n=40)
     assert found.force == pytest.approx(force, rel=1e-9, abs=1e-15)
-    assert found.work == pytest.approx(found.stored + found.dissipated, rel=1e-9)
+    kept = found.stored + found.dissipated
+    assert found.work == pytest.approx(kept, rel=1e-9, abs=1e-13 * np.max(kept))
     without = force[1:] == 0.0
     assert (np.diff(found.indentation)[without] <= 1e-15).all()
     assert (found.indentation >= 0.0).all()

@@ -317,8 +317,8 @@ def test_what_is_no_indent_is_refused():
         (approach, "give a record with its unloading"),
         (pulled, "no force is above 0 N"),
         (shifted, "must count from the first contact"),
-        ("indent.csv", "is no record"),
-        (mdr.measured_loops, "is no record"),
+        ("indent.csv", "is not a record"),
+        (mdr.measured_loops, "is not a record"),
     ):
         with pytest.raises(mdr.ProblemError, match=message):
             mdr.oliver_pharr([record], BERKOVICH)

@@ -90,7 +90,7 @@ def test_what_is_missing_and_the_trend(tmp_path):
     )
     with pytest.raises(
         mdr.CaseError,
-        match=r"1 of 48 heights are missing; say .* missing='interpolate', 'crop' or 'keep'",
+        match=r"1 of 48 heights are missing; give missing='interpolate', 'crop' or 'keep'",
     ):
         mdr.read_topography(file)
     kept = mdr.read_topography(file, missing="keep")
@@ -136,7 +136,7 @@ ROWS = "0 1 2\n3 4 5\n"
         (HEAD + "0 1 2\n", {}, "at least 2 x 2"),
         (HEAD + "0\n1\n2\n", {}, "at least 2 x 2"),
         (HEAD + "0 1 2\n3 4\n", {}, "line 6: 2 heights for 3"),
-        (HEAD + "0 1 2\n3 4 x\n", {}, "line 6: 'x' is no number"),
+        (HEAD + "0 1 2\n3 4 x\n", {}, "line 6: 'x' is not a number"),
         (HEAD + "0,5;1.5\n1,0;2,0\n", {}, "decimals written with a point"),
         (HEAD + "1,500;2,500\n1,000;3,000\n", {}, "decimals written with a point"),
         ("0 1\n1 2\n2 1\n", {"size": "1 um", "unit": "nm"}, "two columns (x and z) of 3 rows: a line scan"),
@@ -146,12 +146,20 @@ ROWS = "0 1 2\n3 4 5\n"
         (HEAD + "nan nan\nnan nan\n", {}, "all heights are missing"),
         (HEAD, {}, "no heights"),
         ("", {}, "no heights"),
-        ("Dear reader,\nthis is a letter.\n", {}, "is no number"),
+        ("Dear reader,\nthis is a letter.\n", {}, "is not a number"),
         (HEAD + ROWS + HEAD + ROWS, {}, "line 7: a second header"),
         (HEAD + ROWS, {"channel": "Topo"}, "one surface only"),
         (HEAD + ROWS, {"channel": 1}, "one surface only"),
-        ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n3,0,1\n0,1,3\n1,1,1\n3,1,4\n", {}, "x is on no even grid"),
-        ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n2,0,2\n", {}, "y is 0 m everywhere: one row is no surface"),
+        (
+            "x [um], y [um], z [nm]\n0,0,1\n1,0,2\n3,0,1\n0,1,3\n1,1,1\n3,1,4\n",
+            {},
+            "x is not on an even grid",
+        ),
+        (
+            "x [um], y [um], z [nm]\n0,0,1\n1,0,2\n2,0,2\n",
+            {},
+            "y is 0 m everywhere: one row is not a surface",
+        ),
         ("x [um], y [um], z [nm]\n0,0,1\n1,0,2\n0,1,2\n1,1,2\n1,1,3\n", {}, "has several heights"),
         ("x [um], y [um], z [nm]\n" + "".join(f"{i},{i},0\n" for i in range(20)), {}, "scattered"),
         ("x [um], y [um], z\n0,0,1\n1,0,2\n", {}, "has no unit"),
@@ -208,7 +216,7 @@ def test_texts_of_other_places(tmp_path_factory, nx, ny, seed, encoding, between
     ("content", "words"),
     [
         (b"\x1f\x8b\x08", "compressed by gzip; unpack it"),
-        (b"\x89PNG\r\n\x1a\n\0", "a picture (PNG), whose colours are no heights"),
+        (b"\x89PNG\r\n\x1a\n\0", "a picture (PNG); colours are not heights"),
         (("a.csv", "b.sur", "meta.yml"), "an archive (zip) of 3 files: a.csv, b.sur, meta.yml; unpack it"),
         (tuple(f"{i}.di" for i in range(9)), "9 files: 0.di, 1.di, 2.di, 3.di, 4.di and 4 more; unpack it"),
         (("header.properties", "segments/0/channels/height.dat"), "read them with read_curves"),
@@ -238,7 +246,7 @@ def test_files_that_are_no_surface(tmp_path):
     empty = tmp_path / "nothing.npy"
     for content in (b"", b"\x93NUMPY", b"PK\x03\x04", b"garbage"):
         empty.write_bytes(content)
-        with pytest.raises(mdr.CaseError, match="no array of NumPy"):
+        with pytest.raises(mdr.CaseError, match="not an array of NumPy"):
             mdr.read_topography(empty, size=1.0, unit="m")
     for array in (np.array([["a", "b"]] * 2), np.ones((2, 2), dtype=complex)):
         np.save(empty, array)
@@ -249,7 +257,7 @@ def test_files_that_are_no_surface(tmp_path):
         buffer, {"descr": "<f8", "fortran_order": False, "shape": (1 << 40, 1 << 10)}
     )
     empty.write_bytes(buffer.getvalue())
-    with pytest.raises(mdr.CaseError, match="no array of NumPy"):
+    with pytest.raises(mdr.CaseError, match="not an array of NumPy"):
         mdr.read_topography(empty, size=1.0, unit="m")
     (tmp_path / "none.opd").write_bytes(b"")
     with pytest.raises(mdr.CaseError, match="the file is empty"):

@@ -374,8 +374,8 @@ def test_units_of_a_record_are_read(units, lag):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        (None, "NoneType is no record"),
-        ({"shift": np.zeros(5), "tangential_force": np.zeros(5)}, "dict is no record"),
+        (None, "NoneType is not a record"),
+        ({"shift": np.zeros(5), "tangential_force": np.zeros(5)}, "dict is not a record"),
         (
             xr.Dataset({n: (("a", "b"), np.zeros((3, 3))) for n in ("shift", "tangential_force")}),
             "one dimension",

@@ -213,9 +213,9 @@ def test_bodies_that_relax_within_a_step_err_as_is_told(decades, equilibrium, st
 def test_what_is_refused():
     ball = mdr.Contact(mdr.Sphere(1.0), SOLID)
     timed = mdr.indent(0.1, duration=1.0)
-    with pytest.raises(PathError, match="asks when"):
+    with pytest.raises(PathError, match="needs times"):
         mdr.verify(ball, mdr.indent(0.1))
-    with pytest.raises(PathError, match="asks when"):
+    with pytest.raises(PathError, match="needs times"):
         mdr.solve(ball, mdr.indent(0.1), solver=Rings(50))
     for rings in (0, 10**6):
         with pytest.raises(ProblemError, match="20 to 5000"):

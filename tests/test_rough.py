@@ -18,6 +18,7 @@ from pymdr.line.rough import power_law_stiffness, sorted_springs
 from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.mapping.rough import default_points, rough_heights
 from pymdr.solving import rough as solving
+from pymdr.solving import rough_lines
 
 PRESSED = {entry["id"]: entry for entry in REFERENCES if entry["id"].startswith("rough_")}
 FITTED = {
@@ -650,7 +651,7 @@ def test_memory_bounds_the_workers(monkeypatch):
 
 
 def test_more_springs_than_memory_are_refused_before_any_work(monkeypatch):
-    monkeypatch.setattr(solving, "rough_heights", lambda *_: pytest.fail("work began"))
+    monkeypatch.setattr(rough_lines, "rough_heights", lambda *_: pytest.fail("work began"))
     huge = mdr.RoughSurface(0.7, "1 nm", "1 m", "1 pm")
     # seven arrays of sixteen numbers for each of 1e12 waves
     with pytest.raises(mdr.ProblemError, match=r"8\.96e\+05 GB \(limit .* GB, the memory of this machine"):

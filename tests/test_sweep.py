@@ -214,7 +214,7 @@ def test_files_of_a_sweep(tmp_path):
         ({"body.young": ["1 MPa", "2 N"]}, {}, UnitError, "'N' does not fit"),
         ({"body.young": [[1.0, 2.0]]}, {}, ProblemError, "one row of values"),
         ({"body.poisson": [0.6, 0.7]}, {}, ProblemError, "none of 2 points can be solved; the first"),
-        ({"path": [mdr.Paraboloid(1.0)]}, {}, ProblemError, "no path"),
+        ({"path": [mdr.Paraboloid(1.0)]}, {}, ProblemError, "not a path"),
         ({"body.young": [1.0]}, {"quantities": ["forces"]}, QuantityError, "no forces; there are"),
         ({"body.young": [1.0]}, {"workers": 0}, ProblemError, "workers = 0"),
         ({"path": [PRESS, mdr.indent("1 um")]}, {}, ProblemError, "paths of one length"),

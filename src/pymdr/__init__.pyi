@@ -14,6 +14,7 @@ from .mapping.equivalent import equivalent_profile as equivalent_profile
 from .mapping.moduli import effective_moduli as effective_moduli
 from .mapping.relaxation import relaxation_of as relaxation_of
 from .problem.contact import Contact as Contact
+from .problem.fractional import PowerLawRheology as PowerLawRheology
 from .problem.laws import DMT as DMT
 from .problem.laws import JKR as JKR
 from .problem.laws import Coulomb as Coulomb
@@ -36,6 +37,7 @@ from .problem.paths import load as load
 from .problem.paths import ramp as ramp
 from .problem.paths import shift as shift
 from .problem.paths import travel as travel
+from .problem.paths import twist as twist
 from .problem.profiles import AreaFunction as AreaFunction
 from .problem.profiles import ConcavePunch as ConcavePunch
 from .problem.profiles import Cone as Cone
@@ -64,7 +66,6 @@ from .problem.profiles import TruncatedSphere as TruncatedSphere
 from .problem.profiles import Waviness as Waviness
 from .problem.rheology import KelvinVoigt as KelvinVoigt
 from .problem.rheology import Maxwell as Maxwell
-from .problem.rheology import PowerLawRheology as PowerLawRheology
 from .problem.rheology import Prony as Prony
 from .problem.rheology import StandardSolid as StandardSolid
 from .problem.rough import RoughSurface as RoughSurface
@@ -89,12 +90,12 @@ from .solving.nanoindentation import calibrate_area as calibrate_area
 from .solving.nanoindentation import oliver_pharr as oliver_pharr
 from .solving.press import open_pressed_surface as open_pressed_surface
 from .solving.press import press as press
-from .solving.pulloff import adhesion_regime as adhesion_regime
 from .solving.pulloff import pull_off as pull_off
+from .solving.regimes import adhesion_regime as adhesion_regime
 from .solving.reopening import open_result as open_result
 from .solving.rolling import rolling as rolling
 from .solving.rough import press_rough as press_rough
-from .solving.rough import rough_line as rough_line
+from .solving.rough_lines import rough_line as rough_line
 from .solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
 from .solving.roughness import power_spectrum as power_spectrum
 from .solving.sliding import sliding_friction as sliding_friction

@@ -12,8 +12,9 @@ from typing import Any, TypeVar, cast
 
 try:
     from numba import config, njit
+    from numba.core.options import DefaultOptions
 except ImportError:  # missing, blocked, or refused by a newer NumPy
-    njit = None  # type: ignore[assignment]
+    njit = DefaultOptions = None  # type: ignore[assignment,misc]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -31,6 +32,8 @@ _checked: set[tuple[str, Stamp]] = set()
 Stamp = tuple[float, int]
 INNER = {"no_cpython_wrapper": True}
 """Options of kernels that only kernels call: compiled in four fifths of the time."""
+UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+"""Options of kernels that make no arrays, whose references are then not counted: faster to compile and to run."""
 
 
 def stamp_of(*modules: str) -> Stamp:
@@ -61,9 +64,19 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     return cast(Function, kernel)
 
 
+def uncounted(function: Function) -> Function:
+    """Compile a function that makes no arrays."""
+    return compiled(function, None, **UNCOUNTED)
+
+
 def inner(function: Function) -> Function:
-    """Compile a function that only kernels call, without the slow wrappers for arguments from Python."""
-    return compiled(function, None, **INNER)
+    """Compile a function that makes no arrays and that only kernels call, without slow wrappers for arguments from Python."""
+    return compiled(function, None, **INNER, **UNCOUNTED)
+
+
+def merged(function: Function) -> Function:
+    """Compile a function as a part of its one caller: machine code is otherwise made again at every level of calls."""
+    return compiled(function, None, inline="always", **INNER, **UNCOUNTED)
 
 
 def _leave_out_older(folder: str | None, stamp: Stamp) -> None:
@@ -85,6 +98,24 @@ def _warn_interpreted() -> None:
         )
 
 
+_SUBJECTS = {
+    "line.friction.": "friction",
+    "line.memory.": "viscoelasticity",
+    "line.rebound.": "impacts on viscoelastic bodies",
+    "line.rough_sliding.": "rough sliding",
+    "mapping.": "equivalent profiles",
+    "problem.profiles.": "smoothing splines",
+    "solving.fits.": "fits",
+}
+"""What kernels are for, by the beginnings of their names."""
+
+
+def _described(name: str) -> str:
+    """A kernel as users know it."""
+    subject = next((words for begin, words in _SUBJECTS.items() if name.startswith(begin)), None)
+    return name if subject is None else f"numerical kernels of {subject}"
+
+
 class _CompileListener:
     """A listener of numba that names a kernel of pymdr that takes long to compile, and how long it took."""
 
@@ -99,7 +130,7 @@ class _CompileListener:
         function = event.data["dispatcher"].py_func
         if not function.__module__.startswith("pymdr."):
             return
-        name = f"{function.__module__.removeprefix('pymdr.')}.{function.__name__}"
+        name = _described(f"{function.__module__.removeprefix('pymdr.')}.{function.__name__}")
         self.depth += 1 if event.is_start else -1
         if event.is_start and self.depth == 1:
             self.begin, self.announced = time.perf_counter(), False

@@ -70,6 +70,10 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("slip_distance", "s", "m", "distance of full sliding"),
         Quantity("slip_work", "W_s", "J", "energy dissipated by slip"),
         Quantity("stored_tangential_energy", "U_x", "J", "stored tangential energy"),
+        Quantity("twist", "\\varphi", "rad", "twist"),
+        Quantity("torque", "M", "N*m", "torque"),
+        Quantity("torsional_stiffness", "k_\\varphi", "N*m/rad", "torsional stiffness"),
+        Quantity("stored_torsional_energy", "U_\\varphi", "J", "stored torsional energy"),
         Quantity("restitution", "e", "", "coefficient of restitution", ()),
         Quantity("tangential_restitution", "e_x", "", "tangential coefficient of restitution", ()),
         Quantity("contact_time", "T", "s", "contact time", ()),
@@ -104,6 +108,10 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("shear_traction", "\\tau", "Pa", "shear traction", _FIELD),
         Quantity("tangential_displacement", "u_x(r)", "m", "tangential surface displacement", _FIELD),
         Quantity("slip", "\\delta", "m", "slip", _FIELD),
+        Quantity("torsional_traction", "\\tau_{z\\theta}", "Pa", "torsional traction", _FIELD),
+        Quantity(
+            "circumferential_displacement", "u_\\theta", "m", "circumferential surface displacement", _FIELD
+        ),
         Quantity("relaxation_modulus", "G", "Pa", "relaxation modulus in shear", ("time",)),
         Quantity("storage_modulus", "G'", "Pa", "storage modulus in shear", ("angular_frequency",)),
         Quantity("loss_modulus", "G''", "Pa", "loss modulus in shear", ("angular_frequency",)),

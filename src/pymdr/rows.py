@@ -21,10 +21,6 @@ def joined(parts: Sequence[Rows]) -> Rows:
     parts : sequence
         At least one, all of one type, with rows along the first axis of their arrays.
 
-    Returns
-    -------
-    The type of the parts.
-
     Examples
     --------
     >>> joined([np.array([1.0]), np.array([2.0, 3.0])]).tolist()

@@ -64,21 +64,21 @@ _EXAMPLES = {
 }
 
 
-_POWERS = {"": 0, "k": 3, "M": 6, "G": 9, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}
+_POWERS = {
+    "a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9,
+}  # fmt: skip
+_PREFIXABLE = {
+    "m": 1, "m^2": 2, "N": 1, "Pa": 1, "J": 1, "s": 1, "N/m": 1, "J/m^2": 1, "Pa*m^0.5": 1, "m/s": 1,
+    "W/K": 1, "ohm": 1, "V": 1, "A": 1, "W": 1,
+}  # fmt: skip
+"""The commonest units, and the power to which a prefix is raised in them."""
+
 _COMMON = {
-    (prefix + si_unit, si_unit): float(f"1e{power}")
-    for si_unit, prefixes in {
-        "m": "kmuµμn",
-        "N": "kMmuµμn",
-        "Pa": "kMGm",
-        "s": "muµμn",
-        "J/m^2": "muµμ",
-        "N/m": "kMmuµμ",
-    }.items()
+    (prefix + si_unit, si_unit): float(f"1e{exponent * power}")
+    for si_unit, exponent in _PREFIXABLE.items()
     for prefix, power in _POWERS.items()
-    if prefix in prefixes
-}
-"""Factors of the commonest units, so that reading them needs no registry of pint."""
+} | {("kg", "kg"): 1.0, ("g", "kg"): 1e-3, ("mg", "kg"): 1e-6}
+"""Factors of these units, so that reading and writing them needs no registry of pint, which takes 0.3 s to build."""
 
 
 _PINT_LOCK = threading.RLock()
@@ -478,6 +478,9 @@ _SCALED: dict[str, tuple[int, str, str]] = {
     "V": (1, "n", "k"),
     "A": (1, "f", "k"),
     "W": (1, "f", "G"),
+    "rad": (1, "n", ""),
+    "N*m": (1, "a", "G"),
+    "N*m/rad": (1, "a", "G"),
 }
 """Units with prefixes: their power in the prefixed unit, and the smallest and largest usual prefix."""
 

@@ -116,10 +116,6 @@ def follow_rings(
     parts : int
         Steps of the coarser of the two solutions, distributed over the rows.
 
-    Returns
-    -------
-    MemoryLeg
-
     Raises
     ------
     ProblemError

@@ -35,8 +35,6 @@ def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -
 
     Parameters
     ----------
-    line : Line
-    states : DiskStates
     by_force : ndarray of bool
         Rows whose force is prescribed instead of their indentation.
 
@@ -112,8 +110,6 @@ def adhesive_errors(
 
     Parameters
     ----------
-    line : Line
-    equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
     s : ndarray
         Parameters of the states in m.
     machine_stiffness : ndarray
@@ -252,8 +248,6 @@ def fold_errors(
 
     Parameters
     ----------
-    line : Line
-    equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
     s : float
         Parameter of the state in m.
     machine_stiffness : float
@@ -372,7 +366,6 @@ def frictional_errors(
 
     Parameters
     ----------
-    line : Line
     friction, ratio : float
         mu, and E*/G*.
     columns : mapping of str to ndarray
@@ -481,10 +474,6 @@ def with_errors(
         Further condition of the numbers, added to the reasons.
     cause : str
         Cause of the errors.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     return {name: _with_error(claim, errors.get(name), remark, cause) for name, claim in claims.items()}
 

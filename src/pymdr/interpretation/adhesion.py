@@ -87,11 +87,6 @@ def certify_stretched_disk(line: Line, visited: Visited, rows: int, law: Adhesio
         The states of the history.
     rows : int
         Number of its rows.
-    law : AdhesionLaw
-
-    Returns
-    -------
-    Certificate
     """
     disk = np.ones(rows, dtype=bool)
     if isinstance(line, LayeredLine):
@@ -304,10 +299,6 @@ def adhesive_claims(
         Steps at which the disk is certified.
     why : str
         Why it is not certified at the other steps.
-
-    Returns
-    -------
-    mapping of str to Claim
     """
     level, reason, source = statement
     if not disk.all():
@@ -327,13 +318,8 @@ def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str,
 
     Parameters
     ----------
-    claims : mapping of str to Claim
     torn : ndarray of bool
         Steps without a state.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     if not torn.any():
         return dict(claims)

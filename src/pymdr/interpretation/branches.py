@@ -23,7 +23,6 @@ def equilibrium_curve(
 
     Parameters
     ----------
-    equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
     top : float
         Largest parameter in m.
     marks : sequence of float
@@ -53,7 +52,6 @@ def state_columns(
 
     Parameters
     ----------
-    equilibria : JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
     s : ndarray
         Parameters in m.
     machine_stiffness : float, optional

@@ -55,15 +55,6 @@ def with_rings(claims: Mapping[str, Claim], certificate: Certificate) -> dict[st
     Claims of disks that neglect rings beside concave kinks.
 
     The relative error of integral quantities is the fraction of the load on the rings; fields differ beside the kinks.
-
-    Parameters
-    ----------
-    claims : mapping of str to Claim
-    certificate : Certificate
-
-    Returns
-    -------
-    dict of str to Claim
     """
     if certificate.error is None:
         return dict(claims)
@@ -81,13 +72,8 @@ def certify_disk(line: Line, states: DiskStates) -> Certificate:
 
     Parameters
     ----------
-    line : Line
     states : DiskStates
         The disks to be checked; at their depths they carry the largest force.
-
-    Returns
-    -------
-    Certificate
 
     Notes
     -----
@@ -191,13 +177,8 @@ def valid_ranges(line: ElasticLine, deepest: float) -> list[tuple[float, float]]
 
     Parameters
     ----------
-    line : ElasticLine
     deepest : float
         Largest indentation in m.
-
-    Returns
-    -------
-    list of (lowest, highest) force
     """
     depths = disk_depths(line.equivalent, deepest)
     ends = np.array([(max(low, 0.0), min(high, deepest)) for low, high in depths.nearly])

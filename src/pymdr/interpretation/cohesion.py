@@ -80,18 +80,12 @@ def cohesive_displacement(
 
     Parameters
     ----------
-    line : ElasticLine
-        Profile and modulus.
+    line, strength, a, c, r
+        As for :func:`cohesive_pressure`.
     gap_function : callable
         f(r).
-    strength : float
-        Cohesive stress sigma0 in Pa.
     d : float
         Indentation in m.
-    a, c : float
-        Radii of contact and cohesive zone in m.
-    r : array_like
-        Radii in m.
 
     Returns
     -------

@@ -168,16 +168,8 @@ def with_conduction(
 
     Parameters
     ----------
-    contact : Contact
-    columns : mapping of str to ndarray
-    claims : mapping of str to Claim
     length : ndarray, optional
         Half the stiffness over E* in m, for contacts that are not disks; default the contact radius.
-
-    Returns
-    -------
-    columns : dict
-    claims : dict
     """
     columns, claims = dict(columns), dict(claims)
     base = claims["contact_radius" if length is None else "normal_stiffness"]
@@ -207,16 +199,10 @@ def conduction_of_stiffness(
 
     Parameters
     ----------
-    body, counterbody : Elastic, TransverselyIsotropic or Rigid
     lengths : mapping of str to ndarray
         Half the stiffness over E* in m: "" its mean, "_low" and "_high" the ends of its band.
     base : claim
         Claim of the stiffness.
-
-    Returns
-    -------
-    columns : dict
-    claims : dict
     """
     columns: dict[str, FloatArray] = {}
     claims: dict[str, Claim] = {}

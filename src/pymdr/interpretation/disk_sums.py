@@ -27,7 +27,6 @@ def pressure_integrals(line: ElasticLine, r: float, start: float, edges: FloatAr
 
     Parameters
     ----------
-    line : ElasticLine
     r : float
         Radius in m.
     start : float

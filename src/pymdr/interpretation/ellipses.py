@@ -65,7 +65,7 @@ class EllipseSurface:
         d = float(self.indentation[step])
         if name == "pressure":
             return ellipse_pressure(*axes, float(self.force[step]), x, y)
-        if name not in NORMAL_FIELDS:
+        if name not in ("normal_displacement", "gap"):
             raise QuantityError(f"no field {name!r}; fields are {', '.join(NORMAL_FIELDS)}")
         f = self.shape.gap_at(x, y)
         u, inside = np.zeros(x.shape), np.zeros(x.shape, dtype=bool)

@@ -35,17 +35,12 @@ def frictional_claims(
 
     Parameters
     ----------
-    contact : Contact
     moduli : EffectiveModuli
         For Dundurs' beta.
     names : tuple of str
         Quantities of the result.
     everywhere : ndarray of bool
         True for every step.
-
-    Returns
-    -------
-    mapping of str to Claim
     """
     assert contact.friction is not None
     level, reason = Level.EXACT, "exact for elastically similar half-spaces in contact on a disk"

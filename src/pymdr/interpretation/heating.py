@@ -45,10 +45,6 @@ def joule_claims(
         Claim of the cold resistance of a contact.
     known : bool
         Whether the cold resistance is known.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     source = SOURCES["kohlrausch"]
     exact = Claim(Level.EXACT, _HOTTEST, source, where)
@@ -101,18 +97,12 @@ def frictional_heat_claims(
 
     Parameters
     ----------
-    contact : Contact
-    moduli : EffectiveModuli
     where : ndarray of bool
         True for every row.
     taken_away : mapping of str to ndarray
         Fraction epsilon of the largest and the mean rise that moving bodies carry away at every speed, to first order.
     why_no_mean : str
         Why there is no mean rise; empty if there is one.
-
-    Returns
-    -------
-    dict of str to Claim
 
     Notes
     -----

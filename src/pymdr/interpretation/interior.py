@@ -241,7 +241,7 @@ def unknown_stress(contact: Contact) -> str:
     if contact.friction is not None:
         return "the stress under shear tractions is not computed; solve the contact without friction"
     if contact.is_viscoelastic:
-        return "the stress in bodies with memory is not computed; where nu changes in time the load on the line does not determine it"
+        return "the stress in bodies with memory is not computed: if Poisson's ratio changes in time, the load on the line does not determine it"
     if isinstance(contact.adhesion, DMT):
         return "DMT does not resolve the attraction around the contact, which loads the bodies too; take MaugisDugdale"
     if any(isinstance(body, Elastic) and body.thickness is not None for body in bodies):

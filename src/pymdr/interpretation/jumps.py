@@ -73,7 +73,6 @@ def branches_of(
         With a law of adhesion.
     line : Line
         Profile and modulus.
-    path : LoadingPath
     rows : mapping of str to ndarray
         ``indentation``, ``normal_force``, ``contact_radius`` and, with a machine, ``travel`` of every row of the
         path; with a cohesive zone ``cohesive_radius``.
@@ -81,10 +80,6 @@ def branches_of(
         In N/m.
     complete : bool
         Whether no row was refused; otherwise the trail is the rows, without jumps.
-
-    Returns
-    -------
-    Branches
     """
     assert contact.adhesion is not None
     radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.errors import QuantityError
+from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import MemoryState, follow_springs, line_state, prepared, virgin
 from pymdr.mapping.abel import Curve
@@ -161,6 +162,8 @@ class MemorySurface:
             return along_line(state, state.load, at) * (at <= state.radius)
         if name == "pressure":
             return surface_load(state, at)
+        if name not in ("normal_displacement", "gap"):
+            raise QuantityError(f"no field {name!r}; fields are {', '.join(NORMAL_FIELDS)}")
         u = self._displacement(state, d, at)
         if name == "normal_displacement":
             return u
@@ -354,13 +357,8 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
 
     Parameters
     ----------
-    surface : MemorySurface
     force : ndarray or None
         Normal force of every row in N, unless the indentation is prescribed in all rows.
-
-    Returns
-    -------
-    MemoryCheck
     """
     rows = checked_rows(surface.contact_radius)
     half = replace(surface, n=surface.n // 2)
@@ -473,10 +471,6 @@ def memory_claims(
         Check of pressures and gaps.
     remark : str
         Further condition of the numbers.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     where = np.logical_and.accumulate(disk) & check.sound(disk.size)
     why = "" if disk.all() else "the springs in contact are not those of a disk"

@@ -70,10 +70,6 @@ def sheared_claims(
         Rows whose contact is a disk.
     disk : ndarray of bool
         Rows whose stick region is a disk.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     if not where.any():
         return dict.fromkeys(

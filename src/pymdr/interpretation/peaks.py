@@ -31,10 +31,6 @@ def largest_value(
     marks : sequence of float
         Radii in m at which the curve may have a kink or a singularity.
 
-    Returns
-    -------
-    float
-
     Examples
     --------
     >>> round(largest_value(lambda r: r * (1.0 - r), 1.0), 15)

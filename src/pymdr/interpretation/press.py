@@ -34,10 +34,6 @@ def press_claims(
         Whether the body ends where the heights end.
     package : str
         Name of the engine.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     errors = _errors(columns, prescribed)
     within = np.ones(columns["pixels"].shape, dtype=bool) if punch else columns["touches_border"] == 0.0

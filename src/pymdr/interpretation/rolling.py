@@ -42,10 +42,6 @@ def kalker_coefficient(poisson: float, direction: str = "longitudinal") -> float
     direction : str
         "longitudinal" (C11) or "lateral" (C22).
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     ProblemError
@@ -192,8 +188,6 @@ def rolling_claims(
 
     Parameters
     ----------
-    contact : Contact
-    moduli : EffectiveModuli
     direction : str
         "longitudinal" or "lateral".
     law : str
@@ -202,10 +196,6 @@ def rolling_claims(
         Known errors of the law by quantity, relative to the exact theory.
     everywhere : ndarray of bool
         True for every row.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     reason, source = _plain(contact, moduli, direction), SOURCES["popov-hess"]
     if law == "calibrated":

@@ -54,17 +54,12 @@ def rough_claims(
 
     Parameters
     ----------
-    surface : RoughSurface
     prescribed : str
         "normal_force" or "indentation".
     everywhere : ndarray of bool
         True for every row.
     ball : bool
         Whether the roughness is on a ball.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     remarks = []
     if surface.has_roll_off:
@@ -101,15 +96,10 @@ def power_law_claims(surface: RoughSurface, stiffness: np.ndarray, ball: bool) -
 
     Parameters
     ----------
-    surface : RoughSurface
     stiffness : ndarray
         Stiffnesses of the line over E* L, per row.
     ball : bool
         Whether the roughness is on a ball.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     source = SOURCES["pohrt-popov"]
     why = None
@@ -162,10 +152,6 @@ def calibration_claims(
         The fitted lambda.
     package : str
         Name of the engine.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     everywhere = np.ones(inside.shape, dtype=bool)
     elements, book = SOURCES["boundary-elements"], SOURCES["rough-line"]

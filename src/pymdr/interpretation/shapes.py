@@ -86,14 +86,8 @@ def shape_claims(
     Parameters
     ----------
     shape : Shape
-    states : ShapeStates
-    bound : LowerBound
     prescribed : mapping of str to ndarray of bool
         Rows at which a quantity is prescribed.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     everywhere = np.ones(bound.force.shape, dtype=bool)
     theory = shape_theory(shape)
@@ -290,11 +284,6 @@ def shape_assumptions(steepest: float, largest: float, dundurs_beta: float) -> t
         Largest slope in the contact.
     largest : float
         Largest semi-axis over its radius of curvature; nan unless the shape is an elliptic paraboloid.
-    dundurs_beta : float
-
-    Returns
-    -------
-    tuple of Assumption
     """
     slope = Assumption("small slope", "largest slope of the body in the contact", steepest, _SMALL_SLOPE)
     ratio = Assumption("half-space", "semi-axis over radius of curvature a/R", largest, 0.3)

@@ -52,10 +52,8 @@ def friction_error(
 
     Parameters
     ----------
-    profile : Profile
     prescribed : str
         "normal_force" or "indentation".
-    limits : Limits
     stiffens : float
         Instantaneous over relaxed modulus.
     everywhere : ndarray of bool
@@ -114,7 +112,6 @@ def sliding_claims(
     ----------
     prescribed : str
         "normal_force" or "indentation".
-    limits : Limits
     model : tuple
         Result of :func:`friction_error`.
     everywhere : ndarray of bool
@@ -123,10 +120,6 @@ def sliding_claims(
         Relative errors of the numbers of the springs at every speed.
     remark : str
         Further condition of the numbers.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     known = []
     if limits.slow is None:
@@ -208,10 +201,6 @@ def rough_sliding_claims(prescribed: str, everywhere: BoolArray, error: FloatArr
         True for every speed.
     error : ndarray
         Relative errors of the numbers at every speed.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     book = SOURCES["popov-hess"]
     reason = (

@@ -155,15 +155,10 @@ def surface_of(
 
     Parameters
     ----------
-    contact : Contact
     indentation, contact_radius : ndarray
         d and a of every step in m.
     cohesive_radius : ndarray, optional
         c of every step in m, for contacts with a cohesive zone.
-
-    Returns
-    -------
-    Surface
     """
     line = line_of(contact)
     states = disk_states(line, indentation, contact_radius)

@@ -71,7 +71,6 @@ def thickness_assumption(contact: Contact, contact_radius: float) -> tuple[Assum
 
     Parameters
     ----------
-    contact : Contact
     contact_radius : float
         Largest contact radius in m.
 
@@ -104,9 +103,6 @@ def with_thickness(
 
     Parameters
     ----------
-    contact : Contact
-    columns : mapping of str to ndarray
-    claims : mapping of str to Claim
     prescribed : mapping of str to ndarray of bool
         Rows in which a quantity is prescribed.
 

@@ -242,7 +242,6 @@ def friction_surface(
     ----------
     contact : Contact
         With a law of friction.
-    path : LoadingPath
     starts : sequence of mapping
         Value of every channel at the start of each leg, in SI units.
     machine_stiffness : float or None
@@ -251,10 +250,6 @@ def friction_surface(
         The normal contact.
     rows : ndarray of int
         Row of the path for each step of the result.
-
-    Returns
-    -------
-    FrictionSurface
     """
     assert contact.friction is not None
     requested: list[Refined] = []
@@ -311,15 +306,10 @@ def friction_leg(line: ElasticLine, requested: Stretch, machine_stiffness: float
 
     Parameters
     ----------
-    line : ElasticLine
     stretch : Stretch
         The rows of the leg.
     machine_stiffness : float or None
         In N/m.
-
-    Returns
-    -------
-    FrictionLeg
     """
     depth = requested.normal
     if (

@@ -161,6 +161,10 @@ SOURCES: dict[str, str] = {
         "Cattaneo (1938); Mindlin (1949), J. Appl. Mech. 16, 259-268; Jaeger (1995); Ciavarella (1998), "
         "J. Mech. Phys. Solids 46"
     ),
+    "lubkin": (
+        "Lubkin (1951), J. Appl. Mech. 18, 183-187: torsion of spheres; of any profile by the springs of torsion, Popov and Hess (2015), "
+        "chapter 5"
+    ),
     "memory": (
         "Jaeger (1993); Aleshin, Bou Matar and Van Den Abeele (2015), Int. J. Solids Struct. 60-61, 92-105: "
         "memory diagrams; here as a stack on the line, Popov and Hess (2015), chapter 5"
@@ -271,10 +275,6 @@ def small_slope_assumptions(
         Largest contact radius in m.
     dundurs_beta : float
         Dundurs' beta of the pair.
-
-    Returns
-    -------
-    tuple of Assumption
     """
     assumptions = []
     if not isinstance(profile, ForceCurve):  # a force curve has no known slopes
@@ -387,15 +387,10 @@ def with_prescribed(
 
     Parameters
     ----------
-    claims : mapping of str to Claim
     disk : ndarray of bool
         Steps at which the disk is certified.
     prescribed : mapping of str to ndarray of bool
         Steps at which each quantity is prescribed.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     updated = dict(claims)
     for name, known in prescribed.items():
@@ -431,15 +426,10 @@ def approximated(
 
     Parameters
     ----------
-    claims : mapping of str to Claim
     remark : str
         Description of the approximation.
     error : ndarray, float or None
         Relative, per step or for all steps; None if unknown.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     return {name: _approximated(claim, remark, error) for name, claim in claims.items()}
 

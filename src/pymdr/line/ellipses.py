@@ -60,10 +60,6 @@ def ellipse_bounds(shape: Shape, depth: FloatArray, radius: FloatArray) -> Ellip
     radius : ndarray
         Of the disks of the bound about the apex, in m, from which the search starts.
 
-    Returns
-    -------
-    EllipseBounds
-
     Notes
     -----
     Shield (1967), J. Appl. Math. Phys. 18, 682-693; Barber (1974), Int. J. Eng. Sci. 12, 813-819. Every

@@ -59,7 +59,6 @@ def states_at_depth(line: Curve, indentation: ArrayLike) -> DiskStates:
 
     Parameters
     ----------
-    line : Curve
     indentation : array_like
         d in m.
 
@@ -274,7 +273,6 @@ def states_at_travel(
 
     Parameters
     ----------
-    line : Curve
     travel : array_like
         D in m.
     machine_stiffness : float
@@ -359,11 +357,6 @@ def normal_force(line: Curve, states: DiskStates) -> FloatArray:
     """
     Normal force F = F0 + k w, for half-spaces 2 E* int_0^a (d - g) dx (Sneddon 1965; Popov and Hess 2015, eq. 3.8).
 
-    Parameters
-    ----------
-    line : Curve
-    states : DiskStates
-
     Returns
     -------
     ndarray
@@ -383,11 +376,6 @@ def normal_stiffness(line: Curve, states: DiskStates) -> FloatArray:
 def elastic_energy(line: Curve, states: DiskStates) -> FloatArray:
     """
     Elastic energy U = U0 + F0 w + k w^2 / 2, for half-spaces E* int_0^a (d - g)^2 dx.
-
-    Parameters
-    ----------
-    line : Curve
-    states : DiskStates
 
     Returns
     -------
@@ -448,10 +436,6 @@ def spring_foundation(line: ElasticLine, half_length: float, n: int) -> SpringFo
         In m, above 0.
     n : int
         Number of springs, at least 2.
-
-    Returns
-    -------
-    SpringFoundation
 
     Examples
     --------

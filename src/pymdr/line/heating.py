@@ -60,10 +60,8 @@ def current_load(voltage: ArrayLike, temperature: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    voltage : array_like
-        V in V.
-    temperature : array_like
-        T0 of the bodies in K.
+    voltage, temperature
+        As for :func:`largest_rise`.
 
     Returns
     -------

@@ -173,7 +173,6 @@ def move(
 
     Parameters
     ----------
-    potential : Potential
     mass : float
         M in kg.
     total : float
@@ -182,10 +181,6 @@ def move(
         Parameters; `end` may be below `begin`.
     rows : ndarray
         Shares of the way in [0, 1], rising from 0 to 1, at which rows are wanted.
-
-    Returns
-    -------
-    Passage
     """
     low, high = min(begin, end), max(begin, end)
     wanted = np.clip(begin + (end - begin) * rows, low, high)
@@ -209,10 +204,6 @@ def stop(
         As in :func:`move`; `rows` are shares of the angle phi, the momentum falling like cos(phi).
     begin, rest : float
         Parameters.
-
-    Returns
-    -------
-    Passage
     """
     low, high = min(begin, rest), max(begin, rest)
     knots = np.array([k for k in potential.knots if low < k < high])
@@ -236,7 +227,6 @@ def passing_times(potential: Potential, mass: float, total: FloatArray, marks: F
 
     Parameters
     ----------
-    potential : Potential
     mass : float
         In kg.
     total : ndarray, shape (n,)
@@ -269,7 +259,6 @@ def stopping_times(
 
     Parameters
     ----------
-    potential : Potential
     mass : float
         In kg.
     kinetic : ndarray, shape (n,)

@@ -91,10 +91,6 @@ def rolling_line(line: ElasticLine, states: DiskStates) -> RollingLine:
     states : DiskStates
         One state of contact.
 
-    Returns
-    -------
-    RollingLine
-
     Examples
     --------
     >>> from pymdr.line.foundation import states_at_depth
@@ -200,13 +196,8 @@ def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
 
     Parameters
     ----------
-    pressed : RollingLine
     rise : ndarray
         G* zeta / (mu E*), not below 0; one row.
-
-    Returns
-    -------
-    SteadyRolling
 
     Notes
     -----
@@ -262,15 +253,10 @@ def line_load(pressed: RollingLine, rise: FloatArray, x: FloatArray) -> FloatArr
 
     Parameters
     ----------
-    pressed : RollingLine
     rise : ndarray
         G* zeta / (mu E*), not below 0; one row.
     x : ndarray
         Positions in m, -a to a; rolling goes toward +x.
-
-    Returns
-    -------
-    ndarray, one row per rise
     """
     t, cap = pressed.radius - x, pressed.cap(x)
     loads = np.zeros((rise.size, x.size))
@@ -302,7 +288,6 @@ def rolled_path(pressed: RollingLine, distance: FloatArray, rise: FloatArray) ->
 
     Parameters
     ----------
-    pressed : RollingLine
     distance : ndarray
         Rolled by the end of every row in m, rising, above 0.
     rise : ndarray

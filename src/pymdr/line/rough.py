@@ -68,10 +68,6 @@ def sorted_springs(heights: FloatArray, stiffness: float) -> SortedSprings:
     stiffness : float
         Of each spring in N/m.
 
-    Returns
-    -------
-    SortedSprings
-
     Notes
     -----
     With the i-th of the depths s, F_(i+1) = F_i + i k (s_(i+1) - s_i) and U_(i+1) = U_i + (F_i + F_(i+1))/2

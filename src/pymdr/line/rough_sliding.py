@@ -8,7 +8,17 @@ import numpy as np
 
 from pymdr.compiling import compiled
 from pymdr.errors import ConvergenceError
-from pymdr.line.memory.kernels import CROSS, DECAY, MEAN, MOVED, OWN, branch_table, fill
+from pymdr.line.memory.kernels import (
+    MODULUS,
+    PART_CROSS,
+    PART_DECAY,
+    PART_MEAN,
+    PART_MOVED,
+    PART_OWN,
+    Body,
+    body_of,
+    fill,
+)
 from pymdr.problem.spectra import Relaxation
 from pymdr.units import FloatArray
 
@@ -28,39 +38,33 @@ class Stationary(NamedTuple):
 
 @compiled
 def _passage(
-    heights: FloatArray,
-    depth: float,
-    equilibrium: float,
-    dashpot: float,
-    moduli: FloatArray,
-    branch: FloatArray,
-    state: FloatArray,
-    sums: FloatArray,
+    heights: FloatArray, depth: float, dashpot: float, body: Body, state: FloatArray, sums: FloatArray
 ) -> tuple[float, float]:
     """
     One passage from a state (terms, then the deflection), which is updated; sums of w and of the dissipation.
 
     `sums` accumulates the terms before every step.
     """
-    terms = moduli.size
+    terms, branch, equilibrium = body.branches, body.table, body.equilibrium
     stiff = equilibrium + dashpot
     for i in range(terms):
-        stiff += moduli[i] * branch[i, MEAN]
+        stiff += branch[i, MODULUS] * branch[i, PART_MEAN]
     w = state[terms]
     total = dissipated = 0.0
     for j in range(heights.size):
         bears = equilibrium * w
         for i in range(terms):
             sums[i] += state[i]
-            bears += branch[i, DECAY] * state[i]
+            bears += branch[i, PART_DECAY] * state[i]
         move = max(depth + heights[j] - w, -bears / stiff)
         w += move
         for i in range(terms):
-            h, elastic = state[i], moduli[i] * move
+            h, elastic = state[i], branch[i, MODULUS] * move
             dissipated += (
-                branch[i, OWN] * h * h + elastic * (2.0 * branch[i, CROSS] * h + branch[i, MOVED] * elastic)
-            ) / moduli[i]
-            state[i] = branch[i, DECAY] * h + branch[i, MEAN] * elastic
+                branch[i, PART_OWN] * h * h
+                + elastic * (2.0 * branch[i, PART_CROSS] * h + branch[i, PART_MOVED] * elastic)
+            ) / branch[i, MODULUS]
+            state[i] = branch[i, PART_DECAY] * h + branch[i, PART_MEAN] * elastic
         dissipated += dashpot * move * move
         total += w
     state[terms] = w
@@ -105,8 +109,8 @@ def stationary(
     step = length / heights.size
     dt = step / speed
     terms = relaxation.times.size
-    branch = np.zeros((terms, 6))
-    fill(dt, branch_table(relaxation), branch)
+    body = body_of(relaxation)
+    fill(dt, body)
     fades = -np.expm1(-dt / relaxation.times)
     passed = -np.expm1(-length / (speed * relaxation.times))
     dashpot = relaxation.viscosity / dt
@@ -119,14 +123,12 @@ def stationary(
     def passage(start: FloatArray) -> tuple[FloatArray, float, float]:
         """Change of the terms by a passage, and its sums."""
         state, sums = np.append(start, deepest), np.zeros(terms)
-        total, dissipated = _passage(
-            around, depth, relaxation.equilibrium, dashpot, relaxation.moduli, branch, state, sums
-        )
+        total, dissipated = _passage(around, depth, dashpot, body, state, sums)
         # the difference cancels if little relaxes in a passage
         changed = np.where(passed > 0.5, state[:terms] - start, -fades * sums)
         return changed / passed, total, dissipated
 
-    size = relaxation.equilibrium + float((relaxation.moduli * branch[:, MEAN]).sum())
+    size = relaxation.equilibrium + float((relaxation.moduli * body.table[:, PART_MEAN]).sum())
     size *= float(np.ptp(heights)) + deepest
     start = np.zeros(terms)
     missed, total, dissipated = passage(start)

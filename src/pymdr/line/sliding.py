@@ -270,15 +270,10 @@ def slide(pressed: SlidingLine, relaxation: Relaxation, speed: float) -> Slid:
 
     Parameters
     ----------
-    pressed : SlidingLine
     relaxation : Relaxation
         E*(t).
     speed : float
         In m/s, above 0.
-
-    Returns
-    -------
-    Slid
 
     Notes
     -----
@@ -368,9 +363,6 @@ def find_recontact(
 
     Parameters
     ----------
-    pressed : SlidingLine
-    line : ElasticLine
-    relaxation : Relaxation
     speed : float
         In m/s.
     slid : Slid
@@ -417,11 +409,6 @@ def slow_drag(pressed: SlidingLine, relaxation: Relaxation) -> float:
     """
     F_x / v in N s/m of the springs in the limit of slow sliding, 2 int (E* - E*_inf) dt int_0^a g'^2 dx.
 
-    Parameters
-    ----------
-    pressed : SlidingLine
-    relaxation : Relaxation
-
     Returns
     -------
     float
@@ -436,7 +423,6 @@ def fast_drag(line: ElasticLine, states: DiskStates, relaxation: Relaxation) -> 
 
     Parameters
     ----------
-    line : ElasticLine
     states : DiskStates
         One state of contact.
     relaxation : Relaxation

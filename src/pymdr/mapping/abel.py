@@ -156,16 +156,8 @@ def moment(
 
     Parameters
     ----------
-    slope : callable
-        f'(r) on arrays.
-    x : array_like
-        Positions on the line in m.
-    breakpoints : sequence of float
-        Rising radii in m at which f' is not smooth.
-    k : float
-        Exponent of the grading, -1 < k < 1; 0 for a homogeneous half-space.
-    noise : float
-        Rounding noise of the slope, below which no convergence is asked for.
+    slope, x, breakpoints, k, noise
+        As for :func:`forward`.
 
     Returns
     -------
@@ -323,12 +315,10 @@ def edge_average(curve: Curve, r: ArrayLike, a: float, *, k: float = 0.0) -> Flo
     ----------
     curve : callable
         v(x) on arrays.
-    r : array_like
-        Radii in m.
+    r, k
+        As for :func:`line_average`.
     a : float
         Upper limit in m.
-    k : float
-        Exponent of the grading.
 
     Returns
     -------

@@ -31,6 +31,7 @@ from pymdr.mapping.octave_panels import (
 )
 from pymdr.mapping.resolving import Slopes
 from pymdr.mapping.slopes import Tail
+from pymdr.mapping.tree_levels import POINTS, TreeLevel, levels_of, with_slope, with_tail
 from pymdr.numerics.panels import (
     TERMS,
     BoolArray,
@@ -39,8 +40,6 @@ from pymdr.numerics.panels import (
     Series,
     basis,
     basis_slope,
-    nodes,
-    to_coefficients,
 )
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
@@ -48,8 +47,6 @@ from pymdr.units import FloatArray
 if TYPE_CHECKING:
     from pymdr.mapping.tree import Tree
 
-_POINTS = 20
-"""Interpolation points of a tree node."""
 _LEAF_GAP, _NODE_GAP = 0.5, 1.0
 """Least distance at which a panel or a tree node acts by its points, over its width."""
 _WORK = 1 << 17
@@ -65,21 +62,6 @@ class Sums:
     g: FloatArray
     moment: FloatArray
     slope: FloatArray
-
-
-@dataclass(frozen=True)
-class _TreeLevel:
-    """Source strengths of the nodes of one level: level 0 are the panels, a node of a higher level joins two below."""
-
-    base: FloatArray
-    low: FloatArray
-    high: FloatArray
-    offset: FloatArray
-    """Points of the strengths of f', as offsets in m, shape (C, n)."""
-    slope: FloatArray
-    offset_rate: FloatArray
-    """Points of the strengths of (r f')'."""
-    rate: FloatArray
 
 
 class AbelSums:
@@ -116,10 +98,10 @@ class AbelSums:
         )
 
     @cached_property
-    def levels(self) -> list[_TreeLevel]:
+    def levels(self) -> list[TreeLevel]:
         """The tree of the panels that do not act by moments."""
         leaves = self._leaves(self.first)
-        return _levels(leaves if self.octave_count else _with_tail(leaves, self.tail))
+        return levels_of(leaves if self.octave_count else with_tail(leaves, self.tail))
 
     @cached_property
     def _tree(self) -> Tree | None:
@@ -129,13 +111,13 @@ class AbelSums:
         series = self.slopes.series
         if self.exponent != 0.0 or self.slopes.jump.any() or _is_fractional(self.slopes.panels, series).any():
             return None
-        levels = _levels(_with_tail(self._leaves(0), self.tail))
+        levels = levels_of(with_tail(self._leaves(0), self.tail))
 
         def together(name: str) -> FloatArray:
             parts = [getattr(level, name) for level in levels]
             if parts[0].ndim == 2:
                 # points without a strength
-                parts[0] = np.pad(parts[0], ((0, 0), (0, _POINTS - parts[0].shape[1])))
+                parts[0] = np.pad(parts[0], ((0, 0), (0, POINTS - parts[0].shape[1])))
             return np.concatenate(parts)
 
         base, low, high, offset, f, rate = map(together, ("base", "low", "high", "offset", "slope", "rate"))
@@ -146,7 +128,7 @@ class AbelSums:
         coefficients, power = np.pad(series.coefficients, ((1, 0), (0, 0))), np.append(0.0, series.power)
         return Tree(np.cumsum([0, *counts]), base, low, high, gap, offset, sources, coefficients, power)
 
-    def _leaves(self, first: int) -> _TreeLevel:
+    def _leaves(self, first: int) -> TreeLevel:
         """The panels from one on."""
         panels, series = self.slopes.panels.take(slice(first, None)), self.slopes.series
         index = np.arange(first, series.power.size)
@@ -166,7 +148,7 @@ class AbelSums:
             # a jump of f' is a point source of (r f')' at its breakpoint
             offset_rate = np.column_stack([np.zeros(jump.size), offset_rate])
             rate = np.column_stack([jump * panels.base, rate])
-        return _TreeLevel(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
+        return TreeLevel(panels.base, panels.low, panels.high, offset, f, offset_rate, rate)
 
     def _fractional_leaf(self, i: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         high, p = float(self.slopes.panels.high[i]), float(self.slopes.series.power[i])
@@ -301,7 +283,7 @@ class AbelSums:
     def _add_far(
         self,
         totals: FloatArray,
-        sources: _TreeLevel,
+        sources: TreeLevel,
         base: FloatArray,
         offset: FloatArray,
         target: IndexArray,
@@ -540,72 +522,3 @@ def _doubly_singular(exponent: float, gain: float) -> tuple[FloatArray, FloatArr
     """Nodes and weights on [0, 1] for the weight y^exponent (1 - y)^(gain - 1)."""
     z, w = scipy.special.roots_jacobi(GAUSS_NODES, gain - 1.0, exponent)
     return (z + 1.0) / 2.0, w / 2.0 ** (exponent + gain)
-
-
-def with_slope(coefficients: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sums of c_j T_j(2 u - 1) and their derivatives with respect to u, rows of c for rows of u."""
-    c = coefficients.T.reshape(-1, u.shape[0], *(1,) * (u.ndim - 1))
-    twice = 4.0 * u - 2.0
-    value, before, spare = np.zeros_like(u), np.zeros_like(u), np.empty_like(u)
-    # a quarter of the derivative
-    rate, rate_before = np.zeros_like(u), np.zeros_like(u)
-    for j in range(c.shape[0] - 1, 0, -1):
-        np.multiply(twice, rate, out=spare)
-        spare -= rate_before
-        spare += value
-        rate, rate_before, spare = spare, rate, rate_before
-        np.multiply(twice, value, out=spare)
-        spare -= before
-        spare += c[j]
-        value, before, spare = spare, value, before
-    # the last step of Clenshaw halves the argument
-    total = c[0] + 0.5 * twice * value - before
-    return total, 2.0 * value + 2.0 * twice * rate - 4.0 * rate_before
-
-
-def _with_tail(leaves: _TreeLevel, tail: Tail) -> _TreeLevel:
-    """The leaves with one more, the power law below all panels."""
-    s, w = gauss(TERMS, tail.power)
-    strength = tail.slope * tail.radius * w[None, :]
-    at = tail.radius * s[None, :]
-    missing = leaves.rate.shape[1] - TERMS
-
-    def padded(row: FloatArray) -> FloatArray:
-        return np.pad(row, ((0, 0), (missing, 0)))
-
-    return _TreeLevel(
-        np.concatenate([[0.0], leaves.base]),
-        np.concatenate([[0.0], leaves.low]),
-        np.concatenate([[tail.radius], leaves.high]),
-        np.concatenate([at, leaves.offset]),
-        np.concatenate([strength, leaves.slope]),
-        np.concatenate([padded(at), leaves.offset_rate]),
-        np.concatenate([padded((1.0 + tail.power) * strength), leaves.rate]),
-    )
-
-
-def _levels(leaves: _TreeLevel) -> list[_TreeLevel]:
-    """The leaves and all levels above."""
-    levels = [leaves]
-    while levels[-1].base.size > 1:
-        levels.append(_paired(levels[-1]))
-    return levels
-
-
-def _paired(below: _TreeLevel) -> _TreeLevel:
-    """Parent nodes, whose strengths are on Chebyshev points."""
-    count = below.base.size
-    first, second = np.arange(0, count, 2), np.minimum(np.arange(1, count + 1, 2), count - 1)
-    alone = second == first
-    base = below.base[first]
-    low = below.low[first]
-    high = (below.base[second] - base) + below.high[second]
-    made = [np.zeros((first.size, _POINTS)) for _ in range(2)]
-    for child, used in ((first, np.ones(first.size, dtype=bool)), (second, ~alone)):
-        for k, (where, strength) in enumerate(((below.offset, below.slope), (below.offset_rate, below.rate))):
-            at = (below.base[child] - base)[:, None] + where[child]
-            u = ((at - low[:, None]) / (high - low)[:, None]).clip(0.0, 1.0)
-            spread = np.einsum("ij,ijk->ik", strength[child], basis(u, _POINTS)) @ to_coefficients(_POINTS)
-            made[k] += np.where(used[:, None], spread, 0.0)
-    offset = low[:, None] + (high - low)[:, None] * nodes(_POINTS)
-    return _TreeLevel(base, low, high, offset, made[0], offset, made[1])

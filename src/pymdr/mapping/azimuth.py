@@ -206,10 +206,6 @@ class RayTable:
         ----------
         s : ndarray
             (..., directions).
-
-        Returns
-        -------
-        tuple of ndarray
         """
         piece = np.clip(((s - self.low) / _SPACING).astype(int), 0, self.coefficients.shape[1] - 1)
         x = s - self.low - _SPACING * piece
@@ -336,7 +332,6 @@ def ray_slopes(shape: Shape, radius: float) -> FloatArray:
     Parameters
     ----------
     shape : Shape
-    radius : float
 
     Returns
     -------

@@ -35,13 +35,8 @@ def conductivity_of(body: Material, counterbody: Material, carrier: Carrier) -> 
 
     Parameters
     ----------
-    body, counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
     carrier : str
         "thermal_conductivity" or "resistivity".
-
-    Returns
-    -------
-    Conductivity or str
 
     Notes
     -----

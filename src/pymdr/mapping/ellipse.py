@@ -110,10 +110,6 @@ class HertzEllipse:
         depth : ndarray
             Indentations d in m.
 
-        Returns
-        -------
-        ndarray
-
         Examples
         --------
         >>> round(float(HertzEllipse(2.0, 1.0).force(np.array([1.0]))[0]), 12)

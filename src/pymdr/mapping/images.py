@@ -139,10 +139,6 @@ def map_panels(abel: AbelSums, panels: Panels, squared_below: float) -> Image:
         Initial panels, rooted after breakpoints.
     squared_below : float
         s at their lower end in m^3.
-
-    Returns
-    -------
-    Image
     """
     u = np.concatenate([nodes(), _tests()])
     pending = panels

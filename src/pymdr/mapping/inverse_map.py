@@ -50,7 +50,6 @@ def over_root(part: Stretch, base: FloatArray, offset: FloatArray, k: float = 0.
 
     Parameters
     ----------
-    part : Stretch
     base, offset : ndarray, shape (R,)
         Radii r as places in m.
     k : float
@@ -397,10 +396,6 @@ def tail_over_root(power: float, slope: float, top: float, r: FloatArray, k: flo
         Radii in m, at most `top`; at 0 the integral may be infinite.
     k : float
         Exponent of the grading.
-
-    Returns
-    -------
-    ndarray
     """
     answer = np.zeros(r.shape)
     if slope == 0.0:

@@ -43,10 +43,6 @@ def arc_below(s: FloatArray, rest: FloatArray, k: float) -> FloatArray:
     k : float
         Exponent of the grading.
 
-    Returns
-    -------
-    ndarray
-
     Examples
     --------
     >>> bool(abs(arc_below(np.ones(1), np.zeros(1), 0.3)[0] - math.pi / 2) < 1e-15)

@@ -67,14 +67,6 @@ def surface_compliances(body: Material) -> SurfaceCompliances:
     """
     Compliances of the surface of one body; those of two bodies add.
 
-    Parameters
-    ----------
-    body : Elastic, TransverselyIsotropic, Graded or Rigid
-
-    Returns
-    -------
-    SurfaceCompliances
-
     Notes
     -----
     Elastic: (1 - nu)/(2G) normal and longitudinal, 1/(2G) transverse, (1 - 2 nu)/(2G) coupling (Johnson, 1985).
@@ -233,11 +225,21 @@ def effective_moduli(body: Material, counterbody: Material | None = None) -> Eff
     ProblemError
         If both bodies are rigid, or their exponents differ.
 
+    See Also
+    --------
+    equivalent_profile : the other part of the equivalent line.
+
     Notes
     -----
-    Johnson (1985), Contact Mechanics, eqs. 4.6 and 5.3; Popov and Hess (2015), chapters 2 and 5. The
+    Johnson (1985), eqs. 4.6 and 5.3; Popov and Hess (2015), chapters 2 and 5. The
     constant called Dundurs' in Argatov's discussion of the method lacks the factor 1/2 and has
     (1 - 2 nu) for (1 - nu) in its denominator; both vanish together.
+
+    References
+    ----------
+    - Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
+    - Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+      doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------

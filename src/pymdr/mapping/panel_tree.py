@@ -53,10 +53,6 @@ def panel_tree(panels: Panels, curve: Series) -> PanelTree:
     curve : Series
         On these panels.
 
-    Returns
-    -------
-    PanelTree
-
     Examples
     --------
     >>> from pymdr.numerics.panels import TERMS

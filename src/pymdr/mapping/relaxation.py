@@ -56,10 +56,22 @@ def relaxation_of(
     ProblemError
         If both bodies are rigid, one is graded, or the span is missing or empty.
 
+    See Also
+    --------
+    Viscoelastic : the body.
+    sliding_friction : friction by relaxation.
+
     Notes
     -----
-    Lee and Radok (1960), J. Appl. Mech. 27, 438; Popov and Hess (2015), chapters 5 and 7; Johnson (1985), section 7.2. Normal contact without friction needs
+    Lee and Radok (1960); Popov and Hess (2015), chapters 5 and 7; Johnson (1985), section 7.2. Normal contact without friction needs
     no more than E*(t), whether Poisson's ratio changes in time or not.
+
+    References
+    ----------
+    - Lee and Radok (1960), J. Appl. Mech. 27, 438-444.
+    - Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+      doi:10.1007/978-3-642-53876-6.
+    - Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
 
     Examples
     --------

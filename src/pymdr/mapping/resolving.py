@@ -202,10 +202,6 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
         Radius in m, above the lower end and at most `end`.
     end : float
         Largest radius in m of the panels; a sliver before it is merged with its neighbour.
-
-    Returns
-    -------
-    Panels
     """
     if low == 0.0 and end - base <= FIRST * base:
         return _row(base, np.array([0.0, end - base]))
@@ -246,10 +242,6 @@ def anchored_between(base: float, low: float, knots: FloatArray, stop: float, en
         Radius in m that the last panel reaches.
     end : float
         Largest radius in m of the panels.
-
-    Returns
-    -------
-    Panels
     """
     if not knots.size:
         return anchored(base, low, stop, end)

@@ -19,14 +19,6 @@ def default_points(surface: RoughSurface) -> int:
     """
     How many springs a line has unless it is said: 16 for its shortest wave.
 
-    Parameters
-    ----------
-    surface : RoughSurface
-
-    Returns
-    -------
-    int
-
     Examples
     --------
     >>> default_points(RoughSurface(0.8, "1 um", "1 mm", "1 um"))
@@ -61,7 +53,6 @@ def rough_heights(
 
     Parameters
     ----------
-    surface : RoughSurface
     realisation : int, optional
         Which line of the ensemble: its phases are those of the generator of (seed, realisation), whatever else is computed.
     points : int, optional
@@ -105,7 +96,6 @@ def rough_waves(surface: RoughSurface, coefficient: float = GEIKE) -> tuple[Floa
 
     Parameters
     ----------
-    surface : RoughSurface
     coefficient : float, optional
         lambda.
 

@@ -63,7 +63,6 @@ def act(tree: Tree, base: FloatArray, offset: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    tree : Tree
     base : ndarray, shape (T,)
         Origin of the offsets of the targets in m; targets rise.
     offset : ndarray, shape (T, k)
@@ -113,7 +112,7 @@ def _groups(
             high = shift + ends[1, stop]
             stop += 1
         far[:] = 0.0
-        near_count = _from_afar(tree, b, low, high, rules.points, far, near_nodes, spare)
+        near_count = _from_afar(tree, b, low, high, rules.points, far, near_nodes)
         for j in range(3):
             for m in range(size):
                 total = 0.0
@@ -132,8 +131,7 @@ def _groups(
                 _descend(
                     tree,
                     rules,
-                    near_nodes[0, i],
-                    near_nodes[1, i],
+                    (near_nodes[0, i], near_nodes[1, i]),
                     base[t],
                     ends[:, t],
                     offset[t],
@@ -143,7 +141,7 @@ def _groups(
         start = stop
 
 
-@inner
+@compiled
 def _from_afar(
     tree: Tree,
     base: float,
@@ -152,7 +150,6 @@ def _from_afar(
     points: FloatArray,
     far: FloatArray,
     near_nodes: FloatArray,
-    spare: FloatArray,
 ) -> int:
     """Add the sums over distant nodes at the points of a group; list and count the nodes that are too close."""
     stack = np.empty((_STACK, 2), dtype=np.int64)
@@ -168,7 +165,7 @@ def _from_afar(
             continue
         distance = shift + low - tree.high[j]
         if distance >= tree.gap[j] and distance >= width:
-            _by_nodes(tree, j, base, place, far, spare)
+            _by_nodes(tree, j, base, place, far)
         elif level == 0 or tree.high[j] - tree.low[j] <= 0.5 * width:
             near_nodes[0, near_count], near_nodes[1, near_count] = level, i
             near_count += 1
@@ -190,8 +187,7 @@ def _push_children(tree: Tree, level: int, i: int, stack: IndexArray, waiting: i
 def _descend(
     tree: Tree,
     rules: Rules,
-    level: int,
-    i: int,
+    node: tuple[int, int],
     base: float,
     ends: FloatArray,
     offset: FloatArray,
@@ -200,7 +196,7 @@ def _descend(
 ) -> None:
     """Add the sums over a node and its children at one target."""
     stack = np.empty((_STACK, 2), dtype=np.int64)
-    stack[0, 0], stack[0, 1] = level, i
+    stack[0, 0], stack[0, 1] = node
     waiting = 1
     while waiting:
         waiting -= 1
@@ -210,7 +206,7 @@ def _descend(
         if shift + ends[1] <= tree.low[j]:
             continue
         if shift + ends[0] - tree.high[j] >= tree.gap[j]:
-            _by_nodes(tree, j, base, offset, total, spare)
+            _by_nodes(tree, j, base, offset, total)
         elif level:
             waiting = _push_children(tree, level, i, stack, waiting)
         else:
@@ -218,9 +214,7 @@ def _descend(
 
 
 @inner
-def _by_nodes(
-    tree: Tree, j: int, base: float, offset: FloatArray, total: FloatArray, spare: FloatArray
-) -> None:
+def _by_nodes(tree: Tree, j: int, base: float, offset: FloatArray, total: FloatArray) -> None:
     """Add the sums over the points of a node at given places."""
     b = tree.base[j]
     shift = base - b

@@ -240,7 +240,6 @@ def evaluate(panels: Panels, series: Series, index: IndexArray, offset: FloatArr
 
     Parameters
     ----------
-    panels : Panels
     series : Series
         The curve on these panels.
     index : ndarray of int
@@ -285,7 +284,6 @@ def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: Fl
 
     Parameters
     ----------
-    panels : Panels
     series : Series
         The curve on these panels; its powers are all 0.
     index : ndarray of int, shape (n,)

@@ -121,7 +121,6 @@ def integrate(integrand: Integrand, edges: FloatArray, columns: FloatArray, rule
         Rising ends of the panels.
     columns : ndarray
         A parameter for every column.
-    rule : Rule
 
     Returns
     -------

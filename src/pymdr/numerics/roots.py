@@ -73,10 +73,6 @@ def rising_root(
     target, low, high : array_like
         Values and brackets, broadcast together.
 
-    Returns
-    -------
-    ndarray
-
     Raises
     ------
     ConvergenceError

@@ -124,10 +124,6 @@ def tabulated(
         Ends of the segments.
     effort : Effort, optional
 
-    Returns
-    -------
-    Table
-
     Examples
     --------
     >>> table = tabulated(lambda s, _: np.stack([np.sqrt(s), np.exp(s)]), np.zeros(1), np.full(1, 2.0))

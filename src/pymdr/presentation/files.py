@@ -17,7 +17,7 @@ import numpy as np
 
 from pymdr.errors import FileError, PymdrError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
-from pymdr.problem.codec import decode_case, encode_case, unknown_kinds
+from pymdr.problem.codec import decode_case, encode_case, import_kinds
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, History, Leg, LoadingPath, Path, legs
 from pymdr.quantities import BAND_ENDS, QUANTITIES
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from pydantic import TypeAdapter
 
-FORMAT = "pymdr result 1"
+FORMAT = "pymdr result 2"
 _PREFIX = "pymdr_path_"
 _ERROR = "pymdr_error_"
 _CHECKSUM = "pymdr_checksum"
@@ -63,7 +63,6 @@ def write_atomically(file: str | os.PathLike[str], write: Callable[[FilePath], o
 
     Parameters
     ----------
-    file : path
     write : callable
         Writes to the path given to it.
 
@@ -237,10 +236,10 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
         )
     try:
         case = json.loads(attrs["pymdr_case"])
-        if unknown := unknown_kinds(case):
+        if unknown := import_kinds(case):
             raise FileError(
                 f"cannot read the result: the kind {unknown[0]!r} is not registered; import the module that "
-                "registers it with pymdr.problem.codec.register"
+                "registers it with pymdr.problem.codec.register, or name its file: pymdr --plugin FILE.py"
             )
         _, contact, path = decode_case(case)
         path = _restored_path(path, dataset)

@@ -56,14 +56,6 @@ def c_header(data: HeaderData) -> str:
     """
     The text of a header.
 
-    Parameters
-    ----------
-    data : HeaderData
-
-    Returns
-    -------
-    str
-
     Raises
     ------
     ProblemError

@@ -47,7 +47,6 @@ def about_rows(
 
     Parameters
     ----------
-    contact : Contact or None
     claims : mapping of str to Claim
         By quantity.
     assumptions, notes, sources : iterable
@@ -100,10 +99,6 @@ def with_error_columns(
         By quantity. Exact quantities (error below 1e-9) have no column of errors. A claim with fewer entries than there are
         rows applies to equal blocks of rows.
 
-    Returns
-    -------
-    dict of str to ndarray
-
     Examples
     --------
     >>> from pymdr.interpretation.validity import Level
@@ -132,7 +127,6 @@ def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], a
     ----------
     columns : mapping of str to ndarray
         By title.
-    file : path
     about : sequence
         Rows written above the header, in lines that begin with ``#``.
 

@@ -133,15 +133,10 @@ def fitted(measured: Measured, terms: int | None = None, noise: float | None = N
 
     Parameters
     ----------
-    measured : Measured
     terms : int, optional
         Largest number of terms; by default as few as keep the misfit below `noise`.
     noise : float, optional
         Relative noise of the rows; by default 1.1 times the misfit of the full fit with eight terms per decade.
-
-    Returns
-    -------
-    Series
 
     Raises
     ------
@@ -197,8 +192,8 @@ def _refuse_growing(measured: Measured, full: Series) -> None:
     name, unit, direction = ("G", "s", "time") if in_time else ("G'", "rad/s", "falling frequency")
     raise ProblemError(
         f"{measured.source}: {name} grows with {direction}, from {written(float(lowest[top]), 'Pa')} at {written(float(later[start]), unit)} to "
-        f"{written(float(grown[top]), 'Pa')} at {written(float(later[top]), unit)}, more than its scatter of {100.0 * scatter:.2g} %, "
-        "which no linear body does: leave out rows where the sample hardens, dries or slips, or correct the zero of the force"
+        f"{written(float(grown[top]), 'Pa')} at {written(float(later[top]), unit)}, more than the scatter of {100.0 * scatter:.2g} %, "
+        "which is impossible for a linear body: leave out rows where the sample hardens, dries or slips, or correct the zero of the force"
     )
 
 

@@ -32,10 +32,21 @@ class JKR(AdhesionLaw):
     work : quantity
         Work of adhesion (of separation) per area in J/m^2, above 0.
 
+    See Also
+    --------
+    adhesion_regime : which law is valid.
+    pull_off : the force and travel at which the bodies separate.
+
     Notes
     -----
     Johnson, Kendall and Roberts (1971); for any profile by the rule of Hess (2011): the outermost springs
     detach at the elongation sqrt(2 pi a work / E*).
+
+    References
+    ----------
+    - Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141.
+    - Hess (2011), Ueber die Abbildung ausgewaehlter dreidimensionaler Kontakte auf Systeme mit niedrigerer
+      raeumlicher Dimension, Cuvillier.
 
     Examples
     --------
@@ -67,9 +78,19 @@ class MaugisDugdale(AdhesionLaw):
     ProblemError
         If both or neither of strength and range are given, or a value is not above 0.
 
+    See Also
+    --------
+    adhesion_regime : which law is valid.
+    JKR : the limit of short range.
+    DMT : the limit of stiff bodies.
+
     Notes
     -----
     Maugis (1992), for any profile whose equivalent profile rises.
+
+    References
+    ----------
+    Maugis (1992), J. Colloid Interface Sci. 150, 243-269, doi:10.1016/0021-9797(92)90285-T.
 
     Examples
     --------
@@ -112,10 +133,21 @@ class DMT(AdhesionLaw):
         Range of the attraction in m, above 0. Not needed for a body with a radius of curvature R, whose pull is
         2 pi work R; for others the pull depends on the range.
 
+    See Also
+    --------
+    adhesion_regime : which law is valid.
+    MaugisDugdale : the law between the limits.
+    pull_off : the force and travel at which the bodies separate.
+
     Notes
     -----
     Derjaguin, Muller and Toporov (1975) in the form of Maugis (1992): the limit of :class:`MaugisDugdale`
     for stiff, small bodies.
+
+    References
+    ----------
+    - Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314-326, doi:10.1016/0021-9797(75)90018-1.
+    - Maugis (1992), J. Colloid Interface Sci. 150, 243-269, doi:10.1016/0021-9797(92)90285-T.
 
     Examples
     --------

@@ -63,13 +63,8 @@ def parameter_of(contact: Contact, name: str) -> Parameter:
 
     Parameters
     ----------
-    contact : Contact
     name : str
         Its dotted name.
-
-    Returns
-    -------
-    Parameter
 
     Raises
     ------

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -19,7 +19,10 @@ from pymdr.units import FloatArray, QuantityLike, shown, to_si
 NORMAL_CHANNELS = ("indentation", "normal_force", "travel")
 """Channels of the normal direction; a leg prescribes at most one."""
 
-TANGENTIAL_CHANNELS = ("shift", "tangential_force")
+TORSIONAL_CHANNELS = ("twist", "torque")
+"""Channels of a rotation about the axis."""
+
+TANGENTIAL_CHANNELS = ("shift", "tangential_force", *TORSIONAL_CHANNELS)
 """Channels of the tangential direction; a leg prescribes at most one."""
 
 CHANNELS = (*NORMAL_CHANNELS, *TANGENTIAL_CHANNELS)
@@ -75,34 +78,45 @@ def _check_steps(owner: str, steps: Any) -> None:
         )
 
 
+_UNITS = {"normal_force": "N", "tangential_force": "N", "twist": "rad", "torque": "N*m"}
+"""SI units of the channels that are no lengths."""
+
+
+def unit_of(channel: str) -> str:
+    """SI unit of a channel."""
+    return _UNITS.get(channel, "m")
+
+
 class _RateField(OptionalSIField):
-    """A speed in m/s, or a rate of force in N/s, according to the channel of the leg."""
+    """A rate of a channel in its SI unit per second."""
 
     def __set__(self, instance: object, value: QuantityLike | None) -> None:
         number, unit = None, None
         if value is not None:
             try:
-                # a plain number fits either
+                # a plain number fits every channel
                 number, unit = self.read(value), None if isinstance(value, int | float) else "m/s"
             except UnitError:
                 if not isinstance(value, str):
                     raise
-                number, unit = self._rate_of_force(value), "N/s"
+                number, unit = self._other_rate(value)
                 if not number > 0.0:
                     raise PathError(
-                        f"{self.owner}.{self.name} = {shown(value)}: it must be above 0 N/s"
+                        f"{self.owner}.{self.name} = {shown(value)}: it must be above 0 {unit}"
                     ) from None
         instance.__dict__[self.name] = number
         instance.__dict__["_rate_unit"] = unit
 
-    def _rate_of_force(self, value: str) -> float:
-        try:
-            return to_si(value, "N/s", name=f"{self.owner}.{self.name}")
-        except UnitError:
-            raise UnitError(
-                f"{self.owner}.{self.name} = {shown(value)}: give a speed such as '1 um/s', or for a force a rate such as "
-                "'1 N/s'"
-            ) from None
+    def _other_rate(self, value: str) -> tuple[float, str]:
+        for unit in ("N/s", "rad/s", "N*m/s"):
+            try:
+                return to_si(value, unit, name=f"{self.owner}.{self.name}"), unit
+            except UnitError:
+                continue
+        raise UnitError(
+            f"{self.owner}.{self.name} = {shown(value)}: give a speed such as '1 um/s', a rate of force such as '1 N/s', of "
+            "twist such as '1 mrad/s' or of torque such as '1 N*m/s'"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +136,10 @@ class Ramp(Leg):
         Target of the tangential displacement u_x in m.
     tangential_force : quantity, optional
         Target of the tangential force in N.
+    twist : quantity, optional
+        Target of the rotation about the axis in rad.
+    torque : quantity, optional
+        Target of the torque in N m.
     steps : int
         Number of rows, at least 1.
     duration : quantity, optional
@@ -147,6 +165,8 @@ class Ramp(Leg):
     travel: OptionalSIField = OptionalSIField("m", description="target of the travel of the machine")
     shift: OptionalSIField = OptionalSIField("m", description="target of the tangential displacement")
     tangential_force: OptionalSIField = OptionalSIField("N", description="target of the tangential force")
+    twist: OptionalSIField = OptionalSIField("rad", description="target of the rotation about the axis")
+    torque: OptionalSIField = OptionalSIField("N*m", description="target of the torque")
     steps: int = 1
     duration: OptionalSIField = OptionalSIField("s", above=0.0, description="duration of the leg")
     rate: OptionalSIField = _RateField(
@@ -170,7 +190,7 @@ class Ramp(Leg):
             raise PathError(
                 f"Ramp: a rate needs a single moving channel, but {' and '.join(moved)} move; give a duration"
             )
-        unit = "N/s" if moved and moved[0].endswith("force") else "m/s"
+        unit = f"{unit_of(moved[0])}/s" if moved else "m/s"
         if known is not None and known != unit:
             raise PathError(f"Ramp.rate is in {known}, but {moved[0]} moves in {unit}; give it in {unit}")
 
@@ -208,8 +228,8 @@ class Cycle(Leg):
 
     Parameters
     ----------
-    indentation, normal_force, travel, shift, tangential_force : quantity, optional
-        Amplitudes in m or N; several channels move in phase.
+    indentation, normal_force, travel, shift, tangential_force, twist, torque : quantity, optional
+        Amplitudes in m, N, rad or N m; several channels move in phase.
     cycles : int
         Number of cycles, at least 1.
     steps : int, optional
@@ -233,6 +253,8 @@ class Cycle(Leg):
     travel: OptionalSIField = OptionalSIField("m", description="amplitude of the travel of the machine")
     shift: OptionalSIField = OptionalSIField("m", description="amplitude of the tangential displacement")
     tangential_force: OptionalSIField = OptionalSIField("N", description="amplitude of the tangential force")
+    twist: OptionalSIField = OptionalSIField("rad", description="amplitude of the rotation about the axis")
+    torque: OptionalSIField = OptionalSIField("N*m", description="amplitude of the torque")
     cycles: int = 1
     steps: int | None = None
     duration: OptionalSIField = OptionalSIField("s", above=0.0, description="duration of the leg")
@@ -283,6 +305,10 @@ class Path(Leg):
         Tangential displacement in m.
     tangential_force : array_like, optional
         Tangential force in N.
+    twist : array_like, optional
+        Rotation about the axis in rad.
+    torque : array_like, optional
+        Torque in N m.
     relative_time : bool
         Whether the times are those of a record with its own clock: they then count on from the preceding legs, and the
         first sample is one sampling interval after their end.
@@ -306,6 +332,8 @@ class Path(Leg):
     travel: OptionalArrayField = OptionalArrayField("m", description="travels of the machine")
     shift: OptionalArrayField = OptionalArrayField("m", description="tangential displacements")
     tangential_force: OptionalArrayField = OptionalArrayField("N", description="tangential forces")
+    twist: OptionalArrayField = OptionalArrayField("rad", description="rotations about the axis")
+    torque: OptionalArrayField = OptionalArrayField("N*m", description="torques")
     relative_time: bool = False
 
     def __post_init__(self) -> None:
@@ -547,16 +575,58 @@ def drag(
     return Ramp(tangential_force=tangential_force, steps=steps, duration=duration, rate=rate)
 
 
+class ChannelValues(TypedDict, total=False):
+    """Channels by name, each a quantity or None."""
+
+    indentation: QuantityLike | None
+    normal_force: QuantityLike | None
+    travel: QuantityLike | None
+    shift: QuantityLike | None
+    tangential_force: QuantityLike | None
+    twist: QuantityLike | None
+    torque: QuantityLike | None
+
+
+def twist(
+    twist: QuantityLike,
+    *,
+    steps: int = 1,
+    duration: QuantityLike | None = None,
+    rate: QuantityLike | None = None,
+) -> Ramp:
+    """
+    Turn the body about its axis to a target.
+
+    Parameters
+    ----------
+    twist : quantity
+        Target in rad.
+    steps : int
+        Number of rows.
+    duration : quantity, optional
+        Time in s.
+    rate : quantity, optional
+        Rate in rad/s, instead of a duration.
+
+    Returns
+    -------
+    Ramp
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> mdr.twist("2 mrad", steps=4).twist
+    0.002
+    """
+    return Ramp(twist=twist, steps=steps, duration=duration, rate=rate)
+
+
 def cycle(
     *,
     cycles: int = 1,
     steps: int | None = None,
     duration: QuantityLike | None = None,
-    indentation: QuantityLike | None = None,
-    normal_force: QuantityLike | None = None,
-    travel: QuantityLike | None = None,
-    shift: QuantityLike | None = None,
-    tangential_force: QuantityLike | None = None,
+    **amplitudes: Unpack[ChannelValues],
 ) -> Cycle:
     """
     Cycle channels about their present values.
@@ -569,8 +639,8 @@ def cycle(
         Number of rows of the leg, a multiple of 4 per cycle.
     duration : quantity, optional
         Time in s.
-    indentation, normal_force, travel, shift, tangential_force : quantity, optional
-        Amplitudes in m and N.
+    **amplitudes : quantity
+        Amplitudes of indentation, travel or shift in m, normal_force or tangential_force in N, twist in rad, torque in N m.
 
     Returns
     -------
@@ -582,16 +652,7 @@ def cycle(
     >>> mdr.cycle(shift="2 um", steps=8).wave.tolist()
     [0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]
     """
-    return Cycle(
-        indentation=indentation,
-        normal_force=normal_force,
-        travel=travel,
-        shift=shift,
-        tangential_force=tangential_force,
-        cycles=cycles,
-        steps=steps,
-        duration=duration,
-    )
+    return Cycle(cycles=cycles, steps=steps, duration=duration, **amplitudes)
 
 
 def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
@@ -618,16 +679,7 @@ def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
     return Hold(duration=duration, steps=steps)
 
 
-def ramp(
-    *,
-    steps: int = 1,
-    duration: QuantityLike | None = None,
-    indentation: QuantityLike | None = None,
-    normal_force: QuantityLike | None = None,
-    travel: QuantityLike | None = None,
-    shift: QuantityLike | None = None,
-    tangential_force: QuantityLike | None = None,
-) -> Ramp:
+def ramp(*, steps: int = 1, duration: QuantityLike | None = None, **targets: Unpack[ChannelValues]) -> Ramp:
     """
     Move one or several channels to their targets together.
 
@@ -637,8 +689,8 @@ def ramp(
         Number of rows.
     duration : quantity, optional
         Time in s.
-    indentation, normal_force, travel, shift, tangential_force : quantity, optional
-        Targets in m and N.
+    **targets : quantity
+        Targets of indentation, travel or shift in m, normal_force or tangential_force in N, twist in rad, torque in N m.
 
     Returns
     -------
@@ -650,12 +702,4 @@ def ramp(
     >>> mdr.ramp(indentation="1 um", steps=100).steps
     100
     """
-    return Ramp(
-        indentation=indentation,
-        normal_force=normal_force,
-        travel=travel,
-        shift=shift,
-        tangential_force=tangential_force,
-        steps=steps,
-        duration=duration,
-    )
+    return Ramp(steps=steps, duration=duration, **targets)

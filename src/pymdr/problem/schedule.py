@@ -19,8 +19,9 @@ from pymdr.problem.paths import (
     Ramp,
     legs,
     named_channels,
+    unit_of,
 )
-from pymdr.units import FloatArray, metres, newtons
+from pymdr.units import FloatArray, written
 
 KnownLeg = Ramp | Cycle | Hold | Path
 
@@ -76,7 +77,7 @@ class Planned:
             duration = abs(target - start) / leg.rate
             if duration == 0.0:
                 channel = named_channels(leg)[0]
-                value = newtons(target) if channel.endswith("force") else metres(target)
+                value = written(target, unit_of(channel))
                 raise PathError(
                     f"leg {self.number}: the start equals the target, {channel} = {value}, so a rate gives no duration; use hold(...) with "
                     "a duration"
@@ -114,10 +115,6 @@ class Planned:
             Values of the channels at the start of the leg, in SI units; missing ones are 0.
         begin : float
             Start time in s.
-
-        Returns
-        -------
-        Stretch
         """
         channels = self.controls.normal, self.controls.tangential
         start = here.get(channels[0], 0.0), here.get(channels[1], 0.0)
@@ -249,13 +246,8 @@ def refined(rows: Stretch, between: int) -> Refined:
 
     Parameters
     ----------
-    rows : Stretch
     between : int
         Number of parts of every such step.
-
-    Returns
-    -------
-    Refined
     """
     ends = np.stack([rows.normal, rows.tangential])
     moves = np.diff(ends, axis=1, prepend=np.array(rows.start)[:, None])

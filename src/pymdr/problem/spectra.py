@@ -34,10 +34,6 @@ def reciprocal(h: Fractions) -> Fractions:
     """
     1/h as fractions of 1/s.
 
-    Parameters
-    ----------
-    h : Fractions
-
     Returns
     -------
     Fractions

@@ -23,7 +23,6 @@ class Named:
 
     Parameters
     ----------
-    function : callable
     name : str
         Name of the field, for the message.
     """

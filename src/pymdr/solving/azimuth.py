@@ -100,11 +100,20 @@ def azimuthal_profile(
         If the surface is not one bump: its apex is within 8 pixels of the edge or not a summit, heights at one radius scatter by more
         than 15 % of the height of the mean, without noise, or a second summit is higher than a tenth of that and than the noise.
 
+    See Also
+    --------
+    read_topography : heights from a file.
+
     Notes
     -----
     The force on the mean profile is a lower bound of that on the body with the plane at the same height, whatever the centre (Shield 1967
     with Barber 1974), second-order accurate in the asymmetry, if it does not tilt. Indentations of
     the profile are relative to its own apex, `below_summit` deeper than those of :func:`pymdr.press`.
+
+    References
+    ----------
+    - Shield (1967), J. Appl. Math. Phys. 18, 682-693.
+    - Barber (1974), Int. J. Eng. Sci. 12, 813-819.
 
     Examples
     --------

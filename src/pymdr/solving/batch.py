@@ -202,8 +202,8 @@ def _solve_in_processes(
                     received = _received(parcel.result())
                 except BrokenProcessPool as error:
                     raise ProblemError(
-                        f"workers = {workers}: a process ended before it had answered: the memory is too small, or the script "
-                        'starts it while it is imported; reduce workers, or call it below `if __name__ == "__main__":`'
+                        f"workers = {workers}: a worker process ended without an answer: it ran out of memory, or the script "
+                        'starts processes when it is imported; reduce workers, or call it below `if __name__ == "__main__":`'
                     ) from error
                 for i, answer in zip(block, received, strict=True):
                     answers[i] = _with_its_own(answer, requests[i])

@@ -143,11 +143,22 @@ def calibrate_coefficient(
     FileError
         If the folder has results of other input.
 
+    See Also
+    --------
+    press_rough : the line that uses the coefficient.
+
     Notes
     -----
-    Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301; Popov and Hess (2015), section 10.7.
+    Geike and Popov (2007); Pohrt and Popov (2012); Popov and Hess (2015), section 10.7.
     lambda increases with H and varies between surfaces by a factor of two; within that, no dependence on the bandwidth was found
     from 32 to 128 waves per side.
+
+    References
+    ----------
+    - Geike and Popov (2007), Phys. Rev. E 76, 036710, doi:10.1103/PhysRevE.76.036710.
+    - Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301.
+    - Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+      doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------

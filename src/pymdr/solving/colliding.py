@@ -70,16 +70,10 @@ def bounce(contact: Contact, mapped: Springs, mass: float, speed: float, rows: i
 
     Parameters
     ----------
-    contact : Contact
-    mapped : Springs
     mass, speed : float
         In kg and m/s.
     rows : int
         Moves of the history, a multiple of 4.
-
-    Returns
-    -------
-    Course
 
     Raises
     ------
@@ -238,15 +232,10 @@ def collide(line: AdhesiveLine, mass: float, speed: float, rows: int) -> Course:
 
     Parameters
     ----------
-    line : AdhesiveLine
     mass, speed : float
         In kg and m/s.
     rows : int
         Approximate number of moves of the history.
-
-    Returns
-    -------
-    Course
 
     Raises
     ------

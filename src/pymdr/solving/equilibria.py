@@ -131,10 +131,6 @@ class AdhesiveLine:
         at_least : float
             Parameter in m that the curve must include.
 
-        Returns
-        -------
-        Track
-
         Raises
         ------
         PathError

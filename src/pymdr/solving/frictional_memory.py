@@ -36,6 +36,7 @@ from pymdr.line.memory import (
 )
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, largest_coupling
+from pymdr.problem.paths import TORSIONAL_CHANNELS
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result
 from pymdr.rows import joined, taken
@@ -49,6 +50,7 @@ from pymdr.solving.memory import (
     tangential_relaxation_along,
     travelled,
 )
+from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.viscoelastic import (
     LEVELS,
     SPRINGS,
@@ -118,6 +120,9 @@ class _Bodies:
 
 def solve_frictional_memory(task: Task) -> Result:
     """Map, walk and interpret."""
+    refuse_tangential(
+        task.path, "torsion of bodies with memory is not available; take Elastic bodies", TORSIONAL_CHANNELS
+    )
     bodies = _bodies(task, None)
     walked = walk(task, None, partial(_step, task, bodies))
     if is_told_by_rows(task.contact, task.path):

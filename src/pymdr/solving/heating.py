@@ -109,10 +109,19 @@ def joule_heating(
     NotValidError
         If the resistance of the result is not valid.
 
+    See Also
+    --------
+    frictional_heat : heat of slow sliding.
+
     Notes
     -----
-    Kohlrausch (1900); Holm (1967), Electric Contacts. Both bodies obey rho lambda = L T; the assumptions check
+    Kohlrausch (1900); Holm (1967). Both bodies obey rho lambda = L T; the assumptions check
     it if both are given.
+
+    References
+    ----------
+    - Kohlrausch (1900), Ann. Phys. 306, 132-158.
+    - Holm (1967), Electric Contacts: Theory and Application, 4th ed., Springer, doi:10.1007/978-3-662-06688-1.
 
     Examples
     --------
@@ -291,10 +300,19 @@ def frictional_heat(
         If the contact has no friction, a body no conductivity, no body a diffusivity, a speed is not above 0, or both or none of the
         loads are given.
 
+    See Also
+    --------
+    joule_heating : heat of a current.
+
     Notes
     -----
     Popov and Hess (2015), chapter 8: temperature and displacement have the same kernel 1/R, so that they are proportional for any
     shape, including a :class:`~pymdr.ForceCurve`. Give an insulating body a very small conductivity.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------

@@ -15,6 +15,7 @@ from pymdr.interpretation.interior import Interior, elastic_body
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
+from pymdr.interpretation.torsion import TORSIONAL_FIELDS, TorsionSurface
 from pymdr.interpretation.traction import (
     TANGENTIAL_FIELDS,
     TANGENTIAL_LINE_FIELDS,
@@ -23,6 +24,7 @@ from pymdr.interpretation.traction import (
 )
 from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
 from pymdr.result import Reading, Result
 from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.closure import is_curve, reading_of, refuse_curve, solve_on_curve
@@ -45,6 +47,7 @@ from pymdr.solving.ringed import (
     solve_memory_by_rings,
 )
 from pymdr.solving.shapes import is_shape, shape_plots, shape_surface, solve_shape
+from pymdr.solving.torsional import is_torsional, replayed, solve_torsional, torsion_law
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
 
@@ -52,13 +55,17 @@ _WITHOUT_FRICTION = dict.fromkeys(
     (*TANGENTIAL_FIELDS, *TANGENTIAL_LINE_FIELDS),
     "the contact has no friction; solve it with friction=Coulomb(0.3)",
 )
+_WITHOUT_SHIFT = dict.fromkeys(
+    ("shear_traction", "tangential_displacement", *TANGENTIAL_LINE_FIELDS),
+    "the path turns the body; its fields are torsional_traction and circumferential_displacement",
+)
 
 
 @dataclass(frozen=True)
 class Law:
     """How one kind of contact is solved, and how its results are read."""
 
-    covers: Callable[[Contact, Rings | None], bool]
+    covers: Callable[[Contact, Rings | None, LoadingPath], bool]
     history: Callable[[Task], Result]
     """Map, walk and interpret: statuses, claims and references."""
     reading: Reading
@@ -84,6 +91,13 @@ def _friction_surface(result: Result) -> FrictionSurface:
     return friction_surface(
         result.contact, result.path, result.starts, result.machine_stiffness, _surface(result), rows
     )
+
+
+def _torsion_surface(result: Result) -> TorsionSurface:
+    kept = result.data["row"].values if "row" in result.data.coords else None
+    task = Task(result.contact, result.path, result.reading, result.machine_stiffness, kept)
+    line = torsion_law(result.contact, result.machine_stiffness).line
+    return TorsionSurface(_surface(result), line, partial(replayed, task))
 
 
 def _rings(result: Result) -> RingHistory:
@@ -120,22 +134,22 @@ def _sheared_surface(result: Result) -> ShearedSurface:
 
 LAWS = (
     Law(
-        lambda contact, solver: is_shape(contact),
+        lambda contact, solver, path: is_shape(contact),
         solve_shape,
         Reading(SURFACE_FIELDS, (), shape_surface, shape_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: solver is not None and contact.is_viscoelastic,
+        lambda contact, solver, path: solver is not None and contact.is_viscoelastic,
         solve_memory_by_rings,
         Reading(SURFACE_FIELDS, (), _rings_with_memory, memory_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: solver is not None,
+        lambda contact, solver, path: solver is not None,
         solve_by_rings,
         Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: contact.is_viscoelastic and contact.friction is not None,
+        lambda contact, solver, path: contact.is_viscoelastic and contact.friction is not None,
         solve_frictional_memory,
         Reading(
             (*SURFACE_FIELDS, *TANGENTIAL_FIELDS),
@@ -145,17 +159,28 @@ LAWS = (
         ),
     ),
     Law(
-        lambda contact, solver: contact.is_viscoelastic,
+        lambda contact, solver, path: contact.is_viscoelastic,
         solve_viscoelastic,
         Reading(SURFACE_FIELDS, LINE_FIELDS, _surface_with_memory, memory_plots, _WITHOUT_FRICTION),
     ),
     Law(
-        lambda contact, solver: contact.adhesion is not None,
+        lambda contact, solver, path: contact.adhesion is not None,
         solve_adhesive,
         Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, adhesive_plots, _WITHOUT_FRICTION, interior=_interior),
     ),
     Law(
-        lambda contact, solver: contact.friction is not None,
+        lambda contact, solver, path: is_torsional(contact, path),
+        solve_torsional,
+        Reading(
+            (*SURFACE_FIELDS, *TORSIONAL_FIELDS),
+            LINE_FIELDS,
+            _torsion_surface,
+            frictional_plots,
+            _WITHOUT_SHIFT,
+        ),
+    ),
+    Law(
+        lambda contact, solver, path: contact.friction is not None,
         solve_frictional,
         Reading(
             (*SURFACE_FIELDS, *TANGENTIAL_FIELDS),
@@ -165,7 +190,7 @@ LAWS = (
         ),
     ),
     Law(
-        lambda contact, solver: True,
+        lambda contact, solver, path: True,
         solve_normal,
         Reading(SURFACE_FIELDS, LINE_FIELDS, _surface, normal_plots, _WITHOUT_FRICTION, interior=_interior),
     ),
@@ -173,9 +198,9 @@ LAWS = (
 """In order: the first that covers a contact and a solver applies."""
 
 
-def law_of(contact: Contact, solver: Rings | None) -> Law:
-    """The law of a contact; for a force curve, restricted to what the curve determines."""
-    law = next(law for law in LAWS if law.covers(contact, solver))
+def law_of(contact: Contact, solver: Rings | None, path: LoadingPath) -> Law:
+    """The law of a contact on a path; for a force curve, restricted to what the curve determines."""
+    law = next(law for law in LAWS if law.covers(contact, solver, path))
     if is_curve(contact):
         if solver is not None:
             refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")

@@ -133,10 +133,19 @@ def friction_loop(
         If the contact has no friction, both or none of the loads or of the amplitudes are given, a value is not
         above 0, or a force reaches mu F_N, where everything slides.
 
+    See Also
+    --------
+    measured_loops : the same of a record.
+
     Notes
     -----
     Mindlin and Deresiewicz (1953) for the sphere, and Jaeger (1995) for any profile. The damping ratio is
     dissipated_per_cycle / (4 pi U) with U = force_amplitude * amplitude / 2.
+
+    References
+    ----------
+    - Mindlin and Deresiewicz (1953), J. Appl. Mech. 20, 327-344.
+    - Jaeger (1995), Arch. Appl. Mech. 65, 478-487.
 
     Examples
     --------
@@ -291,7 +300,7 @@ def _study(
         assert pulls is not None
         if np.max(pulls) >= mu * load:
             raise ProblemError(
-                f"friction_loop: force_amplitude = {newtons(float(np.max(pulls)))}: all slides at mu F_N = "
+                f"friction_loop: force_amplitude = {newtons(float(np.max(pulls)))}: the whole contact slides at mu F_N = "
                 f"{newtons(mu * load)}; give forces below, or amplitudes of the shift"
             )
         force = pulls

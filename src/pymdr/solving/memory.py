@@ -14,15 +14,15 @@ from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.mapping.equivalent import slope_function
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
+from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.materials import Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
-from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.units import FloatArray, metres
 
 OWN_ERRORS = (
-    "; what half as many springs and steps make otherwise up to a row is its error, of its own value; that of a field is of the "
-    "largest value of the field"
+    "; the error of a value is its largest change up to that row with half as many springs and steps, relative to the value; "
+    "that of a field is relative to the largest value of the field"
 )
 """What errors are relative to, in words."""
 _PARTS = 100.0
@@ -108,7 +108,7 @@ def times_of(asked: Stretch) -> FloatArray:
     """Time of every row of a leg in s; a leg without is refused."""
     if asked.time is None:
         raise PathError(
-            "a body with memory asks when: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
+            "a body with memory needs times: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
         )
     if asked.time[0] < asked.begin:
         raise PathError(

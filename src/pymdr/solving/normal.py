@@ -151,11 +151,11 @@ def check_normal_path(path: LoadingPath) -> None:
                 refuse_tension(leg, np.atleast_1d(force))
 
 
-def refuse_tangential(path: LoadingPath, why: str) -> None:
-    """Refuse legs that prescribe a tangential channel."""
+def refuse_tangential(path: LoadingPath, why: str, channels: tuple[str, ...] = TANGENTIAL_CHANNELS) -> None:
+    """Refuse legs that prescribe one of some tangential channels."""
     for leg in planned(path):
         for name in named_channels(leg.leg):
-            if name in TANGENTIAL_CHANNELS:
+            if name in channels:
                 with leg.named():
                     raise PathError(f"the path prescribes {name}, but {why}")
 

@@ -25,7 +25,7 @@ def result_from_dataset(dataset: xr.Dataset) -> Result:
         parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
     except (KeyError, ProblemError) as error:
         raise FileError(f"damaged pymdr result: {error}") from error
-    return Result(**parts, reading=law_of(parts["contact"], parts["rings"]).reading)
+    return Result(**parts, reading=law_of(parts["contact"], parts["rings"], parts["path"]).reading)
 
 
 def open_result(file: str | os.PathLike[str]) -> Result:

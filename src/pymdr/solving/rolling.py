@@ -156,10 +156,22 @@ def rolling(
         If the contact has no friction, both or none of the loads are given, a creepage is beyond 2, the direction or the law
         is unknown, the calibration does not hold for the contact, or the distances do not increase.
 
+    See Also
+    --------
+    friction_loop : oscillating shifts.
+    sliding_friction : friction by relaxation.
+
     Notes
     -----
     Popov and Hess (2015), chapter 6; Vermeulen and Johnson (1964) have the same cubic. Spin, contacts along a line
     (Carter 1926), and tractions and slip on the surface are not representable by springs on one line.
+
+    References
+    ----------
+    - Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+      doi:10.1007/978-3-642-53876-6.
+    - Vermeulen and Johnson (1964), J. Appl. Mech. 31, 338-340.
+    - Carter (1926), Proc. R. Soc. A 112, 151-157.
 
     Examples
     --------

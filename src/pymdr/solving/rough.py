@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import ProblemError
 from pymdr.interpretation.conductance import conduction_of_stiffness
 from pymdr.interpretation.rough import (
     FITTED,
@@ -21,24 +21,19 @@ from pymdr.interpretation.rough import (
     rough_claims,
 )
 from pymdr.interpretation.validity import SOURCES, Claim, Level
-from pymdr.line.rough import SortedSprings, power_law_stiffness, sorted_springs
+from pymdr.line.rough import power_law_stiffness
 from pymdr.machine import memory_of_machine
-from pymdr.mapping.moduli import effective_moduli
-from pymdr.mapping.patch import full_contact_stiffness
-from pymdr.mapping.rough import default_points, refuse_coarse, rough_heights
-from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
-from pymdr.problem.profiles import ForceCurve
-from pymdr.problem.rough import GEIKE, RoughSurface
+from pymdr.mapping.rough import refuse_coarse
+from pymdr.problem.materials import Material, Rigid
+from pymdr.problem.rough import RoughSurface
 from pymdr.solving.reach import one_load
+from pymdr.solving.rough_lines import PREFIX, RoughLine, States, rough_line, whole_number
 from pymdr.solving.study import Column, Study, one_row
 from pymdr.units import (
     ArrayQuantityLike,
     FloatArray,
     QuantityLike,
-    metres,
     newtons,
-    shown,
-    to_si,
     written,
 )
 
@@ -46,153 +41,13 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_States = tuple[FloatArray, FloatArray]
-_PREFIX = "press_rough"
 _BAND = (16.0, 84.0)
 """Percentiles of the realisations: plus and minus one standard deviation of a log-normal distribution."""
 _COPIES = 7
 """Arrays of the length of a line that one realisation needs at a time."""
 _CURVE, _DECADES_BELOW, _DECADES_ABOVE = 61, 3.0, 1.0
 _DRAWN = 2000
-_END = 0.98
-"""Fraction of half the line of a ball beyond which springs must not be in contact."""
 _RESPONSES = ("indentation", "normal_force", "normal_stiffness", "elastic_energy")
-
-
-@dataclass(frozen=True)
-class RoughLine:
-    """The lines of a surface between two bodies: heights, springs and force curves by the number of the realisation."""
-
-    surface: RoughSurface
-    modulus: float
-    """E* in Pa."""
-    coefficient: float
-    """lambda."""
-    points: int
-    radius: float | None
-    """Radius in m of a rough ball; None for a nominally flat patch."""
-
-    @property
-    def length(self) -> float:
-        """Length of the line in m: that of the stiffness of full contact, or of the patch under a ball."""
-        if self.radius is not None:
-            return self.surface.longer_side
-        return full_contact_stiffness(*self.surface.size)
-
-    @property
-    def rms(self) -> float:
-        """Root mean square height of the line in m."""
-        return self.surface.rms * math.sqrt(self.coefficient / math.pi)
-
-    @property
-    def scale(self) -> float:
-        """The force in N at which d = h in full contact, or for the smooth ball, above which roughness does not matter."""
-        if self.radius is not None:
-            return 4.0 / 3.0 * self.modulus * math.sqrt(self.radius) * math.sqrt(self.surface.rms) ** 3
-        return self.modulus * self.length * self.rms
-
-    @property
-    def places(self) -> FloatArray:
-        """Positions x of the springs in m."""
-        return np.asarray(self.length * ((np.arange(self.points) + 0.5) / self.points - 0.5))
-
-    def heights(self, realisation: int = 0) -> FloatArray:
-        """Heights of the springs in m, those of a ball lower by x^2/R."""
-        if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
-            raise ProblemError(f"realisation = {shown(realisation)}; a whole number from 0 on is needed")
-        heights = rough_heights(self.surface, int(realisation), self.points, self.coefficient)
-        if self.radius is not None:
-            x = self.places
-            heights -= x * x / self.radius
-        return heights
-
-    def springs(self, realisation: int = 0) -> SortedSprings:
-        """F(d), k(d), U(d) and d(F) of a realisation."""
-        return self._sorted(self.heights(realisation))
-
-    def force_curve(
-        self, realisation: int = 0, *, indentation: QuantityLike, points: int = 400
-    ) -> ForceCurve:
-        """
-        F(d) of a realisation as a profile, for friction, memory and impacts.
-
-        Parameters
-        ----------
-        realisation : int, optional
-        indentation : quantity
-            The deepest d in m, from the highest summit.
-        points : int, optional
-            Number of points, denser toward first touch.
-
-        Returns
-        -------
-        ForceCurve
-            For bodies of E* = ``modulus``; forces are proportional to E*. It is as approximate as the line; the errors of its
-            points are NaN, because the error of a single line is not known.
-
-        Raises
-        ------
-        ProblemError
-            If the indentation is not above 0, or points are fewer than a curve needs.
-        PathError
-            If the contact of a ball reaches the end of its line.
-        """
-        deepest = to_si(indentation, "m", name="indentation")
-        if not deepest > 0.0:
-            raise ProblemError(f"force_curve: indentation = {metres(deepest)}; it must be above 0 m")
-        depth = deepest * (np.arange(1, _whole("points", points) + 1) / points) ** 2
-        force = self.force(depth, realisation)
-        return ForceCurve(depth, force, self.modulus, contact_point=0.0, error=math.nan)
-
-    def force(self, depth: FloatArray, realisation: int) -> FloatArray:
-        """F in N at depths in m."""
-        heights = self.heights(realisation)
-        self._refuse_end(depth, self.end_depth(heights))
-        return self._sorted(heights).force(depth)
-
-    def _sorted(self, heights: FloatArray) -> SortedSprings:
-        return sorted_springs(heights, self.modulus * self.length / self.points)
-
-    def end_depth(self, heights: FloatArray) -> float:
-        """The depth in m at which contact comes to the end of the line of a ball."""
-        if self.radius is None:
-            return math.inf
-        ends = np.abs(self.places) >= 0.5 * _END * self.length
-        return float(heights.max() - heights[ends].max())
-
-    def _refuse_end(self, depth: FloatArray, last: float) -> None:
-        if np.any(depth > last):
-            raise PathError(
-                f"{_PREFIX}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
-                f"{metres(self.length)} long; press it less, or make RoughSurface.size larger"
-            )
-
-    def states(self, realisation: int, rows: FloatArray, by_force: bool, grid: FloatArray) -> _States:
-        """
-        Responses at forces or depths, and stiffnesses at the forces of a grid.
-
-        Parameters
-        ----------
-        realisation : int
-        rows : ndarray
-            In N, or in m.
-        by_force : bool
-            Whether rows are forces.
-        grid : ndarray
-            In N.
-
-        Returns
-        -------
-        tuple of ndarray
-        """
-        heights = self.heights(realisation)
-        last = self.end_depth(heights)
-        springs = self._sorted(heights)
-        depth = springs.indentation(rows) if by_force else rows
-        self._refuse_end(depth, last)
-        drawn = springs.indentation(grid)
-        responses = (depth, springs.force(depth), springs.normal_stiffness(depth), springs.energy(depth))
-        return np.array(responses), np.where(drawn > last, np.nan, springs.normal_stiffness(drawn))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -304,11 +159,21 @@ def press_rough(
     PathError
         If the contact of a ball reaches the end of its line.
 
+    See Also
+    --------
+    press : the same by boundary elements.
+    calibrate_coefficient : the coefficient of the line.
+
     Notes
     -----
-    Geike and Popov (2007), Phys. Rev. E 76, 036710; Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, whose closed form
+    Geike and Popov (2007); Pohrt and Popov (2012), whose closed form
     k = C/(H + 1) E* L (F/(L h E*))^(1/(1 + H)) is included with C = 1.9412 as published and with 1.45, where each has been compared
     with boundary elements. Contact area, pressures, gaps and adhesion are not given by the line.
+
+    References
+    ----------
+    - Geike and Popov (2007), Phys. Rev. E 76, 036710, doi:10.1103/PhysRevE.76.036710.
+    - Pohrt and Popov (2012), Phys. Rev. Lett. 108, 104301, doi:10.1103/PhysRevLett.108.104301.
 
     Examples
     --------
@@ -319,22 +184,22 @@ def press_rough(
     [0.04, 0.13, 1.0]
     """
     line = rough_line(surface, body, counterbody, coefficient=coefficient, points=points, radius=radius)
-    one_load(_PREFIX, normal_force, indentation)
+    one_load(PREFIX, normal_force, indentation)
     by_force = normal_force is not None
     given, unit = (normal_force, "N") if by_force else (indentation, "m")
     name = "normal_force" if by_force else "indentation"
     assert given is not None
-    rows = one_row(given, unit, _PREFIX, name)
+    rows = one_row(given, unit, PREFIX, name)
     if np.any(rows <= 0.0):
         raise ProblemError(
-            f"{_PREFIX}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}"
+            f"{PREFIX}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}"
         )
-    count = _whole("realisations", realisations)
-    threads = min(count, _most_workers(line) if workers is None else _whole("workers", workers))
+    count = whole_number("realisations", realisations)
+    threads = min(count, _most_workers(line) if workers is None else whole_number("workers", workers))
     _refuse_too_large(line, count, threads, rows.size)
     grid = _grid(line, rows if by_force else None)
 
-    def work(realisation: int) -> _States:
+    def work(realisation: int) -> States:
         # numbers that are not finite are refused below
         with np.errstate(over="ignore", under="ignore"):
             return line.states(realisation, rows, by_force, grid)
@@ -343,7 +208,7 @@ def press_rough(
     invalid = ~np.all(np.isfinite(states) & (states > 0.0), axis=(0, 1))
     if invalid.any():
         raise ProblemError(
-            f"{_PREFIX}: {name} = {written(float(rows[np.argmax(invalid)]), unit)} has an energy outside the range of floating-point numbers; "
+            f"{PREFIX}: {name} = {written(float(rows[np.argmax(invalid)]), unit)} has an energy outside the range of floating-point numbers; "
             f"use forces of the order of {newtons(line.scale)}"
         )
     bands = _summed(states)
@@ -383,79 +248,6 @@ def press_rough(
     )
 
 
-def rough_line(
-    surface: RoughSurface,
-    body: Material,
-    counterbody: Material | None = None,
-    *,
-    coefficient: float | None = None,
-    points: int | None = None,
-    radius: QuantityLike | None = None,
-) -> RoughLine:
-    """
-    The lines of springs of a rough surface between two bodies, as used by :func:`press_rough`.
-
-    Parameters
-    ----------
-    surface, body, counterbody, coefficient, points, radius
-        As for :func:`press_rough`.
-
-    Returns
-    -------
-    RoughLine
-        Its ``heights``, ``springs`` and ``force_curve`` by the number of the realisation.
-
-    Raises
-    ------
-    ProblemError
-        If a body is graded or viscoelastic, or a number is not above 0.
-
-    Examples
-    --------
-    >>> import pymdr as mdr
-    >>> surface = mdr.RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
-    >>> line = mdr.rough_line(surface, mdr.Elastic("210 GPa", 0.3))
-    >>> round(line.length * 1e3, 5), line.points
-    (1.1523, 1024)
-    >>> springs = line.springs(realisation=3)
-    >>> bool(springs.force(springs.indentation(10.0)).round(9) == 10.0)
-    True
-    """
-    if not isinstance(surface, RoughSurface):
-        raise ProblemError(
-            f"{_PREFIX}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
-            "shortest='10 um')"
-        )
-    other = Rigid() if counterbody is None else counterbody
-    for one in (body, other):
-        if isinstance(one, Graded | Viscoelastic):
-            raise ProblemError(
-                f"{_PREFIX}: a {type(one).__name__} body: rough lines are for homogeneous elastic half-spaces; use Elastic or "
-                "TransverselyIsotropic"
-            )
-    modulus = effective_moduli(body, other).normal
-    factor = line_coefficient(coefficient)
-    ball = None if radius is None else to_si(radius, "m", name="radius")
-    if ball is not None and not ball > 0.0:
-        raise ProblemError(f"{_PREFIX}: radius = {metres(ball)}; it must be above 0 m")
-    number = default_points(surface) if points is None else _whole("points", points)
-    return RoughLine(surface, modulus, factor, number, ball)
-
-
-def line_coefficient(given: float | None) -> float:
-    """The lambda of a line, by default that of Geike."""
-    factor = GEIKE if given is None else to_si(given, "", name="coefficient")
-    if not factor > 0.0:
-        raise ProblemError(f"coefficient = {factor:g}; the lambda of C1D = lambda q C2D is above 0")
-    return factor
-
-
-def _whole(name: str, value: int) -> int:
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-        raise ProblemError(f"{_PREFIX}: {name} = {shown(value)}; a whole number from 1 on is needed")
-    return int(value)
-
-
 def _most_workers(line: RoughLine) -> int:
     """The number of cores, limited by the memory."""
     lines = memory_of_machine() / (8.0 * _COPIES * line.points)
@@ -468,12 +260,12 @@ def _refuse_too_large(line: RoughLine, count: int, threads: int, rows: int) -> N
     needed = 8.0 * (_COPIES * line.points * threads + 8.0 * count * (rows + _CURVE))
     if needed > memory_of_machine():
         raise ProblemError(
-            f"{_PREFIX}: {count} lines of {line.points:.3g} springs, {threads} at a time, need about {needed / 1e9:.3g} GB (limit "
+            f"{PREFIX}: {count} lines of {line.points:.3g} springs, {threads} at a time, need about {needed / 1e9:.3g} GB (limit "
             f"{memory_of_machine() / 1e9:.3g} GB, the memory of this machine); use fewer workers or points, or a longer shortest wavelength"
         )
 
 
-def _in_turn(work: Callable[[int], _States], count: int, threads: int) -> list[_States]:
+def _in_turn(work: Callable[[int], States], count: int, threads: int) -> list[States]:
     """The results of all realisations in order."""
     if threads == 1:
         return [work(i) for i in range(count)]

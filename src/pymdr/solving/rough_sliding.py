@@ -11,10 +11,10 @@ from pymdr.interpretation.sliding import rough_sliding_claims
 from pymdr.interpretation.validity import Assumption
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.mapping.rough import modes_of, rough_waves
+from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.materials import Material, Viscoelastic
-from pymdr.problem.rheology import PowerLawRheology
 from pymdr.problem.rough import RoughSurface
-from pymdr.solving.rough import RoughLine, line_coefficient
+from pymdr.solving.rough_lines import RoughLine, line_coefficient
 from pymdr.solving.sliding import SlidingFriction, labelled_over_speed, positive_load, positive_speeds
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown
 
@@ -70,9 +70,19 @@ def rough_sliding_friction(
         If the surface is not a RoughSurface or has too many waves, the body is not Viscoelastic or relaxes completely, a speed is not
         above 0, both or none of the loads are given, or no spring is in contact.
 
+    See Also
+    --------
+    sliding_friction : a smooth slider.
+    press_rough : the same line without sliding.
+
     Notes
     -----
     Popov and Hess (2015), chapters 10 and 11. The result is for one line of random phases: average over several realisations.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------

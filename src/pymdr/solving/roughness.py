@@ -196,12 +196,21 @@ def power_spectrum(
     ProblemError
         If there are too few heights, some are missing, all are equal, or no wave is resolved by the tip.
 
+    See Also
+    --------
+    read_topography : heights from a file.
+    press_rough : the stiffness of the fitted surface.
+
     Notes
     -----
-    Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001; the tip: Sanner et al. (2022), Appl. Surf. Sci. Adv. 7,
-    100190. Waves shorter than four pixels are left out because of aliasing. Interpolated heights have no short waves: a
+    The spectrum of Jacobs, Junge and Pastewka (2017); the tip of Sanner et al. (2022). Waves shorter than four pixels are left out because of aliasing. Interpolated heights have no short waves: a
     fraction of them lowers the spectrum by up to five times that fraction (if deep pixels are missing; by the fraction itself for random
     ones), as the claim states. No law is fitted above 10 %.
+
+    References
+    ----------
+    - Jacobs, Junge and Pastewka (2017), Surf. Topogr.: Metrol. Prop. 5, 013001, doi:10.1088/2051-672X/aa51f8.
+    - Sanner et al. (2022), Appl. Surf. Sci. Adv. 7, 100190, doi:10.1016/j.apsadv.2021.100190.
 
     Examples
     --------
@@ -339,7 +348,7 @@ def _claims(
             f"{interpolated}, more than {100.0 * _MOST_INTERPOLATED:g} %, and distort the spectrum; crop the surface to the measured part by "
             "topography.fill_missing('crop'), or measure it again"
             if filled > _MOST_INTERPOLATED
-            else f"the spectrum follows a power law, with or without a roll-off, on no range of {FEWEST_BINS} bins to {percent}"
+            else f"no range of {FEWEST_BINS} bins follows a power law, with or without a roll-off, to {percent}"
         )
         claims["law"] = Claim(Level.NOT_VALID, why, SOURCES["spectrum"], where)
         return claims

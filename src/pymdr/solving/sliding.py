@@ -27,7 +27,7 @@ from pymdr.line.sliding import (
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.rheology import WIDEST
+from pymdr.problem.fractional import WIDEST
 from pymdr.problem.values import within_range
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.closure import refuse_curve
@@ -125,9 +125,19 @@ def sliding_friction(
     PathError
         If the profile ends before the load is carried.
 
+    See Also
+    --------
+    rough_sliding_friction : a rough line.
+    rolling : creep forces.
+
     Notes
     -----
     Popov and Hess (2015), chapter 11. Inertia is neglected: speeds must be well below those of waves.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------

@@ -271,14 +271,6 @@ class Study(Answer):
         """
         A quantity converted to another unit.
 
-        Parameters
-        ----------
-        name, unit : str
-
-        Returns
-        -------
-        xarray.DataArray
-
         Raises
         ------
         QuantityError

@@ -256,7 +256,7 @@ def _axis(contact: Contact, name: str, values: Any) -> _Axis:
     )
     if parts:
         if name == _PATH and not all(isinstance(part, LoadingPath) for part in listed):
-            raise ProblemError("sweep: over['path'] holds something that is no path, such as indent('1 um')")
+            raise ProblemError("sweep: over['path'] has an entry that is not a path, such as indent('1 um')")
         return _Axis(name, list(listed), None)
     if name == _MACHINE and isinstance(listed, list | tuple) and listed:
         return _Axis(name, [read_stiffness(stiffness) for stiffness in listed], "N/m")

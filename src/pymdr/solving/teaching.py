@@ -40,6 +40,16 @@ def foundation(
     ProblemError
         If `n` is not a whole number of at least 2, or no half length is given for a profile without one.
 
+    See Also
+    --------
+    equivalent_profile : the profile of the line.
+    effective_moduli : the stiffness of its springs.
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
+
     Examples
     --------
     >>> import pymdr as mdr

@@ -87,9 +87,19 @@ def thickness_correction(
     ConvergenceError
         If the contact is wider than 300 thicknesses.
 
+    See Also
+    --------
+    Layered : the contact of the layer itself.
+    Elastic : has the thickness of a sample.
+
     Notes
     -----
     From the Fredholm equation of Lebedev and Ufliand (1958), without the errors of the table of Hayes and others (1972).
+
+    References
+    ----------
+    - Lebedev and Ufliand (1958), J. Appl. Math. Mech. 22, 442-450.
+    - Hayes, Keer, Herrmann and Mockros (1972), J. Biomech. 5, 541-551.
 
     Examples
     --------

@@ -74,7 +74,7 @@ def solve(
     parts = itertools.count()
 
     def solve_once(contact: Contact) -> Result:
-        law = law_of(contact, solver)
+        law = law_of(contact, solver, path)
         part_progress = _part_of(progress, next(parts), solutions)
         return law.history(Task(contact, path, law.reading, stiffness, kept, part_progress, solver))
 

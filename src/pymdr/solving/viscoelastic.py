@@ -162,8 +162,8 @@ def rows_met(
     refuse_unreachable(line, task.contact.profile, deepest)
     if not rises_to(line, float(deepest.indentation[0])):
         raise ProblemError(
-            "the equivalent profile falls somewhere within the contact: with memory the contact of such a profile is not "
-            "followed; take one that rises, or smooth it"
+            "the equivalent profile decreases within the contact, which is not covered with memory; use an increasing profile, "
+            "or smooth it"
         )
     assert asked.time is not None
     # a series of exponentials for a power of time gives way at once where its first term ends
@@ -322,7 +322,7 @@ def interpreted(
         else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
     )
     if surface.marks(int(np.argmax(radius))):
-        remark += "; closer to a kink of the profile than a hundredth of its radius pressures err more"
+        remark += "; the error of the pressure is larger within 1 % of the radius of a kink of the profile"
     names = (*columns, *NORMAL_FIELDS)
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
@@ -350,7 +350,7 @@ def _where(claim: Claim, known: BoolArray) -> Claim:
     where = claim.where & known
     if where.all():
         return claim
-    why = "bodies that are not pressed in have none, as in a row that loads a power of time or a dashpot in no time"
+    why = "not defined without indentation, as in a row that loads a power of time or a dashpot in no time"
     if where.any():
         return replace(claim, where=where, reason=f"{claim.reason}; {why}")
     return Claim(Level.NOT_VALID, why, claim.source, where)

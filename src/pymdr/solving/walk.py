@@ -70,7 +70,6 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
 
     Parameters
     ----------
-    task : Task
     start
         State of the law before the first leg.
     step : callable
@@ -78,10 +77,6 @@ def walk(task: Task, start: State, step: Step[State, Rows]) -> Walked[Rows]:
         controls, prescribed values and times, `kept` the requested rows (None for all), `progress` reports rows done within a long
         leg (may be None). `rows` are arrays over the requested rows, alone or in dicts, named tuples and frozen
         dataclasses; `state` and `channels` are those at its end.
-
-    Returns
-    -------
-    Walked
 
     Raises
     ------

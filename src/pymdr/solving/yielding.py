@@ -96,9 +96,17 @@ def first_yield(contact: Contact, *, strength: QuantityLike, side: str | None = 
         If the stress is not known, or has no bound under any load: at sharp and adhesive edges, and under sharp tips where
         nu is below 1/2.
 
+    See Also
+    --------
+    solve : the contact at any load.
+
     Notes
     -----
     For Hertz's contact of steel the largest pressure at first yield is 1.61 times the strength (Johnson 1985, section 6.1).
+
+    References
+    ----------
+    Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
 
     Examples
     --------

@@ -105,10 +105,6 @@ def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
     file : path
         A TOML file with the tables ``[surface]``, ``[body]`` and optionally ``[counterbody]`` and ``[ball]``.
 
-    Returns
-    -------
-    RoughCase
-
     Raises
     ------
     FileError

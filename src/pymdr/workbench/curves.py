@@ -56,15 +56,15 @@ def read_curves(
     Returns
     -------
     tuple of MeasuredCurve
-        In the order of the file; `segment` says what each is, told by how the travel changes, and `metadata` what the file says, the pixels of a
-        force map among it (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body.
+        In the order of the file; `segment` is determined from the change of the travel; `metadata` holds that of the file, with the pixels of a
+        force map (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body.
 
     Raises
     ------
     FileError
         If the file cannot be read, is damaged or cut off.
     CaseError
-        If it is a table without units, or samples are no numbers.
+        If it is a table without units, or samples are not numbers.
     ProblemError
         If it has no force, no height, or no spring constant.
     MissingExtraError
@@ -72,7 +72,7 @@ def read_curves(
 
     See Also
     --------
-    read_curve : a whole record from a table.
+    read_record : loads and displacements of a table.
     MeasuredCurve.join : one record of its segments.
 
     Examples
@@ -187,7 +187,9 @@ def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:
     assert signs is not None
     approach = next((one for one in parts if one.segment == "approach"), None)
     if approach is None:
-        raise ProblemError("the record has no approach, whose free part is its baseline")
+        raise ProblemError(
+            "the record has no approach; its baseline is fitted to the free part of the approach"
+        )
     baseline = approach.mark_outliers().orient(signs.numbers).baseline()
     if segment == "record":
         return oriented.mark_saturated().subtract_baseline(baseline)
@@ -397,8 +399,8 @@ def _segments(
     used = {key: columns[key] for key in ("force", name, "time", "segment") if key in columns}
     sizes = {key: values.size for key, values in used.items()}
     if len(set(sizes.values())) > 1:
-        told = ", ".join(f"{size} of {key}" for key, size in sizes.items())
-        raise FileError(f"cannot read {where}: its columns differ in length ({told}): the file is cut off")
+        lengths = ", ".join(f"{size} of {key}" for key, size in sizes.items())
+        raise FileError(f"cannot read {where}: its columns differ in length ({lengths}): the file is cut off")
     expected = metadata.get("point count")
     if isinstance(expected, float) and expected > sizes["force"]:
         raise FileError(
@@ -434,7 +436,7 @@ def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple
         if lost.any() and not leave_out:
             first = int(np.argmax(lost))
             raise CaseError(
-                f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(lost)} of {values.size} samples that are no numbers; every "
+                f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(lost)} of {values.size} samples that are not numbers; every "
                 "sample must be finite: read_curves(..., leave_out_missing=True) leaves them out and says so"
             )
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)

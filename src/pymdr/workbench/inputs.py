@@ -44,7 +44,9 @@ def read_bytes(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
     try:
         handle = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except ValueError as error:
-        raise FileError(f"cannot read {str(source)!r}: a name of a file has no character NUL") from error
+        raise FileError(
+            f"cannot read {str(source)!r}: the name contains the character NUL; remove it"
+        ) from error
     except OSError as error:
         raise FileError(f"cannot read {source}: {error.strerror or error}") from error
     if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -56,7 +58,7 @@ def read_bytes(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
     except OSError as error:
         raise FileError(f"cannot read {source}: {error.strerror or error}") from error
     if len(content) > largest:
-        raise CaseError(f"{source}: larger than {largest} bytes, which no {what} may be")
+        raise CaseError(f"{source}: larger than {largest} bytes (the limit of a {what})")
     return content
 
 
@@ -121,10 +123,6 @@ def read_measured_text(file: str | os.PathLike[str], largest: int, what: str) ->
     ----------
     file, largest, what
         As for :func:`read_bytes`.
-
-    Returns
-    -------
-    str
 
     Raises
     ------

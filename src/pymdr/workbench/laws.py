@@ -25,7 +25,6 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
         The path in it may be left out where `to` is given.
     to : str or None
         The largest indentation; the deepest of the path unless given.
-    tolerance : float
 
     Raises
     ------
@@ -42,7 +41,7 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
     deepest = assess(asked.contact, asked.path, **asked.options).largest.get("indentation", 0.0)
     if not deepest > 0.0:
         raise CaseError(
-            f"{case}: its path presses the bodies together nowhere; name the largest indentation with --to '1 um'"
+            f"{case}: its path never presses the bodies together; give the largest indentation with --to '1 um'"
         )
     return asked.title, export_law(asked.contact, deepest, tolerance=tolerance)
 

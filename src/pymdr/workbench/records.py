@@ -90,12 +90,21 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     UnitError
         If the units of a column are not those of a length or a force.
 
+    See Also
+    --------
+    friction_loop : the same of a contact.
+    read_record : a record from a file.
+
     Notes
     -----
     With amplitudes u = (u_max - u_min) / 2 and F = (F(u_max) - F(u_min)) / 2 the damping ratio is W / (4 pi U) with
     U = F u / 2, that of the viscous damper which dissipates as much in a cycle (Jacobsen 1930), and the stiffness is
     the secant F / u. Where the force does not rise with the displacement, there is no damping ratio: nan. These are measured numbers: noise of the force adds to W about its standard deviation times
     the step of the displacement times the root of the number of samples, with either sign.
+
+    References
+    ----------
+    Jacobsen (1930), Trans. ASME 52, APM-52-15, 169-181.
 
     Examples
     --------
@@ -114,7 +123,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     data = record.data if isinstance(record, Result) else record
     if not isinstance(data, xr.Dataset):
         raise ProblemError(
-            f"measured_loops: {type(record).__name__} is no record; give what read_record or solve returns, or an "
+            f"measured_loops: {type(record).__name__} is not a record; give what read_record or solve returns, or an "
             "xarray.Dataset"
         )
     displacement, force = _pair(data)

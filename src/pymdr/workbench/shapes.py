@@ -125,11 +125,6 @@ def hold_shape(
         Along either side of the grid, 33 to 1025; made odd.
     engine : str or None
         As of :func:`pymdr.press`.
-    progress : callable or None
-
-    Returns
-    -------
-    ShapeVerification
     """
     if isinstance(pixels, bool) or not isinstance(pixels, int) or not _FEWEST <= pixels <= _MOST:
         raise ProblemError(
@@ -249,7 +244,7 @@ def _pressed_at(
         count = min(_odd(math.ceil(larger * count)), _odd(_FINER * pixels), _MOST)
         box = wider
     raise PathError(
-        f"verify: at an indentation of {written(depth, 'm')} the contact goes on beyond every grid that was tried, the last "
+        f"verify: at an indentation of {written(depth, 'm')} the contact is larger than every grid that was tried, the last "
         f"{written(float(surface.size.max()), 'm')} wide; prescribe a smaller indentation"
     )
 

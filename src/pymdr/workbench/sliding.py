@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
@@ -108,7 +108,6 @@ def verify_sliding(
     ----------
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
-    path : LoadingPath
     cells : int
         Cells along a side of the grid, 8 to 80.
     steps : int
@@ -117,10 +116,6 @@ def verify_sliding(
         As for :func:`pymdr.solve`.
     progress : callable or None
         Called as ``progress(done, total)``.
-
-    Returns
-    -------
-    SlidingVerification
 
     Raises
     ------
@@ -137,8 +132,8 @@ def verify_sliding(
         )
     if contact.is_viscoelastic:
         raise ProblemError(
-            "verify: the grid solves friction of elastic bodies, and a body of this contact is Viscoelastic; take Elastic with its "
-            "stiffness at one time, or leave friction out, which rings follow with memory"
+            "verify: the grid solves friction of elastic bodies only, and a body is Viscoelastic; use Elastic with the stiffness at "
+            "one time, or leave friction out (rings then solve the viscoelastic contact)"
         )
     if not 0.0 < contact.friction.coefficient < math.inf:
         raise ProblemError(
@@ -146,7 +141,7 @@ def verify_sliding(
             "finite, for example Coulomb(0.3)"
         )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
-    chosen = _thinned(whole, steps)
+    chosen = thinned_rows([whole.data[name].values for name in ("indentation", "shift")], steps)
     d, u = (whole.data[name].values[chosen] for name in ("indentation", "shift"))
     mdr = solve(contact, Path(indentation=d, shift=u))
     moves = np.diff(d, prepend=0.0) * np.diff(u, prepend=0.0) != 0.0
@@ -161,8 +156,8 @@ def verify_sliding(
                 contact.body,
                 contact.counterbody,
                 contact.friction.coefficient,
-                _refined(d, each),
-                _refined(u, each),
+                refined_rows(d, each),
+                refined_rows(u, each),
                 grid,
                 progress=None if progress is None else partial(_tell, progress, done, total),
             )
@@ -189,7 +184,7 @@ def _tell(progress: Callable[[int, int], None], before: int, total: int, done: i
     progress(before + done, total)
 
 
-def _refined(values: FloatArray, parts: np.ndarray) -> FloatArray:
+def refined_rows(values: FloatArray, parts: np.ndarray) -> FloatArray:
     """Every straight step from the row before, at first from 0, in equal parts."""
     before = np.concatenate([[0.0], values[:-1]])
     return np.concatenate(
@@ -197,14 +192,13 @@ def _refined(values: FloatArray, parts: np.ndarray) -> FloatArray:
     )
 
 
-def _thinned(result: Result, steps: int) -> np.ndarray:
+def thinned_rows(channels: Sequence[FloatArray], steps: int) -> np.ndarray:
     """Rows of a history: its turning points, and others in between while there is room."""
-    d, u = (result.data[name].values for name in ("indentation", "shift"))
-    n = d.size
+    n = channels[0].size
     if n <= steps:
         return np.arange(n)
     turns = np.zeros(n, dtype=bool)
-    for values in (d, u):
+    for values in channels:
         way = np.sign(np.diff(values))
         turns[1:-1] |= way[1:] != way[:-1]
     turns[[0, -1]] = True
@@ -248,7 +242,7 @@ def _curves(contact: Contact, d: FloatArray, u: FloatArray) -> xr.Dataset:
     import xarray as xr
 
     parts = np.full(d.size, _FINE)
-    fine = solve(contact, Path(indentation=_refined(d, parts), shift=_refined(u, parts)))
+    fine = solve(contact, Path(indentation=refined_rows(d, parts), shift=refined_rows(u, parts)))
     r = np.linspace(0.0, 1.05 * float(fine.data["contact_radius"].values[-1]), 400)
     return xr.Dataset(
         {

@@ -151,10 +151,6 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     tabs, and entries may be quoted. Decimals have a point, or a comma if columns are separated by semicolons or tabs.
     The text is UTF-8, UTF-16 or latin-1.
 
-    Parameters
-    ----------
-    file : path
-
     Returns
     -------
     dict of str to ndarray

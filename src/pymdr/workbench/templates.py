@@ -346,7 +346,7 @@ def template(kind: str) -> str:
     if kind not in KINDS:
         near = difflib.get_close_matches(kind, KINDS, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(KINDS)}"
-        raise CaseError(f"no case of the kind {kind!r}; {hint}")
+        raise CaseError(f"unknown kind of case {kind!r}; {hint}")
     if kind in _SURFACES:
         return _SURFACES[kind]
     head = (

@@ -23,11 +23,13 @@ from pymdr.result import FieldReader, Result
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.drawing import infinite_in
 from pymdr.solving.ringed import adhesive_disks
+from pymdr.solving.torsional import is_torsional
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 from pymdr.workbench.shapes import hold_shape
 from pymdr.workbench.sliding import verify_sliding
+from pymdr.workbench.turning import verify_torsion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,7 +100,8 @@ def verify(
     path : LoadingPath
     elements : int, optional
         Number of rings, 20 to 5000; 400 unless given. Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025,
-        of which the contact takes about 0.7; 129 unless given. With friction: cells along a side, 8 to 80; 32 unless given.
+        of which the contact takes about 0.7; 129 unless given. With friction: cells along a side, 8 to 80; 32 unless given; under
+        torsion rings, 20 to 1000; 200 unless given.
     steps : int, optional
         How many steps, spread evenly over those of the path, are compared; 5 unless given. With friction at most so many turning points
         and rows between them are followed; 20 unless given. Bodies with memory are followed along all rows by
@@ -113,8 +116,8 @@ def verify(
 
     Returns
     -------
-    Verification, ShapeVerification or SlidingVerification
-        The second of a body that is not of revolution, the third with friction. Where the method is refused its values are NaN.
+    Verification, ShapeVerification, SlidingVerification or TorsionVerification
+        The second of a body that is not of revolution, the third with friction, the fourth under torsion. Where the method is refused its values are NaN.
 
     Raises
     ------
@@ -131,6 +134,9 @@ def verify(
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
+    if is_torsional(contact, path):
+        number, most = 200 if elements is None else elements, 20 if steps is None else steps
+        return verify_torsion(contact, path, number, most, machine_stiffness, progress)
     if contact.friction is not None:
         number, most = 32 if elements is None else elements, 20 if steps is None else steps
         return verify_sliding(contact, path, number, most, machine_stiffness, progress)

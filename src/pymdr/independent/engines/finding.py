@@ -34,10 +34,6 @@ def find_engine(engine: str | Engine | None = None) -> Engine:
     engine : str or Engine, optional
         Built-in name, name of an entry point in the group ``pymdr.engines``, or an Engine; by default ContactMechanics.
 
-    Returns
-    -------
-    Engine
-
     Raises
     ------
     ProblemError

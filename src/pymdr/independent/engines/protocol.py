@@ -45,10 +45,6 @@ class HalfSpace(Protocol):
         tolerance : float, optional
             Largest error of the gap in the contact, and largest penetration outside, over the indentation.
 
-        Returns
-        -------
-        Pressing
-
         Raises
         ------
         ConvergenceError
@@ -81,10 +77,6 @@ class Engine(Protocol):
             (nx, ny).
         spacing : tuple of float
             Widths of a pixel along x and y.
-
-        Returns
-        -------
-        HalfSpace
 
         Raises
         ------

@@ -26,11 +26,6 @@ def first_pressure(below: FloatArray, indentation: float | None) -> FloatArray:
     ----------
     below : ndarray
         Distances of the pixels from the highest one.
-    indentation : float or None
-
-    Returns
-    -------
-    ndarray
     """
     near = below < (np.quantile(below, 0.1) if indentation is None else indentation)
     return np.where(near | (below == 0.0), 1.0, 0.0)
@@ -75,15 +70,10 @@ def by_force(
     ----------
     press : callable
         The solution at a force, to a tolerance.
-    indentation : float
     first : float
         Initial force.
     tolerance : float
         Relative tolerance of the indentation.
-
-    Returns
-    -------
-    Pressing
 
     Raises
     ------

@@ -121,13 +121,8 @@ def solve_sliding(
         mu, finite and above 0.
     indentation, shift : array_like, shape (m,), m
         Approach d and rigid shift along x; the first row is one increment from (0, 0).
-    grid : HalfSpaceGrid
     progress : callable, optional
         Called as ``progress(done, total)``.
-
-    Returns
-    -------
-    SlidingSolution
 
     Raises
     ------

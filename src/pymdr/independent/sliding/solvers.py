@@ -20,17 +20,12 @@ def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: Float
 
     Parameters
     ----------
-    surface : Surface
     gap : ndarray (n, n), m
         f, inf outside the body.
     depth : float, m
         d.
     start : ndarray (n, n), Pa
         First iterate.
-
-    Returns
-    -------
-    ndarray (n, n), Pa
 
     Raises
     ------
@@ -81,17 +76,12 @@ def solve_tractions(
 
     Parameters
     ----------
-    surface : Surface
     reference : ndarray (2, n, n), m
         w: displacement of a cell without slip.
     limit : ndarray (n, n), Pa
         mu p.
     start : ndarray (2, n, n), Pa
         First iterate.
-
-    Returns
-    -------
-    ndarray (2, n, n), Pa
 
     Raises
     ------

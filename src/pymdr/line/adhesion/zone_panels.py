@@ -97,7 +97,6 @@ def panel_integrals(line: PanelLine, radius: Position, width: FloatArray, *, thi
 
     Parameters
     ----------
-    line : PanelLine
     radius : ndarray or Place
         a >= 0 in m, flat.
     width : ndarray

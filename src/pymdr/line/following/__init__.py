@@ -21,14 +21,12 @@ from pymdr.line.following.paths import (
     History,
     Jumps,
     Route,
-    Track,
-    Transitions,
     energy_balance,
     follow,
     pressed,
     pulled,
-    trace,
 )
+from pymdr.line.following.tracks import Track, Transitions, trace
 
 __all__ = [
     "Balance",

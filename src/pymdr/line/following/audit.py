@@ -9,7 +9,8 @@ from numpy.polynomial.legendre import leggauss
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.following.curves import Curve
-from pymdr.line.following.paths import History, Track
+from pymdr.line.following.paths import History
+from pymdr.line.following.tracks import Track
 from pymdr.units import FloatArray, metres
 
 _NODES, _LEVELS, _TOLERANCE = 20, 40, 1e-13

@@ -5,172 +5,17 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from operator import neg
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import PathError
-from pymdr.line.following.branches import Inverse, inverse_of, turning_points
-from pymdr.line.following.curves import Curve
+from pymdr.line.following.tracks import END, FREE, Index, Track, jump_energies
 from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
-_Index = NDArray[np.intp]
-_FREE, _END = -1, -2
 _UP, _DOWN, _TOUCH = range(3)
-_ROUNDING = 1e-12
-"""Largest distance of the start of a branch above its touch, over the range of D."""
-_SHORT = 2000
-"""Largest number of states computed without tables, which cost as much as a few thousand states."""
-
-
-@dataclass(frozen=True)
-class Transitions:
-    """Jumps out of the branches in one direction, one entry per branch.
-
-    Attributes
-    ----------
-    to : ndarray of int
-        Branch reached; -1 for a free body, -2 where the known curve ends.
-    control : ndarray
-        D of the jump.
-    before, after : ndarray
-        The parameter before and after; for a free body the start of the curve.
-    loss : ndarray
-        Energy dissipated [J].
-    """
-
-    to: _Index
-    control: FloatArray
-    before: FloatArray
-    after: FloatArray
-    loss: FloatArray
-
-
-@dataclass(frozen=True)
-class Track:
-    """A curve with all its branches and jumps, by `trace`.
-
-    Attributes
-    ----------
-    curve : Curve
-        The curve.
-    turning : ndarray
-        Parameters of its start, folds and stop.
-    bottom, top : ndarray
-        Ends of the stable branches in s.
-    low, high : ndarray
-        Ends of the stable branches in D.
-    touch : float
-        D at which a free body touches.
-    jumps : tuple of Transitions
-        Upward, downward, and (one entry) at the touch.
-    """
-
-    curve: Curve
-    turning: FloatArray
-    bottom: FloatArray
-    top: FloatArray
-    low: FloatArray
-    high: FloatArray
-    touch: float
-    jumps: tuple[Transitions, Transitions, Transitions]
-
-    @cached_property
-    def inverse(self) -> Inverse:
-        """Tables of s from branch and D, for long paths."""
-        return inverse_of(self.curve.control, self.bottom, self.top, np.array(sorted(self.curve.knots)))
-
-    def parameters(self, branch: _Index, control: FloatArray) -> FloatArray:
-        """Return s of the states with the given D on the given branches; few states are computed without tables."""
-        if control.size > _SHORT or "inverse" in self.__dict__:
-            return self.inverse(branch, control)
-        bottom, top = self.bottom[branch], self.top[branch]
-        levels = np.clip(control, self.low[branch], self.high[branch])
-
-        def above(s: FloatArray, D: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
-            value = self.curve.control(s) - D
-            # rounding at the ends of a branch must not hide its change of sign
-            return np.where(
-                s <= first, np.minimum(value, 0.0), np.where(s >= last, np.maximum(value, 0.0), value)
-            )
-
-        return roots_of(above, bottom, top, levels, bottom, top)
-
-    @property
-    def pull_off(self) -> float:
-        """Parameter of the last stable state as D decreases: the pull-off."""
-        lowest = np.flatnonzero(self.low == self.low.min())
-        return float(self.bottom[lowest[-1]])
-
-
-def trace(curve: Curve) -> Track:
-    """Find all folds, stable branches and jumps of a curve.
-
-    Parameters
-    ----------
-    curve : Curve
-        The curve.
-
-    Returns
-    -------
-    Track
-        Input of `follow` for any number of paths.
-
-    Raises
-    ------
-    PathError
-        When no part of the curve is stable.
-    ConvergenceError
-        When the curve is not piecewise smooth.
-
-    Notes
-    -----
-    Popov & Heß (2015), ch. 4, for the rule that a contact grows while D > D(s) and shrinks while D < D(s).
-
-    Examples
-    --------
-    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
-    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
-    >>> np.allclose(trace(wave).turning[1:3], [2 * np.pi / 3, 4 * np.pi / 3], rtol=1e-15)
-    True
-    """
-    turning, rising = turning_points(curve.slope, curve.start, curve.stop, curve.knots)
-    stable = np.flatnonzero(rising)
-    bottom, top = turning[stable], turning[stable + 1]
-    level = curve.control(turning)
-    proper = level[stable] < level[stable + 1]
-    bottom, top, stable = bottom[proper], top[proper], stable[proper]
-    low, high = level[stable], level[stable + 1]
-    if stable.size == 0:
-        raise PathError(
-            "no part of the curve is stable under this control; extend the curve or control another quantity"
-        )
-    touch = float(level[0]) if curve.touch is None else max(float(curve.touch), float(level[0]))
-
-    # beyond the last branch there is no stable state
-    up, down = _first(high, upward=True), _first(low, upward=False)
-    # the first branch of a flat end begins at its touch, up to rounding
-    onto = np.flatnonzero((high >= touch) & (low <= touch + _ROUNDING * np.ptp(level)))[:1]
-    onto = onto if onto.size else np.array([_END])
-
-    def jumps(to: _Index, control: FloatArray, before: FloatArray, energy: FloatArray) -> Transitions:
-        after = np.full(to.size, curve.start)
-        real = np.flatnonzero(to >= 0)
-        goal = to[real]
-        reached = np.clip(control[real], low[goal], high[goal])
-        after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], reached)
-        return Transitions(to, control, before, after, energy - _energies(curve, to, control, after))
-
-    at_touch = jumps(onto, np.array([touch]), np.full(1, curve.start), np.array([curve.free_energy(touch)]))
-    transitions = (
-        jumps(up, high, top, curve.energy(top)),
-        jumps(down, low, bottom, curve.energy(bottom)),
-        at_touch,
-    )
-    return Track(curve, turning, bottom, top, low, high, touch, transitions)
 
 
 @dataclass(frozen=True)
@@ -217,6 +62,8 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from pymdr.line.following import Curve, trace
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
     >>> route = pressed(trace(wave), lambda s: s, 3.0)
@@ -227,7 +74,7 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
     branch, s = int(out.to[0]), float(out.after[0])
     begin: list[float] = []
     end: list[float] = []
-    while branch != _END:
+    while branch != END:
         here, top = np.array([s]), track.top[branch : branch + 1]
         begin.append(s)
         if measure(here)[0] >= target:
@@ -255,6 +102,8 @@ def pulled(track: Track, branch: int, parameter: float) -> Route:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from pymdr.line.following import Curve, trace
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
     >>> route = pulled(trace(wave), 1, 7.0)
@@ -263,34 +112,11 @@ def pulled(track: Track, branch: int, parameter: float) -> Route:
     """
     out = track.jumps[_DOWN]
     begin, end = [parameter], [float(track.bottom[branch])]
-    while (to := int(out.to[branch])) != _FREE:
+    while (to := int(out.to[branch])) != FREE:
         begin.append(float(out.after[branch]))
         end.append(float(track.bottom[to]))
         branch = to
     return Route(np.array(begin), np.array(end), branch, float(out.loss[branch]))
-
-
-def _first(limit: FloatArray, *, upward: bool) -> _Index:
-    """Return, for each branch, the next one whose limit is beyond its own (a stack, in one pass)."""
-    n = limit.size
-    to = np.full(n, _END if upward else _FREE)
-    order = range(n - 1, -1, -1) if upward else range(n)
-    stack: list[int] = []
-    for i in order:
-        while stack and (limit[stack[-1]] <= limit[i] if upward else limit[stack[-1]] >= limit[i]):
-            stack.pop()
-        if stack:
-            to[i] = stack[-1]
-        stack.append(i)
-    return to
-
-
-def _energies(curve: Curve, to: _Index, control: FloatArray, after: FloatArray) -> FloatArray:
-    """Return the potential of the states reached [J]: of the free body, or NaN where the curve ends."""
-    energy = curve.energy(after)
-    for i in np.flatnonzero(to < 0):
-        energy[i] = curve.free_energy(float(control[i])) if to[i] == _FREE else np.nan
-    return energy
 
 
 @dataclass(frozen=True)
@@ -309,7 +135,7 @@ class Jumps:
         Energy dissipated [J].
     """
 
-    step: _Index
+    step: Index
     control: FloatArray
     before: FloatArray
     after: FloatArray
@@ -342,7 +168,7 @@ class History:
 
     control: FloatArray
     parameter: FloatArray
-    branch: _Index
+    branch: Index
     attached: NDArray[np.bool_]
     jumped: NDArray[np.bool_]
     dissipated: FloatArray
@@ -375,6 +201,8 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from pymdr.line.following import Curve, trace
     >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
     ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
     >>> history = follow(trace(wave), [1.0, 4.0, 4.5, 1.0, -0.1])
@@ -384,7 +212,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     D = np.array(control, dtype=np.float64)
     if D.ndim != 1 or D.size == 0 or not np.all(np.isfinite(D)):
         raise PathError("a path needs one dimension, at least one value, and finite values")
-    state, event = (_FREE, None) if initial is None else _placed(track, float(initial), float(D[0]))
+    state, event = (FREE, None) if initial is None else _placed(track, float(initial), float(D[0]))
     # index -1 is the free body
     lows = [*track.low.tolist(), -np.inf]
     highs = [*track.high.tolist(), float(np.nextafter(track.touch, -np.inf))]
@@ -399,9 +227,9 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     while (step := exits.after(step, low, high)) < D.size:
         value = float(D[step])
         while not low <= value <= high:
-            kind, origin = (_TOUCH, 0) if state == _FREE else (_UP if value > high else _DOWN, state)
+            kind, origin = (_TOUCH, 0) if state == FREE else (_UP if value > high else _DOWN, state)
             state = targets[kind][origin]
-            if state == _END:
+            if state == END:
                 raise PathError(
                     f"step {step}: control value {value!r} is beyond the end of the known curve, "
                     f"{track.high.max()!r}; extend the profile or shorten the path"
@@ -471,8 +299,8 @@ def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
         beyond = np.flatnonzero((track.bottom > s) & (track.high >= at[0]))[:1]
     else:
         beyond = np.flatnonzero((track.top < s) & (track.low <= at[0]))[-1:]
-    to = beyond if beyond.size else np.array([_END if value >= at[0] else _FREE])
-    if to[0] == _END:
+    to = beyond if beyond.size else np.array([END if value >= at[0] else FREE])
+    if to[0] == END:
         raise PathError(
             f"the initial state {s!r} grows beyond the end of the known curve; extend the profile"
         )
@@ -480,7 +308,7 @@ def _placed(track: Track, s: float, value: float) -> tuple[int, Jumps | None]:
     if to[0] >= 0:
         after = roots_of(lambda x, D: curve.control(x) - D, track.bottom[to], track.top[to], at)
     before = np.array([s])
-    loss = curve.energy(before) - _energies(curve, to, at, after)
+    loss = curve.energy(before) - jump_energies(curve, to, at, after)
     shown = after if to[0] >= 0 else np.full(1, np.nan)
     return int(to[0]), Jumps(np.zeros(1, dtype=np.intp), at, before, shown, loss)
 
@@ -497,7 +325,7 @@ def _events(
         at = kind == k
         control[at], loss[at] = table.control[origin[at]], table.loss[origin[at]]
         before[at], after[at] = table.before[origin[at]], table.after[origin[at]]
-        free[at] = table.to[origin[at]] == _FREE
+        free[at] = table.to[origin[at]] == FREE
     real = (before != after) | (loss != 0.0)
     before[kind == _TOUCH] = np.nan
     after[free] = np.nan
@@ -545,6 +373,8 @@ def energy_balance(track: Track, history: History) -> Balance:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from pymdr.line.following import Curve, trace
     >>> spring = Curve(lambda s: s, np.ones_like, lambda s: s**2 / 2, start=0.0, stop=5.0)
     >>> track = trace(spring)
     >>> energy_balance(track, follow(track, [2.0, 4.0])).work

@@ -50,10 +50,6 @@ def shift_ratio_at(force_ratio: ArrayLike, exponent: float) -> FloatArray:
     exponent : float
         n of the profile f = c r^n.
 
-    Returns
-    -------
-    ndarray
-
     Examples
     --------
     >>> round(float(shift_ratio_at(0.64, 1.0)), 12)
@@ -78,10 +74,6 @@ def loop_energy(shift_ratio: ArrayLike, exponent: float) -> FloatArray:
         l = u_a / u_s, 0 to 1.
     exponent : float
         n of the profile f = c r^n.
-
-    Returns
-    -------
-    ndarray
 
     Notes
     -----

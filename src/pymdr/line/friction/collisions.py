@@ -45,7 +45,6 @@ def follow_collision(
 
     Parameters
     ----------
-    curves : ElasticCurves
     indentation, time : array_like, shape (n,)
         d in m and t in s; the first row is that of the touch.
     mass : float
@@ -56,10 +55,6 @@ def follow_collision(
         Mu, above 0 and finite.
     tangential_modulus : float
         G* in Pa.
-
-    Returns
-    -------
-    Sideways
 
     Raises
     ------

@@ -59,10 +59,6 @@ def power_law_curves(
     unit : float, optional
         Length in m in which x is counted: m^(1-n) of a small tip and a large n leaves the range of floats.
 
-    Returns
-    -------
-    ElasticCurves
-
     Raises
     ------
     ProblemError
@@ -131,10 +127,6 @@ def tabulated_curves(
     tolerance : float, optional
         Largest error of a relative to a.
 
-    Returns
-    -------
-    ElasticCurves
-
     Raises
     ------
     ProblemError
@@ -170,10 +162,6 @@ def curves_of(line: ElasticLine, depth: float, *, marks: ArrayLike = ()) -> Elas
         Largest depth in m that a history reaches.
     marks : array_like, optional
         Depths in m at which a(d) is not smooth, as in :func:`tabulated_curves`.
-
-    Returns
-    -------
-    ElasticCurves
 
     Examples
     --------

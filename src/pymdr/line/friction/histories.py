@@ -47,10 +47,6 @@ def follow_displacements(
     checkpoints : iterable of int, optional
         Rows after which the state is kept, as long as all of them hold at most 4e6 vertices.
 
-    Returns
-    -------
-    FrictionHistory
-
     Examples
     --------
     >>> from pymdr.line.friction import power_law_curves
@@ -91,10 +87,6 @@ def follow_forces(
     friction, tangential_modulus, start, keep, checkpoints
         As in :func:`follow_displacements`.
 
-    Returns
-    -------
-    FrictionHistory
-
     Examples
     --------
     >>> from pymdr.line.friction import power_law_curves
@@ -131,10 +123,6 @@ def follow_load_with_shift(
         u_x in m.
     friction, tangential_modulus, start, keep, checkpoints
         As in :func:`follow_displacements`.
-
-    Returns
-    -------
-    FrictionHistory
 
     Examples
     --------
@@ -180,10 +168,6 @@ def follow_indentation_with_force(
         F_x in N, |F_x| <= mu F_N(d).
     friction, tangential_modulus, start, keep, checkpoints
         As in :func:`follow_displacements`.
-
-    Returns
-    -------
-    FrictionHistory
 
     Examples
     --------

@@ -48,14 +48,8 @@ def follow_leg(
 
     Parameters
     ----------
-    curves : ElasticCurves
-    leg : FrictionLeg
     friction, tangential_modulus, start, keep, checkpoints
         As in :func:`~pymdr.line.friction.follow_displacements`.
-
-    Returns
-    -------
-    FrictionHistory
 
     Examples
     --------
@@ -91,7 +85,6 @@ class Replay:
     ----------
     curves : ElasticCurves
         Deep enough for every leg.
-    legs : tuple of FrictionLeg
     friction, tangential_modulus : float
         mu and G* in Pa.
     """
@@ -110,10 +103,6 @@ class Replay:
         ----------
         row : int
             0 to the number of rows less 1.
-
-        Returns
-        -------
-        FrictionState
         """
         which = 0
         while row >= self.legs[which].normal.size:

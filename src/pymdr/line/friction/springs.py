@@ -54,10 +54,6 @@ def springs(
     modulus, tangential_modulus : float
         E* and G* in Pa.
 
-    Returns
-    -------
-    SpringHistory
-
     Notes
     -----
     Popov and Hess (2015), chapter 5, in one direction.

@@ -143,14 +143,6 @@ def superposition(state: FrictionState) -> Superposition:
 
     tau(r) = mu sum sigma_i [p(r; y_i) - p(r; y_(i-1))], written with one weight sigma_i - sigma_(i+1) per depth.
 
-    Parameters
-    ----------
-    state : FrictionState
-
-    Returns
-    -------
-    Superposition
-
     Notes
     -----
     Jaeger (1995), Ciavarella (1998).
@@ -179,7 +171,6 @@ def spring_shifts(state: FrictionState, y: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    state : FrictionState
     y : array_like
         Spring labels g(x) in m.
 

@@ -61,7 +61,6 @@ def lower_bound(
 
     Parameters
     ----------
-    line : LayeredLine
     depth : ndarray
         d in m.
     contact_radius : ndarray

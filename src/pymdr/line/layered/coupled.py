@@ -30,7 +30,6 @@ class Added:
 
     Parameters
     ----------
-    kernel : Kernel
     radius : float
         Of the contact in m.
     x, loads : ndarray

@@ -289,11 +289,6 @@ def numbers(solved: Solved, outline: Outline) -> FloatArray:
     """
     What a table of contacts holds: k / (2 E* a), q_A(a), and d0, F0 and U0 as parts of a half-space's.
 
-    Parameters
-    ----------
-    solved : Solved
-    outline : Outline
-
     Returns
     -------
     ndarray
@@ -311,11 +306,6 @@ def numbers(solved: Solved, outline: Outline) -> FloatArray:
 def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray, int]:
     """
     The contact of one radius, with more nodes until two solutions agree.
-
-    Parameters
-    ----------
-    kernel : Kernel
-    outline : Outline
 
     Returns
     -------

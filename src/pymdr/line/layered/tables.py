@@ -80,14 +80,7 @@ class Limit:
 
 @dataclass(eq=False)
 class Table:
-    """
-    The contacts of a profile on a layered body.
-
-    Parameters
-    ----------
-    equivalent : EquivalentProfile
-    kernel : Kernel
-    """
+    """The contacts of a profile on a layered body."""
 
     equivalent: EquivalentProfile
     kernel: Kernel

@@ -15,8 +15,8 @@ from pymdr.line.memory.springs import extended, farther, springs_to
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
-_ROOM = 1024
-"""Parts for which there is room at first."""
+_PARTS = 1024
+"""Largest number of parts at first."""
 
 
 class Parts(NamedTuple):
@@ -106,12 +106,12 @@ def parts_of(
     if (np.diff(t, prepend=state.time) < 0.0).any():  # as the history itself says
         return whole_rows(t.size)
     by_depth, by_force = math.isinf(machine_stiffness), machine_stiffness == 0.0
-    pulled, began = (values, start)
+    pulled, first_target = (values, start)
     if not by_depth and not by_force:
-        pulled, began = machine_stiffness * values, machine_stiffness * start
+        pulled, first_target = machine_stiffness * values, machine_stiffness * start
     deepest = math.inf if by_force else float(np.max(values, initial=0.0))
     if not by_depth:
-        under = deepest_under(curve, relaxation, np.append(state.time, t), np.append(began, pulled))
+        under = deepest_under(curve, relaxation, np.append(state.time, t), np.append(first_target, pulled))
         deepest = min(deepest, under)
     springs = state.springs
     if (by_depth and not loads) or not math.isfinite(deepest) or (springs is None and deepest <= 0.0):
@@ -124,25 +124,22 @@ def parts_of(
         return whole_rows(t.size)
     springs = extended(curve, springs, deepest)
     strength = _means(relaxation, np.diff(t, prepend=state.time)) * _elastic(curve, size)
-    modes, room = modes_of(relaxation), _ROOM + 2 * t.size
+    course, division = np.stack([t, pulled, strength]), row_kernels.Division(tolerance * size, tolerance)
+    modes, most = modes_of(relaxation), _PARTS + 2 * t.size
     while True:
-        rows = np.zeros((room, kernels.COLUMNS))
-        run, begin, begun = prepared_run(springs, relaxation, modes, state, goal.machine_stiffness, began)
-        count = row_kernels.follow(
-            run,
-            (np.array(t), np.array(pulled)),
-            begin,
-            (begun, begun.copy(), begun.copy(), begun.copy()),
-            rows,
-            np.zeros((row_kernels.NOTES, 3 if loads else 0, springs.position.size)),
-            row_kernels.Division(tolerance * size, tolerance, strength),
+        rows = np.zeros((most, kernels.COLUMNS))
+        run, begin, first = prepared_run(
+            springs, relaxation, modes, state, goal.machine_stiffness, first_target
         )
+        notes = np.zeros((row_kernels.NOTES, 3 if loads else 0, springs.position.size))
+        states = first, first.copy(), first.copy(), first.copy()
+        count = row_kernels.follow(run, course, begin, states, rows, notes, division)
         if count >= 0:
             return Parts(rows[:count, kernels.OWNER].astype(np.int64), rows[:count, kernels.PART].copy())
         if count == row_kernels.ENDED:
             springs = extended(curve, springs, farther(curve, springs))
         else:
-            room *= 4
+            most *= 4
 
 
 def _means(relaxation: Relaxation, time: FloatArray) -> FloatArray:

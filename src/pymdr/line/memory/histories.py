@@ -77,12 +77,14 @@ class Passage(NamedTuple):
     """(m,) F in N."""
     contact_radius: FloatArray
     """(m,) a in m."""
-    load: FloatArray
-    """(m + 1, n) q per length in Pa m of the springs in contact, without a dashpot beside them."""
-    gap: FloatArray
-    """(m + 1, n) in m above the free springs; -1 in contact."""
-    turn: FloatArray
-    """(m + 1, n) at which part of the row a spring changed sides last; 0 where it did not."""
+    notes: FloatArray
+    """(3, m + 1 or more, n): loads; gaps in m above the free springs, -1 in contact; and the part of a row at which a spring last
+    changed sides, 0 where it did not."""
+
+    @property
+    def load(self) -> FloatArray:
+        """(m + 1, n) q per length in Pa m of the springs in contact, without a parallel dashpot."""
+        return self.notes[0, : self.time.size]
 
 
 Watch = Callable[[Passage], None]
@@ -275,22 +277,14 @@ def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: 
 def prepared_run(
     springs: Springs, relaxation: Relaxation, modes: Modes, state: MemoryState, machine: float, target: float
 ) -> tuple[Run, FloatArray, FloatArray]:
-    """What compiled histories are followed with, where they begin, before a target, and the springs of a state."""
-    from pymdr.line.memory import kernels, row_kernels, together
+    """Arguments of compiled histories: what is followed, where it starts before a target, and the springs of a state."""
+    from pymdr.line.memory import kernels, row_kernels
 
     body = kernels.body_of(relaxation, modes)
-    size = springs.position.size
-    begun = unpacked(state.deflection, state.branches, state.free, size, relaxation, modes)
-    run = row_kernels.Run(
-        kernels.table_of(springs),
-        body,
-        float(machine),
-        float(springs.limit),
-        kernels.room_for(body),
-        together.no_group(body),
-        np.zeros(kernels.COLUMNS),
-    )
-    return run, np.array([state.time, state.indentation, target, active_springs(begun)]), begun
+    first = unpacked(state.deflection, state.branches, state.free, springs.position.size, relaxation, modes)
+    row = np.zeros(kernels.COLUMNS)
+    run = row_kernels.Run(kernels.table_of(springs), body, float(machine), float(springs.limit), row)
+    return run, np.array([state.time, state.indentation, target, active_springs(first)]), first
 
 
 def _follow(
@@ -305,13 +299,13 @@ def _follow(
     from pymdr.line.memory import kernels
 
     t, (_, target, machine) = np.asarray(course[0], dtype=float), course
-    state = _begun(t, target, machine, state)
+    state = _checked(t, target, machine, state)
     if math.isinf(machine) and relaxation.viscosity > 0.0:
         _refuse_jumps(state, np.diff(t, prepend=state.time), target)
     springs = state.springs
     if springs is None:
         if deepest <= 0.0:
-            return _apart(state, t, target, machine)
+            return _without_contact(state, t, target, machine)
         springs = springs_to(curve, deepest, n)
     elif math.isinf(machine):
         springs = extended(curve, springs, deepest)
@@ -346,49 +340,39 @@ def _passed(
     modes: Modes,
     course: tuple[FloatArray, FloatArray, float],
     state: MemoryState,
-    found: tuple[FloatArray, FloatArray, int],
+    results: tuple[FloatArray, FloatArray, int],
     watch: Watch | None,
 ) -> tuple[MemoryState, int]:
     """Follow rows until all are done or the springs end: the state there, and how many are done."""
     from pymdr.line.memory import kernels, row_kernels
 
-    (t, target, machine), (rows, radii, done), springs = course, found, state.springs
+    (t, target, machine), (rows, radii, done), springs = course, results, state.springs
     assert springs is not None
-    run, begin, begun = prepared_run(springs, relaxation, modes, state, machine, 0.0)
-    whole = row_kernels.Division(0.0, 0.0, np.zeros(0))
+    run, start, first = prepared_run(springs, relaxation, modes, state, machine, 0.0)
+    whole = row_kernels.Division(0.0, 0.0)
     watched = 0 if watch is None else min(_WATCHED, t.size - done) + 1
-    room = np.zeros((row_kernels.NOTES, watched, springs.position.size))
+    notes = np.zeros((row_kernels.NOTES, watched, springs.position.size))
     while done < t.size:
         stop = t.size if watch is None else min(done + _WATCHED, t.size)
-        before = begin.copy()
-        part = t[done:stop].copy(), target[done:stop].copy()
-        states = begun, begun.copy(), begun.copy(), begun.copy()
-        count = row_kernels.follow(run, part, begin, states, rows[done:stop], room, whole)
+        before = start.copy()
+        sections = np.stack([t[done:stop], target[done:stop], np.zeros(stop - done)])
+        states = first, first.copy(), first.copy(), first.copy()
+        count = row_kernels.follow(run, sections, start, states, rows[done:stop], notes, whole)
         here = slice(done, done + count)
         radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
         for column in (kernels.WORK, kernels.LOST):
             rows[here, column] += rows[done - 1, column] if done else 0.0
         if count > 0 and watch is not None:
-            watch(
-                Passage(
-                    springs,
-                    np.append(before[0], t[here]),
-                    np.append(before[1], rows[here, kernels.THERE]),
-                    rows[here, kernels.FORCE],
-                    radii[here],
-                    room[row_kernels.LOAD, : count + 1],
-                    room[row_kernels.GAP, : count + 1],
-                    room[row_kernels.TURNED, : count + 1],
-                )
-            )
+            time, depth = np.append(before[0], t[here]), np.append(before[1], rows[here, kernels.THERE])
+            watch(Passage(springs, time, depth, rows[here, kernels.FORCE], radii[here], notes))
         done += count
         if done < stop:
             break
-    end = MemoryState(float(begin[0]), float(begin[1]), springs, *packed(begun, relaxation, modes))
+    end = MemoryState(float(start[0]), float(start[1]), springs, *packed(first, relaxation, modes))
     return end, done
 
 
-def _begun(t: FloatArray, target: FloatArray, machine: float, state: MemoryState | None) -> MemoryState:
+def _checked(t: FloatArray, target: FloatArray, machine: float, state: MemoryState | None) -> MemoryState:
     """Where rows begin, which have to be numbers at times that do not fall."""
     if t.shape != target.shape or t.ndim != 1 or t.size == 0:
         raise PathError(
@@ -421,7 +405,7 @@ def _refuse_jumps(state: MemoryState, waits: FloatArray, depth: FloatArray) -> N
         )
 
 
-def _apart(state: MemoryState, t: FloatArray, target: FloatArray, machine: float) -> MemoryHistory:
+def _without_contact(state: MemoryState, t: FloatArray, target: FloatArray, machine: float) -> MemoryHistory:
     """Rows that press nowhere: bodies apart, at rest on each other, or too stiff for a load that has no time to act."""
     none = np.zeros(t.size)
     d = target.copy() if math.isinf(machine) else np.minimum(target / machine, 0.0) if machine > 0.0 else none

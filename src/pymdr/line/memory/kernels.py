@@ -1,8 +1,8 @@
 """Compiled steps of springs with memory. Imported only when a history is followed: it loads numba.
 
-A spring in contact keeps the forces h of its Maxwell branches, whose length w follows the indentation: exact for
-straight moves. A free one keeps the amplitudes of the modes in which it creeps back. Branches and modes are monotone within a
-step, so that their ends bound the force of a spring, or its gap, from below: most stay on their side by far. Of the others the
+A spring in contact keeps the forces h of its Maxwell branches; its deflection w follows the indentation. The update is exact for
+straight moves. A free spring keeps the amplitudes of the modes in which it creeps back. Branches and modes are monotone within a
+step, so their end values bound the force or the gap of a spring from below, and most springs need no search. For the others the
 force and the gap are sums of exponentials, whose first crossing of 0 is found whatever the step.
 """
 
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import compiled, inner
+from pymdr.compiling import inner, uncounted
 from pymdr.line.memory.modes import BORNE, FREE, REST, TURN, Modes, W
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
@@ -30,307 +30,296 @@ from pymdr.numerics.exponentials import (
 from pymdr.units import FloatArray
 
 _SHORTLY = 1e-3
-"""Of a step: the time that tells the modulus by which the force of a spring that is let go is continued."""
-DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(6)
-"""Of a branch over a step x = s/tau, h -> DECAY h + E MEAN dw; work dw (MEAN h + E RAMP dw); its dissipation in units of
+"""Fraction of a step whose mean modulus continues the force of a released spring."""
+H, M, LEFT, TAKEN, ELASTIC, LOADED, SQUARES, MODULUS, SOFT, RELAXING = range(RATES + 1, RATES + 11)
+"""Columns of the table of a body after the terms of a sum. Of the spring at work: h and the amplitudes m; of the modes after a step:
+exp(-rate s) and their dissipation; of a step: E dw, sum k h and sum k h^2 over the springs that stay in contact; of the branches:
+E, 1/E, tau."""
+DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(RELAXING + 1, RELAXING + 7)
+"""Of a branch over a whole step x = s/tau: h -> DECAY h + E MEAN dw; work dw (MEAN h + E RAMP dw); its dissipation in units of
 1/E: OWN h^2 + 2 CROSS h E dw + MOVED (E dw)^2."""
-COEFFICIENTS = 6
+PART_DECAY, PART_MEAN, PART_RAMP, PART_OWN, PART_CROSS, PART_MOVED = range(MOVED + 1, MOVED + 7)
+"""The same over a part of a step."""
+FADE, GAINED, LOWEST, HIGHEST, SUM_H, SUM_HH = range(PART_MOVED + 1, PART_MOVED + 7)
+"""Of the branches of a group: h is FADE times the first h plus GAINED; the lowest and highest first h, sum k h, sum k h^2."""
+RATE_OF_MODE, REACH, BACK = range(SUM_HH + 1, SUM_HH + 4)
+"""Of the modes: the rate and the deflection of a unit amplitude; from BACK on what each mode adds to a branch."""
+DURATION, FIRM, _LOST, _WORK, _TRIED, GROUPED, STIFFNESS, WIDTH, SQUARED, LEAST, MOST, SINCE = range(12)
+"""Numbers of a body: duration of the step, stiffness of a spring; of the last spring that changed sides the dissipation, work and
+intervals tried; of a group the number of its springs, sums of k, k w, k w^2, the least and largest w when formed, and its move since."""
 FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT, PARTS, THERE, OWNER, PART = range(12)
-"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT how many are, PARTS what was tried of all. A history
-adds the indentation, and the row to which a part of one belongs with its end as a share of that."""
+"""Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT the number in contact, PARTS all intervals tried. A
+history adds the indentation, the row of a part and the end of the part as a fraction of the row."""
 COLUMNS = 12
 HEIGHT, SHARE, CENTRE, OUTER, POSITION = range(5)
 """Rows of the springs: d0, dk, k per unit modulus at the spring and at the outer end of its part, and x."""
-MODULUS, SOFT, RELAXING, BACK = range(4)
-"""Columns of the branches of a body: E, 1/E, tau, and from BACK on what each mode of a free spring adds to the force."""
-FADING, REACH, INTO = range(3)
-"""Columns of the modes of a body: the rate, what w follows of it, and from INTO on what each branch, and w, adds to it."""
-H, M, LEFT, TAKEN, ELASTIC, LOADED, SQUARES = range(RATES + 1, RATES + 8)
-"""Columns of the work, after those of the terms of a sum: the branches and the modes of a spring that changes sides; what is left of
-the modes after a step, and what their dashpots take; E dw, and of the springs that stay in contact the sums of h and of its square."""
-DURATION, FIRM, _LOST, _WORK, _TRIED = range(5)
-"""What is known of a step: how long it is and the stiffness of a spring; and of the last spring that changed sides what its dashpots
-take, the work, and what was tried."""
 
 
 class Body(NamedTuple):
-    """How a spring relaxes and creeps back."""
+    """How a spring relaxes and creeps back. Few arrays of many columns: each array that kernels pass on takes time to compile."""
 
     equilibrium: float
     viscosity: float
-    branches: FloatArray
-    modes: FloatArray
+    branches: int
+    modes: int
+    table: FloatArray
+    """One row per branch and per mode."""
+    known: FloatArray
 
 
 class Move(NamedTuple):
-    """A straight way from one indentation to another, with what a dashpot adds to every spring on it."""
+    """A straight change of the indentation, and the force of a dashpot on every spring during it."""
 
     start: float
-    way: float
+    change: float
     duration: float
     drag: float
 
 
-class Room(NamedTuple):
-    """Few arrays of many columns: every array that one kernel hands on to another takes time to compile."""
-
-    known: FloatArray
-    branch: FloatArray
-    """(n, 6) coefficients of a whole step, and of a part of one."""
-    part: FloatArray
-    work: FloatArray
-
-
-def branch_table(relaxation: Relaxation) -> FloatArray:
-    """The first columns of the branches of a body."""
-    return np.column_stack([relaxation.moduli, 1.0 / relaxation.moduli, relaxation.times])
-
-
-def body_of(relaxation: Relaxation, modes: Modes) -> Body:
-    """What kernels ask of a body."""
-    return Body(
-        float(relaxation.equilibrium),
-        float(relaxation.viscosity),
-        np.ascontiguousarray(np.column_stack([branch_table(relaxation), modes.to_branches])),
-        np.ascontiguousarray(np.column_stack([modes.rates, modes.reach, modes.to_modes])),
-    )
+def body_of(relaxation: Relaxation, modes: Modes | None = None) -> Body:
+    """A body without a group of springs; without modes its springs cannot be released."""
+    n, k = relaxation.moduli.size, 0 if modes is None else modes.rates.size
+    size = max(n, k)
+    table = np.zeros((size, BACK + size + n + 1))
+    table[:n, MODULUS], table[:n, SOFT] = relaxation.moduli, 1.0 / relaxation.moduli
+    table[:n, RELAXING] = relaxation.times
+    if modes is not None:
+        table[:k, RATE_OF_MODE], table[:k, REACH] = modes.rates, modes.reach
+        table[:n, BACK : BACK + k] = modes.to_branches
+        table[:k, BACK + size :] = modes.to_modes
+    known = np.zeros(SINCE + 1)
+    known[DURATION] = math.nan
+    return Body(float(relaxation.equilibrium), float(relaxation.viscosity), n, k, table, known)
 
 
 def table_of(springs: Springs) -> FloatArray:
     """The rows of springs."""
-    return np.stack([springs.height, springs.share, springs.centre, springs.outer, springs.position])
+    return np.stack([springs.height, springs.stiffness, springs.centre, springs.outer, springs.position])
 
 
-def room_for(body: Body) -> Room:
-    """A place to work in."""
-    n, k = body.branches.shape[0], body.modes.shape[0]
-    return Room(
-        np.full(_TRIED + 1, math.nan),
-        np.zeros((n, COEFFICIENTS)),
-        np.zeros((n, COEFFICIENTS)),
-        np.zeros((max(n, k), SQUARES + 1)),
-    )
-
-
-@compiled
-def fill(duration: float, branches: FloatArray, branch: FloatArray) -> None:
-    """Coefficients of the branches for a duration."""
-    for j in range(branches.shape[0]):
+@uncounted
+def fill(duration: float, body: Body) -> None:
+    """Compute the coefficients of the branches for a part of a step."""
+    table = body.table
+    for j in range(body.branches):
         (
-            branch[j, DECAY],
-            branch[j, MEAN],
-            branch[j, RAMP],
-            branch[j, OWN],
-            branch[j, CROSS],
-            branch[j, MOVED],
-        ) = moments(duration / branches[j, RELAXING])
+            table[j, PART_DECAY],
+            table[j, PART_MEAN],
+            table[j, PART_RAMP],
+            table[j, PART_OWN],
+            table[j, PART_CROSS],
+            table[j, PART_MOVED],
+        ) = moments(duration / table[j, RELAXING])
 
 
 @inner
-def prepare(body: Body, duration: float, room: Room) -> None:
-    """Have the coefficients of a whole step."""
-    modes, work = body.modes, room.work
-    if room.known[DURATION] != duration:
-        fill(duration, body.branches, room.branch)
-        for k in range(modes.shape[0]):
-            work[k, LEFT] = math.exp(-modes[k, FADING] * duration)
-            work[k, TAKEN] = -0.5 * math.expm1(-2.0 * modes[k, FADING] * duration)
-        room.known[DURATION] = duration
-
-
-@inner
-def straight(viscosity: float, start: float, end: float, duration: float) -> Move:
-    """A way; in no time a dashpot moves nowhere, and the way stands for its load as if its viscosity were that of one second."""
-    way = end - start
-    sudden = viscosity > 0.0 and duration == 0.0
-    drag = viscosity * way / (1.0 if sudden else duration) if viscosity > 0.0 and way != 0.0 else 0.0
-    return Move(start, 0.0 if sudden else way, duration, drag)
-
-
-@inner
-def stiffness(body: Body, duration: float, branch: FloatArray) -> float:
-    """How the force at the end of a straight move grows with it; of a dashpot in no time as `straight` says."""
+def stiffness(body: Body, duration: float) -> float:
+    """Derivative of the force after a straight move by the move over a part of a step."""
     if body.viscosity > 0.0 and duration == 0.0:
         return body.viscosity
     stiff = body.equilibrium + (body.viscosity / duration if body.viscosity > 0.0 else 0.0)
-    for j in range(branch.shape[0]):
-        stiff += body.branches[j, MODULUS] * branch[j, MEAN]
+    for j in range(body.branches):
+        stiff += body.table[j, MODULUS] * body.table[j, PART_MEAN]
     return float(stiff)
 
 
 @inner
-def move_branches(
-    body: Body, move: float, w: float, part: FloatArray, work: FloatArray
-) -> tuple[float, float]:
-    """Move the spring at work, in contact; returns its mean force and what its dashpots take, without one in parallel."""
-    force, lost, branches = body.equilibrium * (w + 0.5 * move), 0.0, body.branches
-    for j in range(branches.shape[0]):
-        elastic, h = branches[j, MODULUS] * move, work[j, H]
-        force += part[j, MEAN] * h + part[j, RAMP] * elastic
-        lost += (
-            part[j, OWN] * h * h + elastic * (2.0 * part[j, CROSS] * h + part[j, MOVED] * elastic)
-        ) * branches[j, SOFT]
-        work[j, H] = part[j, DECAY] * h + part[j, MEAN] * elastic
+def prepare(body: Body, duration: float) -> None:
+    """Compute the coefficients of a whole step."""
+    table, known = body.table, body.known
+    if known[DURATION] != duration:
+        fill(duration, body)
+        known[DURATION], known[FIRM] = duration, stiffness(body, duration)
+        for j in range(body.branches):
+            for c in range(DECAY, PART_DECAY):
+                table[j, c] = table[j, PART_DECAY - DECAY + c]
+        for k in range(body.modes):
+            x = table[k, RATE_OF_MODE] * duration
+            table[k, LEFT] = math.exp(-x)
+            table[k, TAKEN] = -0.5 * math.expm1(-2.0 * x)
+
+
+@inner
+def straight(viscosity: float, start: float, end: float, duration: float) -> Move:
+    """A straight move. In zero time a dashpot does not move; its load is then that of a viscosity over one second."""
+    change = end - start
+    sudden = viscosity > 0.0 and duration == 0.0
+    drag = viscosity * change / (1.0 if sudden else duration) if viscosity > 0.0 and change != 0.0 else 0.0
+    return Move(start, 0.0 if sudden else change, duration, drag)
+
+
+@inner
+def move_branches(body: Body, move: float, w: float) -> tuple[float, float]:
+    """Move the spring at work in contact over a part of a step; its mean force and dissipation without a parallel dashpot."""
+    table = body.table
+    force, lost = body.equilibrium * (w + 0.5 * move), 0.0
+    for j in range(body.branches):
+        elastic, h = table[j, MODULUS] * move, table[j, H]
+        force += table[j, PART_MEAN] * h + table[j, PART_RAMP] * elastic
+        crossed = elastic * (2.0 * table[j, PART_CROSS] * h + table[j, PART_MOVED] * elastic)
+        lost += (table[j, PART_OWN] * h * h + crossed) * table[j, SOFT]
+        table[j, H] = table[j, PART_DECAY] * h + table[j, PART_MEAN] * elastic
     return force, lost
 
 
 @inner
-def let_go(body: Body, w: float, work: FloatArray) -> float:
-    """Find the modes of the spring at work, which bears nothing; returns where it rests."""
-    rest, n, modes = w, body.branches.shape[0], body.modes
-    for k in range(modes.shape[0]):
-        m = modes[k, INTO + n] * w
+def let_go(body: Body, w: float) -> float:
+    """Convert the branches of the spring at work, whose force is 0, to modes; returns its rest position."""
+    table, rest, n = body.table, w, body.branches
+    into = BACK + table.shape[0]
+    for k in range(body.modes):
+        m = table[k, into + n] * w
         for j in range(n):
-            m += modes[k, INTO + j] * work[j, H]
-        work[k, M] = m
-        rest -= modes[k, REACH] * m
+            m += table[k, into + j] * table[j, H]
+        table[k, M] = m
+        rest -= table[k, REACH] * m
     return rest if body.equilibrium == 0.0 else 0.0
 
 
 @inner
-def take_up(body: Body, work: FloatArray) -> None:
-    """Find what the branches of the spring at work bear, which is free."""
-    branches = body.branches
-    for j in range(branches.shape[0]):
+def take_up(body: Body) -> None:
+    """Convert the modes of the spring at work to branches."""
+    table = body.table
+    for j in range(body.branches):
         h = 0.0
-        for k in range(body.modes.shape[0]):
-            h += branches[j, BACK + k] * work[k, M]
-        work[j, H] = h
+        for k in range(body.modes):
+            h += table[j, BACK + k] * table[k, M]
+        table[j, H] = h
 
 
 @inner
-def creep_back(body: Body, duration: float, rest: float, work: FloatArray) -> tuple[float, float]:
-    """Let the spring at work creep, which is free; returns where it is and what its dashpots take."""
-    w, lost, modes = rest, 0.0, body.modes
-    for k in range(modes.shape[0]):
-        x, m = modes[k, FADING] * duration, work[k, M]
+def creep_back(body: Body, duration: float, rest: float) -> tuple[float, float]:
+    """Let the free spring at work creep; returns its position and dissipation."""
+    table, w, lost = body.table, rest, 0.0
+    for k in range(body.modes):
+        x, m = table[k, RATE_OF_MODE] * duration, table[k, M]
         lost -= 0.5 * math.expm1(-2.0 * x) * m * m
         m *= math.exp(-x)
-        work[k, M] = m
-        w += modes[k, REACH] * m
+        table[k, M] = m
+        w += table[k, REACH] * m
     return w, lost
 
 
 @inner
-def relieve(body: Body, w: float, work: FloatArray) -> tuple[float, float]:
-    """Let the spring at work move at once to where it bears nothing; returns how far, and the energy that is lost."""
-    borne, glassy, branches = body.equilibrium * w, body.equilibrium, body.branches
-    for j in range(branches.shape[0]):
-        borne += work[j, H]
-        glassy += branches[j, MODULUS]
-    for j in range(branches.shape[0]):
-        work[j, H] -= branches[j, MODULUS] * borne / glassy
+def relieve(body: Body, w: float) -> tuple[float, float]:
+    """Move the spring at work at once to zero force; returns the distance and the energy lost."""
+    table, borne, glassy = body.table, body.equilibrium * w, body.equilibrium
+    for j in range(body.branches):
+        borne += table[j, H]
+        glassy += table[j, MODULUS]
+    for j in range(body.branches):
+        table[j, H] -= table[j, MODULUS] * borne / glassy
     return borne / glassy, 0.5 * borne * borne / glassy
 
 
 @inner
-def fetch(state: FloatArray, i: int, work: FloatArray) -> bool:
+def fetch(state: FloatArray, i: int, body: Body) -> bool:
     """Take a spring to work on; returns whether it is free."""
     free = state[i, FREE] != 0.0
-    for j in range(work.shape[0]):
-        work[j, M if free else H] = state[i, BORNE + j]
+    column = M if free else H
+    for j in range(body.table.shape[0]):
+        body.table[j, column] = state[i, BORNE + j]
     return bool(free)
 
 
 @inner
-def store(state: FloatArray, i: int, free: bool, w: float, rest: float, work: FloatArray) -> None:
+def store(state: FloatArray, i: int, free: bool, w: float, rest: float, body: Body) -> None:
     """Put the spring at work back."""
     state[i, W], state[i, FREE], state[i, REST] = w, 1.0 if free else 0.0, rest
-    for j in range(work.shape[0]):
-        state[i, BORNE + j] = work[j, M if free else H]
+    column = M if free else H
+    for j in range(body.table.shape[0]):
+        state[i, BORNE + j] = body.table[j, column]
 
 
 @inner
 def _changes(
-    body: Body, move: Move, done: float, free: bool, level: float, work: FloatArray, begin: float
+    body: Body, move: Move, done: float, free: bool, level: float, start: float
 ) -> tuple[float, int]:
     """
-    At which part of what is left of a step the spring at work changes sides.
+    Fraction of the rest of a step at which the spring at work changes sides.
 
-    `level` is w of a spring in contact, and how far a free one is above the indentation without its modes.
+    `level` is w of a spring in contact, and the distance of a free one above the indentation without its modes.
     """
-    left, n = 1.0 - done, body.branches.shape[0]
-    way, lasts = move.way * left, move.duration * left
+    left, n, table = 1.0 - done, body.branches, body.table
+    change, duration = move.change * left, move.duration * left
     if free:
-        n = body.modes.shape[0]
+        n = body.modes
         for k in range(n):
-            work[k, DECAYING], work[k, GROWING] = body.modes[k, REACH] * work[k, M], 0.0
-            work[k, RATES] = lasts * body.modes[k, FADING]
+            table[k, DECAYING], table[k, GROWING] = table[k, REACH] * table[k, M], 0.0
+            table[k, RATES] = duration * table[k, RATE_OF_MODE]
     else:
         for j in range(n):
-            work[j, DECAYING], work[j, GROWING] = work[j, H], body.branches[j, MODULUS] * way
-            work[j, RATES] = lasts / body.branches[j, RELAXING]
+            table[j, DECAYING], table[j, GROWING] = table[j, H], table[j, MODULUS] * change
+            table[j, RATES] = duration / table[j, RELAXING]
     value = level if free else body.equilibrium * level + move.drag
-    return first_crossing((value, -way if free else body.equilibrium * way), work, n, begin)
+    return first_crossing((value, -change if free else body.equilibrium * change), table, n, start)
 
 
 @inner
-def _turn(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatArray, room: Room) -> bool:
+def _turn(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatArray) -> bool:
     """
     Move a spring that may change sides; returns whether it is free then, with its branches, or modes, at work.
 
-    `known` takes what its dashpots take, the work and what was tried. What comes within a rounding of a change is no other one:
-    for that, the time after each is longer.
+    `known` takes its dissipation, the work and the intervals tried. A crossing within rounding of a change is not another one:
+    the search after each change starts later.
     """
     done, lost, worked, turns, tried = 0.0, 0.0, 0.0, 0, 0
-    work, branches = room.work, body.branches
-    free, w, rest, turn = fetch(old, i, work), old[i, W], old[i, REST], 0.0
+    table, known = body.table, body.known
+    free, w, rest, turn = fetch(old, i, body), old[i, W], old[i, REST], 0.0
     while True:
-        begin = 0.0 if turns == 0 else SHORTEST * 2.0 ** min(turns - 1, 39)
-        level = rest + y - move.start - done * move.way if free else w
-        part, count = _changes(body, move, done, free, level, work, begin)
+        start = 0.0 if turns == 0 else SHORTEST * 2.0 ** min(turns - 1, 39)
+        level = rest + y - move.start - done * move.change if free else w
+        part, count = _changes(body, move, done, free, level, start)
         tried += count
         left = 1.0 - done
-        share = left * min(part, 1.0)
+        fraction = left * min(part, 1.0)
         if free:
-            w, spent = creep_back(body, move.duration * share, rest, work)
+            w, spent = creep_back(body, move.duration * fraction, rest)
             lost += spent
         else:
-            dw = move.way * share
-            fill(move.duration * share, branches, room.part)
-            force, spent = move_branches(body, dw, w, room.part, work)
+            dw = move.change * fraction
+            fill(move.duration * fraction, body)
+            force, spent = move_branches(body, dw, w)
             lost += spent + dw * move.drag
             worked += dw * (force + move.drag)
             w += dw
         if part > 1.0:
             break
         turns += 1
-        done += share
+        done += fraction
         turn = done
         if free:
-            there = move.start + done * move.way - y
-            take_up(body, work)
-            # what the search misses by is moved in no less time than it tells apart: in none, branches that relax faster
-            # would take an energy that nobody gives
-            missed, within = there - w, max(begin, ROUNDING) * left * move.duration
-            for j in range(branches.shape[0]):
-                work[j, H] += branches[j, MODULUS] * missed * mean(within / branches[j, RELAXING])
+            there = move.start + done * move.change - y
+            take_up(body)
+            # the search error is moved within the time resolution of the search: in zero time, branches that relax faster
+            # would absorb an energy that nothing supplies
+            missed, within = there - w, max(start, ROUNDING) * left * move.duration
+            for j in range(body.branches):
+                table[j, H] += table[j, MODULUS] * missed * mean(within / table[j, RELAXING])
             w = there
-        else:  # what rounding leaves it to bear is let go
+        else:  # the force left by rounding is released
             if body.viscosity == 0.0:
-                w -= relieve(body, w, work)[0]
-            rest = let_go(body, w, work)
+                w -= relieve(body, w)[0]
+            rest = let_go(body, w)
         free = not free
     if not free:
-        w = move.start + move.way - y
-    store(new, i, free, w, rest, work)
+        w = move.start + move.change - y
+    store(new, i, free, w, rest, body)
     new[i, TURN] = turn
-    room.known[_LOST], room.known[_WORK], room.known[_TRIED] = lost, worked, tried
+    known[_LOST], known[_WORK], known[_TRIED] = lost, worked, tried
     return free
 
 
 @inner
-def _stayed(body: Body, move: Move, room: Room, stays: float) -> tuple[float, float]:
-    """The work on springs that stay in contact, but for that on their own springs, and what dashpots take of it."""
-    work = lost = move.way * move.drag * stays
-    branch, sums = room.branch, room.work
-    for j in range(branch.shape[0]):
-        elastic, borne = sums[j, ELASTIC], sums[j, LOADED]
-        work += move.way * (branch[j, MEAN] * borne + branch[j, RAMP] * elastic * stays)
-        lost += body.branches[j, SOFT] * (
-            branch[j, OWN] * sums[j, SQUARES]
-            + elastic * (2.0 * branch[j, CROSS] * borne + branch[j, MOVED] * elastic * stays)
-        )
+def _stayed(body: Body, move: Move, stays: float) -> tuple[float, float]:
+    """Work on springs that stay in contact, except that on their own equilibrium springs, and its dissipated part."""
+    work = lost = move.change * move.drag * stays
+    table = body.table
+    for j in range(body.branches):
+        elastic, borne = table[j, ELASTIC], table[j, LOADED]
+        work += move.change * (table[j, MEAN] * borne + table[j, RAMP] * elastic * stays)
+        crossed = elastic * (2.0 * table[j, CROSS] * borne + table[j, MOVED] * elastic * stays)
+        lost += table[j, SOFT] * (table[j, OWN] * table[j, SQUARES] + crossed)
     return work, lost
 
 
@@ -342,94 +331,89 @@ def step(
     limits: tuple[int, int, bool],
     old: FloatArray,
     new: FloatArray,
-    room: Room,
     row: FloatArray,
 ) -> None:
     """
-    Move the springs from the first to before the last of `limits` along a way.
+    Move the springs limits[0] <= i < limits[1].
 
-    The third of them says whether the force is that up to the very edge, which jumps where a spring changes sides.
+    If limits[2], the force is integrated up to the edge, where it jumps as a spring changes sides.
     """
     first, active, cut = limits
-    way, drag, end, equilibrium = move.way, move.drag, move.start + move.way, body.equilibrium
-    # looked up once: in a loop that counts references
-    branch, at_work, branches, modes = room.branch, room.work, body.branches, body.modes
-    n = branches.shape[0]
-    prepare(body, move.duration, room)
+    change, drag, end, equilibrium = move.change, move.drag, move.start + move.change, body.equilibrium
+    table, n, modes = body.table, body.branches, body.modes
+    prepare(body, move.duration)
     for j in range(n):
-        at_work[j, ELASTIC], at_work[j, LOADED], at_work[j, SQUARES] = branches[j, MODULUS] * way, 0.0, 0.0
-    stiff = stiffness(body, move.duration, branch)
+        table[j, ELASTIC], table[j, LOADED], table[j, SQUARES] = table[j, MODULUS] * change, 0.0, 0.0
+    stiff = body.known[FIRM]
     stored, lost, work, force, rate, stays = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     last, count, parts, q_last, q_before = first - 1, 0, 0, 0.0, 0.0
     for i in range(first, active):
-        y, share, w = springs[HEIGHT, i], springs[SHARE, i], old[i, W]
+        y, dk, w = springs[HEIGHT, i], springs[SHARE, i], old[i, W]
         there, free = end - y, old[i, FREE] != 0.0
         q, least, energy = equilibrium * there + drag, min(equilibrium * w, equilibrium * there) + drag, 0.0
         if free:
             rest, faded = old[i, REST], 0.0
             gap, there_free = rest + y - max(move.start, end), rest
             parts += 1
-            for k in range(modes.shape[0]):
-                before, reach = old[i, BORNE + k], modes[k, REACH]
-                after = at_work[k, LEFT] * before
+            for k in range(modes):
+                before, reach = old[i, BORNE + k], table[k, REACH]
+                after = table[k, LEFT] * before
                 new[i, BORNE + k] = after
                 there_free += reach * after
                 gap += min(reach * before, reach * after)
                 energy += after * after
-                faded += at_work[k, TAKEN] * before * before
+                faded += table[k, TAKEN] * before * before
             if gap > 0.0:
                 new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there_free, 1.0, rest, 0.0
-                lost += share * faded
-                stored += 0.5 * share * energy
+                lost += dk * faded
+                stored += 0.5 * dk * energy
                 continue
             energy = 0.0
         else:
             for j in range(n):
                 before = old[i, BORNE + j]
-                after = branch[j, DECAY] * before + branch[j, MEAN] * at_work[j, ELASTIC]
+                after = table[j, DECAY] * before + table[j, MEAN] * table[j, ELASTIC]
                 new[i, BORNE + j] = after
                 q += after
                 least += min(before, after)
         if free or least < 0.0:
-            free = _turn(body, move, y, i, old, new, room)
-            lost += share * room.known[_LOST]
-            work += share * room.known[_WORK]
-            parts += int(room.known[_TRIED])
+            free = _turn(body, move, y, i, old, new)
+            lost += dk * body.known[_LOST]
+            work += dk * body.known[_WORK]
+            parts += int(body.known[_TRIED])
             if free:
-                for k in range(modes.shape[0]):
-                    stored += 0.5 * share * new[i, BORNE + k] * new[i, BORNE + k]
+                for k in range(modes):
+                    stored += 0.5 * dk * new[i, BORNE + k] * new[i, BORNE + k]
                 continue
             q = equilibrium * there + drag
             for j in range(n):
                 q += new[i, BORNE + j]
         else:
             for j in range(n):
-                loaded = share * old[i, BORNE + j]
-                at_work[j, LOADED] += loaded
-                at_work[j, SQUARES] += loaded * old[i, BORNE + j]
-            stays += share
-            work += share * way * 0.5 * equilibrium * (w + there)
+                loaded = dk * old[i, BORNE + j]
+                table[j, LOADED] += loaded
+                table[j, SQUARES] += loaded * old[i, BORNE + j]
+            stays += dk
+            work += dk * change * 0.5 * equilibrium * (w + there)
             new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there, 0.0, old[i, REST], 0.0
             parts += 1
         for j in range(n):
-            energy += new[i, BORNE + j] * new[i, BORNE + j] * branches[j, SOFT]
-        stored += 0.5 * share * (energy + equilibrium * there * there)
-        force += share * q
+            energy += new[i, BORNE + j] * new[i, BORNE + j] * table[j, SOFT]
+        stored += 0.5 * dk * (energy + equilibrium * there * there)
+        force += dk * q
         last, count, q_before, q_last = i, count + 1, q_last, q
-        rate += share * stiff
+        rate += dk * stiff
     last = last if count > 0 else -1
-    stayed, taken = _stayed(body, move, room, stays)
+    stayed, taken = _stayed(body, move, stays)
     row[STORED], row[LOST], row[WORK], row[RATE] = stored, lost + taken, work + stayed, rate
     row[EDGE_DEPTH], row[LAST], row[COUNT], row[PARTS], row[FORCE] = end, last, count, parts, force
     if 0 <= last < springs.shape[1] - 1:
-        short = equilibrium  # what a spring feels that is let go shortly before the end
+        short = equilibrium  # modulus of a spring released shortly before the end
         for j in range(n):
-            short += branches[j, MODULUS] * mean(_SHORTLY * move.duration / branches[j, RELAXING])
-        beyond = (
-            new[last + 1, W] if last + 1 < active else 0.0,
-            new[last + 2, W] if last + 2 < active else 0.0,
-        )
-        row[EDGE_DEPTH] = _edge(springs, beyond, last, end, q_before, q_last, short, drag)
+            short += table[j, MODULUS] * mean(_SHORTLY * move.duration / table[j, RELAXING])
+        beyond = new[last + 1, W] if last + 1 < active else 0.0
+        after = new[last + 2, W] if last + 2 < active else 0.0
+        row[EDGE_DEPTH] = _edge(springs, last, end, (beyond, after), (q_before, q_last, short, drag))
         if cut or drag != 0.0:  # without, the force is continuous in the indentation
             row[FORCE] += _cut(springs, last, row[EDGE_DEPTH], q_before, q_last, drag)
 
@@ -437,21 +421,20 @@ def step(
 @inner
 def _edge(
     springs: FloatArray,
-    beyond: tuple[float, float],
     last: int,
     depth: float,
-    q_before: float,
-    q_last: float,
-    stiff: float,
-    drag: float,
+    beyond: tuple[float, float],
+    forces: tuple[float, float, float, float],
 ) -> float:
     """
     The d0 of the edge, between the last spring in contact and the first free one.
 
-    Three estimates of second order, each of which a bend of w or q spoils elsewhere: the gap of the free springs
-    continued inward, the force continued outward, and the trial force from the one to the other. Their median is good
-    wherever the bend lies. A dashpot leaves the first: its force jumps at the edge.
+    `beyond` are w of the next two springs, `forces` those of the last two in contact, the modulus of a released one and that of
+    the dashpot. The median of three estimates of second order: the gap of the free springs extrapolated inward, the force
+    extrapolated outward, and the trial force between both. A bend of w or q spoils at most one. With a dashpot, whose force jumps
+    at the edge, the first.
     """
+    q_before, q_last, stiff, drag = forces
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     w_here, w_next = beyond
     if w_here == 0.0:
@@ -472,7 +455,7 @@ def _edge(
 
 @inner
 def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float, drag: float) -> float:
-    """What the sum of the forces lacks of int q dk up to the edge, by trapezia beyond the last but one part."""
+    """Correction of the sum of forces to int q dk up to the edge, by trapezia beyond the last but one part."""
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     centre, k_next = springs[CENTRE, last], springs[CENTRE, last + 1]
     k_edge = (

@@ -6,10 +6,13 @@ import math
 from typing import NamedTuple
 
 from pymdr import compiling
-from pymdr.compiling import inner
+from pymdr.compiling import inner, merged
 from pymdr.line.memory.kernels import (
     COUNT,
+    FADE,
     FORCE,
+    GAINED,
+    GROUPED,
     HEIGHT,
     LOST,
     MODULUS,
@@ -19,29 +22,17 @@ from pymdr.line.memory.kernels import (
     PARTS,
     RATE,
     SHARE,
+    SINCE,
     STORED,
     THERE,
     WORK,
     Body,
-    Room,
+    Move,
     step,
     straight,
 )
 from pymdr.line.memory.modes import BORNE, FREE, TURN, W
-from pymdr.line.memory.together import (
-    ALL,
-    GAINED,
-    HELD,
-    LEFT,
-    SINCE,
-    bear,
-    beside,
-    carry,
-    join,
-    lowest,
-    release,
-    strays,
-)
+from pymdr.line.memory.together import bear, beside, carry, join, lowest, release, strays
 from pymdr.units import FloatArray
 
 # the steps are compiled into the histories
@@ -50,48 +41,47 @@ _STAMP = compiling.stamp_of(__file__)
 
 def compiled(function: compiling.Function) -> compiling.Function:
     """Compile with numba when first called; kept on disk."""
-    return compiling.compiled(function, _STAMP)
+    return compiling.compiled(function, _STAMP, **compiling.UNCOUNTED)
 
 
 ENDED, FULL = -1, -2
-"""Why rows were not divided: the springs end, or the parts are more than there is room for."""
+"""Why rows were not divided: the springs end, or there are more parts than rows to write."""
+TIME, TARGET, STRENGTH = range(3)
+"""Rows of the course: time, the target F + machine d, and the strength of every row in N for its division."""
 LOAD, GAP, TURNED = range(3)
-"""What is noted of springs: the load per length without a dashpot beside them, the gap above free ones, -1 in contact, and at
-which part of a row they last changed sides."""
+"""Notes on springs: the load per length without a parallel dashpot, the gap above free ones, -1 in contact, and the part of a row at
+which they last changed sides."""
 NOTES = 3
 _CLOSE = 1e-13
 _DEEPEST = 48
-"""How often a row is halved at most."""
+"""Most halvings of a row."""
 _SUDDEN = 2.0**-16
-"""Part of a row below which it is not divided for loads, which a dashpot lets jump."""
+"""Fraction of a row below which it is not divided for loads, which jump with a dashpot."""
 _WORTH = 0.1
-"""Of the largest force times the largest indentation: about the least work of a history that goes there."""
+"""Least work of a history, relative to its largest force times its largest indentation."""
 _TIMED = 1e-13
-"""Of the time: parts of rows below which rounding tells how long they are."""
+"""Durations relative to the time, below which rounding determines them."""
 
 
 class Run(NamedTuple):
-    """What a history is followed with; an infinite machine prescribes d, one of 0 the force. Springs end at `limit`."""
+    """The springs of a history, valid up to `limit`; an infinite machine stiffness prescribes d, 0 the force."""
 
     springs: FloatArray
     body: Body
     machine: float
     limit: float
-    room: Room
-    group: FloatArray
     row: FloatArray
 
 
 class Division(NamedTuple):
-    """How straight parts of rows are to be: a tolerance in m, one of loads, and the strength of every row in N, none for whole rows."""
+    """Tolerances by which rows are divided: of the indentation in m, 0 for whole rows, and of loads relative to the strength."""
 
     tolerance: float
     straightness: float
-    strength: FloatArray
 
 
 class Now(NamedTuple):
-    """Where a row begins: the indentation, that before, the duration of the row, and how many springs were touched."""
+    """Start of a row: the indentation, that before, the duration of the row, and how many springs were touched."""
 
     here: float
     before: float
@@ -99,34 +89,48 @@ class Now(NamedTuple):
     active: int
 
 
+class First(NamedTuple):
+    """Where a search for an indentation starts, its first guess, a bound of the stiffness, and the kind of the row."""
+
+    here: float
+    guess: float
+    stiffest: float
+    sudden: bool
+    """A dashpot takes the load in no time."""
+    lift: bool
+    """The force is 0."""
+    parting: bool
+    """The bodies part at once, and then rest on each other."""
+
+
 @inner
 def copy_spring(state: FloatArray, other: FloatArray, i: int) -> None:
-    """Take a spring over, number by number: slices of arrays take seconds to compile."""
+    """Copy a spring, number by number: slices of arrays take seconds to compile."""
     for j in range(state.shape[1]):
         state[i, j] = other[i, j]
 
 
 @inner
 def _note(run: Run, depth: float, state: FloatArray, notes: FloatArray, r: int) -> None:
-    """Note what springs bear, or how far they are away."""
-    body, group, n = run.body, run.group, run.group.shape[0] - 1
-    held, same = int(group[ALL, HELD]), body.equilibrium * group[ALL, SINCE]
-    for j in range(1, n + 1):
-        same += group[j, GAINED]
+    """Note loads and gaps of all springs."""
+    body, table, known = run.body, run.body.table, run.body.known
+    grouped, same = int(known[GROUPED]), body.equilibrium * known[SINCE]
+    for j in range(body.branches):
+        same += table[j, GAINED]
     for i in range(notes.shape[2]):
-        grouped = i < held
-        free = not grouped and state[i, FREE] != 0.0
-        q = body.equilibrium * state[i, W] + (same if grouped else 0.0)
-        for j in range(n):
-            q += (group[j + 1, LEFT] if grouped else 1.0) * state[i, BORNE + j]
+        member = i < grouped
+        free = not member and state[i, FREE] != 0.0
+        q = body.equilibrium * state[i, W] + (same if member else 0.0)
+        for j in range(body.branches):
+            q += (table[j, FADE] if member else 1.0) * state[i, BORNE + j]
         notes[LOAD, r, i] = 0.0 if free else q
         notes[GAP, r, i] = max(state[i, W] + run.springs[HEIGHT, i] - depth, 0.0) if free else -1.0
-        notes[TURNED, r, i] = 0.0 if grouped else state[i, TURN]
+        notes[TURNED, r, i] = 0.0 if member else state[i, TURN]
 
 
 @inner
 def _rest(springs: FloatArray, state: FloatArray, active: int) -> float:
-    """The largest indentation at which no spring is touched, of those that are all free."""
+    """The largest indentation at which no spring is touched, of springs that are all free."""
     if active == 0:  # of bodies that have not touched
         return 0.0
     depth = springs[HEIGHT, active] if active < springs.shape[1] else math.inf
@@ -135,9 +139,9 @@ def _rest(springs: FloatArray, state: FloatArray, active: int) -> float:
     return float(depth)
 
 
-@inner
+@merged
 def _touched(springs: FloatArray, active: int, depth: float) -> int:
-    """How many springs a depth reaches, and no fewer than are active."""
+    """Number of springs that a depth touches, at least the active ones."""
     touched = active
     while touched < springs.shape[1] and springs[HEIGHT, touched] < depth:
         touched += 1
@@ -146,96 +150,114 @@ def _touched(springs: FloatArray, active: int, depth: float) -> int:
 
 @inner
 def _touching(count: int, active: int, state: FloatArray) -> int:
-    """How many springs touch from the innermost on, where some surely do."""
+    """Number of springs in contact from the innermost on, of which `count` surely are."""
     while count < active and state[count, FREE] == 0.0:
         count += 1
     return count
 
 
-@inner
+@merged
+def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool) -> First:
+    """The first guess of an indentation; springs well within the contact are grouped, or released where that is not possible."""
+    springs, body, machine = run.springs, run.body, run.machine
+    here, by_depth = now.here, math.isinf(machine)
+    lift = machine == 0.0 and target <= 0.0
+    sudden = body.viscosity > 0.0 and now.duration == 0.0
+    if lift or sudden:
+        release(old, body)
+    elif body.known[GROUPED] == 0.0 and (lasting or not by_depth):
+        join(springs, _touching(int(run.body.known[GROUPED]), now.active, old), old, new, body)
+    if body.known[GROUPED] == 0.0:
+        if machine == 0.0 and not lift:  # separated bodies rest on each other before a force presses
+            here = max(here, _rest(springs, old, now.active))
+        elif sudden and 0.0 < machine < math.inf:
+            here = max(here, min(_rest(springs, old, now.active), target / machine))
+    springy = body.equilibrium
+    for j in range(body.branches):
+        springy += body.table[j, MODULUS]
+    last = springs.shape[1] - 1
+    stiffest = springy
+    if body.viscosity > 0.0:
+        stiffest += body.viscosity / (1.0 if sudden else now.duration)
+    guess = target if by_depth else min(2.0 * here - now.before, run.limit)
+    parting = lift or (sudden and not by_depth and target < machine * here)
+    if parting:
+        guess = here - 1e2 * (springs[HEIGHT, last] + abs(here))
+        if sudden:  # by a load that no spring of the body withstands
+            guess += (guess - here) * springy / body.viscosity
+    return First(here, guess, stiffest * springs[OUTER, last], sudden, lift, parting)
+
+
+@merged
+def _try(run: Run, move: Move, limits: tuple[int, int, bool], old: FloatArray, new: FloatArray) -> float:
+    """Move springs and their group; returns how many of those moved one by one are in contact."""
+    row = run.row
+    step(run.springs, run.body, move, limits, old, new, row)
+    alone, grouped = row[COUNT], limits[0]
+    if grouped > 0:
+        force, rate, stored, work, lost = bear(run.body, move)
+        row[FORCE] += force
+        row[RATE] += rate
+        row[STORED] += stored
+        row[WORK] += work
+        row[LOST] += lost
+        row[COUNT] += grouped
+        row[PARTS] += grouped
+    return float(alone)
+
+
+@merged
 def _press(
     run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool
 ) -> tuple[float, float, int, int]:
     """
     Move springs straight to where the target of a row is met.
 
-    Springs well within the contact move as one while all of them surely stay in it, and are given what they have only where they
-    may not; or at the end, unless that is `lasting`.
+    Springs well within the contact move as one while all of them surely stay in it. They get their own values where they may not,
+    or at the end unless `lasting`.
 
-    Returns the indentation there, where it starts, the springs touched, and those that were moved on the way. The indentation is
-    inf where the springs end. Without a force it is where the bodies part.
+    Returns the indentation, where it starts, the springs touched, and those moved in the search. The indentation is inf where the
+    springs end; without a force it is where the bodies part.
     """
-    springs, body, group, row = run.springs, run.body, run.group, run.row
-    machine, limit, most = run.machine, run.limit, now.active
-    here, active = now.here, now.active
-    lift, by_depth, held = machine == 0.0 and target <= 0.0, math.isinf(machine), int(group[ALL, HELD])
-    sudden = body.viscosity > 0.0 and now.duration == 0.0  # a dashpot takes the load where it is
-    if lift or sudden:
-        release(old, group)
-    elif held == 0 and (lasting or not by_depth):
-        join(springs, _touching(held, active, old), old, new, group)
-    if machine == 0.0 and not lift and group[ALL, HELD] == 0.0:
-        # bodies that are apart rest on each other before a force presses
-        here = max(here, _rest(springs, old, active))
-    elif sudden and 0.0 < machine < math.inf:
-        here = max(here, min(_rest(springs, old, active), target / machine))
-    springy = body.equilibrium
-    for j in range(body.branches.shape[0]):
-        springy += body.branches[j, MODULUS]
-    hardest, outer = springy, springs[OUTER, springs.shape[1] - 1]
-    if body.viscosity > 0.0:
-        hardest += body.viscosity / (1.0 if sudden else now.duration)
-    guess = target if by_depth else min(2.0 * here - now.before, limit)
-    parting = lift or (sudden and not by_depth and target < machine * here)
-    if parting:  # the bodies part at once, and then rest on each other where nothing holds them
-        guess = here - 1e2 * (springs[HEIGHT, springs.shape[1] - 1] + abs(here))
-        if sudden:  # by a load that no spring of the body withstands
-            guess += (guess - here) * springy / body.viscosity
-    low, high, out, whole, edge = -math.inf, math.inf, 0.0, by_depth, 0
-    if group[ALL, HELD] > 0.0 and not whole:
-        edge = _touching(int(group[ALL, HELD]), active, old)
+    springs, body, known, row = run.springs, run.body, run.body.known, run.row
+    machine, limit, active, most = run.machine, run.limit, now.active, now.active
+    here, guess, stiffest, sudden, lift, parting = _first(run, now, target, old, new, lasting)
+    by_depth, low, high, out, edge = math.isinf(machine), -math.inf, math.inf, 0.0, 0
+    whole = by_depth
+    if known[GROUPED] > 0.0 and not whole:
+        edge = _touching(int(known[GROUPED]), active, old)
     while True:
         touched = _touched(springs, active, here if sudden else max(here, guess))
         most = max(most, touched)
-        held = int(group[ALL, HELD])
-        near = touched if held == 0 or whole else min(touched, edge + beside(edge))
+        grouped = int(known[GROUPED])
+        near = touched if grouped == 0 or whole else min(touched, edge + beside(edge))
         move = straight(body.viscosity, here, guess, now.duration)
-        step(springs, body, move, (held, near, by_depth), old, new, run.room, row)
-        alone = row[COUNT]  # without two next to those that move as one, no edge is known
-        if held > 0:
-            force, rate, stored, work, lost = bear(body, move, group, run.room.branch)
-            row[FORCE] += force
-            row[RATE] += rate
-            row[STORED] += stored
-            row[WORK] += work
-            row[LOST] += lost
-            row[COUNT] += held
-            row[PARTS] += held
-        if held == 0 and by_depth:
+        alone = _try(run, move, (grouped, near, by_depth), old, new)
+        if grouped == 0 and by_depth:
             return guess, here, touched, most
-        if lift:
-            return _rest(springs, new, touched), here, touched, most
         if parting:
+            if lift:
+                return _rest(springs, new, touched), here, touched, most
             row[FORCE] = 0.0
             return target / machine, here, touched, most
-        over = 0.0 if by_depth else row[FORCE] + machine * (here if sudden else guess) - target
-        close = by_depth or abs(over) <= _CLOSE * (abs(target) + machine * abs(here if sudden else guess))
-        close |= sudden and row[COUNT] == 0.0  # nothing bears the load yet
+        place = here if sudden else guess
+        over = 0.0 if by_depth else row[FORCE] + machine * place - target
+        small = _CLOSE * (abs(target) + (0.0 if by_depth else machine * abs(place)))
+        close = abs(over) <= small or (sudden and row[COUNT] == 0.0)  # nothing bears the load yet
         if not close:
             low, high = (low, min(high, guess)) if over > 0.0 else (max(low, guess), high)
         enclosed = low > -math.inf and high < math.inf
         close |= enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here))
         ends = low >= limit and not sudden
-        if held > 0 and (close or ends):
-            stays = lasting and (
-                near < touched or (alone >= 2.0 and lowest(body, move, group, run.room.branch) >= 0.0)
-            )
+        if grouped > 0 and (close or ends):
+            # without two springs next to the group the edge is unknown
+            stays = lasting and (near < touched or (alone >= 2.0 and lowest(body, move) >= 0.0))
             if stays and near == touched:
                 if close:
-                    carry(body, move.way, group, run.room.branch)
+                    carry(body, move.change)
                 break
             if not stays:
-                release(old, group)
+                release(old, body)
             whole, low, high, out = True, -math.inf, math.inf, 0.0  # with all springs, from here
             continue
         if close or ends:
@@ -245,24 +267,24 @@ def _press(
         if low < newton < high:
             guess = newton if newton < limit or sudden else limit
         elif not enclosed:
-            out = max(2.0 * out, abs(over) / (hardest * outer), 1e-15 * abs(guess), 1e-300)
+            out = max(2.0 * out, abs(over) / stiffest, 1e-15 * abs(guess), 1e-300)
             guess = (low + out if sudden else min(low + out, limit)) if math.isinf(high) else high - out
         else:
             guess = 0.5 * (low + high)
     if not close:
         return math.inf, here, touched, most
-    if sudden or (machine > 0.0 and abs(over) > _CLOSE * (abs(target) + machine * abs(guess))):
+    if sudden or (machine > 0.0 and abs(over) > small):
         # where springs touch all at once, the force is between those beside
-        row[FORCE] = max(target - machine * (here if sudden else guess), 0.0)
-    return here if sudden else guess, here, touched, most
+        row[FORCE] = max(target - machine * place, 0.0)
+    return place, here, touched, most
 
 
-@inner
+@merged
 def _is_bent(
     run: Run,
     now: Now,
     goals: tuple[float, float, bool],
-    found: tuple[float, float, int],
+    place: tuple[float, float, int],
     states: tuple[FloatArray, FloatArray, FloatArray],
     notes: FloatArray,
     limits: tuple[float, float, float],
@@ -270,18 +292,18 @@ def _is_bent(
     """
     Whether a part is to be halved.
 
-    `goals` are the targets half-way and in the end, and whether loads count; `found` the indentation, where it starts and the springs
-    touched; `states` those before, after and half-way; `limits` the tolerance in m, the straightness of loads and the strength of the
-    row in N.
+    `goals` are the targets half-way and at the end, and whether loads count; `place` the indentation, where it starts and the
+    springs touched; `states` those before, after and half-way; `limits` the tolerance in m, the straightness of loads and the
+    strength of the row in N.
     """
     middle, goal, loads = goals
-    there, start, touched = found
+    there, start, touched = place
     tolerance, straightness, strength = limits
     slope, lift = run.row[RATE], run.machine == 0.0 and goal <= 0.0
     half = start if lift else 0.5 * (start + there)
     move = straight(run.body.viscosity, start, half, 0.5 * now.duration)
-    every = int(run.group[ALL, HELD]), touched, math.isinf(run.machine)
-    step(run.springs, run.body, move, every, states[0], states[2], run.room, run.row)
+    every = int(run.body.known[GROUPED]), touched, math.isinf(run.machine)
+    step(run.springs, run.body, move, every, states[0], states[2], run.row)
     over = 0.0
     if lift:  # what is parted in one part bears nothing half-way
         over, slope = middle, run.row[RATE]
@@ -300,11 +322,34 @@ def _is_bent(
     return bent > straightness * strength
 
 
+@merged
+def _next_size(halve: bool, first: bool, size: float, levels: tuple[int, int]) -> tuple[float, int, int]:
+    """
+    Size of the part to try next, the same if it is accepted, and the levels of the first part: too long and short enough.
+
+    What starts suddenly needs many halvings, so the level of the first part is bisected.
+    """
+    long, short = levels
+    if first and short - long > 1 and (halve or size < 1.0):
+        level = round(-math.log2(size))
+        if halve:
+            long = level
+        else:
+            short = level
+        if short - long > 1:
+            size = 2.0 ** -((long + short) // 2)
+        elif halve:
+            size = 2.0**-short
+    elif halve:
+        size *= 0.5
+    return size, long, short
+
+
 @compiled
 def follow(
     run: Run,
-    course: tuple[FloatArray, FloatArray],
-    begin: FloatArray,
+    course: FloatArray,
+    start: FloatArray,
     states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     rows: FloatArray,
     notes: FloatArray,
@@ -316,76 +361,67 @@ def follow(
     Parameters
     ----------
     run : Run
-    course : tuple of ndarray
-        Times, and targets F + machine d.
-    begin : ndarray
+    course : ndarray, shape (3, m)
+    start : ndarray
         Time, indentation, target and active springs before the first row; takes those after the last.
     states : tuple of ndarray
-        Of the springs, four times the same; the first takes that after the last row.
+        Of the springs, four equal ones; the first takes that after the last row.
     rows : ndarray
-        Takes what a row or part ends with: its columns, the indentation, the row that it belongs to and its end as a share of that.
+        Takes the end of each row or part: its columns, the indentation, its row and its end as a fraction of that.
     notes : ndarray
-        Unless it is empty, takes what springs bear before every row and after the last; of rows that are divided, room to compare
+        Unless it is empty, takes the loads of springs before every row and after the last; with division, work space to compare
         loads.
     division : Division
-        A part is halved where the indentation that meets its target half-way is not half-way to within the tolerance, or what the
-        force is off there is worth more than a part of the tolerance times the strength; and, unless `notes` is empty, where the
-        loads of the springs half-way are off a straight line by more than their tolerance of the strength.
+        A part is halved where the indentation that meets its target half-way is off the middle by more than the tolerance, or the
+        work of the difference exceeds a part of tolerance times strength; and, unless `notes` is empty, where the loads half-way
+        are off a straight line by more than the straightness times the strength.
 
     Returns
     -------
     int
         How many rows or parts were followed: fewer rows where the springs end. Or why rows were not divided.
     """
-    now, here, before, from_target, active = begin[0], begin[1], begin[1], begin[2], int(begin[3])
-    (state, old, new, half), (time, target), group, row = states, course, run.group, run.row
-    divides, noted = division.strength.size > 0, notes.shape[1] > 0
-    work, lost, parts, moved, ended = 0.0, 0.0, int(group[ALL, HELD]), active, False
-    for r in range(time.size):
-        whole, rise, done, size = time[r] - now, target[r] - from_target, 0.0, 1.0
-        # levels of the first part, too long and short enough: what begins suddenly is short by many
-        long, short = 0, _DEEPEST
+    now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
+    (state, old, new, half), body, known, row = states, run.body, run.body.known, run.row
+    divides, noted = division.tolerance > 0.0, notes.shape[1] > 0
+    deepest = float(_DEEPEST)  # numbers: kernels are compiled once more for constants
+    work, lost, parts, moved, ended = 0.0, 0.0, 0, active, False
+    for r in range(course.shape[1]):
+        whole, rise, done, size = course[TIME, r] - now, course[TARGET, r] - target, 0.0, 1.0
+        long, short = int(0.0), int(deepest)
         if noted and not divides:
             _note(run, here, old, notes, parts)
         while done < 1.0:
             if parts == rows.shape[0]:
                 return FULL
-            goal = target[r] if done + size == 1.0 else from_target + rise * (done + size)
-            step_now = Now(here, before, whole * size, active)
-            there, start, touched, most = _press(run, step_now, goal, old, new, not divides)
+            goal = course[TARGET, r] if done + size == 1.0 else target + rise * (done + size)
+            part = Now(here, before, whole * size, active)
+            there, begin, touched, most = _press(run, part, goal, old, new, not divides)
             moved = max(moved, most)
             if math.isinf(there):
                 ended = True
                 break
-            for c in range(THERE):  # the middle of a part is worked out in the same place
+            for c in range(THERE):  # the middle of a part is computed in the same row
                 rows[parts, c] = row[c]
-            halve = False
-            if divides and size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(time[r]):
-                goals = from_target + rise * (done + 0.5 * size), goal, noted and size > _SUDDEN
-                limits = division.tolerance, division.straightness, division.strength[r]
-                halve = _is_bent(
-                    run, step_now, goals, (there, start, touched), (old, new, half), notes, limits
-                )
-            if done == 0.0 and short - long > 1 and (halve or size < 1.0):
-                level = round(-math.log2(size))
-                long, short = (level, short) if halve else (long, level)
-                if short - long > 1:
-                    size = 2.0 ** -((long + short) // 2)
+            if divides:
+                halve = False
+                if size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(course[TIME, r]):
+                    goals = target + rise * (done + 0.5 * size), goal, noted and size > _SUDDEN
+                    limits = division.tolerance, division.straightness, course[STRENGTH, r]
+                    place = there, begin, touched
+                    halve = _is_bent(run, part, goals, place, (old, new, half), notes, limits)
+                tried = size
+                size, long, short = _next_size(halve, done == 0.0, size, (long, short))
+                if size != tried:
                     continue
-                if halve:
-                    size = 2.0**-short
-                    continue
-            elif halve:
-                size *= 0.5
-                continue
-            before, here, active = start, there, touched
+            before, here, active = begin, there, touched
             old, new = new, old
             for i in range(active, moved):
                 copy_spring(old, new, i)
             moved = active
-            held = int(group[ALL, HELD])
-            if held > 0 and strays(held, int(row[COUNT])):
-                release(old, group)
+            grouped = int(known[GROUPED])
+            if grouped > 0 and strays(grouped, int(row[COUNT])):
+                release(old, body)
             done += size
             work += rows[parts, WORK]
             lost += rows[parts, LOST]
@@ -396,13 +432,13 @@ def follow(
                 size *= 2.0
         if ended:
             break
-        now, from_target = time[r], target[r]
+        now, target = course[TIME, r], course[TARGET, r]
     if ended and divides:
         return ENDED
     if noted and not divides:
         _note(run, here, old, notes, parts)
-    release(old, group)
+    release(old, body)
     for i in range(active):
         copy_spring(state, old, i)
-    begin[0], begin[1], begin[2], begin[3] = now, here, from_target, active
+    start[0], start[1], start[2], start[3] = now, here, target, active
     return parts

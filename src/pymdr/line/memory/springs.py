@@ -26,8 +26,8 @@ class Springs:
     """(n,) radii x in m, rising."""
     height: FloatArray
     """(n,) d0(x) in m."""
-    share: FloatArray
-    """(n,) dk in m: k at the outer less k at the inner end of a spring's part, per unit modulus."""
+    stiffness: FloatArray
+    """(n,) dk in m: k at the outer minus k at the inner end of a spring's part, per unit modulus."""
     centre: FloatArray
     """(n,) k(x) in m."""
     outer: FloatArray
@@ -112,7 +112,7 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
     return Springs(
         np.concatenate([springs.position, added.position]),
         np.concatenate([springs.height, added.height]),
-        np.concatenate([springs.share, added.share]),
+        np.concatenate([springs.stiffness, added.stiffness]),
         np.concatenate([springs.centre, added.centre]),
         np.concatenate([springs.outer, added.outer]),
         added.border,

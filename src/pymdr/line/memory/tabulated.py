@@ -54,7 +54,6 @@ def approach_and_retreat(
 
     Parameters
     ----------
-    table : Tabulated
     relaxation : Relaxation
         E*(t).
     time, travel : ndarray, shape (m,)

@@ -106,29 +106,20 @@ def shear_springs(
     """
     from pymdr.line.memory import kernels as steps
     from pymdr.line.memory import tangential_kernels as kernels
-    from pymdr.line.memory import together
 
     (normal, tangential), springs = relaxations, passage.springs
     modes, size = modes_of(tangential), springs.position.size
     body = steps.body_of(tangential, modes)
-    begun = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
-    run = kernels.Shear(
-        steps.table_of(springs),
-        float(friction),
-        body,
-        steps.room_for(body),
-        together.no_group(body),
-        np.zeros(size),
-        np.zeros((kernels.OWN_COLUMNS, size)),
-    )
-    rows = np.zeros((target.size, kernels.COLUMNS + 1))
-    pressed = kernels.Pressed(_given(curve, passage, normal), passage.load, passage.gap, passage.turn)
-    control, begin = (bool(forced), float(slack)), (float(state.shift), active_springs(begun))
-    states = begun, begun.copy(), begun.copy()
-    followed = kernels.shear(run, pressed, np.array(target), control, begin, states, rows)
+    first = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
+    run = kernels.Shear(steps.table_of(springs), float(friction), body, np.zeros((kernels.OWN_COLUMNS, size)))
+    rows = np.zeros((target.size, kernels.COLUMNS))
+    pressed = kernels.Pressed(_given(curve, passage, normal), passage.notes)
+    control, start = (bool(forced), float(slack)), (float(state.shift), active_springs(first))
+    states = first, first.copy(), first.copy()
+    followed = kernels.shear(run, pressed, np.array(target), control, start, states, rows)
     rows = rows[:followed]
-    shifts = rows[:, kernels.COLUMNS].copy()
-    end = TangentialState(float(shifts[-1]) if followed else state.shift, *packed(begun, tangential, modes))
+    shifts = rows[:, kernels.SHIFT].copy()
+    end = TangentialState(float(shifts[-1]) if followed else state.shift, *packed(first, tangential, modes))
     return TangentialHistory(
         shifts,
         rows[:, kernels.FORCE],

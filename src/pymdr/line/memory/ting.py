@@ -56,10 +56,6 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
         the last above 0. The bodies just touch, or are apart, before the first row; a row at the time of the one before is a
         sudden move.
 
-    Returns
-    -------
-    Rows
-
     Raises
     ------
     PathError

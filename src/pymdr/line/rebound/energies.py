@@ -39,13 +39,8 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
 
     Parameters
     ----------
-    motion : Motion
     time : ndarray, shape (m,)
         In s, rising from 0, dense enough for trapezia.
-
-    Returns
-    -------
-    Energies
     """
     body, rows = motion.relaxation, motion_rows(motion, time)
     down = time >= motion.turning_time

@@ -162,13 +162,8 @@ def motion_rows(motion: Motion, time: FloatArray) -> MotionRows:
 
     Parameters
     ----------
-    motion : Motion
     time : ndarray, shape (m,)
         Rising, from 0 to the contact time.
-
-    Returns
-    -------
-    MotionRows
     """
     from pymdr.line.rebound import kernels
 

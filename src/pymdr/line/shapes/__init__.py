@@ -46,10 +46,6 @@ def shape_law(shape: Shape) -> ShapeLaw:
     Parameters
     ----------
     shape : Shape
-
-    Returns
-    -------
-    ShapeLaw
     """
     return RayLaw(shape)
 

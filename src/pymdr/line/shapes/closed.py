@@ -131,10 +131,6 @@ def pyramid_factor(sides: int) -> tuple[float, float]:
     """
     The estimate F slope / (E* d^2) of a regular pyramid.
 
-    Parameters
-    ----------
-    sides : int
-
     Returns
     -------
     tuple of float
@@ -156,7 +152,6 @@ def homogeneous_estimate(power: int, shape: FloatArray, weights: FloatArray) -> 
 
     Parameters
     ----------
-    power : int
     shape, weights : ndarray
         Over directions; the weights of a quadrature.
 

@@ -101,14 +101,6 @@ def closure_of(curve: ForceCurve) -> Closure:
     """
     The stiffness of a force curve, with its contact point, noise and errors.
 
-    Parameters
-    ----------
-    curve : ForceCurve
-
-    Returns
-    -------
-    Closure
-
     Raises
     ------
     ProblemError

@@ -74,9 +74,22 @@ def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentPro
     ProblemError
         If the profile is not known to pymdr, or the exponent not between -1 and 1.
 
+    See Also
+    --------
+    foundation : the line as discrete springs.
+    effective_moduli : the stiffness of its springs.
+
     Notes
     -----
-    Galin (1946), Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for k.
+    Galin (1961), Sneddon (1965); Popov and Hess (2015), chapter 3; Hess (2016) for k.
+
+    References
+    ----------
+    - Galin (1961), Contact Problems in the Theory of Elasticity; first published in Russian, 1953.
+    - Sneddon (1965), Int. J. Eng. Sci. 3, 47-57, doi:10.1016/0020-7225(65)90019-4.
+    - Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+      doi:10.1007/978-3-642-53876-6.
+    - Hess (2016), Int. J. Eng. Sci. 104, 20-33.
 
     Examples
     --------

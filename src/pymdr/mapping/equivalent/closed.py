@@ -31,10 +31,6 @@ def power_factor(n: float, exponent: float = 0.0) -> float:
     exponent : float
         k of a power-law graded half-space, -1 < k < 1.
 
-    Returns
-    -------
-    float
-
     Notes
     -----
     sqrt(pi) Gamma(n/2 + 1) / Gamma((n + 1)/2) for k = 0 (Hess 2011), else (n/2) B(n/2, (1 + k)/2) (Hess 2016).

@@ -191,7 +191,6 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
 
     Parameters
     ----------
-    rings : Rings
     periodic : bool
         If not, rings within the lobe of the window are left out.
     highest : float
@@ -243,8 +242,6 @@ def self_affine(rings: Rings, periodic: bool, highest: float) -> tuple[Bins, Law
 
     Parameters
     ----------
-    rings : Rings
-    periodic : bool
     highest : float
         Wave number in 1/m up to which the surface is resolved.
 
@@ -341,13 +338,8 @@ def anisotropy(rings: Rings, low: float, high: float) -> float:
 
     Parameters
     ----------
-    rings : Rings
     low, high : float
         Wave numbers in 1/m between which it is taken, relative to the mean of each ring.
-
-    Returns
-    -------
-    float
     """
     inside = (rings.log_q >= math.log(low)) & (rings.log_q <= math.log(high))
     inside &= np.all(np.isfinite(rings.sectors), axis=1) & (rings.spectrum > 0.0)

@@ -5,6 +5,7 @@ be restyled afterwards.
 """
 
 from pymdr.presentation.plot.adhesion import adhesive_figures, adhesive_overview
+from pymdr.presentation.plot.attraction import compared_laws, pull_off_figure
 from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_overview
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
@@ -12,26 +13,18 @@ from pymdr.presentation.plot.exported import law_study
 from pymdr.presentation.plot.fits import fitted_curves, fitted_map, weighed_laws
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
+from pymdr.presentation.plot.impacts import impact_figure, restitution_study
 from pymdr.presentation.plot.interior import stress_section
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
 from pymdr.presentation.plot.nanoindentation import area_study, indent_study
 from pymdr.presentation.plot.press import pressed_surface
+from pymdr.presentation.plot.rolling import rolling_study, sliding_study
 from pymdr.presentation.plot.rough import calibration_study, rough_study
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots, with_unmet
-from pymdr.presentation.plot.studies import (
-    columns_study,
-    compared_laws,
-    conditions_study,
-    impact_figure,
-    loop_study,
-    pull_off_figure,
-    restitution_study,
-    rolling_study,
-    sliding_study,
-)
+from pymdr.presentation.plot.studies import columns_study, conditions_study, loop_study
 from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.topography import bump_study, spectrum_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview

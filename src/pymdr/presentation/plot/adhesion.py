@@ -63,10 +63,6 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
     """
     The figures of a contact with adhesion by name.
 
-    Parameters
-    ----------
-    data : FigureData
-
     Returns
     -------
     dict of str to matplotlib.figure.Figure

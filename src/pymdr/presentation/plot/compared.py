@@ -44,10 +44,6 @@ def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None)
         ``mdr`` and ``rings`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     history : xarray.Dataset, optional
         ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings`` over ``row``, in SI units.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(6.0 if history is None else 9.6, 5.0)
@@ -113,10 +109,6 @@ def compared_shape(
         Exact pressures over ``r`` along "x" and "y", where there are some.
     axes : tuple of float or None
         Semi-axes of the exact contact in m.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(13.0, 3.9)
@@ -227,29 +219,31 @@ def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
 
 def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> Figure:
     """
-    Tangential force against shift, and the shear traction of the last step, by the stack and boundary elements.
+    Force against shift, or torque against twist, and the traction of the last step, by the method and boundary elements.
 
     Parameters
     ----------
     table : xarray.Dataset
-        ``shift``, ``tangential_force_mdr`` and ``tangential_force_grid`` over ``step``, in SI units.
+        ``shift``, ``tangential_force_mdr`` and ``tangential_force_grid`` over ``step``, or those of ``twist`` and ``torque``, in SI units.
     tractions : xarray.Dataset
         ``mdr`` and ``grid`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     curves : xarray.Dataset
         ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``: the drawn lines.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
+    turned = "twist" in table
+    motion, force_name, traction = (
+        ("twist", "torque", "torsional_traction")
+        if turned
+        else ("shift", "tangential_force", "shear_traction")
+    )
     with styled():
         figure = new_figure(9.0, 3.9)
         left, right = figure.subplots(1, 2)
-        shift, force = curves["shift"].values, curves["tangential_force"].values
-        u_unit, f_unit = good_unit(shift, "m"), good_unit(force, "N")
-        other = scaled(table["tangential_force_grid"].values, "tangential_force", f_unit)
+        shift, force = curves[motion].values, curves[force_name].values
+        u_unit, f_unit = (good_unit(v, QUANTITIES[n].unit) for v, n in ((shift, motion), (force, force_name)))
+        other = scaled(table[f"{force_name}_grid"].values, force_name, f_unit)
         left.plot(
-            lengths(table["shift"].values, u_unit),
+            scaled(table[motion].values, motion, u_unit),
             other,
             "o",
             ms=5,
@@ -258,21 +252,21 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
             label="boundary elements",
         )
         left.plot(
-            lengths(shift, u_unit), scaled(force, "tangential_force", f_unit), color=BLUE, lw=1.2, label="MDR"
+            scaled(shift, motion, u_unit), scaled(force, force_name, f_unit), color=BLUE, lw=1.2, label="MDR"
         )
-        left.set_xlabel(axis_label("shift", u_unit))
-        left.set_ylabel(axis_label("tangential_force", f_unit))
+        left.set_xlabel(axis_label(motion, u_unit))
+        left.set_ylabel(axis_label(force_name, f_unit))
         r_unit, t_unit = good_unit(tractions["r"].values, "m"), good_unit(tractions["grid"].values, "Pa")
         r = lengths(tractions["r"].values, r_unit)
-        grid = scaled(tractions["grid"].values, "shear_traction", t_unit)
-        label = "boundary elements, near the x axis"
+        grid = scaled(tractions["grid"].values, traction, t_unit)
+        label = "boundary elements" if turned else "boundary elements, near the x axis"
         right.plot(r, grid, "o", ms=5, mfc="none", color=ORANGE, label=label)
         fine = lengths(curves["r"].values, r_unit)
-        tau = scaled(curves["shear_traction"].values, "shear_traction", t_unit)
+        tau = scaled(curves[traction].values, traction, t_unit)
         right.plot(fine, tau, color=BLUE, lw=1.2, label="MDR")
         note_peaks(right, tractions.attrs.get("infinite", ()))
         right.set_xlabel(f"{RADIUS.label} ({r_unit})")
-        right.set_ylabel(axis_label("shear_traction", t_unit))
+        right.set_ylabel(axis_label(traction, t_unit))
         for axes in (left, right):
             draw_zero(axes)
             legend_above(axes)

@@ -45,15 +45,10 @@ def conduction_figure(
 
     Parameters
     ----------
-    data : FigureData
     levels : mapping of str to str
         Level of the claim of every drawn quantity.
     fluxes : mapping of str to xarray.DataArray
         Fields of the drawn row for unit drop between the bodies.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         across = len(levels) + bool(fluxes)

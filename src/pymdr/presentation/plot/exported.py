@@ -52,10 +52,6 @@ def law_study(
         The requested relative error.
     pull_off : float or None
         Indentation in m at pull-off; None without adhesion.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 3.8)

@@ -52,10 +52,6 @@ def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:
         ``residual`` (N), ``used`` and ``curve``; normal forces are drawn over ``time`` (s) if given.
     captions : sequence of str
         Fitted parameters, one line each.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 4.0 + 0.16 * len(captions))
@@ -118,10 +114,6 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
         Over the grid of the curves; NaN where the fit failed.
     names : sequence of str
         The panels.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     dims = [str(dim) for dim in data["ending"].dims]
     with styled():
@@ -208,10 +200,6 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
         As for :func:`fitted_curves`, by law; the contact point is that of the law with the largest weight.
     weights : mapping of str to float
         Akaike weights by law.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     order = sorted(weights, key=lambda name: -weights[name])
     first = data[order[0]]

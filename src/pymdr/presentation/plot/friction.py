@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -45,6 +45,28 @@ _SHOWN = (BLUE, ORANGE, GREEN)
 _BLOCKS = 1000
 
 
+class _Names(NamedTuple):
+    """Names of the quantities and fields of one kind of motion."""
+
+    motion: str
+    force: str
+    stored: str
+    traction: str
+    displacement: str
+
+
+_SHEARED = _Names(
+    "shift", "tangential_force", "stored_tangential_energy", "shear_traction", "tangential_displacement"
+)
+_TURNED = _Names(
+    "twist", "torque", "stored_torsional_energy", "torsional_traction", "circumferential_displacement"
+)
+
+
+def _names(data: FigureData) -> _Names:
+    return _TURNED if "twist" in data.data else _SHEARED
+
+
 def frictional_overview(data: FigureData) -> Figure:
     """The contact in section, its loop, and the tractions of some steps, in one figure."""
     with styled():
@@ -62,10 +84,6 @@ def frictional_overview(data: FigureData) -> Figure:
 def frictional_figures(data: FigureData) -> dict[str, Figure]:
     """
     The figures of a contact with friction by name.
-
-    Parameters
-    ----------
-    data : FigureData
 
     Returns
     -------
@@ -90,8 +108,9 @@ def frictional_figures(data: FigureData) -> dict[str, Figure]:
 
 
 def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
-    """Tangential force over the shift; marked rows are those whose tractions are drawn."""
-    (u, u_unit), (force, force_unit) = (column(data, name) for name in ("shift", "tangential_force"))
+    """Force over shift or torque over twist; marked rows are those whose tractions are drawn."""
+    names = _names(data)
+    (u, u_unit), (force, force_unit) = (column(data, name) for name in (names.motion, names.force))
     if _is_thinned(data):
         axes.plot(u, force, ".", color=GREY, ms=2.5, label="kept rows")
     else:
@@ -103,14 +122,14 @@ def _draw_loop(axes: Axes, data: FigureData, rows: list[int]) -> None:
     _draw_limits(axes, data, u, force_unit)
     draw_zero(axes)
     axes.axvline(0.0, color=GREY, lw=0.5, zorder=0)
-    axes.set_xlabel(axis_label("shift", u_unit))
-    axes.set_ylabel(axis_label("tangential_force", force_unit))
+    axes.set_xlabel(axis_label(names.motion, u_unit))
+    axes.set_ylabel(axis_label(names.force, force_unit))
     legend_above(axes)
 
 
 def _draw_limits(axes: Axes, data: FigureData, u: FloatArray, force_unit: str) -> None:
     """The friction limits +-mu F_N, as lines if the load is constant while sheared."""
-    if data.friction is None or not 0.0 < data.friction < math.inf:
+    if data.friction is None or not 0.0 < data.friction < math.inf or _names(data) is _TURNED:
         return
     load = data.data["normal_force"].values
     sheared = (data.data["tangential_force"].values != 0.0) & np.isfinite(load)
@@ -177,7 +196,7 @@ def _fill_zones(axes: Axes, x: FloatArray, a: FloatArray, least: FloatArray, mos
 
 def _chosen(data: FigureData) -> list[int]:
     """The drawn row, the row of the largest force, and that of the largest opposite force or one in between."""
-    force = data.data["tangential_force"].values
+    force = data.data[_names(data).force].values
     touching = np.isfinite(force) & (data.data["contact_radius"].values > 0.0)
     if not touching.any():
         return []
@@ -211,12 +230,13 @@ def _radii(data: FigureData, rows: list[int]) -> FloatArray:
 
 
 def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
-    """Shear traction of some rows with the friction limits."""
+    """Traction of some rows with the friction limits."""
+    traction = _names(data).traction
     if not rows or data.field_at is None:
         show_text(axes, "no contact at any step")
         return
     r = _radii(data, rows)
-    tractions = [data.field_at("shear_traction", r, row).values for row in rows]
+    tractions = [data.field_at(traction, r, row).values for row in rows]
     limits: list[FloatArray] = []
     if data.friction is not None and 0.0 < data.friction < math.inf:
         limits = [data.friction * data.field_at("pressure", r, row).values for row in rows]
@@ -229,22 +249,22 @@ def _draw_tractions(axes: Axes, data: FigureData, rows: list[int]) -> None:
         colour = GREY if alike else _SHOWN[i]
         within = np.where(r <= float(data.data["contact_radius"].values[rows[i]]), limit, np.nan)
         for sign in (1.0, -1.0):
-            y = scaled(sign * within, "shear_traction", unit)
+            y = scaled(sign * within, traction, unit)
             axes.plot(x, y, color=colour, lw=0.9, ls=(0, (4, 2)), label=label, zorder=3 if alike else 1)
             label = None
     for row, colour, tau in zip(rows, _SHOWN, tractions, strict=False):
         name = row_name(data, row)
-        axes.plot(x, scaled(tau, "shear_traction", unit), color=colour, lw=1.5, label=name)
+        axes.plot(x, scaled(tau, traction, unit), color=colour, lw=1.5, label=name)
     if top > 0.0:
         low, high = (any((f[np.isfinite(f)] * s > 1e-9 * top).any() for f in tractions) for s in (-1.0, 1.0))
         ends = np.array([-1.15 * top if low else -0.1 * top, 1.15 * top if high else 0.1 * top])
-        axes.set_ylim(*scaled(ends, "shear_traction", unit))
+        axes.set_ylim(*scaled(ends, traction, unit))
     if limits:
         note_peaks(axes, infinite_within(data, float(np.max(data.data["contact_radius"].values[rows]))))
     draw_zero(axes)
     axes.set_xlim(0.0, x[-1])
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
-    axes.set_ylabel(axis_label("shear_traction", unit))
+    axes.set_ylabel(axis_label(traction, unit))
     legend_above(axes)
 
 
@@ -256,31 +276,31 @@ def _largest_shown(values: list[FloatArray]) -> float:
 
 
 def _draw_slip(axes: Axes, data: FigureData, rows: list[int]) -> None:
-    """Tangential surface displacement and slip of some rows."""
+    """Surface displacement and slip of some rows."""
+    name = _names(data).displacement
     if not rows or data.field_at is None:
         show_text(axes, "no contact at any step")
         return
     r = _radii(data, rows)
-    shown = [data.field_at("tangential_displacement", r, row).values for row in rows]
+    shown = [data.field_at(name, r, row).values for row in rows]
     slips = [data.field_at("slip", r, row).values for row in rows]
     r_unit, unit = good_unit(r, "m"), good_unit(np.concatenate([*shown, *slips]), "m")
     x = lengths(r, r_unit)
     for row, colour, u, slip in zip(rows, _SHOWN, shown, slips, strict=False):
-        name = row_name(data, row)
-        axes.plot(x, lengths(u, unit), color=colour, lw=1.5, label=name)
+        axes.plot(x, lengths(u, unit), color=colour, lw=1.5, label=row_name(data, row))
         axes.plot(x, lengths(slip, unit), color=colour, lw=1.1, ls="--")
-    axes.plot([], [], color=GREY, lw=1.5, label="displacement $u_x(r)$")
+    axes.plot([], [], color=GREY, lw=1.5, label=f"displacement ${QUANTITIES[name].symbol}$")
     axes.plot([], [], color=GREY, lw=1.1, ls="--", label="slip $\\delta$")
     draw_zero(axes)
     axes.set_xlim(0.0, x[-1])
     axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
-    axes.set_ylabel(f"tangential displacement ({unit})")
+    axes.set_ylabel(f"displacement ({unit})")
     legend_above(axes)
 
 
 def _draw_energies(axes: Axes, data: FigureData) -> None:
     """Stored and dissipated energy over the history."""
-    names = ("stored_tangential_energy", "dissipated_energy")
+    names = (_names(data).stored, "dissipated_energy")
     unit = good_unit(np.concatenate([data.data[name].values for name in names]), "J")
     x, x_label = along_history(data)
     for name, colour in zip(names, (BLUE, ORANGE), strict=True):

@@ -39,10 +39,6 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
         ``voltage`` (V) and ``temperature_rise`` (K), and optionally ``current`` (A).
     voltage, rise : ndarray
         The universal curve of all metals, in V and K.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         panels = 2 if "current" in data else 1
@@ -85,10 +81,6 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
         ``contact_radius`` (m).
     surface : xarray.Dataset
         ``temperature_rise`` (K) over ``speed`` and ``r`` (m), or empty.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 3.8)

@@ -49,10 +49,6 @@ def layers(data: FigureData, trail: Mapping[str, FloatArray] | None = None, *, j
         ``indentation`` in m and ``normal_force`` in N along the path, also between its rows; by default the rows.
     joined : bool
         Whether the states between the rows are known.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 4.2)
@@ -73,10 +69,6 @@ def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Fig
         In m.
     factors : mapping of str to ndarray
         ``force_factor`` and ``punch_factor``.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     labels = {"force_factor": "force at the same indentation", "punch_factor": "stiffness at the same radius"}
     with styled():

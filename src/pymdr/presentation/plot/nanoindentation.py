@@ -38,10 +38,6 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
         Depths in m, forces in N, and fitted forces by procedure, of every indent that is drawn.
     data : xarray.Dataset
         Over indent and procedure.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     depth_unit = good_unit(np.concatenate([row[0] for row in drawn]), "m")
     force_unit = good_unit(np.concatenate([row[1] for row in drawn]), "N")
@@ -94,10 +90,6 @@ def area_study(data: xr.Dataset) -> Figure:
     ----------
     data : xarray.Dataset
         Over indent.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     rows = data.sortby("contact_depth")
     depth_unit = good_unit(rows["contact_depth"].values, "m")

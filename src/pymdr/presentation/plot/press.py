@@ -47,10 +47,6 @@ def pressed_surface(
         In Pa over ``x`` and ``y`` in m; None if not valid at any load.
     title : str
         The drawn load, or why none is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 7.6)

@@ -50,10 +50,6 @@ def fitted_moduli(
         Shortest and longest time in s resolved by the rows.
     misfit : float
         Relative root mean square over the rows.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.2, 3.8)

@@ -52,10 +52,6 @@ def rough_study(
         ``height`` (m) over ``x`` (m), attributes ``plane`` (m) and, for a ball, ``radius`` (m).
     spectrum : tuple of ndarray
         Wave numbers in 1/m and C2D in m^4.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(12.4, 3.8)

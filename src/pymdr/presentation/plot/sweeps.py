@@ -38,13 +38,8 @@ def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> Figu
     ----------
     data : xarray.Dataset
         Over the parameters and ``step``.
-    name : str
     parameters : sequence of str
         The dimensions of the grid; colours follow the first.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 3.8)

@@ -43,10 +43,6 @@ def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, ring
         ``power_spectrum`` with ``_low`` and ``_high`` and ``law`` (m^4) over ``wave_number`` (1/m), nan where not known.
     rings : xarray.Dataset
         ``power_spectrum`` of all rings.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     with styled():
         figure = new_figure(9.6, 4.0)
@@ -108,10 +104,6 @@ def bump_study(
         Radii, means and standard deviations in m.
     curve : tuple of ndarray
         Radii and gap in m of the fitted curve.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     from matplotlib.patches import Circle
 

@@ -19,10 +19,6 @@ def normal_overview(data: FigureData) -> Figure:
     """
     The contact in section above its springs, with its curve or loop and a field, in one figure.
 
-    Parameters
-    ----------
-    data : FigureData
-
     Returns
     -------
     matplotlib.figure.Figure
@@ -46,10 +42,6 @@ def normal_overview(data: FigureData) -> Figure:
 def normal_figures(data: FigureData) -> dict[str, Figure]:
     """
     The figures of a result by name.
-
-    Parameters
-    ----------
-    data : FigureData
 
     Returns
     -------

@@ -17,6 +17,8 @@ from pymdr.problem.codec.models import case_schema as case_schema
 from pymdr.problem.codec.models import forget_models as forget_models
 from pymdr.problem.codec.models import press_adapter as press_adapter
 from pymdr.problem.codec.models import rough_adapter as rough_adapter
+from pymdr.problem.codec.registering import import_kinds as import_kinds
+from pymdr.problem.codec.registering import import_plugins as import_plugins
 from pymdr.problem.codec.registering import register as register
 from pymdr.problem.codec.tables import KIND_OF as KIND_OF
 from pymdr.problem.codec.tables import PROFILES as PROFILES

@@ -9,6 +9,7 @@ from typing import Any
 from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec.complaints import refuse_invalid
 from pymdr.problem.codec.models import case_adapter, press_adapter, rough_adapter
+from pymdr.problem.codec.registering import import_kinds
 from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, TABLES
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
@@ -146,6 +147,7 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
             "table [surface] is missing; a rough case needs it with hurst, rms, size and shortest, and has no profile and path"
         )
     _refuse_other_bodies(plain)
+    import_kinds(plain)
     refuse_invalid(plain, rough_adapter())
     return RoughCase(
         str(plain.get("title", "")),
@@ -163,10 +165,6 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     ----------
     plain : mapping
         With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch`` and ``title``.
-
-    Returns
-    -------
-    PressCase
 
     Raises
     ------
@@ -201,6 +199,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
                 "[ball]: not available with pymdr press; add the heights of the ball to those of a file"
             )
     _refuse_other_bodies(plain)
+    import_kinds(plain)
     refuse_invalid(plain, press_adapter())
     return PressCase(
         str(plain.get("title", "")),
@@ -229,6 +228,7 @@ def _refuse_other_bodies(plain: Mapping[str, Any]) -> None:
 
 def _decoded(plain: Mapping[str, Any], legs: Mapping[str, Mapping[str, Any]]) -> tuple[Contact, list[Leg]]:
     """The contact and the legs of a case; the mistakes of all tables are refused together."""
+    import_kinds(plain)
     refuse_invalid(plain, case_adapter())
     given = {
         name: plain[name]

@@ -107,7 +107,7 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
                     f"[{' '.join(path)}] kind = {shown(tag)}: cases cannot contain formulas; give samples "
                     "(kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
                 )
-            return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_hint(tag, _kinds_for(loc))}"
+            return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_hint(tag, _kinds_for(loc))}{_own_kind(tag, loc)}"
         case "value_error":
             return f"{where}{item['ctx']['error']}"
         case "too_short":
@@ -165,6 +165,13 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
 def _hint(word: str, known: list[str]) -> str:
     near = nearest(word, known)
     return f"did you mean {near[0]!r}?" if near else f"use one of {', '.join(known)}"
+
+
+def _own_kind(tag: str, loc: list[Any]) -> str:
+    """The remedy for a kind that users may have registered elsewhere."""
+    ends = ("profile", "body", "counterbody", "adhesion", "shear", "young")
+    own = bool(loc) and loc[-1] in ends and not nearest(tag, _kinds_for(loc))
+    return ", or import the file that registers your own kind: pymdr --plugin FILE.py" if own else ""
 
 
 def _without_arrays(plain: Any) -> Any:

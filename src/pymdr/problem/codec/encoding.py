@@ -20,14 +20,6 @@ def encode(value: Any) -> Any:
     """
     A problem value as plain dictionaries, lists, numbers and texts.
 
-    Parameters
-    ----------
-    value : problem value
-
-    Returns
-    -------
-    dict or list
-
     Raises
     ------
     ProblemError

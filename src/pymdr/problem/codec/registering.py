@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from pymdr.errors import ProblemError
+from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.codec.models import forget_models
-from pymdr.problem.codec.tables import KIND_OF, TABLES, kinds
+from pymdr.problem.codec.tables import KIND_OF, TABLES, kinds, unknown_kinds
 from pymdr.problem.laws import AdhesionLaw
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import Profile
 from pymdr.problem.rheology import Rheology
 from pymdr.problem.values import OptionalArrayField, SIField
 from pymdr.units import shown
+
+PLUGINS = "pymdr.plugins"
+"""Group of entry points: modules of installed packages that register kinds when they are imported."""
 
 _NOT_KINDS = ("case", "function", "rings", "solve")
 """Reserved words of cases and their schema."""
@@ -52,7 +56,8 @@ def register(kind: str, cls: type) -> None:
 
     Notes
     -----
-    To read a file, first import the module that registers its kind.
+    To read a file, first import the module that registers its kind. Modules of installed packages that are entry points of
+    the group ``pymdr.plugins`` are imported when a file has an unknown kind; ``pymdr --plugin FILE.py`` imports one file.
 
     Examples
     --------
@@ -80,6 +85,75 @@ def register(kind: str, cls: type) -> None:
     table[kind] = cls
     KIND_OF[cls] = kind
     forget_models()
+
+
+_FAILED: dict[str, str] = {}
+"""Reasons why the modules of entry points could not be imported; each is tried once."""
+
+_TRIED: set[str] = set()
+
+
+def import_plugins() -> None:
+    """
+    Import all modules of the entry points ``pymdr.plugins`` once.
+
+    Raises
+    ------
+    ProblemError
+        If a module cannot be imported; the others are imported all the same.
+    """
+    from importlib.metadata import entry_points
+
+    for point in sorted(entry_points(group=PLUGINS)):
+        name = f"{point.name} = {point.value}"
+        if name in _TRIED:
+            continue
+        _TRIED.add(name)
+        try:
+            point.load()
+        except PymdrError as error:
+            _FAILED[name] = str(error)
+        except Exception as error:  # whatever code of another package raises
+            _FAILED[name] = f"{type(error).__name__}: {error}"
+    if _FAILED:
+        raise ProblemError(
+            f"cannot import the plugin {'; nor '.join(f'{name!r} ({why})' for name, why in _FAILED.items())}; correct the module or "
+            "uninstall its package"
+        )
+
+
+def import_kinds(case: Mapping[str, Any]) -> list[str]:
+    """
+    Import the plugins of installed packages if a case has a kind that is not registered.
+
+    Parameters
+    ----------
+    case : mapping
+        Plain dictionaries, which may be invalid.
+
+    Returns
+    -------
+    list of str
+        The kinds that are still unknown.
+
+    Raises
+    ------
+    ProblemError
+        If a kind stays unknown and a plugin cannot be imported.
+
+    Examples
+    --------
+    >>> import_kinds({"profile": {"kind": "sphere", "radius": "1 mm"}})
+    []
+    """
+    if not unknown_kinds(case):
+        return []
+    try:
+        import_plugins()
+    except ProblemError:
+        if unknown_kinds(case):
+            raise
+    return unknown_kinds(case)
 
 
 def _family(cls: Any) -> str:

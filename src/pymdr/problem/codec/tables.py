@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
@@ -37,7 +38,7 @@ from pymdr.problem.profiles import (
     TruncatedSphere,
     Waviness,
 )
-from pymdr.problem.rheology import KelvinVoigt, Maxwell, PowerLawRheology, Prony, StandardSolid
+from pymdr.problem.rheology import KelvinVoigt, Maxwell, Prony, StandardSolid
 
 PROFILES: dict[str, type] = {
     "sphere": Sphere,
@@ -97,6 +98,7 @@ ONE_CHANNEL_LEGS: dict[str, str] = {
     "travel": "travel",
     "shift": "shift",
     "drag": "tangential_force",
+    "twist": "twist",
 }
 """Kinds that are a ramp of one channel."""
 
@@ -125,8 +127,22 @@ def kinds() -> set[str]:
     return {kind for table in TABLES.values() for kind in table} | set(ONE_CHANNEL_LEGS)
 
 
+_WITH_KINDS = ("profile", "body", "counterbody", "adhesion")
+"""Tables of a case whose kinds users may register."""
+
+
 def unknown_kinds(case: Mapping[str, Any]) -> list[str]:
-    """Kinds in the plain dictionaries of a case that are not registered."""
-    tables = [case.get(name) or {} for name in ("profile", "body", "counterbody", "adhesion")]
-    parts = [part for table in tables for part in (table, table.get("shear") or {}, *table.get("parts", ()))]
-    return [part["kind"] for part in parts if "kind" in part and part["kind"] not in kinds()]
+    """Kinds in the plain dictionaries of a case that are not registered; the case may be invalid."""
+    known = kinds()
+    pending: list[Any] = [case.get(name) for name in reversed(_WITH_KINDS)]
+    unknown = []
+    while pending:
+        value = pending.pop()
+        if isinstance(value, Mapping):
+            kind = value.get("kind")
+            if isinstance(kind, str) and kind not in known:
+                unknown.append(kind)
+            pending += list(value.values())[::-1]
+        elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
+            pending += reversed(value)
+    return unknown

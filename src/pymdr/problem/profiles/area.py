@@ -52,10 +52,19 @@ class AreaFunction(Profile):
         If not exactly one of coefficients and table is given, there are too many coefficients or all are 0, or the table does not
         rise. As a profile, if the area does not rise at every depth up to `max_depth`.
 
+    See Also
+    --------
+    calibrate_area : its coefficients from indents in fused silica.
+    read_area_function : the same from a file.
+
     Notes
     -----
-    Oliver and Pharr (1992), J. Mater. Res. 7, 1564. C0 alone is a cone, C1 alone a paraboloid of radius C1/(2 pi), and both
+    The area function of Oliver and Pharr (1992). C0 alone is a cone, C1 alone a paraboloid of radius C1/(2 pi), and both
     together are a hyperboloid. Terms beyond C1 flatten the tip.
+
+    References
+    ----------
+    Oliver and Pharr (1992), J. Mater. Res. 7, 1564-1583, doi:10.1557/JMR.1992.1564.
 
     Examples
     --------
@@ -182,7 +191,7 @@ class AreaFunction(Profile):
         if bad.any():
             first, last = (metres(math.exp(logs[i]) * self.unit) for i in np.flatnonzero(bad)[[0, -1]])
             raise ProblemError(
-                f"AreaFunction: the area does not rise at depths between {first} and {last}, so that it is the shape of no tip; give "
+                f"AreaFunction: the area does not rise at depths between {first} and {last}, so no tip has this shape; give "
                 "max_depth below them, or coefficients whose last one is above 0"
             )
         if math.isfinite(end):

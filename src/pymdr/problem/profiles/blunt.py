@@ -49,9 +49,17 @@ class TruncatedCone(Flanked):
     ProblemError
         If not exactly one of slope and half angle is given, or a value is outside its limits.
 
+    See Also
+    --------
+    Cone : before it was worn.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2: F = t E* a^2 [arccos(b/a) + (b/a) sqrt(1 - (b/a)^2)].
+
+    References
+    ----------
+    Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------
@@ -98,9 +106,17 @@ class TruncatedParaboloid(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    Paraboloid : before it was worn.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2: F = (2 E* / (3 R)) (2 a^2 + b^2) sqrt(a^2 - b^2).
+
+    References
+    ----------
+    Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------
@@ -146,10 +162,19 @@ class TruncatedSphere(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    Sphere : before it was worn.
+
     Notes
     -----
     The image of the sphere (Popov and Hess 2015, chapter 3) with the integral starting at b. With
     u = sqrt(a^2 - b^2) and c = sqrt(R^2 - b^2), F = E* [(R^2 + a^2) artanh(u / c) - u c].
+
+    References
+    ----------
+    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+    doi:10.1007/978-3-642-53876-6.
 
     Examples
     --------
@@ -214,9 +239,18 @@ class RoundedCone(Flanked):
     ProblemError
         If not exactly one of slope and half angle is given, or a value is outside its limits.
 
+    See Also
+    --------
+    Cone : with a sharp tip.
+    Hyperboloid : another round tip on a cone.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2 (conical indenter with parabolic cap).
+
+    References
+    ----------
+    Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------
@@ -274,9 +308,17 @@ class Hyperboloid(Flanked):
     ProblemError
         If not exactly one of slope and half angle is given, or a value is outside its limits.
 
+    See Also
+    --------
+    RoundedCone : another round tip on a cone.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2.
+
+    References
+    ----------
+    Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------

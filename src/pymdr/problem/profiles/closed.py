@@ -119,9 +119,17 @@ class Ellipsoid(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    EllipticParaboloid : for contacts that are ellipses.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2.
+
+    References
+    ----------
+    Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------

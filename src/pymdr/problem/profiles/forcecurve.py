@@ -74,10 +74,20 @@ class ForceCurve(Profile):
     UnitError
         If an entry is not a finite number.
 
+    See Also
+    --------
+    read_force_curve : the same from a file.
+
     Notes
     -----
     Popov and Hess (2015), chapter 10, use the line of a force curve for rough surfaces. k does not decrease, because the
     contact grows with the depth (Barber 1974).
+
+    References
+    ----------
+    - Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
+      doi:10.1007/978-3-642-53876-6.
+    - Barber (1974), Int. J. Eng. Sci. 12, 813-819.
 
     Examples
     --------

@@ -32,9 +32,18 @@ class RoundedFlat(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    FlatPunch : with a sharp edge.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2 (flat punch with a rounded edge); Ciavarella, Hills and Monno (1998).
+
+    References
+    ----------
+    - Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
+    - Ciavarella, Hills and Monno (1998), Proc. Inst. Mech. Eng. C 212, 319-328.
 
     Examples
     --------
@@ -80,9 +89,18 @@ class DomedPunch(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    FlatPunch : without the cap.
+    ConcavePunch : with a hollow end.
+
     Notes
     -----
     Popov, Hess and Willert (2019), chapter 2 (cylindrical punch with parabolic cap).
+
+    References
+    ----------
+    Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------
@@ -134,10 +152,19 @@ class ConcavePunch(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    DomedPunch : a punch with a convex end.
+
     Notes
     -----
     Barber (1976); Popov, Hess and Willert (2019), chapter 2 (concave paraboloid). For an indentation d >= b^2 / R,
     F = 2 E* (d b + b^3 / (3 R)).
+
+    References
+    ----------
+    - Barber (1976), J. Elasticity 6, 149-159.
+    - Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------
@@ -184,9 +211,18 @@ class Waviness(Profile):
     ProblemError
         If a value is outside its limits.
 
+    See Also
+    --------
+    Rings : solver of contacts that are rings.
+
     Notes
     -----
-    Guduru (2007), J. Mech. Phys. Solids 55, 445; Popov, Hess and Willert (2019), chapter 2.
+    Guduru (2007); Popov, Hess and Willert (2019), chapter 2.
+
+    References
+    ----------
+    - Guduru (2007), J. Mech. Phys. Solids 55, 445-472.
+    - Popov, Hess and Willert (2019), Handbook of Contact Mechanics, Springer, doi:10.1007/978-3-662-58709-6.
 
     Examples
     --------

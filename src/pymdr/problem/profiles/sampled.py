@@ -88,11 +88,21 @@ class SmoothingSpline(Value):
     noise of the mean), only its ratios are used, and the size of the noise is estimated as without a scatter. An entry of
     0 means that samples were aligned there, not that one is exact: it is interpolated from its neighbours.
 
+    See Also
+    --------
+    Sampled : the profile that it interpolates.
+    CubicSpline : through every sample.
+
     Notes
     -----
-    The expectation of f if its third derivative is white noise: Wahba (1978), J. R. Stat. Soc. B 40, 364.
-    Likelihood compared with cross-validation: Wahba (1985), Ann. Stat. 13, 1378. Reinsch (1967), Numer. Math. 10, 177,
-    requires chi-square = n, which smooths too much because the curve contains part of the noise.
+    The expectation of f if its third derivative is white noise: Wahba (1978).
+    Likelihood compared with cross-validation: Wahba (1985). Reinsch (1967) requires chi-square = n, which smooths too much because the curve contains part of the noise.
+
+    References
+    ----------
+    - Wahba (1978), J. R. Stat. Soc. B 40, 364-372.
+    - Wahba (1985), Ann. Stat. 13, 1378-1402.
+    - Reinsch (1967), Numer. Math. 10, 177-183.
 
     Examples
     --------
@@ -309,11 +319,6 @@ def curve(
         Samples in m.
     scatter : ndarray or None
         Standard deviations in m.
-    interpolation : CubicSpline, ShapePreserving or SmoothingSpline
-
-    Returns
-    -------
-    Curve
 
     Raises
     ------

@@ -68,8 +68,16 @@ class EllipticParaboloid(Shape):
     ProblemError
         If a value is outside its limits, or one radius is more than 1e6 times the other.
 
+    See Also
+    --------
+    Paraboloid : with one radius.
+
     Notes
     -----
+    The contact of Hertz (1882).
+
+    References
+    ----------
     Hertz (1882), J. reine angew. Math. 92, 156-171.
 
     Examples

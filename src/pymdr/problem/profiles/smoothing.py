@@ -55,10 +55,6 @@ def smooth(r: FloatArray, y: FloatArray, deviation: FloatArray, known: bool) -> 
     known : bool
         Whether the deviations are used unless the samples contradict them; else only their ratios are.
 
-    Returns
-    -------
-    Smooth
-
     Notes
     -----
     Wahba (1978), J. R. Stat. Soc. B 40, 364 (the expectation); Wecker and Ansley (1983), J. Am. Stat. Assoc. 78,

@@ -24,7 +24,6 @@ def detrend(topography: Surface, trend: str) -> Surface:
 
     Parameters
     ----------
-    topography : Topography
     trend : {"mean", "plane", "sphere", "curvature"}
         A constant; a plane; a plane and one curvature, (x^2 + y^2)/(2 R); or a plane and all terms of second order.
 
@@ -110,7 +109,6 @@ def fill_missing(topography: Surface, remedy: str) -> Surface:
 
     Parameters
     ----------
-    topography : Topography
     remedy : {"interpolate", "crop"}
         Fill missing heights by Laplace's equation, or crop to the largest rectangle without missing heights.
 
@@ -170,14 +168,6 @@ def fill_missing(topography: Surface, remedy: str) -> Surface:
 def interpolated_fraction(topography: Heights) -> float:
     """
     The fraction of the heights that :func:`fill_missing` has interpolated, from its step.
-
-    Parameters
-    ----------
-    topography : Topography
-
-    Returns
-    -------
-    float
 
     Examples
     --------

@@ -72,10 +72,6 @@ def baseline_of(curve: MeasuredSamples) -> Baseline:
     curve : MeasuredCurve
         An approach, a retreat, or a whole record, of which the approach is used; compression positive.
 
-    Returns
-    -------
-    Baseline
-
     Raises
     ------
     ProblemError

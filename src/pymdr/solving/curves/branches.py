@@ -114,10 +114,6 @@ def broken_power(x: FloatArray, f: FloatArray, *, jump: bool = False) -> BrokenP
         Positions in m from the free end on, and forces in N.
     jump : bool
         Whether the force jumps at the point, as at the end of adhesion.
-
-    Returns
-    -------
-    BrokenPower
     """
     u, y = blocks(x), blocks(f)
     low, width = float(u.min()), float(np.ptp(u))

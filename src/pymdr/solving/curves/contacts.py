@@ -131,10 +131,6 @@ def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike |
     baseline : Baseline or quantity, optional
         The baseline of the curve by default.
 
-    Returns
-    -------
-    ContactPoint
-
     Raises
     ------
     ProblemError

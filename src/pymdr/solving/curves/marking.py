@@ -30,10 +30,6 @@ def mark_outliers(curve: Samples) -> Samples:
     Gather, J. Am. Stat. Assoc. 88 (1993) 782) and from the lines through four samples before and after it, and three times as far from these
     lines as those samples, so that jumps, cusps and rough parts of the force are not outliers.
 
-    Parameters
-    ----------
-    curve : MeasuredCurve
-
     Returns
     -------
     MeasuredCurve
@@ -73,10 +69,6 @@ def mark_saturated(curve: Samples) -> Samples:
     changed by more than 1 % of its range; then all samples of that force are marked. Apply it to the correct signs and before the baseline
     is subtracted, which tilts the plateau.
 
-    Parameters
-    ----------
-    curve : MeasuredCurve
-
     Returns
     -------
     MeasuredCurve
@@ -109,10 +101,6 @@ def mark_saturated(curve: Samples) -> Samples:
 def leave_out_marked(curve: Samples) -> Samples:
     """
     A curve without the marked samples.
-
-    Parameters
-    ----------
-    curve : MeasuredCurve
 
     Returns
     -------

@@ -68,11 +68,6 @@ def adapted(sample: Sample, marks: FloatArray, error: Error, tolerance: float) -
         Parameters between which the functions are smooth.
     error : callable
         Error of interpolated values (first) against exact ones, one number for each.
-    tolerance : float
-
-    Returns
-    -------
-    Knots
 
     Raises
     ------

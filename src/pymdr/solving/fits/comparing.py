@@ -119,12 +119,20 @@ def compare_laws(
     ProblemError
         If fewer than two laws are given, none can be fitted, or one has none of the unknowns.
 
+    See Also
+    --------
+    fit : one law.
+
     Notes
     -----
     AICc = n log(S/n) + 2 k + 2 k (k + 1)/(n - k - 1), with the sum of squares S over the samples that all fits use, k numbers and
     the noise, and n independent samples: those of the law that leaves the least correlated differences. Akaike's weights are
     exp(-difference/2) over their sum (Burnham and Anderson 2002, sections 2.4 and 2.9). They compare the given laws only; all of
     them may be wrong. An adhesion that the record does not show is refused by :func:`fit` and listed in `refusals`.
+
+    References
+    ----------
+    Burnham and Anderson (2002), Model Selection and Multimodel Inference, 2nd ed., Springer.
 
     Examples
     --------
@@ -139,7 +147,7 @@ def compare_laws(
     """
     if not isinstance(contacts, Mapping) or len(contacts) < 2:
         raise ProblemError(
-            "compare_laws: two laws at least are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
+            "compare_laws: at least two laws are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
         )
     fits: dict[str, FitResult] = {}
     refusals: dict[str, str] = {}

@@ -206,8 +206,6 @@ def family_of(
 
     Parameters
     ----------
-    contact : Contact
-    axes : FamilyAxes
     deepest : float
         Largest depth in m that is read.
     bounds : pair of float or None

@@ -32,7 +32,6 @@ def refuse_untimed(
     ----------
     contact : Contact
         With the fitted values.
-    unknowns : sequence of Unknown
     values : ndarray
         In their units.
     times : sequence of ndarray

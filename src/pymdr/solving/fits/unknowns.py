@@ -87,7 +87,7 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
         free = [free]
     names = list(free)
     if not names or len(set(names)) < len(names):
-        raise ProblemError(f"fit: free = {shown(free)}; name the unknowns, each once, such as ['body.young']")
+        raise ProblemError(f"fit: free = {shown(free)}; list every unknown once, such as ['body.young']")
     bounds = free if isinstance(free, Mapping) else dict.fromkeys(names)
     return tuple(_unknown(contact, str(name), bounds[name]) for name in names)
 
@@ -158,8 +158,6 @@ def candidates(
 
     Parameters
     ----------
-    contact : Contact
-    unknowns : sequence of Unknown
     depth : float
         Depth in m to which the bodies are pressed.
     span : float

@@ -66,10 +66,22 @@ def impact(
     PathError
         If the profile ends before the bodies come to rest.
 
+    See Also
+    --------
+    restitution : many speeds at once.
+
     Notes
     -----
     Hertz (1882) for spheres; Thornton and Ning (1998) with adhesion; Maw, Barber and Fawcett (1976) with friction;
     Lee and Radok (1960), Ting (1966) with memory, with steps by collocation at Radau's nodes.
+
+    References
+    ----------
+    - Hertz (1882), J. reine angew. Math. 92, 156-171.
+    - Thornton and Ning (1998), Powder Technol. 99, 154-162, doi:10.1016/S0032-5910(98)00099-0.
+    - Maw, Barber and Fawcett (1976), Wear 38, 101-114, doi:10.1016/0043-1648(76)90201-5.
+    - Lee and Radok (1960), J. Appl. Mech. 27, 438-444.
+    - Ting (1966), J. Appl. Mech. 33, 845-854.
 
     Examples
     --------

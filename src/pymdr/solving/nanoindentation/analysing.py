@@ -85,13 +85,8 @@ def evaluated(depth: FloatArray, force: FloatArray, settings: Settings, who: str
     ----------
     depth, force : ndarray
         Measured depths in m, the frame included, and forces in N.
-    settings : Settings
     who : str
         For messages.
-
-    Returns
-    -------
-    Indent
     """
     rows = unloading_of(depth - settings.frame * force, force, settings.limits, who)
     exact = replace(settings, beta=1.0, epsilon=None)

@@ -144,9 +144,18 @@ def calibrate_area(
     ProblemError
         If there are fewer indents than unknowns, a record has no unloading, or an argument is outside its limits.
 
+    See Also
+    --------
+    oliver_pharr : hardness and modulus with the calibrated area.
+    AreaFunction : the calibrated profile.
+
     Notes
     -----
-    Oliver and Pharr (1992), J. Mater. Res. 7, 1564. Depths below those of the indents are extrapolated.
+    The calibration of Oliver and Pharr (1992). Depths below those of the indents are extrapolated.
+
+    References
+    ----------
+    Oliver and Pharr (1992), J. Mater. Res. 7, 1564-1583, doi:10.1557/JMR.1992.1564.
 
     Examples
     --------
@@ -393,7 +402,9 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
         "contact_area_high": (area * np.exp(half), "m^2"),
     }
     everywhere = np.ones(area.size, dtype=bool)
-    reason = "least squares over all indents; as good as the modulus of the reference and its sinking in"
+    reason = (
+        "least squares over all indents; it relies on the modulus of the reference and on elastic sink-in"
+    )
     return AreaCalibration(
         data=xr.Dataset(
             {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},

@@ -55,7 +55,7 @@ def columns_of(record: MeasuredCurve | xr.Dataset, who: str) -> tuple[FloatArray
         return record.depth, record.force
     if not isinstance(record, Dataset):
         raise ProblemError(
-            f"{who}: {shown(record)} is no record; give a MeasuredCurve or what read_record returns"
+            f"{who}: {shown(record)} is not a record; give a MeasuredCurve or what read_record returns"
         )
     for name in ("indentation", "normal_force"):
         if name not in record:
@@ -88,10 +88,6 @@ def unloading_of(depth: FloatArray, force: FloatArray, limits: tuple[float, floa
         Range of the fit by a power law, in parts of the largest force.
     who : str
         For messages.
-
-    Returns
-    -------
-    Unloading
 
     Raises
     ------
@@ -205,7 +201,7 @@ def _power(rows: Unloading, stretch: slice, who: str) -> Shape:
     power = _fitted(rows, stretch, _first_guess(z, force, rows.peak_force))
     if not power.determined:
         raise ProblemError(
-            f"{who}: no F = B (h - h_f)^m is determined by the unloading; check the record, its noise and the frame compliance"
+            f"{who}: the unloading does not determine F = B (h - h_f)^m; check the record, its noise and the frame compliance"
         )
     return power
 
@@ -327,10 +323,6 @@ def peak_of(anchor: float, p: FloatArray, peak_force: float, epsilon: float | No
     epsilon : float, optional
         Given, or that of the effective shape: h - h_c = (2/pi) int_0^d arcsin(k(t)/k(d)) dt, which is d - f(a) of the profile whose line
         has the stiffness k; for a power law (1 + 1/n) (1 - 1/kappa(n)) with n = 1/(m - 1).
-
-    Returns
-    -------
-    Peak
     """
     m, w = float(p[2]), float(p[3]) if p.size > 3 else 0.0
     size = math.exp(p[0])

@@ -139,11 +139,22 @@ def oliver_pharr(
     ProblemError
         If a record has no unloading, the area function has no area at its contact depth, or an argument is outside its limits.
 
+    See Also
+    --------
+    calibrate_area : area function and frame compliance.
+
     Notes
     -----
-    Oliver and Pharr (1992), J. Mater. Res. 7, 1564; (2004), J. Mater. Res. 19, 3. King (1987), Int. J. Solids Struct. 23, 1657. An
-    unloading curve does not show pile-up: the true area may be up to 60 % larger where the residual depth is above 0.7 of the largest one
-    (Bolshakov and Pharr 1998), and hardness and modulus are then too large.
+    The procedure of Oliver and Pharr (1992, 2004), with the factor of King (1987). An unloading curve does not show pile-up:
+    the true area may be up to 60 % larger where the residual depth is above 0.7 of the largest one (Bolshakov and Pharr 1998), and hardness and modulus are then too large.
+
+    References
+    ----------
+    - Oliver and Pharr (1992), J. Mater. Res. 7, 1564-1583, doi:10.1557/JMR.1992.1564.
+    - Oliver and Pharr (2004), J. Mater. Res. 19, 3-20.
+    - King (1987), Int. J. Solids Struct. 23, 1657-1664.
+    - Pharr and Bolshakov (2002), J. Mater. Res. 17, 2660-2671, doi:10.1557/JMR.2002.0386.
+    - Bolshakov and Pharr (1998), J. Mater. Res. 13, 1049-1058, doi:10.1557/JMR.1998.0146.
 
     Examples
     --------
@@ -240,7 +251,7 @@ def _claims(indents: Sequence[Indent], settings: Settings) -> dict[str, Claim]:
     everywhere = np.ones(len(indents) * len(PROCEDURES), dtype=bool)
     depths = Claim(
         Level.APPROXIMATE,
-        "of curves fitted to the unloading, which is taken for elastic; intervals have the scatter of the rows only",
+        "from curves fitted to the unloading, which is assumed to be elastic; the intervals cover the scatter of the rows only",
         SOURCES["oliver-pharr"],
         everywhere,
     )

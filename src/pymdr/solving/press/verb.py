@@ -95,10 +95,20 @@ def press(
     ConvergenceError
         If the engine did not solve a load.
 
+    See Also
+    --------
+    press_rough : random surfaces by springs.
+    open_pressed_surface : a saved one.
+
     Notes
     -----
-    Love (1929), Phil. Trans. R. Soc. A 228, 377; Polonsky and Keer (1999), Wear 231, 206. Against Hertz with 26 and 77 pixels in the
+    The kernel of Love (1929) and the iteration of Polonsky and Keer (1999). Against Hertz with 26 and 77 pixels in the
     contact radius: force 7e-5 and 1e-5, stiffness 8e-4 and 2e-4.
+
+    References
+    ----------
+    - Love (1929), Phil. Trans. R. Soc. A 228, 377-420.
+    - Polonsky and Keer (1999), Wear 231, 206-219.
 
     Examples
     --------
@@ -173,7 +183,6 @@ def bytes_of(
     ----------
     shape : tuple of int
         Pixels along x and y.
-    loads : int
     engine : str or Engine, optional
     kept : bool, optional
         Whether results are also stored in a folder.

@@ -44,7 +44,7 @@ def loops(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Energy per cycle, damping and slip of a record, result or case."""
+    """Energy per cycle, damping and slip of a record or a case."""
     from pymdr.workbench.records import measured_loops
 
     with failures_as_json("loops", record, as_json):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -41,6 +42,7 @@ for command in (
     sliding,
     heat,
     joule,
+    yields,
     rough,
     press,
     sweep,
@@ -52,15 +54,23 @@ for command in (
     table,
     plot,
 ):
-    app.command(cls=Once)(command)
-app.command("yield", cls=Once)(yields)
+    app.command("yield" if command is yields else None, cls=Once)(command)
 
 
 @app.callback(invoke_without_command=True)
-def version_option(
+def before_commands(
     show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+    plugins: Annotated[
+        list[Path] | None,
+        typer.Option("--plugin", metavar="FILE.py", help="Import a Python file that registers kinds."),
+    ] = None,
 ) -> None:
-    """Options without a command."""
+    """Options before a command."""
+    if plugins:
+        from pymdr.workbench.plugins import import_file
+
+        for file in plugins:
+            import_file(file)
     if show:
         import pymdr
 

@@ -50,10 +50,11 @@ def schema(
     of_press: Annotated[bool, typer.Option("--press", help="Schema of cases for pymdr press.")] = False,
 ) -> None:
     """Print the JSON schema of case files."""
-    from pymdr.problem.codec import case_schema, press_adapter, rough_adapter
+    from pymdr.problem.codec import case_schema, import_plugins, press_adapter, rough_adapter
 
     if of_rough and of_press:
         raise typer.BadParameter("give either --rough or --press")
+    import_plugins()
     adapter = rough_adapter if of_rough else press_adapter
     plain = adapter().json_schema() if of_rough or of_press else case_schema()
     typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))

@@ -68,8 +68,8 @@ def impact(
     def rebounds(contact: Contact) -> Study:
         if given:
             raise ProblemError(
-                f"impact: --{next(iter(given))} is of oblique impacts; give one --speed, or leave it out for the "
-                "restitution of several"
+                f"impact: --{next(iter(given))} applies to oblique impacts at one speed; give one --speed, or leave "
+                "the option out"
             )
         return restitution(contact, mass=mass, speeds=spread(speed, points, "m/s", "speed"))
 

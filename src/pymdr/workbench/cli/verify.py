@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from pymdr.workbench.cli.folders import named_after, ready_folder, write_figures
-from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
+from pymdr.workbench.cli.options import CaseFile, Json, Quiet
 from pymdr.workbench.cli.reporting import (
     REFUSED,
     Stage,
@@ -28,7 +29,10 @@ if TYPE_CHECKING:
 
 def verify(
     case: CaseFile,
-    output: Output = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder for the figure; by default CASE."),
+    ] = None,
     rings: Annotated[int, typer.Option(help="Number of rings, 20 to 5000.")] = 400,
     cells: Annotated[int, typer.Option(help="Cells along a side of the grid, 8 to 80 (with friction).")] = 32,
     pixels: Annotated[int, typer.Option(help="Pixels along a side, 33 to 1025 (not axisymmetric).")] = 129,
@@ -72,10 +76,13 @@ def _verified(
 ) -> tuple[Comparison, dict[str, Any]]:
     """The comparison, and its entries for JSON."""
     from pymdr.problem.profiles import Shape
+    from pymdr.solving.torsional import is_torsional
     from pymdr.workbench.sliding import SlidingVerification
     from pymdr.workbench.verification import verify as compare_with_elements
 
-    if problem.contact.friction is not None:
+    if is_torsional(problem.contact, problem.path):
+        solver, n, label = "rings", min(rings, 200), "turning rings"
+    elif problem.contact.friction is not None:
         solver, n, label = "cells", cells, "solving on a grid"
     elif isinstance(problem.contact.profile, Shape):
         solver, n, label = "pixels", pixels, "pressing by boundary elements"

@@ -88,10 +88,8 @@ def descend(
 
     Parameters
     ----------
-    record : Record
     directions : ndarray
         As in :class:`Wanted`.
-    family : FamilyTable
     start : ndarray, shape (5,)
         Numbers of the model.
     used : ndarray

@@ -135,8 +135,6 @@ def best_points(trials: Trials, family: FamilyTable, scales: FloatArray, places:
 
     Parameters
     ----------
-    trials : Trials
-    family : FamilyTable
     scales : ndarray, shape (members, 2)
         Members, and their scales, NaN if unknown.
     places : ndarray, shape (curves, members, 4)
@@ -228,14 +226,10 @@ def starts_at_tilts(
 
     Parameters
     ----------
-    batch : Batch
-    wanted : Wanted
-    family : FamilyTable
     known : ndarray, shape (curves, 5)
         Known numbers of the model, of each curve.
     tilts : ndarray, shape (curves,)
         In N/m.
-    engine : Engine
     """
     level = batch.force - tilts[:, None] * batch.place
     half = Batch(batch.place[:, ::2].copy(), level[:, ::2].copy(), batch.softness)

@@ -1,15 +1,13 @@
-"""The one kind of result: labelled arrays with claims, fields on demand, saving and plotting."""
+"""The value of a result: quantities by name, fields on demand, figures and files."""
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pymdr.errors import NotValidError, QuantityError
 from pymdr.independent.rings import Rings
@@ -23,6 +21,10 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import DEPTH, POSITION, RADIUS, one_name, quantity
+from pymdr.result.arrays import error_with_band, labelled, locked_claim, locked_data, titled_columns
+from pymdr.result.readers import DirectedReader, EdgedField, FieldReader
+from pymdr.result.rows import drawn_row, row_indices
+from pymdr.result.status import Claims, Status
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -35,85 +37,8 @@ if TYPE_CHECKING:
     from pymdr.presentation.plot import Plots
 
 
-class Status(enum.Enum):
-    """How a solution ended.
-
-    Examples
-    --------
-    >>> import pymdr as mdr
-    >>> mdr.solve(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3)), mdr.load("1 N")).status
-    <Status.COMPLETED: 'every step was solved and its contact is a disk'>
-    """
-
-    COMPLETED = "every step was solved and its contact is a disk"
-    OF_A_CURVE = (
-        "every step was solved on the line of a force curve: contact areas and pressures are not in it"
-    )
-    PARTLY_REFUSED = "at some steps the contact is not a disk, or could not be solved: values there are NaN, and only force_lower_bound is given"
-    BY_RINGS = "every step was solved by boundary elements on rings, without the method"
-    ATTACHED = "every step was solved; the path ends in contact"
-    PULLED_OFF = "every step was solved; the contact was pulled off"
-    NOT_TOUCHED = "every step was solved; the surfaces never came into contact"
-    NOT_ROUND = "every step was solved; the body is not of revolution, and its contact no disk"
-    ESTIMATED = "the body is not of revolution: the force is an estimate, given with its lower bound"
-    BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
-    ADHESION_PARTLY_REFUSED = (
-        "at some steps the adhesive contact is not a disk, or could not be solved: values there are NaN"
-    )
-    ADHESION_REFUSED = "the adhesive contact is a disk at no step: nothing is given"
-    REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
-
-
-class Claims(dict[str, Claim]):
-    """Claims by quantity, a table in notebooks."""
-
-    def __getitem__(self, name: str) -> Claim:
-        return super().__getitem__(one_name(name))
-
-    def __missing__(self, name: str) -> Claim:
-        raise QuantityError(f"no claim of {shown(name)}; there are claims of {', '.join(self)}")
-
-    def _repr_html_(self) -> str:
-        """The table."""
-        from pymdr.presentation.html import claims_html
-
-        return claims_html(self)
-
-
 _FEW_PEAKS = 500
 """Rows up to which tables hold the peak pressure, which takes about 10 ms a row."""
-
-
-class EdgedField(Protocol):
-    """A field that may be singular at the edge of the contact, step by step."""
-
-    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
-        """Values of a field at radii (or positions on the line) in m in one step."""
-
-    def default_radii(self, step: int) -> FloatArray:
-        """Default radii in m of fields."""
-
-    def edge_amplitude(self, step: int) -> float:
-        """Amplitude of the singularity at the edge in its unit times m^0.5; NaN if it is not a square root."""
-
-
-class FieldReader(EdgedField, Protocol):
-    """The source of fields, step by step; its edge is that of the pressure."""
-
-    @property
-    def gap_function(self) -> Callable[[FloatArray], FloatArray]:
-        """The profile f(r)."""
-
-    def marks(self, step: int) -> Sequence[float]:
-        """Radii in m in the contact at which its pressure may have a kink or be unbounded."""
-
-
-@runtime_checkable
-class DirectedReader(FieldReader, Protocol):
-    """A reader of fields that depend on the direction."""
-
-    def towards(self, angle: float) -> FieldReader:
-        """The reader for radii in the direction of an angle in rad from the x-axis."""
 
 
 @dataclass(frozen=True)
@@ -179,8 +104,8 @@ class Result:
         if "step" not in data.dims:  # no quantity is valid at any row
             rows = max((claim.where.size for claim in self.claims.values()), default=0)
             data = data.assign_coords(row=("step", np.arange(rows), {"long_name": "row of the path"}))
-        object.__setattr__(self, "data", _locked_data(data))
-        object.__setattr__(self, "claims", Claims((n, _locked_claim(c)) for n, c in self.claims.items()))
+        object.__setattr__(self, "data", locked_data(data))
+        object.__setattr__(self, "claims", Claims((n, locked_claim(c)) for n, c in self.claims.items()))
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """A quantity over ``step``, in SI units; a copy of its own."""
@@ -256,11 +181,6 @@ class Result:
         """
         array = self[name]
         return array.copy(data=from_si(array.values, quantity(name).unit, unit)).assign_attrs(units=unit)
-
-    @property
-    def _has_few_peaks(self) -> bool:
-        """Whether tables hold the peak pressure without being told to."""
-        return self.data.sizes["step"] <= _FEW_PEAKS and self.claims["pressure"].readable
 
     @cached_property
     def _peak_pressure(self) -> xr.DataArray:
@@ -543,7 +463,7 @@ class Result:
     ) -> tuple[list[int], bool]:
         """The rows that are read, and whether they are several; one alone has to be valid."""
         several = step is None or isinstance(step, list | tuple | range | np.ndarray)
-        chosen = self._rows(step)
+        chosen = row_indices(step, self.data.sizes["step"])
         claim = self.claims.get(claimed)
         if not several and claim is not None and not claim.where[chosen[0]]:
             replace(claim, where=np.zeros(1, dtype=bool)).require(f"{name} at step {step}")
@@ -558,25 +478,6 @@ class Result:
         if not isinstance(surface, DirectedReader):
             raise QuantityError("field: angle= is for bodies that are not of revolution; leave it out")
         return surface.towards(angle)
-
-    def _rows(self, step: int | Sequence[int] | None) -> list[int]:
-        if step is None:
-            return list(range(self.data.sizes["step"]))
-        if isinstance(step, list | tuple | range) or (isinstance(step, np.ndarray) and step.ndim == 1):
-            if len(step) == 0:
-                raise QuantityError("step is empty: name at least one row")
-            return [self._row(one) for one in step]
-        return [self._row(step)]
-
-    def _row(self, step: Any) -> int:
-        n = self.data.sizes["step"]
-        if isinstance(step, bool) or not isinstance(step, int | np.integer):
-            raise QuantityError(
-                f"step = {shown(step)}: a whole number from 0 to {n - 1} is needed, -1 for the last, or a list of them"
-            )
-        if not -n <= step < n:
-            raise QuantityError(f"step {step} does not exist: there are {n} steps, 0 to {n - 1}")
-        return int(step) % n
 
     def summary(self) -> str:
         """The last step, the claims and the assumptions, as text."""
@@ -665,23 +566,7 @@ class Result:
         return stress_section(field, load.edge_radius, load.radius, largest)
 
     def _drawn_row(self, step: int) -> int:
-        """The row of figures, -1 if none is valid; see :meth:`plot` for the default."""
-        row, valid = self._row(step), self.claims["pressure"].where
-        if not valid[row]:
-            known = np.flatnonzero(valid)
-            row = int(known[-1]) if known.size else -1
-        if step == -1 and row >= 0:
-            # a contact as small as a point is not informative
-            size = "contact_radius" if "contact_radius" in self.data else "semi_axis_x"
-            radii = np.nan_to_num(self.data[size].values)
-            shown = radii > 1e-6 * radii.max()
-            if self.contact.is_viscoelastic and "normal_force" in self.data:
-                # with memory the row of the largest load is more informative than recovering springs
-                force = np.where(shown & valid, self.data["normal_force"].values, -np.inf)
-                shown &= force >= (1.0 - 1e-9) * force.max()
-            touching = np.flatnonzero(shown)
-            row = int(touching[-1]) if touching.size else row
-        return row
+        return drawn_row(self.data, self.claims["pressure"].where, step, self.contact.is_viscoelastic)
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """
@@ -778,29 +663,11 @@ class Result:
     def _columns(
         self, quantities: Sequence[str] | None, units: Mapping[str, str] | None
     ) -> dict[str, np.ndarray]:
-        """Columns of a table, by their titles."""
-        from pymdr.presentation.tables import with_error_columns
-
-        units = dict(units or {})
-        if quantities is None and self._has_few_peaks:
-            quantities = [name for name in self._names() if name not in LARGEST]
-        table = self._table(quantities)
-        for name in units:
-            if name not in table:
-                raise QuantityError(
-                    f"to_csv: units of {shown(name)}, which is not written; name it in quantities, known are "
-                    f"{', '.join(self._names())}"
-                )
-        row = {"row": self.data["row"].values} if "row" in self.data.coords else {}
-        columns: dict[str, np.ndarray] = {"step": np.arange(self.data.sizes["step"]), **row}
-        for name in map(str, table):
-            values, own = table[name].values, quantity(name).unit
-            unit = units.get(name, own)
-            given = values if unit == own else from_si(values, own, unit)
-            columns[f"{name} [{unit}]" if unit else name] = (
-                given.astype(int) if given.dtype == bool else given
-            )
-        return with_error_columns(columns, self.claims)
+        names = self._names()
+        if quantities is None and self.data.sizes["step"] <= _FEW_PEAKS and self.claims["pressure"].readable:
+            quantities = [name for name in names if name not in LARGEST]
+        rows = self.data.coords.get("row")
+        return titled_columns(self._table(quantities), rows, self.claims, units or {}, names)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows, part_text
@@ -859,14 +726,7 @@ class Result:
         return pressed_curve(self.contact, depth, force, *errors)
 
     def _error_with_band(self, name: str) -> FloatArray:
-        """Relative errors over the rows, including the band by the scatter of a sampled profile; NaN where not known."""
-        error = known_error(self.claims[name])
-        if name not in self.bands:
-            return error
-        value, (low, high) = np.abs(self.data[name].values), self.bands[name]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.maximum(np.abs(high - value), np.abs(value - low)) / value
-        return error + np.where(value > 0.0, off, 0.0)
+        return error_with_band(known_error(self.claims[name]), self.data[name].values, self.bands.get(name))
 
     def _saved_contact(self) -> Contact:
         radius = max(self._largest("contact_radius"), self._largest("cohesive_radius"))
@@ -902,52 +762,3 @@ class Result:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.__post_init__()
-
-
-def _locked(values: np.ndarray) -> np.ndarray:
-    """A read-only view of values."""
-    view = values.view()
-    view.flags.writeable = False
-    return view
-
-
-def _locked_data(data: xr.Dataset) -> xr.Dataset:
-    locked = data.copy()
-    for variable in locked.variables.values():
-        if variable.ndim:
-            variable.data = _locked(variable.values)
-    return locked
-
-
-def _locked_claim(claim: Claim) -> Claim:
-    error = None if claim.error is None else _locked(claim.error)
-    return replace(claim, where=_locked(claim.where), error=error)
-
-
-def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) -> xr.Dataset:
-    """
-    Arrays over ``step`` with units and names from the table of quantities.
-
-    Parameters
-    ----------
-    columns : mapping of str to array_like
-        Quantity name -> values.
-    rows : array_like of int, optional
-        The kept rows of the path, as the coordinate ``row``.
-
-    Returns
-    -------
-    xarray.Dataset
-    """
-    import xarray as xr
-
-    variables = {}
-    for name, values in columns.items():
-        q = quantity(name)
-        variables[name] = (
-            "step",
-            np.asarray(values),
-            {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol},
-        )
-    coords = {} if rows is None else {"row": ("step", np.asarray(rows), {"long_name": "row of the path"})}
-    return xr.Dataset(variables, coords=coords)

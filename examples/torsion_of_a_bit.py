@@ -1,0 +1,30 @@
+"""
+Torsion of a screwdriver bit
+============================
+
+A hardened ball tip is pressed with 50 N and turned to and fro. It slips from the edge inward; the torque has a limit that it never reaches.
+"""
+
+import math
+
+import pymdr as mdr
+
+steel = mdr.Elastic(young="210 GPa", poisson=0.3)
+bit = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+result = mdr.solve(bit, mdr.load("50 N") >> mdr.cycle(twist="2 mrad", cycles=2, steps=160))
+result.plot()
+
+# %%
+# Lubkin's sphere: at G phi = 0.98280513 mu p0 the stick radius is a fifth of the contact radius, and the torque 0.99404795 of the largest.
+
+pressure = 1.5 * float(result["mean_pressure"][0])
+shear = steel.shear / 2
+turned = mdr.solve(bit, mdr.load("50 N") >> mdr.twist(0.9828051327465988 * 0.3 * pressure / shear))
+largest = 3 * math.pi / 16 * 0.3 * 50 * float(turned["contact_radius"][-1])
+print(turned)
+assert abs(float(turned["torque"][-1]) / largest / 0.9940479391686872 - 1) < 1e-12
+
+# %%
+# The traction is mu p where it slips.
+
+turned.field("torsional_traction").plot()

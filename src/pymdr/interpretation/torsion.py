@@ -1,0 +1,152 @@
+"""Fields and claims of a contact under torsion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pymdr.interpretation.surface import Surface
+from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
+from pymdr.line.torsion.limits import TwistedLine
+from pymdr.line.torsion.moves import TwistState
+from pymdr.line.torsion.segments import displacement_of, load_of, traction_of
+from pymdr.mapping.moduli import surface_compliances
+from pymdr.problem.contact import Contact
+from pymdr.units import FloatArray
+
+TORSIONAL_FIELDS = ("torsional_traction", "circumferential_displacement", "slip")
+TORSIONAL_QUANTITIES = (
+    "twist",
+    "torque",
+    "torsional_stiffness",
+    "stick_radius",
+    "stored_torsional_energy",
+    "dissipated_energy",
+)
+_MEASURED_ERROR = 0.02
+"""Bound of the torque's error over the largest frictional torque where an inner ring slips, measured with boundary elements on rings."""
+
+
+def torsional_modulus(contact: Contact) -> float:
+    """G in Pa of both bodies, 1/G = sum 1/G_i, by their compliance across a wave: sqrt(c44 c66) where it depends on direction."""
+    bodies = (contact.body, contact.counterbody)
+    return 0.5 / sum(surface_compliances(body).transverse for body in bodies)
+
+
+def torsional_claims(
+    names: tuple[str, ...], everywhere: BoolArray, excess: FloatArray, error: FloatArray
+) -> dict[str, Claim]:
+    """
+    Claims of a contact under torsion.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Quantities of the result.
+    everywhere : ndarray of bool
+        True for every step.
+    excess : ndarray
+        Largest traction beyond friction so far, relative to mu p.
+    error : ndarray
+        Bound of the error of the torque where there is an excess, of its own value.
+
+    Returns
+    -------
+    dict of str to Claim
+    """
+    normal = Claim(
+        Level.EXACT,
+        "exact for elastic half-spaces in contact on a disk: torsion displaces neither along the axis nor along the radius",
+        SOURCES["sneddon"],
+        everywhere,
+    )
+    reason = "exact for elastic half-spaces of any Poisson's ratio: what slips is an outer ring, and the traction inside is below mu p"
+    if not np.any(excess > 0.0):
+        turned = Claim(Level.EXACT, reason, SOURCES["lubkin"], everywhere)
+    else:
+        first = int(np.argmax(excess > 0.0))
+        reason = (
+            f"from step {first} on an inner ring would slip too (its traction exceeds mu p by up to {np.max(excess):.2g} of it), "
+            "which the springs do not resolve. Compared with boundary elements on rings the torque errs by at most "
+            f"{_MEASURED_ERROR:g} of the largest frictional torque"
+        )
+        turned = Claim(Level.APPROXIMATE, reason, SOURCES["lubkin"], everywhere, error)
+    return {
+        **{name: turned if name in TORSIONAL_QUANTITIES else normal for name in names},
+        **dict.fromkeys(NORMAL_FIELDS, normal),
+        **dict.fromkeys(TORSIONAL_FIELDS, turned),
+    }
+
+
+def measured_error(torque: FloatArray, largest: FloatArray, excess: FloatArray) -> FloatArray:
+    """The bound of the error of the torque, of its own value, at most 1; 0 where no inner ring slips."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        own = np.where(torque != 0.0, _MEASURED_ERROR * largest / np.abs(torque), 1.0)
+    return np.where(excess > 0.0, np.fmin(own, 1.0), 0.0)
+
+
+@dataclass(frozen=True)
+class TorsionSurface:
+    """Normal and torsional fields of a contact, step by step."""
+
+    normal: Surface
+    line: TwistedLine
+    replay: Callable[[], tuple[TwistState, ...]]
+    """The state in every step, computed again on demand."""
+
+    @cached_property
+    def states(self) -> tuple[TwistState, ...]:
+        """The state in every step."""
+        return self.replay()
+
+    def gap_function(self, r: FloatArray) -> FloatArray:
+        """The profile f(r)."""
+        return self.normal.gap_function(r)
+
+    def default_radii(self, step: int) -> FloatArray:
+        """As that of the normal contact."""
+        return self.normal.default_radii(step)
+
+    def marks(self, step: int) -> tuple[float, ...]:
+        """As those of the normal contact."""
+        return self.normal.marks(step)
+
+    def edge_amplitude(self, step: int) -> float:
+        """As that of the normal contact."""
+        return self.normal.edge_amplitude(step)
+
+    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
+        """Values of a field at radii (or positions on the line) in one step."""
+        if name not in TORSIONAL_FIELDS:
+            return self.normal.field(name, position, step)
+        state, r = self.states[step], np.abs(position)
+        a = state.segments[-1].high if state.segments else 0.0
+        values = np.zeros(r.shape)
+        if name == "torsional_traction":
+            inside = (r > 0.0) & (r < a)
+            values[inside] = traction_of(self.line, state.segments, r[inside])
+            values[(r == a) & (a > 0.0)] = self._at_edge(state)
+            return values
+        off_axis = r > 0.0
+        values[off_axis] = displacement_of(self.line, state.segments, r[off_axis])
+        if name == "circumferential_displacement":
+            return values
+        # rounding of the displacement of what sticks is no slip
+        slip = np.where(r <= state.stick_radius, self._kept_slip(state, r, values), state.twist * r - values)
+        return np.where((r <= a) & (a > 0.0), slip, math.nan)
+
+    def _kept_slip(self, state: TwistState, r: FloatArray, displacement: FloatArray) -> FloatArray:
+        """Slip of earlier moves where the surface sticks now; 0 within the rounding of its displacement."""
+        slip = state.twist * r - displacement
+        size = np.maximum(np.abs(state.twist * r), np.abs(displacement))
+        return np.where(np.abs(slip) > 1e-12 * size, slip, 0.0)
+
+    def _at_edge(self, state: TwistState) -> float:
+        """The traction at the edge of the contact: 0, mu p, or infinite where the springs there carry a load."""
+        outer = state.segments[-1]
+        load = float(load_of(self.line, outer, np.array([outer.high]))[0])
+        return math.copysign(math.inf, load) if load else 0.0

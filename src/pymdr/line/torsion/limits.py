@@ -1,0 +1,128 @@
+"""The limit of the springs under torsion: the image of the largest frictional traction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import states_at_depth
+from pymdr.numerics.table import Table, tabulated
+from pymdr.units import FloatArray
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+_WIDEST = 1.5
+"""Largest width of a panel of t = arcosh(s/x)."""
+_FARTHEST = 40.0
+"""Where sech^3 t vanishes to rounding."""
+
+
+@dataclass(frozen=True)
+class TwistedLine:
+    """
+    The line of a contact under torsion.
+
+    Parameters
+    ----------
+    line : ElasticLine
+        Of a profile that rises.
+    shear : float
+        G in Pa; 1/G is the sum of 1/G_i over both bodies.
+    friction : float
+        The coefficient mu.
+    """
+
+    line: ElasticLine
+    shear: float
+    friction: float
+
+    def radius(self, depth: float) -> float:
+        """Contact radius in m at an indentation in m."""
+        return float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
+
+    def kinks(self, top: float) -> tuple[float, ...]:
+        """Radii in m below `top` to whose right g is not smooth."""
+        return tuple(x for x in self.line.equivalent.kinks(top) if 0.0 < x < top)
+
+    def limit(self, x: FloatArray, depth: float) -> FloatArray:
+        """
+        Largest Q in Pa at some x in m for an indentation in m.
+
+        Q_max = 4 mu int_x^a p dr/sqrt(r^2 - x^2) = (4 mu E*/pi) [int_x^a g'(s) K(k) ds/s + (d - g(a)) K(k_a)/a],
+        k^2 = 1 - x^2/s^2; without bound toward the axis.
+        """
+        from scipy.special import ellipkm1
+
+        a = self.radius(depth)
+        s, weights = self._radii(x, a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            terms = self.line.equivalent.slope(s) * ellipkm1((x[:, None] / s) ** 2) / s
+        total = np.sum(np.where(weights > 0.0, terms * weights, 0.0), axis=1)
+        total += self._excess(depth, a) * ellipkm1(np.minimum((x / a) ** 2, 1.0)) / a
+        return np.where(x <= a, 4.0 * self.friction * self.line.modulus / math.pi * total, 0.0)
+
+    def limit_torque(self, x: FloatArray, depth: float) -> FloatArray:
+        """
+        Torque in N m of the springs from x outward if all are at their limit.
+
+        2 int_x^a y^2 Q_max dy = (8 mu E*/pi) [int_x^a g'(s) s^2 H(x/s) ds + (d - g(a)) a^2 H(x/a)],
+        H(t) = int_t^1 y^2 K(sqrt(1 - y^2)) dy.
+        """
+        a = self.radius(depth)
+        x = np.minimum(x, a)
+        s, weights = self._radii(x, a)
+        terms = self.line.equivalent.slope(s) * s**2 * _moment(x[:, None] / s)
+        total = np.sum(np.where(weights > 0.0, terms * weights, 0.0), axis=1)
+        total += self._excess(depth, a) * a**2 * _moment(x / a)
+        return np.asarray(8.0 * self.friction * self.line.modulus / math.pi * total)
+
+    def largest_traction(self, r: FloatArray, depth: float) -> FloatArray:
+        """Mu p in Pa at some r in m below the contact radius."""
+        a = self.radius(depth)
+        with np.errstate(divide="ignore"):
+            edge = self._excess(depth, a) / np.sqrt((a - r) * (a + r))
+        p = self.line.modulus / math.pi * (self.line.equivalent.pressure_integral(r, a) + edge)
+        return np.asarray(self.friction * p)
+
+    def _excess(self, depth: float, a: float) -> float:
+        """D - g(a), above 0 at a sharp edge."""
+        excess = depth - float(self.line.equivalent.g(np.array([a]))[0])
+        return excess if excess > 1e-13 * depth else 0.0
+
+    def _radii(self, x: FloatArray, a: float) -> tuple[FloatArray, FloatArray]:
+        """Nodes s between every x and a, and their weights: x cosh t, in which logarithms of s/x are smooth."""
+        inner = np.maximum(x, 1e-16 * a)[:, None]
+        ends = np.arccosh(np.maximum(np.array([*self.kinks(a), a]) / inner, 1.0))
+        starts = np.concatenate([np.zeros_like(inner), ends[:, :-1]], axis=1)
+        counts = np.maximum(np.ceil(np.max(ends - starts, axis=0) / _WIDEST), 1.0).astype(int)
+        width = np.repeat((ends - starts) / counts, counts, axis=1)
+        places = np.concatenate([np.arange(n) for n in counts])
+        low = np.repeat(starts, counts, axis=1) + width * places
+        t = (low[:, :, None] + width[:, :, None] * (NODES + 1.0) / 2.0).reshape(x.size, -1)
+        weights = (width[:, :, None] * WEIGHTS / 2.0).reshape(x.size, -1) * inner * np.sinh(t)
+        return np.minimum(inner * np.cosh(t), a), weights
+
+
+@cache
+def _moments() -> Table:
+    """H over t = arcosh(1/ratio): int_0^t tanh sech^3 K(tanh) dt."""
+    from scipy.special import ellipkm1
+
+    def integral(t: FloatArray, _: np.ndarray) -> FloatArray:
+        parts = int(max(np.ceil(t.max() / 0.5), 1.0))
+        low = t[:, None] * np.arange(parts) / parts
+        at = low[:, :, None] + (t / parts)[:, None, None] * (NODES + 1.0) / 2.0
+        sech = 1.0 / np.cosh(at)
+        values = np.tanh(at) * sech**3 * ellipkm1(sech**2)
+        return np.asarray((np.sum(values @ WEIGHTS, axis=1) * t / (2.0 * parts))[None, :])
+
+    return tabulated(integral, np.array([0.0]), np.array([_FARTHEST]))
+
+
+def _moment(ratio: FloatArray) -> FloatArray:
+    """H(t) = int_t^1 y^2 K(sqrt(1 - y^2)) dy."""
+    t = np.arccosh(1.0 / np.clip(ratio, 1.0 / math.cosh(_FARTHEST), 1.0))
+    return np.asarray(_moments()(t.ravel())[0].reshape(t.shape))

@@ -1,0 +1,159 @@
+"""Moves of a contact in indentation and twist."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pymdr.line.torsion.limits import TwistedLine
+from pymdr.line.torsion.segments import Segment, energy_of, load_of, nodes_of, torque_of, traction_of
+from pymdr.numerics.roots import roots_of
+from pymdr.units import FloatArray
+
+_SAMPLES = 24
+"""Places in a segment at which slip is looked for."""
+_ROUNDING = 1e-12
+_CHECKED = np.array([0.02, 0.2, 0.5, 0.8, 0.98])
+"""Places in a segment at which the traction is compared with friction."""
+
+
+@dataclass(frozen=True)
+class TwistState:
+    """A contact under torsion."""
+
+    segments: tuple[Segment, ...] = ()
+    """From the axis to the contact radius."""
+    indentation: float = 0.0
+    twist: float = 0.0
+    torque: float = 0.0
+    energy: float = 0.0
+    """Elastic energy of the twist in J."""
+    excess: float = 0.0
+    """Largest traction beyond friction in any move so far, relative to mu p: 0 where the springs are exact."""
+
+    @property
+    def stick_radius(self) -> float:
+        """Outer radius in m of the springs that stick."""
+        sticks = [one.high for one in self.segments if not one.slips(self.indentation)]
+        return sticks[-1] if sticks else 0.0
+
+
+def turn(line: TwistedLine, state: TwistState, indentation: float, twist: float) -> tuple[TwistState, float]:
+    """
+    Move a contact along a straight line in indentation and twist.
+
+    Parameters
+    ----------
+    line : TwistedLine
+    state : TwistState
+    indentation, twist : float
+        Targets in m and rad.
+
+    Returns
+    -------
+    TwistState
+    float
+        Work of slip in J, exact at constant indentation or twist, else to second order in the move.
+
+    Notes
+    -----
+    Where the slipping springs are an outer ring of one sense, the surface inside keeps its displacement and the traction outside is
+    mu p, so the springs are exact as long as the traction inside is below mu p; `excess` measures that. Lubkin (1951), J. Appl.
+    Mech. 18, 183-187, for spheres under constant load.
+    """
+    if line.radius(indentation) == 0.0:
+        return TwistState((), indentation, twist), state.energy
+    moved = _moved(line, state, indentation, twist)
+    segments = _slipped(line, moved, indentation)
+    torque, energy = torque_of(line, segments), energy_of(line, segments)
+    if indentation == state.indentation:
+        lost = _slip_work(line, moved, segments[-1], indentation)
+    else:
+        work = 0.5 * (state.torque + torque) * (twist - state.twist)
+        lost = max(work + state.energy - energy, 0.0)
+    excess = max(state.excess, _excess(line, segments, indentation))
+    return TwistState(segments, indentation, twist, torque, energy, excess), lost
+
+
+def _moved(line: TwistedLine, state: TwistState, indentation: float, twist: float) -> tuple[Segment, ...]:
+    """The segments before they slip: cut at the new radius, or with the springs that entered."""
+    radius = line.radius(indentation)
+    gained = 8.0 * line.shear * (twist - state.twist)
+    segments = [
+        replace(one, high=min(one.high, radius), constant=one.constant + gained)
+        for one in state.segments
+        if one.low < radius
+    ]
+    inner = segments[-1].high if segments else 0.0
+    if inner < radius:
+        rise = indentation - state.indentation
+        rate = gained / rise if rise > 0.0 else 0.0
+        segments.append(Segment(inner, radius, rate * indentation, rate=rate))
+    return tuple(segments)
+
+
+def _slipped(line: TwistedLine, segments: tuple[Segment, ...], depth: float) -> tuple[Segment, ...]:
+    """Segments whose springs are within the limit of an indentation."""
+    fraction = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    # closely at both ends: slip begins at the edge
+    fraction = np.concatenate([[1e-9], fraction**2 * (3.0 - 2.0 * fraction), [1.0 - 1e-9]])
+    done: list[Segment] = []
+    for one in segments:
+        at = one.low + (one.high - one.low) * fraction
+        q, most = load_of(line, one, at), line.limit(at, depth)
+        sense = np.where(np.abs(q) > most * (1.0 + _ROUNDING), np.sign(q), 0.0)
+        change = np.flatnonzero(np.diff(sense))
+        borders = [
+            one.low,
+            *(_border(line, one, depth, at[i : i + 2], sense[i : i + 2]) for i in change),
+            one.high,
+        ]
+        senses = [int(sense[0]), *(int(sense[i + 1]) for i in change)]
+        for low, high, sign in zip(borders[:-1], borders[1:], senses, strict=True):
+            part = Segment(low, high, 0.0, sign, depth) if sign else replace(one, low=low, high=high)
+            if done and replace(done[-1], low=low, high=high) == part:
+                done[-1] = replace(done[-1], high=high)
+            elif high > low:
+                done.append(part)
+    return tuple(done)
+
+
+def _border(line: TwistedLine, one: Segment, depth: float, at: FloatArray, sense: FloatArray) -> float:
+    """The radius between two at which the springs reach their limit."""
+    sign = sense[0] or sense[1]
+
+    def excess(x: FloatArray) -> FloatArray:
+        return np.asarray(sign * load_of(line, one, x) - line.limit(x, depth))
+
+    ends = excess(at)
+    if ends[0] * ends[1] >= 0.0:
+        return float(at[int(np.argmin(np.abs(ends)))])
+    return float(roots_of(excess, at[:1], at[1:])[0])
+
+
+def _slip_work(line: TwistedLine, moved: tuple[Segment, ...], outer: Segment, depth: float) -> float:
+    """2 int x^2 Q_max s dx, with the slip s = (|Q| - Q_max)/(8 G) of springs that were moved beyond their limit."""
+    if not outer.slips(depth):
+        return 0.0
+    total = 0.0
+    for one in moved:
+        if one.high > outer.low:
+            x, weights = nodes_of(line, max(one.low, outer.low), one.high)
+            most = line.limit(x, depth)
+            beyond = np.maximum(outer.sign * load_of(line, one, x) - most, 0.0)
+            total += float(np.sum(weights * x**2 * most * beyond))
+    return 2.0 * total / (8.0 * line.shear)
+
+
+def _excess(line: TwistedLine, segments: tuple[Segment, ...], depth: float) -> float:
+    """By how much the traction of springs that stick exceeds mu p, relative to it, once the load fell after slip."""
+    if all(one.depth <= depth for one in segments if one.sign):
+        return 0.0
+    places = [one.low + (one.high - one.low) * _CHECKED for one in segments if not one.slips(depth)]
+    if not places:
+        return 0.0
+    r = np.concatenate(places)
+    most = line.largest_traction(r, depth)
+    over = np.abs(traction_of(line, segments, r)) / most - 1.0
+    return float(np.max(over, initial=0.0)) if np.max(over, initial=0.0) > 1e-9 else 0.0

@@ -1,0 +1,144 @@
+"""Segments of springs under torsion: their loads, torque, energy, traction and displacement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pymdr.line.torsion.limits import NODES, WEIGHTS, TwistedLine
+from pymdr.units import FloatArray
+
+_TERMS = 20
+_OCTAVES = 34
+_FEW_OCTAVES = 6
+"""Toward the axis, for integrands with a factor x^2."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Springs between two radii with Q = constant + sign Q_max(x; depth) - rate g(x)."""
+
+    low: float
+    high: float
+    constant: float = 0.0
+    """In Pa."""
+    sign: int = 0
+    depth: float = 0.0
+    """Indentation in m whose limit these springs reached."""
+    rate: float = 0.0
+    """In Pa/m, of springs that entered while the body turned."""
+
+    def slips(self, indentation: float) -> bool:
+        """Whether the springs are at their limit at an indentation."""
+        return self.sign != 0 and self.depth == indentation and self.constant == 0.0
+
+
+def load_of(line: TwistedLine, segment: Segment, x: FloatArray) -> FloatArray:
+    """Q in Pa of some springs of a segment."""
+    q = np.full(x.shape, segment.constant)
+    if segment.sign:
+        q = q + segment.sign * line.limit(x, segment.depth)
+    return q - segment.rate * line.line.equivalent.g(x) if segment.rate else q
+
+
+def torque_of(line: TwistedLine, segments: Iterable[Segment]) -> float:
+    """M = 2 int x^2 Q dx in N m."""
+    total = 0.0
+    for one in segments:
+        total += 2.0 / 3.0 * one.constant * (one.high**3 - one.low**3)
+        if one.sign:
+            low, high = line.limit_torque(np.array([one.low, one.high]), one.depth)
+            total += one.sign * float(low - high)
+        if one.rate:
+            x, weights = nodes_of(line, one.low, one.high)
+            total -= 2.0 * one.rate * float(np.sum(weights * x**2 * line.line.equivalent.g(x)))
+    return total
+
+
+def energy_of(line: TwistedLine, segments: Iterable[Segment]) -> float:
+    """U = int x^2 Q^2 dx / (8 G) in J."""
+    total = 0.0
+    for one in segments:
+        if one.sign or one.rate:
+            x, weights = nodes_of(line, one.low, one.high)
+            total += float(np.sum(weights * x**2 * load_of(line, one, x) ** 2))
+        else:
+            total += one.constant**2 * (one.high**3 - one.low**3) / 3.0
+    return total / (8.0 * line.shear)
+
+
+def traction_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArray) -> FloatArray:
+    """
+    Circumferential traction in Pa at some r above 0 in m, below the contact radius.
+
+    tau = (r/2 pi) [Q(a)/sqrt(a^2 - r^2) - int_r^a Q'(x) dx/sqrt(x^2 - r^2)], with x^2 = r^2 + y^2.
+    """
+    total = np.zeros(r.shape)
+    outer = None
+    for one in segments:
+        outer = one
+        if not (one.sign or one.rate):
+            continue
+        if one.high <= float(np.min(r)):
+            continue
+        low, high = _panels(line, max(one.low, float(np.min(r)), 1e-10 * one.high), one.high)
+        half = (high - low) / 2.0
+        u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
+        values = load_of(line, one, (low + half * (u[:, None] + 1.0)).ravel()).reshape(_TERMS, -1)
+        slopes = np.polynomial.chebyshev.chebder(np.polynomial.chebyshev.chebfit(u, values, _TERMS - 1))
+        start, stop = (np.sqrt(np.maximum(end**2 - r[:, None] ** 2, 0.0)) for end in (low, high))
+        y = start[:, :, None] + (stop - start)[:, :, None] * (NODES + 1.0) / 2.0
+        x = np.sqrt(r[:, None, None] ** 2 + y**2)
+        at = np.clip((x - low[:, None]) / half[:, None] - 1.0, -1.0, 1.0)
+        rates = _series(slopes / half, at) / x
+        total -= np.sum(rates @ (WEIGHTS / 2.0) * (stop - start), axis=1)
+    if outer is not None:
+        a = outer.high
+        edge = float(load_of(line, outer, np.array([a]))[0])
+        total += edge / np.sqrt((a - r) * (a + r)) if edge else 0.0
+    return np.asarray(r / (2.0 * math.pi) * total)
+
+
+def displacement_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArray) -> FloatArray:
+    """
+    Circumferential displacement in m at some r above 0 in m.
+
+    u = (4/pi r) int_0^min(r, a) x w dx/sqrt(r^2 - x^2), w = x Q/(8 G), with x = r sin(angle).
+    """
+    total = np.zeros(r.shape)
+    for one in segments:
+        low, high = _panels(line, one.low, one.high, _FEW_OCTAVES)
+        start, stop = (np.arcsin(np.minimum(end / r[:, None], 1.0)) for end in (low, high))
+        angle = start[:, :, None] + (stop - start)[:, :, None] * (NODES + 1.0) / 2.0
+        x = r[:, None, None] * np.sin(angle)
+        q = load_of(line, one, np.minimum(x, one.high).ravel()).reshape(x.shape)
+        total += np.sum((x**2 * q) @ (WEIGHTS / 2.0) * (stop - start), axis=1)
+    return np.asarray(4.0 / (math.pi * r) * total / (8.0 * line.shear))
+
+
+def nodes_of(line: TwistedLine, low: float, high: float) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of integrals between two radii."""
+    start, stop = (ends[:, None] for ends in _panels(line, low, high, _FEW_OCTAVES))
+    x = start + (stop - start) * (NODES + 1.0) / 2.0
+    return x.ravel(), ((stop - start) * WEIGHTS / 2.0).ravel()
+
+
+def _panels(
+    line: TwistedLine, low: float, high: float, octaves: int = _OCTAVES
+) -> tuple[FloatArray, FloatArray]:
+    """Panels between two radii, in octaves toward the axis, where loads have logarithms, and split at kinks of g."""
+    halvings = high * 0.5 ** np.arange(octaves, 0.0, -1.0)
+    inside = np.concatenate([halvings, line.kinks(high)])
+    edges = np.unique(np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]]))
+    return edges[:-1], edges[1:]
+
+
+def _series(coefficients: FloatArray, u: FloatArray) -> FloatArray:
+    """Chebyshev series of panels, shape (terms, panels), at u of shape (..., panels, nodes)."""
+    last, before = np.zeros(u.shape), np.zeros(u.shape)
+    for term in coefficients[:0:-1]:
+        last, before = term[:, None] + 2.0 * u * last - before, last
+    return np.asarray(coefficients[0][:, None] + u * last - before)

@@ -1,0 +1,103 @@
+"""Labelled arrays over the steps, and what nobody may write to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import QuantityError
+from pymdr.interpretation.validity import Claim
+from pymdr.quantities import quantity
+from pymdr.units import FloatArray, from_si, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def _locked(values: np.ndarray) -> np.ndarray:
+    """A read-only view of values."""
+    view = values.view()
+    view.flags.writeable = False
+    return view
+
+
+def locked_data(data: xr.Dataset) -> xr.Dataset:
+    """A copy of the dataset with read-only arrays."""
+    locked = data.copy()
+    for variable in locked.variables.values():
+        if variable.ndim:
+            variable.data = _locked(variable.values)
+    return locked
+
+
+def locked_claim(claim: Claim) -> Claim:
+    """The claim with read-only arrays."""
+    error = None if claim.error is None else _locked(claim.error)
+    return replace(claim, where=_locked(claim.where), error=error)
+
+
+def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) -> xr.Dataset:
+    """
+    Arrays over ``step`` with units and names from the table of quantities.
+
+    Parameters
+    ----------
+    columns : mapping of str to array_like
+        Quantity name -> values.
+    rows : array_like of int, optional
+        The kept rows of the path, as the coordinate ``row``.
+    """
+    import xarray as xr
+
+    variables = {}
+    for name, values in columns.items():
+        q = quantity(name)
+        variables[name] = (
+            "step",
+            np.asarray(values),
+            {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol},
+        )
+    coords = {} if rows is None else {"row": ("step", np.asarray(rows), {"long_name": "row of the path"})}
+    return xr.Dataset(variables, coords=coords)
+
+
+def titled_columns(
+    table: xr.Dataset,
+    rows: xr.DataArray | None,
+    claims: Mapping[str, Claim],
+    units: Mapping[str, str],
+    known: Sequence[str],
+) -> dict[str, np.ndarray]:
+    """Columns of a table by their titles with units, errors of approximate quantities beside them."""
+    from pymdr.presentation.tables import with_error_columns
+
+    for name in units:
+        if name not in table:
+            raise QuantityError(
+                f"to_csv: units of {shown(name)}, which is not written; name it in quantities, known are {', '.join(known)}"
+            )
+    columns: dict[str, np.ndarray] = {"step": np.arange(table.sizes["step"])}
+    if rows is not None:
+        columns["row"] = rows.values
+    for name in map(str, table):
+        values, own = table[name].values, quantity(name).unit
+        unit = units.get(name, own)
+        given = values if unit == own else from_si(values, own, unit)
+        columns[f"{name} [{unit}]" if unit else name] = given.astype(int) if given.dtype == bool else given
+    return with_error_columns(columns, claims)
+
+
+def error_with_band(
+    error: FloatArray, values: FloatArray, band: tuple[FloatArray, FloatArray] | None
+) -> FloatArray:
+    """Relative errors over the rows, including the band by the scatter of a sampled profile; NaN where not known."""
+    if band is None:
+        return error
+    size, (low, high) = np.abs(values), band
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.maximum(np.abs(high - size), np.abs(size - low)) / size
+    return error + np.where(size > 0.0, off, 0.0)

@@ -1,0 +1,347 @@
+"""Torsion: springs of any history of load and twist against closed forms, many springs, and rings that do not use the method."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import ellipe, ellipk, ellipkm1
+
+import pymdr as mdr
+from drawing import examples
+from pymdr.independent.torsion import follow_torsion
+from pymdr.line.curves import ElasticLine
+from pymdr.line.torsion.limits import TwistedLine
+from pymdr.line.torsion.moves import TwistState, turn
+from pymdr.line.torsion.segments import Segment, displacement_of, traction_of
+from pymdr.mapping.moduli import effective_moduli
+
+STEEL = mdr.Elastic("210 GPa", 0.3)
+BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+
+
+def shear_of(contact):
+    return 1.0 / sum(
+        1.0 / body.shear for body in (contact.body, contact.counterbody) if isinstance(body, mdr.Elastic)
+    )
+
+
+def unit_twist(contact, depth):
+    """mu p0 / G of a paraboloid."""
+    modulus = effective_moduli(contact.body, contact.counterbody).normal
+    a = math.sqrt(contact.profile.radius * depth)
+    return (
+        contact.friction.coefficient
+        * 2
+        * modulus
+        * a
+        / (math.pi * contact.profile.radius)
+        / shear_of(contact)
+    )
+
+
+@pytest.mark.parametrize("name", ["lubkin_c0.9", "lubkin_c0.2"])
+def test_slip_under_a_sphere_is_that_of_lubkin(references, name):
+    entry = references[name]
+    depth = 1e-6
+    twist = entry["expected"]["Gphi_over_mup0"] * unit_twist(BALL, depth)
+    result = mdr.solve(BALL, mdr.indent(depth) >> mdr.twist(twist))
+    force, a = (float(result[name][-1]) for name in ("normal_force", "contact_radius"))
+    full = 3 * math.pi / 16 * 0.3 * force * a
+    assert float(result["torque"][-1]) / full == pytest.approx(entry["expected"]["M_over_Mfull"], rel=1e-12)
+    assert float(result["stick_radius"][-1]) / a == pytest.approx(entry["inputs"]["c_over_a"], rel=1e-12)
+    # mu p where it slips, the twist of the body where it sticks
+    c = entry["inputs"]["c_over_a"] * a
+    outside = np.array([c + 0.1 * (a - c), 0.5 * (a + c), c + 0.9 * (a - c)])
+    np.testing.assert_allclose(
+        result.field("torsional_traction", r=outside), 0.3 * result.field("pressure", r=outside), rtol=1e-11
+    )
+    inside = np.array([0.1, 0.5, 0.99]) * c
+    turned = result.field("circumferential_displacement", r=inside).values
+    np.testing.assert_allclose(turned, twist * inside, rtol=1e-11)
+    assert np.all(result.field("slip", r=inside).values == 0)
+    assert np.all(result.field("slip", r=outside).values > 0)
+
+
+def test_a_flat_punch_turns_as_one(references):
+    entry = references["torsion_flat"]
+    shear = entry["inputs"]["G"]
+    body = mdr.Elastic(2 * shear * 1.3, 0.3)
+    contact = mdr.Contact(mdr.FlatPunch(entry["inputs"]["a"]), body, friction=mdr.Coulomb(math.inf))
+    result = mdr.solve(contact, mdr.indent(0.01) >> mdr.twist(entry["inputs"]["phi"]))
+    assert float(result["torque"][-1]) == pytest.approx(entry["expected"]["M"], rel=1e-12)
+    tau = result.field("torsional_traction", r=[0.5]).values[0]
+    assert tau == pytest.approx(entry["expected"]["tau_05"], rel=1e-11)
+    assert result.claims["torque"].level is mdr.Level.EXACT
+
+
+def test_the_limit_of_a_sphere_is_closed():
+    line = TwistedLine(ElasticLine(mdr.equivalent_profile(mdr.Paraboloid(1.0)), 2.0), 0.7, 0.3)
+    d = 0.01
+    a = 0.1
+    p0 = 2 * 2.0 * a / math.pi
+    x = np.array([1e-12, 1e-6, 1e-3, 0.2, 0.5, 0.9, 0.99]) * a
+    k2 = 1 - (x / a) ** 2
+    np.testing.assert_allclose(
+        line.limit(x, d), 4 * 0.3 * p0 * (ellipkm1((x / a) ** 2) - ellipe(k2)), rtol=1e-12
+    )
+    force = 4 / 3 * 2.0 * d**1.5
+    assert line.limit_torque(np.zeros(1), d)[0] == pytest.approx(
+        3 * math.pi / 16 * 0.3 * force * a, rel=1e-12
+    )
+    # a flat punch: mu p = mu F / (2 pi a sqrt(a^2 - r^2)) gives 2 mu F K / (pi a^2)
+    flat = TwistedLine(ElasticLine(mdr.equivalent_profile(mdr.FlatPunch(a)), 2.0), 0.7, 0.3)
+    force = 2 * 2.0 * a * d
+    np.testing.assert_allclose(
+        flat.limit(x[3:], d), 2 * 0.3 * force * ellipk(k2[3:]) / (math.pi * a**2), rtol=1e-12
+    )
+    assert flat.limit_torque(np.zeros(1), d)[0] == pytest.approx(math.pi / 4 * 0.3 * force * a, rel=1e-12)
+
+
+def drawn_line(kind, size, slope):
+    profile = {
+        "paraboloid": lambda: mdr.Paraboloid(size),
+        "cone": lambda: mdr.Cone(slope=slope),
+        "quartic": lambda: mdr.PowerLaw(4.0, slope * size, size),
+        "worn": lambda: mdr.TruncatedCone(0.02 * size, slope=slope),
+        "rounded": lambda: mdr.RoundedCone(size, slope=slope),
+    }[kind]()
+    return TwistedLine(ElasticLine(mdr.equivalent_profile(profile), 2e9), 0.7e9, 0.4)
+
+
+KINDS = ["paraboloid", "cone", "quartic", "worn", "rounded"]
+
+
+def drawn_history(line, size, slope, moves):
+    """Rows of depth and twist with both, one or the other moving."""
+    deepest = 0.01 * slope * size
+    a = line.radius(deepest)
+    scale = float(line.limit(np.array([0.5 * a]), deepest)[0]) / (8 * line.shear)
+    rows, d, phi = [], 0.0, 0.0
+    for kind, depth, twist in moves:
+        d = depth * deepest if kind != "twist" or not rows else d
+        phi = twist * scale if kind != "load" and rows else phi
+        rows.append((d, phi))
+    return rows
+
+
+MOVES = st.lists(
+    st.tuples(st.sampled_from(["load", "twist", "both"]), st.floats(0.05, 1.0), st.floats(-2.0, 2.0)),
+    min_size=2,
+    max_size=12,
+)
+
+
+@settings(max_examples=examples(30), deadline=None)
+@given(st.sampled_from(KINDS), st.floats(-9.0, 0.0), st.floats(0.01, 0.3), MOVES)
+def test_segments_are_the_limit_of_many_springs(kind, power, slope, moves):
+    size = 10.0**power
+    line = drawn_line(kind, size, slope)
+    rows = drawn_history(line, size, slope, moves)
+    n = 2000
+    top = line.radius(max(d for d, _ in rows))
+    x = (np.arange(n) + 0.5) * top / n
+    g = line.line.equivalent.g(x)
+    q, d0, phi0, state = np.zeros(n), 0.0, 0.0, TwistState()
+    full = 2 * np.sum(x**2 * line.limit(x, max(d for d, _ in rows))) * top / n
+    for d, phi in rows:
+        rise = d - d0
+        part = np.where(g < d0, 1.0, np.clip((d - g) / rise, 0.0, 1.0) if rise > 0 else 0.0)
+        most = line.limit(x, d)
+        q = np.where(g < d, np.clip(q + 8 * line.shear * (phi - phi0) * part, -most, most), 0.0)
+        d0, phi0 = d, phi
+        state, lost = turn(line, state, d, phi)
+        assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-4, abs=1e-5 * full)
+        assert lost >= 0.0
+
+
+@settings(max_examples=examples(6), deadline=None)
+@given(st.sampled_from(KINDS), st.floats(-9.0, 0.0), st.floats(0.01, 0.3), MOVES, st.integers(2, 7))
+def test_rows_may_be_divided(kind, power, slope, moves, parts):
+    """A row in parts ends in the same state, and what is put in is stored or lost."""
+    size = 10.0**power
+    line = drawn_line(kind, size, slope)
+    whole = divided = TwistState()
+    d0 = phi0 = 0.0
+    largest = 0.0
+    for d, phi in drawn_history(line, size, slope, moves):
+        whole, _ = turn(line, whole, d, phi)
+        for k in range(1, parts + 1):
+            at = (d, phi) if k == parts else (d0 + (d - d0) * k / parts, phi0 + (phi - phi0) * k / parts)
+            divided, _ = turn(line, divided, *at)
+        d0, phi0 = d, phi
+        largest = max(largest, abs(whole.torque))
+        assert divided.torque == pytest.approx(whole.torque, rel=1e-9, abs=1e-11 * largest)
+        assert divided.stick_radius == pytest.approx(whole.stick_radius, rel=1e-6)
+
+
+def test_energies_balance_over_a_loop():
+    """What is put in is stored or lost: both are exact at constant load, where the trapezoid of the torque is of second order."""
+    left = []
+    for steps in (80, 160):
+        result = mdr.solve(BALL, mdr.load("50 N") >> mdr.cycle(twist="2 mrad", cycles=2, steps=steps))
+        twist, torque = (result[name].values for name in ("twist", "torque"))
+        work = np.cumsum(np.diff(twist) * (torque[1:] + torque[:-1]) / 2)
+        kept = (result["stored_torsional_energy"] + result["dissipated_energy"]).values[1:]
+        left.append(np.max(np.abs(kept - work)) / work[-1])
+    assert left[1] < 1e-3
+    assert left[0] / left[1] == pytest.approx(4.0, rel=0.01)
+    first, second = 20, 100  # both at the largest twist
+    assert torque[second] == pytest.approx(torque[first], rel=1e-12)
+    assert twist[second] == pytest.approx(twist[first], rel=1e-12)
+
+
+def test_a_torque_finds_its_twist():
+    turned = mdr.solve(
+        BALL, mdr.load("50 N") >> mdr.twist("1 mrad", steps=3) >> mdr.twist("0.2 mrad", steps=2)
+    )
+    torques = turned["torque"].values[1:]
+    path = mdr.load("50 N") >> mdr.Path(torque=torques)
+    back = mdr.solve(BALL, path)
+    np.testing.assert_allclose(back["twist"].values[1:], turned["twist"].values[1:], rtol=1e-9)
+    full = 3 * math.pi / 16 * 0.3 * 50 * float(turned["contact_radius"][0])
+    with pytest.raises(mdr.PathError, match="friction carries less than"):
+        mdr.solve(BALL, mdr.load("50 N") >> mdr.Path(torque=[1.01 * full]))
+
+
+def ring_limit(edges, modulus, radius, friction):
+    """Mean of mu p over rings of a sphere, in closed form."""
+
+    def limit(depth):
+        a = math.sqrt(radius * depth)
+        at = np.minimum(edges, a)
+        load = -2 / 3 * 2 * modulus / radius * (a * a - at**2) ** 1.5
+        return friction * np.diff(load) / (math.pi * np.diff(edges**2))
+
+    return limit
+
+
+def test_rings_agree_along_a_history():
+    """Load, twist, reversal and unloading: 2 units of twist, without slip inside."""
+    contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(1.0, 0.0), friction=mdr.Coulomb(0.3))
+    d = 1e-4
+    unit = unit_twist(contact, d)
+    rows = [(d, 0.0), (d, 0.9 * unit), (0.7 * d, 0.9 * unit), (d, 0.9 * unit), (d, 0.3 * unit)]
+    depths, twists = zip(*rows, strict=True)
+    result = mdr.solve(contact, mdr.Path(indentation=depths, twist=twists))
+    edges = np.linspace(0.0, 1.0001e-2, 201)
+    rings = follow_torsion(edges, ring_limit(edges, 1.0, 1.0, 0.3), 0.5, depths, twists)
+    assert result.claims["torque"].level is mdr.Level.EXACT
+    largest = np.max(np.abs(rings.torque))
+    np.testing.assert_allclose(result["torque"].values, rings.torque, atol=3e-5 * largest)
+
+
+def test_an_inner_ring_that_slips_is_no_longer_exact():
+    """After a reversal and a strong fall of the load the claim says by how much rings differ."""
+    contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(1.0, 0.0), friction=mdr.Coulomb(0.3))
+    d = 1e-4
+    unit = unit_twist(contact, d)
+    rows = [(d, 0.0), (d, 1.2 * unit), (d, 0.1 * unit), (0.3 * d, 0.1 * unit), (0.1 * d, 0.1 * unit)]
+    depths, twists = zip(*rows, strict=True)
+    result = mdr.solve(contact, mdr.Path(indentation=depths, twist=twists))
+    claim = result.claims["torque"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    edges = np.linspace(0.0, 1.0001e-2, 201)
+    rings = follow_torsion(edges, ring_limit(edges, 1.0, 1.0, 0.3), 0.5, depths, twists)
+    torque = result["torque"].values
+    differs = np.abs(torque - rings.torque)[1:] / np.abs(torque[1:])
+    assert differs[-1] > 1e-3
+    assert np.all(differs <= claim.error[1:] + 1e-4)
+
+
+def test_bodies_add_their_compliances():
+    path = mdr.load("5 N") >> mdr.twist("10 urad")
+    rigid, soft = (
+        mdr.solve(mdr.Contact(mdr.FlatPunch("1 mm"), STEEL, other, friction=mdr.Coulomb(math.inf)), path)
+        for other in (mdr.Rigid(), STEEL)
+    )
+    assert float(rigid["torque"][-1]) == pytest.approx(2 * float(soft["torque"][-1]), rel=1e-14)
+    # a crystal whose stiffnesses are isotropic turns as the isotropic body
+    nu, young = 0.3, 210e9
+    shear = young / (2 * (1 + nu))
+    c11 = young * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+    c13 = c11 - 2 * shear
+    crystal = mdr.TransverselyIsotropic(c11=c11, c33=c11, c13=c13, c44=shear, c66=shear)
+    like = mdr.solve(mdr.Contact(mdr.FlatPunch("1 mm"), crystal, friction=mdr.Coulomb(math.inf)), path)
+    assert float(like["torque"][-1]) == pytest.approx(float(rigid["torque"][-1]), rel=1e-13)
+
+
+def test_saved_results_and_tables(tmp_path):
+    result = mdr.solve(BALL, mdr.load("50 N") >> mdr.twist("0.5 mrad", steps=3))
+    result.save(tmp_path / "ball.nc")
+    again = mdr.open_result(tmp_path / "ball.nc")
+    r = [1e-5, 1e-4]
+    np.testing.assert_array_equal(
+        again.field("torsional_traction", r=r), result.field("torsional_traction", r=r)
+    )
+    result.to_csv(tmp_path / "ball.csv")
+    assert "torque [N*m]" in (tmp_path / "ball.csv").read_text()
+    assert sorted(result.figures()) == ["energies", "loop", "section", "tractions"]
+
+
+@pytest.mark.parametrize(
+    ("contact", "path", "match"),
+    [
+        (mdr.Contact(mdr.Sphere("1 mm"), STEEL), mdr.indent("1 um") >> mdr.twist("1 mrad"), "no friction"),
+        (BALL, mdr.indent("1 um") >> mdr.shift("1 um") >> mdr.twist("1 mrad"), "does not superpose"),
+        (
+            mdr.Contact(
+                mdr.Sphere("1 mm"),
+                mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.5),
+                friction=mdr.Coulomb(0.3),
+            ),
+            mdr.indent("1 um", duration="1 s") >> mdr.twist("1 mrad", duration="1 s"),
+            "twist",
+        ),
+        (
+            mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.JKR("1 J/m^2")),
+            mdr.indent("1 um") >> mdr.twist("1 mrad"),
+            "twist",
+        ),
+    ],
+)
+def test_what_does_not_turn_is_refused(contact, path, match):
+    with pytest.raises((mdr.PathError, mdr.ProblemError), match=match):
+        mdr.solve(contact, path)
+
+
+def test_bad_channels_are_refused():
+    with pytest.raises(mdr.PathError, match="shift and twist cannot both"):
+        mdr.ramp(shift="1 um", twist="1 mrad")
+    with pytest.raises(mdr.UnitError, match="twist"):
+        mdr.twist("1 mm")
+    with pytest.raises(mdr.PathError, match="rad/s"):
+        mdr.twist("1 mrad", rate="1 um/s")
+    assert mdr.twist("1 mrad", rate="1 mrad/s").rate == 1e-3
+
+
+def test_kept_fields_of_a_segment_with_entering_springs():
+    """Springs that entered while the body turned carry beta (d - g); without slip their traction is a scaled pressure."""
+    line = drawn_line("paraboloid", 1.0, 0.1)
+    strong = TwistedLine(line.line, line.shear, 1e6)
+    d, phi = 1e-3, 1e-6
+    state, _ = turn(strong, TwistState(), d, phi)
+    a = strong.radius(d)
+    rate = 8 * line.shear * phi / d
+    assert state.segments == (Segment(0.0, a, rate * d, rate=rate),)
+    r = np.array([0.1, 0.6, 0.95]) * a
+    # q = x beta (d - x^2/R): tau = (r beta / pi R) sqrt(a^2 - r^2) * 1
+    np.testing.assert_allclose(
+        traction_of(strong, state.segments, r), r * rate / math.pi * np.sqrt(a**2 - r**2), rtol=1e-11
+    )
+    u = displacement_of(strong, state.segments, r)
+    w = lambda x: x * rate * (d - x**2) / (8 * line.shear)  # noqa: E731
+    angle = (np.arange(2000) + 0.5) * math.pi / 4000
+    x = r[:, None] * np.sin(angle)
+    expected = 4 / (math.pi * r) * np.mean(x * w(x), axis=1) * math.pi / 2
+    np.testing.assert_allclose(u, expected, rtol=1e-6)
+
+
+def test_verify_follows_a_twist_by_rings():
+    comparison = mdr.verify(BALL, mdr.load("50 N") >> mdr.cycle(twist="2 mrad", steps=4), elements=80)
+    assert comparison.largest_difference < 2e-3
+    assert comparison.plot().axes
+    for bad in (10, 2000):
+        with pytest.raises(mdr.ProblemError, match="from 20 to 1000"):
+            mdr.verify(BALL, mdr.load("50 N") >> mdr.twist("1 mrad"), elements=bad)
