@@ -52,6 +52,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("semi_axis_y", "a_y", "m", "semi-axis of the contact along y"),
         Quantity("contact_area", "A", "m^2", "contact area"),
         Quantity("normal_stiffness", "k_N", "N/m", "normal stiffness"),
+        Quantity("harmonic_stiffness", "S", "N/m", "harmonic contact stiffness"),
         Quantity("mean_pressure", "p_m", "Pa", "mean pressure"),
         Quantity("elastic_energy", "U", "J", "elastic energy"),
         Quantity("effective_modulus", "E_\\mathrm{eff}", "Pa", "effective modulus"),

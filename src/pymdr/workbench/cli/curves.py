@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure
-from pymdr.workbench.cli.options import Json, Quiet
+from pymdr.workbench.cli.options import Json, LeaveOut, Quiet, Sensitivity
 from pymdr.workbench.cli.reporting import failures_as_json, print_json, print_text, print_written, report
 
 if TYPE_CHECKING:
@@ -19,15 +19,17 @@ if TYPE_CHECKING:
 def curves(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="Force curves of an AFM, or a table with units."),
+        typer.Argument(
+            metavar="FILE",
+            help="Force curves of an AFM or indenter, a table with units, or an archive .zip of them.",
+        ),
     ],
     spring_constant: Annotated[
         str | None,
         typer.Option(help="Spring constant of cantilever or machine, such as '0.1 N/m'; overrides the file."),
     ] = None,
-    leave_out_missing: Annotated[
-        bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")
-    ] = False,
+    sensitivity: Sensitivity = None,
+    leave_out_missing: LeaveOut = False,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -45,7 +47,10 @@ def curves(
 
     with failures_as_json("curves", file, as_json):
         segments_read = read_curves(
-            file, spring_constant=spring_constant, leave_out_missing=leave_out_missing
+            file,
+            spring_constant=spring_constant,
+            sensitivity=sensitivity,
+            leave_out_missing=leave_out_missing,
         )
         records = [_Record(segments) for segments in _by_record(segments_read)]
         written = []

@@ -36,6 +36,14 @@ Points = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of text, also for errors.")]
 
+Sensitivity = Annotated[
+    str | None,
+    typer.Option(
+        help="Sensitivity of a deflection in V, such as '50 nm/V'; overrides the file.",
+    ),
+]
+LeaveOut = Annotated[bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")]
+
 _MOST_POINTS = 1000
 
 
