@@ -97,6 +97,10 @@ def fit(
     unknowns. Errors are those of least squares under the spectrum of the noise that the residuals determine, white noise and a slow
     part, by restricted likelihood (Patterson and Thompson 1971), averaged over its uncertainty.
 
+    References
+    ----------
+    Patterson and Thompson (1971), Biometrika 58, 545-554, doi:10.1093/biomet/58.3.545
+
     Examples
     --------
     >>> import numpy as np
