@@ -105,14 +105,13 @@ def noise_spectra(
     --------
     >>> import numpy as np
     >>> rng = np.random.default_rng(1)
-    >>> level = np.full((1, 1, 1000), 1000**-0.5)
-    >>> white = rng.normal(size=(1, 1000))
-    >>> slow = np.repeat(rng.normal(size=(1, 50)), 20, axis=1)
-    >>> [
-    ...     round(float(noise_spectra(noise - noise.mean(), level).covariance[0, 0, 0]))
-    ...     for noise in (white, white + slow)
-    ... ]
-    [1, 22]
+    >>> wave = np.sqrt(0.002) * np.cos(0.008 * np.pi * (np.arange(1000) + 0.5))
+    >>> white = rng.normal(size=1000)
+    >>> slow = np.repeat(rng.normal(size=50), 20)
+    >>> left = np.array([noise - wave * (wave @ noise) for noise in (white, white + slow)])
+    >>> spectra = noise_spectra(left, np.tile(wave, (2, 1, 1)))
+    >>> spectra.covariance[:, 0, 0].round().tolist()  # of one record each; the noise has 1 and 21
+    [1.0, 36.0]
     """
     return _averaged(bands_of(residuals, tangents, lengths), keep)
 
