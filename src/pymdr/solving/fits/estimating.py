@@ -45,6 +45,7 @@ _WIDER = 1.1
 """Ratio from which on errors of the search over a family, which account for a pull of a few samples, replace others."""
 _UNDECIDED = 0.5
 """Probability of white noise from which on residuals are not called correlated."""
+_NORMAL_95 = 1.959963984540054
 _RAISED = 1.44
 """Density at low frequencies relative to the variance from which on residuals are called correlated."""
 _AT_BOUND = 1e-4
@@ -72,6 +73,8 @@ class Estimate(NamedTuple):
     noise: float
     """In N."""
     correlated: float
+    widened: dict[str, float]
+    """As in :class:`FitResult`."""
     correlation_length: float
     """In samples; 0 for white noise."""
     waves: float
@@ -153,6 +156,13 @@ def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate
         moved,
         noise,
         correlated,
+        dict(
+            zip(
+                np.array(search.names)[felt].tolist(),
+                (factors * width[felt] / _NORMAL_95).tolist(),
+                strict=True,
+            )
+        ),
         _correlation_length(spectra, noise),
         float(waves[0]),
         aicc(float((residuals**2).mean()), independent, p),

@@ -198,6 +198,7 @@ def _interpreted(estimate: Estimate) -> FitResult:
         noise=estimate.noise,
         waves=estimate.waves,
         correlated=estimate.correlated,
+        widened=estimate.widened,
         aicc=estimate.aicc,
         claims=result.claims,
         assumptions=result.assumptions,

@@ -96,6 +96,8 @@ class FitResult(Answer):
     correlated: float
     """Number of samples equivalent to one independent sample: the largest ratio of the variance of an unknown to that under white
     noise, at least 1."""
+    widened: Mapping[str, float]
+    """Half widths of the 95 % intervals by name, relative to those of normal distributions under white noise."""
     aicc: float
     """Akaike's information criterion for small samples, with the independent samples."""
     search: Search
@@ -140,11 +142,8 @@ class FitResult(Answer):
         QuantityError
             If a name is not an unknown of the fit.
         """
-        from scipy.special import ndtr, stdtrit
-
         names = [u.name for u in self.search.unknowns] if names is None else list(names)
         samples = self.search.residuals(self.free).size - self.free.size
-        wide = stdtrit(samples, ndtr(sigma)) * math.sqrt(self.correlated)
         ends = {}
         for name in names:
             fitted = self[name]
@@ -152,6 +151,7 @@ class FitResult(Answer):
                 ends[name] = (fitted.low, fitted.high)
                 continue
             i, values = self.search.names.index(name), []
+            wide = sigma * self.widened.get(name, 1.0)
             moved = self.free.copy()
             moved[i] += _STEP
             step = sigma * fitted.error * _STEP / (self.search.named(moved)[name] - fitted.value)
