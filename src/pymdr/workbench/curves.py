@@ -130,6 +130,7 @@ def read_prepared_curves(
     spring_constant: QuantityLike | None = None,
     sensitivity: QuantityLike | None = None,
     leave_out_missing: bool = False,
+    keep_signs: bool | None = None,
 ) -> tuple[MeasuredCurve, ...]:
     r"""
     Read the force curves of a file ready for a fit: with the signs of pymdr, bad samples marked, and a straight baseline taken off.
@@ -142,6 +143,9 @@ def read_prepared_curves(
         Which part of each record.
     spring_constant, sensitivity, leave_out_missing
         As for :func:`read_curves`.
+    keep_signs : bool, optional
+        Whether the signs of the file are kept; by default where the maker has defined them (JPK), and otherwise each record decides, as for
+        :meth:`~pymdr.MeasuredCurve.orient`. A warning says so if the forces of some records of the file are turned and of others not.
 
     Returns
     -------
@@ -180,11 +184,20 @@ def read_prepared_curves(
     failure: ProblemError | None = None
     for parts in records.values():
         try:
-            ready.append(_ready(parts, segment))
+            ready.append(_ready(parts, segment, keep_signs))
         except ProblemError as error:
             failure = error
     if not ready:
         raise ProblemError(f"{os.fspath(file)}: no record can be fitted: {failure}")
+    turned = sum(_is_turned(one) for one in ready)
+    if 0 < turned < len(ready):
+        _log.warning(
+            "%s: the forces of %d of %d records were turned and the others not: some records may show no contact; "
+            "keep_signs=True (--keep-signs) keeps all signs",
+            file,
+            turned,
+            len(ready),
+        )
     if failure is not None:
         _log.warning(
             "%s: %d of %d records are left out; the last: %s",
@@ -194,6 +207,11 @@ def read_prepared_curves(
             failure,
         )
     return tuple(ready)
+
+
+def _is_turned(curve: MeasuredCurve) -> bool:
+    """Whether the force of a curve was turned."""
+    return any(step.name == "signs" and step.numbers.get("force") == -1.0 for step in curve.steps)
 
 
 def is_table(file: str | os.PathLike[str]) -> bool:
@@ -239,10 +257,10 @@ def read_segment(file: str | os.PathLike[str], segment: str = "record", **option
     return chosen
 
 
-def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:
+def _ready(parts: Sequence[MeasuredCurve], segment: str, keep_signs: bool | None) -> MeasuredCurve:
     """One record with its signs, marks and baseline, which is that of its approach."""
     whole = parts[0].join(*parts[1:]).mark_outliers()
-    oriented = whole.orient()
+    oriented = whole.orient(keep=keep_signs)
     signs = oriented.step
     assert signs is not None
     # segments are named by the travel of the probe, once its sign is known

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_study
-from pymdr.workbench.cli.options import CaseFile, Json, LeaveOut, Quiet, Sensitivity, Table
+from pymdr.workbench.cli.options import CaseFile, Json, KeepSigns, LeaveOut, Quiet, Sensitivity, Table
 from pymdr.workbench.cli.reporting import (
     failures_as_json,
     print_json,
@@ -64,6 +64,7 @@ def fit(
             "with adhesion or memory."
         ),
     ] = None,
+    keep_signs: KeepSigns = False,
     workers: Annotated[
         int, typer.Option(min=1, help="Processes for a map; results do not depend on it.")
     ] = 1,
@@ -92,6 +93,7 @@ def fit(
                 },
                 segment,
                 contact.adhesion is not None or contact.is_viscoelastic,
+                keep_signs=keep_signs,
             )
             if contact.friction is None
             else _read_sheared(curve, spring_constant, sensitivity, leave_out_missing, segment)
@@ -122,7 +124,12 @@ def fit(
 
 
 def _read(
-    files: Sequence[Path], options: dict[str, Any], segment: str | None, whole: bool
+    files: Sequence[Path],
+    options: dict[str, Any],
+    segment: str | None,
+    whole: bool,
+    *,
+    keep_signs: bool,
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map as a dataset or the folder of its store."""
     from pymdr.errors import ProblemError
@@ -148,7 +155,7 @@ def _read(
                 )
             continue
         part = segment or ("record" if whole else "approach")
-        records = read_prepared_curves(file, segment=part, **options)
+        records = read_prepared_curves(file, segment=part, keep_signs=keep_signs or None, **options)
         if len(records) > 1:
             if len(files) > 1:
                 raise ProblemError(f"{file} is a map of {len(records)} curves; give no other file with it")

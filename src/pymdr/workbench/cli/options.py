@@ -34,6 +34,12 @@ Points = Annotated[
     typer.Option(help="Total number of values, log-spaced between the two given."),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
+KeepSigns = Annotated[
+    bool,
+    typer.Option(
+        "--keep-signs", help="Keep the signs of the file: compression is positive, height falls to the body."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of text, also for errors.")]
 
 Sensitivity = Annotated[
