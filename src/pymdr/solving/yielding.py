@@ -129,7 +129,8 @@ def first_yield(
 
     References
     ----------
-    Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
+    - Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
+    - Mindlin and Deresiewicz (1953), J. Appl. Mech. 20, 327-344.
 
     Examples
     --------
