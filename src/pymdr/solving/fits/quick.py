@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from pymdr.errors import PymdrError
+from pymdr.interpretation.theories import theory_of
 from pymdr.solving.fits.families import WORK, FamilyAxes
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.kernels import (
@@ -123,9 +124,9 @@ def _wanted(request: FitRequest, axes: FamilyAxes) -> tuple[Wanted, FloatArray]:
     if number is not None and axes.shape is None:
         known[SHAPE] = number.to_free(number.start)
     free = [axes.scale is not None, axes.shape is not None, *(name not in request.known for name in _PLACES)]
-    return Wanted(
-        known, np.array(free), directions, axes.is_tied, request.contact.adhesion is not None
-    ), rates
+    law = request.contact.adhesion
+    pulled = law is not None and number is not None and number.name == WORK and theory_of(law).pulls_beyond
+    return Wanted(known, np.array(free), directions, axes.is_tied, law is not None, pulled), rates
 
 
 def depth_ranges(stretch: Stretch) -> FloatArray:

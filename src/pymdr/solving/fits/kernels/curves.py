@@ -17,8 +17,17 @@ from pymdr.solving.fits.kernels.descent import (
     descend_all,
     without_shape,
 )
-from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SHAPE, TILT, Batch, FamilyTable
-from pymdr.solving.fits.kernels.starts import FEW, Engine, best_points, few_of, starts_at_tilts, tilts_of
+from pymdr.solving.fits.kernels.model import (
+    BASE,
+    NUMBERS,
+    POINT,
+    SHAPE,
+    TILT,
+    Batch,
+    FamilyTable,
+)
+from pymdr.solving.fits.kernels.pulls import FEW, OfFamily, point_across_samples, start_near
+from pymdr.solving.fits.kernels.starts import Engine, best_points, few_of, starts_at_tilts, tilts_of
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNSETTLED
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
@@ -27,6 +36,8 @@ _POLISH, _GAIN, _MANY = 100, 1e-3, 8
 """Steps of the last search, its gain relative to the sum of squares times the samples, and samples per start sample."""
 _ROUNDED = 1e-14
 """Rounding error of a constant record, relative to its largest force."""
+_CROSSINGS = 4
+"""Largest number of searches for a contact point beyond other samples."""
 _POORLY, _ASIDES, _NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
 """Number of samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
 
@@ -131,6 +142,36 @@ def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) ->
     return distance
 
 
+def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: float) -> None:
+    """Replace ends whose contact point would fit better beyond other samples, where the misfit of a constant pull jumps."""
+    moving = np.flatnonzero((batch.softness == 0.0) & np.isfinite(ends.misfit))
+    if not moving.size:
+        return
+    starts = np.array(
+        [
+            start_near(batch.place[i], batch.force[i], search.wanted, search.family, ends.theta[i])
+            for i in moving
+        ]
+    )
+    others = search.from_places(_of(batch, moving), starts, (ITERATIONS, enough))
+    _put(ends, moving, others, others.misfit < ends.misfit[moving])
+    for _ in range(_CROSSINGS):
+        starts = ends.theta[moving]
+        for theta, i in zip(starts, moving, strict=True):
+            force = batch.force[i] - theta[BASE] - theta[TILT] * batch.place[i]
+            theta[POINT] = point_across_samples(
+                batch.place[i], force, float(theta[POINT]), OfFamily(search.family, theta.copy())
+            )
+        changed = starts[:, POINT] != ends.theta[moving, POINT]
+        moving, starts = moving[changed], starts[changed]
+        if not moving.size:
+            return
+        others = search.from_places(_of(batch, moving), starts, (ITERATIONS, enough))
+        better = others.misfit < ends.misfit[moving]
+        _put(ends, moving, others, better)
+        moving = moving[better]
+
+
 def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
     """Growth of the sums of squares with the smallest number of the family, in variances of the noise."""
     bare = ends.theta.copy()
@@ -220,6 +261,8 @@ def _descend_from(
         starts[long] = search.from_places(more, starts[long], (ITERATIONS, ROUGHLY)).theta
     used, enough = np.ones(batch.place.shape, dtype=np.bool_), _GAIN / n
     ends = search.from_places(batch, starts, (_POLISH, enough))
+    if wanted.pulled and wanted.free[POINT]:
+        _move_across_samples(search, batch, ends, enough)
     distance, grows = np.zeros((count, NUMBERS)), np.full(count, math.inf)
     if wanted.adhesive:
         if wanted.free[SHAPE] and not wanted.tied:

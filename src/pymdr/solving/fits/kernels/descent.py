@@ -44,6 +44,8 @@ class Wanted(NamedTuple):
     tied: bool
     """Whether the scale alone moves the number of the family."""
     adhesive: bool
+    pulled: bool = False
+    """Whether the number of the family is the work of a pull that does not deform the bodies: forces are linear in scale and pull."""
 
 
 class End(NamedTuple):
