@@ -24,7 +24,6 @@ from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 _WHO = "calibrate_area"

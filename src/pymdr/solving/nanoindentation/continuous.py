@@ -23,7 +23,6 @@ from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, written
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 _WHO = "continuous_stiffness"
@@ -181,22 +180,20 @@ def continuous_stiffness(
         raise ProblemError(f"{_WHO}: points = {shown(points)}; a whole number from 1 to {_MOST} is needed")
     if epsilon is None:
         raise ProblemError(f"{_WHO}: epsilon = None; without an unloading a number is needed, such as 0.75")
-    settings = settings_of(
-        Known(area, frame_compliance, tip, poisson, beta, epsilon), (0.25, 0.98), _WHO
-    )
+    settings = settings_of(Known(area, frame_compliance, tip, poisson, beta, epsilon), (0.25, 0.98), _WHO)
     profiles, notes = [], []
     for i, record in enumerate(listed, 1):
         who = _WHO if len(listed) == 1 else f"{_WHO}, indent {i}"
         profile, refused = _profile(record, settings, points, who)
         profiles.append(profile)
         if refused:
-            notes.append(f"indent {i}: {refused} shallow points left out, at which noise determines no modulus")
+            notes.append(
+                f"indent {i}: {refused} shallow points left out, at which noise determines no modulus"
+            )
     return _study(profiles, notes, settings)
 
 
-def _profile(
-    record: Record, settings: Settings, count: int, who: str
-) -> tuple[tuple[Point, ...], int]:
+def _profile(record: Record, settings: Settings, count: int, who: str) -> tuple[tuple[Point, ...], int]:
     """Points of one indent, and how many had no modulus."""
     rows = _loading(record, settings.frame, who)
     columns, elapsed = rows[:3], rows[3]
@@ -286,7 +283,9 @@ def _point(
     def read(numbers: FloatArray, known: Settings = settings, further: float = 0.0) -> dict[str, float]:
         force, depth, compliance = (float(x) for x in numbers)
         if not compliance > further:
-            raise ProblemError(f"{who}: the stiffness is not above 0 N/m without the frame; check the frame compliance")
+            raise ProblemError(
+                f"{who}: the stiffness is not above 0 N/m without the frame; check the frame compliance"
+            )
         assert known.epsilon is not None
         peak = Peak(force, depth, math.nan, 1.0 / compliance, known.epsilon, math.nan, 1.0)
         result = quantities(peak, known, who, further)
@@ -298,7 +297,7 @@ def _point(
     names = [*values]
 
     def logarithms(numbers: FloatArray) -> FloatArray:
-        return np.log(np.array([*read(numbers).values()]))
+        return np.asarray(np.log(np.array([*read(numbers).values()])))
 
     slopes = differences(logarithms, centre, covariance)
     noise = slopes @ covariance @ slopes.T
@@ -310,7 +309,7 @@ def _point(
         def calibrated(numbers: FloatArray) -> FloatArray:
             area = replace(settings.area, coefficients=numbers[1:])
             changed = read(centre, replace(settings, area=area), float(numbers[0]))
-            return np.log(np.array([*changed.values()]))
+            return np.asarray(np.log(np.array([*changed.values()])))
 
         by_area = differences(calibrated, np.append(0.0, coefficients), settings.covariance)
         # whose squares are the covariance of the calibration

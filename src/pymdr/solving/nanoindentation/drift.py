@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.solving.nanoindentation.records import CorrectedRecords, Record, Records, records_of
-from pymdr.solving.nanoindentation.unloading import correlated_rows, noise_of
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
@@ -186,89 +183,8 @@ def _hold_of(record: Record, given: tuple[float, float] | None, settle: float, w
 
 
 def _between(time: FloatArray, given: tuple[float, float], who: str) -> slice:
-    first, last = (int(np.searchsorted(time, end, side=side)) for end, side in zip(given, ("left", "right"), strict=True))  # type: ignore[call-overload]
-    if last - first < _FEWEST:
-        raise ProblemError(
-            f"{who}: {last - first} rows are between {given[0]:g} s and {given[1]:g} s, the record is from {time[0]:g} s to {time[-1]:g} s; at "
-            f"least {_FEWEST} are needed in the hold"
-        )
-    return slice(first, last)
-
-
-def _longest_hold(time: FloatArray, force: FloatArray, who: str) -> slice:
-    """The longest stretch of nearly constant force after the peak."""
-    peak = float(np.max(force))
-    band = max(_BAND * peak, _NOISES * noise_of(force))
-    last = int(np.flatnonzero(force >= peak - band)[-1])
-    after = force[last:]
-    best, longest, start = slice(0, 0), 0.0, 0
-    # two pointers with monotone queues of the smallest and the largest force
-    small: list[int] = []
-    large: list[int] = []
-    heads = [0, 0]
-    for i, value in enumerate(after):
-        for queue, sign, k in ((small, 1.0, 0), (large, -1.0, 1)):
-            while len(queue) > heads[k] and sign * after[queue[-1]] >= sign * value:
-                queue.pop()
-            queue.append(i)
-        while after[large[heads[1]]] - after[small[heads[0]]] > 2.0 * band:
-            start = min(small[heads[0]], large[heads[1]]) + 1
-            for k, queue in ((0, small), (1, large)):
-                while queue[heads[k]] < start:
-                    heads[k] += 1
-        level = float(after[(start + i) // 2])
-        duration = float(time[last + i] - time[last + start])
-        if duration > longest and _LEVELS[0] * peak <= level <= _LEVELS[1] * peak:
-            best, longest = slice(last + start, last + i + 1), duration
-    elsewhere = float(time[-1] - time[last]) - longest
-    if best.stop - best.start < _FEWEST or not longest * peak > _LONGER * 2.0 * band * elsewhere:
-        raise ProblemError(
-            f"{who}: no hold at constant force is after the peak, at {_LEVELS[0]:g} to {_LEVELS[1]:g} of the largest force; give hold=('60 s', '90 s'), or a "
-            "record with such a hold"
-        )
-    return best
-
-
-def _fitted_hold(record: Record, time: FloatArray, rows: slice, fitted: slice) -> _Hold:
-    t, h, force = time[fitted], record.depth[fitted], record.force[fitted]
-    middle, span = 0.5 * (t[0] + t[-1]), t[-1] - t[0]
-    x = (t - middle) / span
-    columns = [np.ones_like(x), x]
-    varying = force - force.mean()
-    if float(np.max(np.abs(varying))) > 1e-12 * float(np.max(np.abs(record.force))):
-        columns.append(varying / np.max(np.abs(varying)))
-    linear = _least_squares(np.stack(columns, axis=1), h)
-    curved = _least_squares(np.stack([*columns, x * x - 1.0 / 12.0], axis=1), h)
-    # the rate at the end less that at the start of h = q x^2 is 2 q per span
-    change, change_error = 2.0 * curved[0][-1] / span, 2.0 * math.sqrt(curved[1][-1, -1]) / span
-    rate, half = linear[0][1] / span, linear[2] * math.sqrt(linear[1][1, 1]) / span
-    if abs(change) > curved[2] * change_error:
-        half = math.hypot(half, 0.5 * change)
-    start = float(linear[0][0] - 0.5 * linear[0][1])
-    return _Hold(rows, fitted, float(rate), float(half), start, float(change), float(change_error))
-
-
-def _least_squares(design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Parameters, their covariance with correlated residuals, and the quantile of 95 % intervals."""
-    inverse = np.linalg.pinv(design)
-    parameters = inverse @ values
-    residuals = values - design @ parameters
-    freedom = max(values.size - design.shape[1], 1)
-    correlated = correlated_rows(residuals, design, inverse)
-    covariance = inverse @ inverse.T * (float(residuals @ residuals) / freedom * correlated)
-    quantile = float(stdtrit(max(values.size / correlated - design.shape[1], 1.0), 0.975))
-    return parameters, covariance, quantile
-
-
-def _corrected(record: Record, hold: _Hold) -> Record:
-    """The record without its hold, its depths without drift."""
-    assert record.time is not None
-    peak = int(np.argmax(record.force))
-    before = np.flatnonzero(record.depth[: peak + 1] <= 0.0)
-    elapsed = record.time - record.time[before[-1] if before.size else 0]
-    whole = record._replace(
-        depth=record.depth - hold.rate * elapsed, elapsed=elapsed, rate_error=hold.half / _NORMAL
-    )
+    first = int(np.searchsorted(time, given[0], side="left"))
+    last = int(np.searchsorted(time, given[1], side="right"))
     return whole.without(slice(hold.rows.start + 1, hold.rows.stop - 1))
 
 
@@ -277,11 +193,13 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
 
     times = [record.time for record in listed if record.time is not None]
     rate, half = np.array([one.rate for one in holds]), np.array([one.half for one in holds])
-    correction = np.array([
-        one.rate * float(record.elapsed[np.argmax(np.abs(record.elapsed))])
-        for record, one in zip(corrected, holds, strict=True)
-        if record.elapsed is not None
-    ])
+    correction = np.array(
+        [
+            one.rate * float(record.elapsed[np.argmax(np.abs(record.elapsed))])
+            for record, one in zip(corrected, holds, strict=True)
+            if record.elapsed is not None
+        ]
+    )
     columns = {
         "rate": (rate, "m/s"),
         "rate_low": (rate - half, "m/s"),
@@ -303,9 +221,7 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
         np.ones(len(holds), dtype=bool),
     )
     with np.errstate(divide="ignore", invalid="ignore"):
-        unsteady = max(
-            abs(one.change) / one.change_error if one.change_error > 0.0 else 0.0 for one in holds
-        )
+        unsteady = max(abs(one.change) / one.change_error if one.change_error > 0.0 else 0.0 for one in holds)
     return ThermalDrift(
         data=xr.Dataset(
             {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
