@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.solving.nanoindentation.records import CorrectedRecords, Record, Records, records_of
+from pymdr.solving.nanoindentation.unloading import correlated_rows, noise_of
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
@@ -26,7 +29,7 @@ _LEVELS = (0.02, 0.9)
 """Forces of a hold, in parts of the largest; holds at the peak show creep."""
 _LONGER = 5.0
 """How much longer a hold lasts than the unloading takes for its band of forces."""
-_LARGEST, _STEADY = 0.1, 2.0
+_LARGEST, _STEADY = 0.1, 3.0
 _NORMAL = 1.959964
 _DRAWN = 6
 
@@ -185,6 +188,88 @@ def _hold_of(record: Record, given: tuple[float, float] | None, settle: float, w
 def _between(time: FloatArray, given: tuple[float, float], who: str) -> slice:
     first = int(np.searchsorted(time, given[0], side="left"))
     last = int(np.searchsorted(time, given[1], side="right"))
+    if last - first < _FEWEST:
+        raise ProblemError(
+            f"{who}: {last - first} rows are between {given[0]:g} s and {given[1]:g} s, the record is from {time[0]:g} s to {time[-1]:g} s; at "
+            f"least {_FEWEST} are needed in the hold"
+        )
+    return slice(first, last)
+
+
+def _longest_hold(time: FloatArray, force: FloatArray, who: str) -> slice:
+    """The longest stretch of nearly constant force after the peak."""
+    peak = float(np.max(force))
+    band = max(_BAND * peak, _NOISES * noise_of(force))
+    last = int(np.flatnonzero(force >= peak - band)[-1])
+    after = force[last:]
+    best, longest, start = slice(0, 0), 0.0, 0
+    # two pointers with monotone queues of the smallest and the largest force
+    small: list[int] = []
+    large: list[int] = []
+    heads = [0, 0]
+    for i, value in enumerate(after):
+        for queue, sign, k in ((small, 1.0, 0), (large, -1.0, 1)):
+            while len(queue) > heads[k] and sign * after[queue[-1]] >= sign * value:
+                queue.pop()
+            queue.append(i)
+        while after[large[heads[1]]] - after[small[heads[0]]] > 2.0 * band:
+            start = min(small[heads[0]], large[heads[1]]) + 1
+            for k, queue in ((0, small), (1, large)):
+                while queue[heads[k]] < start:
+                    heads[k] += 1
+        level = float(after[(start + i) // 2])
+        duration = float(time[last + i] - time[last + start])
+        if duration > longest and _LEVELS[0] * peak <= level <= _LEVELS[1] * peak:
+            best, longest = slice(last + start, last + i + 1), duration
+    elsewhere = float(time[-1] - time[last]) - longest
+    if best.stop - best.start < _FEWEST or not longest * peak > _LONGER * 2.0 * band * elsewhere:
+        raise ProblemError(
+            f"{who}: no hold at constant force is after the peak, at {_LEVELS[0]:g} to {_LEVELS[1]:g} of the largest force; give hold=('60 s', '90 s'), or a "
+            "record with such a hold"
+        )
+    return best
+
+
+def _fitted_hold(record: Record, time: FloatArray, rows: slice, fitted: slice) -> _Hold:
+    t, h, force = time[fitted], record.depth[fitted], record.force[fitted]
+    middle, span = 0.5 * (t[0] + t[-1]), t[-1] - t[0]
+    x = (t - middle) / span
+    columns = [np.ones_like(x), x]
+    varying = force - force.mean()
+    if float(np.max(np.abs(varying))) > 1e-12 * float(np.max(np.abs(record.force))):
+        columns.append(varying / np.max(np.abs(varying)))
+    linear = _least_squares(np.stack(columns, axis=1), h)
+    curved = _least_squares(np.stack([*columns, x * x - 1.0 / 12.0], axis=1), h)
+    # the rate at the end less that at the start of h = q x^2 is 2 q per span
+    change, change_error = 2.0 * curved[0][-1] / span, 2.0 * math.sqrt(curved[1][-1, -1]) / span
+    rate, half = linear[0][1] / span, linear[2] * math.sqrt(linear[1][1, 1]) / span
+    if abs(change) > curved[2] * change_error:
+        half = math.hypot(half, 0.5 * change)
+    start = float(linear[0][0] - 0.5 * linear[0][1])
+    return _Hold(rows, fitted, float(rate), float(half), start, float(change), float(change_error))
+
+
+def _least_squares(design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Parameters, their covariance with correlated residuals, and the quantile of 95 % intervals."""
+    inverse = np.asarray(np.linalg.pinv(design), dtype=np.float64)
+    parameters = inverse @ values
+    residuals = values - design @ parameters
+    freedom = max(values.size - design.shape[1], 1)
+    correlated = correlated_rows(residuals, design, inverse)
+    covariance = inverse @ inverse.T * (float(residuals @ residuals) / freedom * correlated)
+    quantile = float(stdtrit(max(values.size / correlated - design.shape[1], 1.0), 0.975))
+    return parameters, covariance, quantile
+
+
+def _corrected(record: Record, hold: _Hold) -> Record:
+    """The record without its hold, its depths without drift."""
+    assert record.time is not None
+    peak = int(np.argmax(record.force))
+    before = np.flatnonzero(record.depth[: peak + 1] <= 0.0)
+    elapsed = record.time - record.time[before[-1] if before.size else 0]
+    whole = record._replace(
+        depth=record.depth - hold.rate * elapsed, elapsed=elapsed, rate_error=hold.half / _NORMAL
+    )
     return whole.without(slice(hold.rows.start + 1, hold.rows.stop - 1))
 
 
@@ -220,8 +305,7 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
         SOURCES["oliver-pharr"],
         np.ones(len(holds), dtype=bool),
     )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        unsteady = max(abs(one.change) / one.change_error if one.change_error > 0.0 else 0.0 for one in holds)
+    unsteady = max(abs(one.change) / one.change_error if one.change_error > 0.0 else 0.0 for one in holds)
     return ThermalDrift(
         data=xr.Dataset(
             {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
@@ -233,7 +317,7 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
                 "steady drift",
                 "change of the rate over the hold, in standard deviations; above the limit the sample creeps or recovers, or the drift is not steady",
                 float(unsteady),
-                _STEADY + 1.0,
+                _STEADY,
             ),
             Assumption(
                 "drift",
