@@ -39,8 +39,18 @@ class Record(NamedTuple):
         """The record without some rows."""
         kept = np.ones(self.depth.size, dtype=bool)
         kept[rows] = False
-        columns = {k: v[kept] for k, v in self._asdict().items() if isinstance(v, np.ndarray)}
-        return self._replace(**columns)
+
+        def some(column: FloatArray | None) -> FloatArray | None:
+            return None if column is None else column[kept]
+
+        return Record(
+            self.depth[kept],
+            self.force[kept],
+            some(self.time),
+            some(self.stiffness),
+            some(self.elapsed),
+            self.rate_error,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
