@@ -51,11 +51,13 @@ class Indent:
         part = np.concatenate([rise**2, np.ones(still), down])
         creep = self.depth * (0.97 + 0.03 * np.linspace(0.0, 1.0, still))
         length = self.m * self.force / self.stiffness
-        return part, np.concatenate([
-            0.97 * self.depth * rise,
-            creep,
-            self.depth - length * (1.0 - down ** (1.0 / self.m)),
-        ])
+        return part, np.concatenate(
+            [
+                0.97 * self.depth * rise,
+                creep,
+                self.depth - length * (1.0 - down ** (1.0 / self.m)),
+            ]
+        )
 
     def record(self, hold):
         """As a machine records it."""
@@ -63,9 +65,7 @@ class Indent:
         t = np.linspace(0.0, 100.0, part.size)
         noise, more = self.rng.normal(size=(2, part.size))
         depth = depth + self.frame * self.force * part + self.noise * noise + self.drift * hold * t
-        return mdr.MeasuredCurve(
-            force=self.force * part + self.force_noise * more, indentation=depth, time=t
-        )
+        return mdr.MeasuredCurve(force=self.force * part + self.force_noise * more, indentation=depth, time=t)
 
 
 def tally(table, name, low, high, truth):
@@ -189,7 +189,9 @@ PARTS = {
 
 def main():
     """Print the coverage of every part."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--only", nargs="*", choices=PARTS, default=list(PARTS))
     arguments = parser.parse_args()

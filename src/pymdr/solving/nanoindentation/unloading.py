@@ -13,7 +13,8 @@ from scipy.special import stdtrit
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.equivalent import power_factor
-from pymdr.solving.fits.residuals import serial_correlation
+from pymdr.solving.fits.bands import orthonormal
+from pymdr.solving.fits.spectrum import noise_spectra
 from pymdr.solving.nanoindentation.records import Record
 from pymdr.units import FloatArray, shown
 
@@ -236,8 +237,12 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
 
 
 def correlated_rows(residuals: FloatArray, slopes: FloatArray, inverse: FloatArray) -> float:
-    """How many rows are worth one independent row, of a fit with the derivatives `slopes` by its parameters and their inverse."""
-    return float(serial_correlation(residuals[None], np.ones(1)).correlated[0])
+    """How many rows are worth one independent row: the largest ratio of the variances of parameters to those under white noise."""
+    basis, coefficients = orthonormal(slopes.T[None])
+    own = np.diag(coefficients[0] @ noise_spectra(residuals[None], basis).covariance[0] @ coefficients[0].T)
+    white = (inverse**2).sum(axis=1) * (residuals @ residuals) / max(residuals.size - len(inverse), 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return float(np.max(own / white, initial=1.0, where=white > 0.0))
 
 
 def _first_guess(z: FloatArray, force: FloatArray, peak: float) -> FloatArray:
