@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
@@ -29,6 +30,8 @@ _WINDOWS, _GAPS = (6, 12, 24, 48), (0, 1, 3, 7, 15)
 _SIGNIFICANT, _STANDS_OUT = 6.0, 4.0
 """A jump over its standard deviation, and over the jumps of the smooth curve nearby."""
 _FEWEST = 20
+_SLOPES = 9
+"""Slopes before a jump, of which the median is taken."""
 _CONTACT, _ELASTIC = 4.0, 0.2
 _NORMAL = 1.959964
 _DRAWN = 6
@@ -265,7 +268,10 @@ def _jumps(
     places = np.arange(window - 1, n - window - gap)
     before, after = places - window + 1, places + gap + 1
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.clip(np.nan_to_num(mean_h / mean_q), 0.0, None)[before]
+        ratios = np.nan_to_num(mean_h / mean_q, posinf=0.0, neginf=0.0)
+    # the median over rows before, among which a jump spoils few
+    back = np.linspace(0.0, 3.0 * max(window, _WINDOWS[-2]), _SLOPES).astype(int)
+    slope = np.maximum(np.median(ratios[np.maximum(before[:, None] - back, 0)], axis=1), 0.0)
     found = right_h[after] - left_h[before] - slope * (right_q[after] - left_q[before])
     factor = math.sqrt(2.0 * float(ahead @ ahead))
     sigma = factor * np.hypot(noise_h, slope * noise_q[places])
@@ -285,8 +291,6 @@ def _nearby(values: FloatArray, inner: int) -> FloatArray:
     offsets = np.r_[-3 * inner : -inner, inner + 1 : 3 * inner + 1]
     offsets = offsets[:: max(1, offsets.size // 24)]
     at = np.arange(values.size)[:, None] + 3 * inner + offsets
-    import warnings
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.asarray(np.nan_to_num(np.nanmedian(padded[at], axis=1)))
