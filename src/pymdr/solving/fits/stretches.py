@@ -19,6 +19,8 @@ from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import IndexArray
 from pymdr.problem.parameters import with_parameters
+from pymdr.problem.paths import indent
+from pymdr.problem.profiles import Shape
 from pymdr.solving.curves.marking import FLAT, SHORTEST
 from pymdr.solving.fits.estimating import Estimate, estimate, solve_fitted
 from pymdr.solving.fits.families import WORK, FamilyAxes
@@ -46,6 +48,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
+from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
 _CHUNK = 2**19
@@ -226,6 +229,9 @@ def of_limits(request: FitRequest, axes: FamilyAxes, columns: Columns, first: fl
         contact = with_parameters(
             replace(request.contact, adhesion=None), {k: v for k, v in value.items() if k != WORK}
         )
+        if isinstance(contact.profile, Shape):
+            row[:] = [_of_limit(solve(contact, indent(depth)).assumptions) for depth in depths.tolist()]
+            continue
         mapped, member = map_to_line(contact), family.members[rung]
         row[:] = [_of_limit(assumptions(contact, mapped, radius[None])) for radius in member.radius(depths)]
     at = np.column_stack([np.log(depth), rungs])
