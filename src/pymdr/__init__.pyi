@@ -60,6 +60,7 @@ from .problem.profiles import Sampled2D as Sampled2D
 from .problem.profiles import ShapePreserving as ShapePreserving
 from .problem.profiles import SmoothingSpline as SmoothingSpline
 from .problem.profiles import Sphere as Sphere
+from .problem.profiles import SphereOnSphere as SphereOnSphere
 from .problem.profiles import TruncatedCone as TruncatedCone
 from .problem.profiles import TruncatedParaboloid as TruncatedParaboloid
 from .problem.profiles import TruncatedSphere as TruncatedSphere
