@@ -14,6 +14,7 @@ ALL = (
     "layers",
     "engines",
     "law",
+    "nanoindentation",
 )
 
 for name in sys.argv[1:] or ALL:

@@ -37,6 +37,41 @@ SIZES = st.floats(-9.0, -3.0).map(lambda x: 10.0**x)
 FORCES = st.floats(-12.0, 1.0).map(lambda x: 10.0**x)
 
 
+def test_signs_that_the_maker_defines_are_kept_whatever_the_record_shows():
+    pull = -np.exp(-np.linspace(0.0, 30.0, 400)[::-1])
+    record = mdr.MeasuredCurve(force=1e-9 * pull, indentation=np.linspace(-1e-6, 0.0, 400))
+    jpk = Facts({"format": "JPK Instruments (binary QMap data)"})
+    of_jpk = mdr.MeasuredCurve(force=record.force, indentation=record.indentation, metadata=jpk)
+    assert record.orient().step.numbers["force"] == -1.0
+    assert "as JPK Instruments" in of_jpk.orient().step.description
+    for kept in (
+        of_jpk.orient(),
+        record.orient(keep=True),
+        record.prepare(baseline="0 N", contact_point="0 m", keep_signs=True),
+    ):
+        assert kept.step is not None
+        assert np.all(kept.force <= 0.0)
+    assert np.all(of_jpk.orient(keep=False).force >= 0.0)
+    assert np.all(of_jpk.orient({"force": -1.0, "indentation": 1.0}).force >= 0.0)
+    flat = 1e-12 * np.random.default_rng(3).normal(size=400)
+    turned = mdr.MeasuredCurve(force=flat, indentation=record.indentation).orient(
+        {"force": -1.0, "indentation": 1.0}
+    )
+    bare = mdr.Contact(mdr.Paraboloid("1 um"), mdr.Elastic("1 kPa", 0.5))
+    with pytest.raises(ProblemError, match=r"its force was turned: keep its signs .*--keep-signs"):
+        mdr.fit(bare, turned, ["body.young"])
+
+
+@pytest.mark.skipif(not AFM.exists(), reason="the measured curves are not here")
+def test_pixels_of_quick_imaging_without_a_clear_contact_are_read():
+    pytest.importorskip("afmformats")
+    read = mdr.read_prepared_curves(
+        AFM / "fmt-jpk-fd_2020.02.07-16.29.05.036.jpk-qi-data", segment="approach"
+    )
+    assert len(read) == 4
+    assert all(one.steps[1].numbers["force"] == 1.0 for one in read)
+
+
 @settings(max_examples=examples(60), deadline=None)
 @given(
     SIZES,
@@ -391,7 +426,7 @@ def test_tables_are_read_in_segments(tmp_path):
     read = read_curve(file, spring_constant="0.1 N/m")
     for name in ("force", "travel", "time"):
         assert np.array_equal(getattr(whole, name), getattr(read, name))
-    with pytest.raises(ProblemError, match="needs the spring_constant"):
+    with pytest.raises(ProblemError, match=r"a table with units\. The file has no spring constant; give"):
         mdr.read_curves(file)
     bad = table(tmp_path / "bad.csv", header, [(0, 1, 2), (1, math.nan, 3)])
     with pytest.raises(CaseError, match="line 3: normal_force = 'nan'"):
@@ -528,7 +563,7 @@ def test_files_that_are_damaged_are_refused(afmformats, tmp_path, capfd):
     assert capfd.readouterr() == ("", "")
     lost = recorded()
     lost.pop("height (measured)")
-    with pytest.raises(ProblemError, match="no height of the cantilever"):
+    with pytest.raises(ProblemError, match="without height of the cantilever"):
         mdr.read_curves(exported(afmformats, tmp_path / "lost.h5", [(lost, {})]))
 
 

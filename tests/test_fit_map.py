@@ -530,15 +530,15 @@ def test_waves_are_told_for_every_curve():
 @settings(max_examples=examples(20), deadline=None)
 @given(st.integers(0, 10**6), st.integers(30, 3000))
 def test_white_noise_is_no_wave(seed, samples):
-    from pymdr.solving.fits.residuals import serial_correlation
+    from pymdr.solving.fits.residuals import waves_of
 
     noise = np.random.default_rng(seed).normal(size=(3, samples))
-    assert np.all(serial_correlation(noise, np.ones(3)).waves < 1.0)
+    assert np.all(waves_of(noise, np.ones(3)) < 1.0)
     # a wave of amplitude A has the variance A^2 / 2
     wave = 4.0 * np.sqrt(2.0) * np.sin(np.linspace(0.0, 12.0, samples))
     if samples > 300:  # the wave itself hardly differs between neighbours
-        assert serial_correlation(noise + wave, np.full(3, 9.0)).waves == pytest.approx(4.0, rel=0.3)
-    assert np.all(serial_correlation(1e-9 * wave[None, :], np.ones(1)).waves == 0.0)
+        assert waves_of(noise + wave, np.full(3, 9.0)) == pytest.approx(4.0, rel=0.3)
+    assert np.all(waves_of(1e-9 * wave[None, :], np.ones(1)) == 0.0)
 
 
 def test_every_curve_says_how_far_it_is_from_the_limits():

@@ -91,8 +91,10 @@ def test_a_law_is_that_of_solve_within_its_stated_error(laws, name):
     assert set(law.errors) == set(QUANTITIES)
     assert max(law.errors.values()) <= law.tolerance == 1e-6
     d = depths_of(law, 3000, np.random.default_rng(1))
+    if law.table.form.tip is None:  # no error is stated where rounding of d decides
+        d = d[d - law.range[0] >= law.table.form.nearest]
     ours = np.array([law.force(d), law.stiffness(d), law.radius(d)])
-    assert np.all(errors_of(law, ours, exact_of(law.contact, d)) <= 1e-6)
+    assert np.all(errors_of(law, ours, exact_of(law.contact, d)) <= [law.errors[q] for q in QUANTITIES])
 
 
 def test_hertz_and_sneddon_in_closed_form():

@@ -490,7 +490,12 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
     springs = found.state.springs
     if springs is None:
         return
-    each = list(alone(curve, springs, body, t, found.indentation))
+    depths = found.indentation.copy()
+    if body.viscosity > 0.0:  # a row of no duration is found to rounding
+        for row in np.flatnonzero(wait == 0.0):
+            assert depths[row + 1] == pytest.approx(depths[row], rel=1e-13)
+            depths[row + 1] = depths[row]
+    each = list(alone(curve, springs, body, t, depths))
     # springs that were added on the way are not in what was told before
     loads, bears = (
         np.zeros((t.size, springs.position.size)),
@@ -726,7 +731,8 @@ def test_bodies_that_rest_on_each_other_are_loaded_again(body, loads, unit, data
     time, force = np.cumsum([1e-3 * 10.0**unit, *waits]), 1e-3 * np.array([1.0, *loads])
     found = follow_loads(PARABOLOID, body, time, force, virgin(), n=40)
     assert found.force == pytest.approx(force, rel=1e-9, abs=1e-15)
-    assert found.work == pytest.approx(found.stored + found.dissipated, rel=1e-9)
+    kept = found.stored + found.dissipated
+    assert found.work == pytest.approx(kept, rel=1e-9, abs=1e-13 * np.max(kept))
     without = force[1:] == 0.0
     assert (np.diff(found.indentation)[without] <= 1e-15).all()
     assert (found.indentation >= 0.0).all()

@@ -352,7 +352,6 @@ def test_largest_stress_is_refused_where_it_has_no_bound(contact, words):
     ("contact", "words"),
     [
         (mdr.Contact(mdr.Sphere("1 mm"), mdr.Graded("1 GPa", "1 mm", 0.2, 0.3)), "graded"),
-        (mdr.Contact(mdr.Sphere("1 mm"), mdr.Layered([mdr.Layer(STEEL, "1 mm")])), "layers"),
         (mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(0.3)), "without friction"),
         (mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.DMT("1 J/m^2")), "DMT"),
         (mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3, thickness="1 mm")), "thickness"),

@@ -108,6 +108,7 @@ from .solving.yielding import first_yield as first_yield
 from .workbench.curves import read_curves as read_curves
 from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
+from .workbench.indents import read_indents as read_indents
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony
 from .workbench.tables import read_area_function as read_area_function

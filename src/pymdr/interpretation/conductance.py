@@ -260,7 +260,7 @@ def driven(
         The field, a flux.
     drop, flow : quantity or None
         One of them: the difference of temperatures in K or the voltage in V, or the heat in W or the current in A.
-    told : callable
+    values_of : callable
         Values of a quantity over the rows.
     rows : int
         Number of rows.

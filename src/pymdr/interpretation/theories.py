@@ -74,6 +74,8 @@ class Theory:
     """An attractive force in N that is not part of its pressure."""
     proportional: Callable[[Any], bool] = lambda law: False
     """Whether its forces scale with a common factor of moduli and work, so that fits may tabulate them once."""
+    limits: Callable[[Any], tuple[AdhesionLaw, ...]] = lambda law: ()
+    """Its limits for ranges of attraction that are small and large compared with the deformation, from which fits start."""
     range_note: Callable[[Any, float], str] = lambda law, size: ""
     """Ranges of attraction for which it is valid, given Maugis' parameter times the range in m."""
 
@@ -249,6 +251,7 @@ THEORIES: dict[type[AdhesionLaw], Theory] = {
         references=("maugis",),
         columns=lambda equilibria, line, s: {"cohesive_radius": equilibria.states(s).cohesive_radius},
         range=lambda law: law.work / law.cohesive_stress,
+        limits=lambda law: (JKR(law.work), DMT(law.work, range=law.work / law.cohesive_stress)),
         proportional=lambda law: (
             replace(law, work=2.0 * law.work).cohesive_stress == 2.0 * law.cohesive_stress
         ),

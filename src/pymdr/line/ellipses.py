@@ -111,9 +111,9 @@ def _searched(shape: Shape, depth: float, radius: float, start: FloatArray) -> t
     # smaller, because the known part of a body may end close to the disk
     steps = _STEP * np.diag([1.0, 1.0, -1.0, 1.0, 1.0])
     simplex = start + np.concatenate([np.zeros((1, 5)), steps])
-    told = {"initial_simplex": simplex, "xatol": _CLOSE, "fatol": _FLAT, "maxfev": _TRIES}
+    options = {"initial_simplex": simplex, "xatol": _CLOSE, "fatol": _FLAT, "maxfev": _TRIES}
     with np.errstate(invalid="ignore"):
-        found = scipy.optimize.minimize(missing, start, method="Nelder-Mead", options=told)
+        found = scipy.optimize.minimize(missing, start, method="Nelder-Mead", options=options)
     return -float(found.fun), found.x
 
 

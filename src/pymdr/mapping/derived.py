@@ -209,8 +209,8 @@ class DerivedSource(SlopeSource):
         measured, least = scatter(self._f, r)
         with np.errstate(invalid="ignore"):
             noise, unit = np.maximum(measured, least), np.nanmax(least / np.abs(values[0]), initial=_EPS)
-        told = (gap > _UNDERFLOW) | (noise > _UNDERFLOW)
-        return bool(np.any((40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & told))
+        resolved = (gap > _UNDERFLOW) | (noise > _UNDERFLOW)
+        return bool(np.any((40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & resolved))
 
     def rough(self, r: FloatArray) -> FloatArray:
         """About f' at radii in m, as parabolas have it."""

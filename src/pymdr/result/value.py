@@ -14,6 +14,7 @@ from pymdr.independent.rings import Rings
 from pymdr.interpretation.closure import known_error, pressed_curve
 from pymdr.interpretation.conductance import driven
 from pymdr.interpretation.interior import INTERIOR_COMPONENTS, INTERIOR_FIELDS, LARGEST, Interior
+from pymdr.interpretation.layered_stress import LayeredInterior
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable, require_known
@@ -340,11 +341,8 @@ class Result:
         end = 2.0 * interior.load(chosen[-1]).radius or 1.0
         axes = []
         for given, axis in ((z, DEPTH), (r, RADIUS)):
-            values = (
-                np.linspace(0.0, end, 101)
-                if given is None
-                else np.atleast_1d(to_si_array(given, "m", name=axis.name))
-            )
+            drawn = interior.depths(end) if axis is DEPTH else np.linspace(0.0, end, 101)
+            values = drawn if given is None else np.atleast_1d(to_si_array(given, "m", name=axis.name))
             if values.ndim != 1:
                 raise QuantityError(f"field: {axis.name} has the shape {values.shape}; one row is needed")
             axes.append(values)
@@ -358,6 +356,12 @@ class Result:
             for axis, at in zip((DEPTH, RADIUS), axes, strict=True)
         }
         coords["step"] = ("step", np.array(chosen)) if several else chosen[0]
+        if isinstance(interior, LayeredInterior):
+            coords["layer"] = (
+                "z",
+                interior.layers_at(depth)[:, 0],
+                {"long_name": "layer, from 0 at the surface"},
+            )
         dims: tuple[str, ...] = ("step",) * several
         if name in INTERIOR_COMPONENTS:
             coords["component"] = ("component", list(INTERIOR_COMPONENTS[name]))
@@ -385,7 +389,8 @@ class Result:
         Parameters
         ----------
         name : str
-            ``"von_mises"`` or ``"tresca"``.
+            ``"von_mises"`` or ``"tresca"``; of layers also ``"interface_shear"`` and ``"interface_tension"``, the tractions on the
+            interfaces.
         step : int or sequence of int, optional
             Row, or several; all unless given.
         side : str, optional
@@ -418,28 +423,34 @@ class Result:
         """
         import xarray as xr
 
-        measured = [field for field, _ in LARGEST.values()]
-        if one_name(name) not in measured:
-            raise QuantityError(f"largest: {shown(name)}; known are {', '.join(measured)}")
         interior = self._interior(side)
+        if one_name(name) not in interior.measures:
+            raise QuantityError(f"largest: {shown(name)}; known are {', '.join(interior.measures)}")
         chosen, several = self._valid_rows("stress", name, step)
         valid = self.claims["stress"].where
-        found = np.array([interior.largest(name, i) if valid[i] else (np.nan,) * 3 for i in chosen])
+        found = np.array([interior.largest(name, i) if valid[i] else (np.nan,) * 4 for i in chosen])
         touching = found[:, 0] > 0.0
         if touching.any() and np.isinf(found[touching, 0]).all():
             why = interior.unbounded(chosen[int(np.flatnonzero(touching)[-1])])
             raise NotValidError(f"the largest {quantity(name).long_name} is not valid here: {why}")
         dims = ("step",) * several
-        values, r, z = found.T if several else found[0]
+        values, r, z, layer = found.T if several else found[0]
         length = {"units": "m"}
+        coords = {
+            "step": (dims, np.array(chosen) if several else chosen[0]),
+            "r": (dims, r, {**length, "long_name": "radius of the largest value"}),
+            "z": (dims, z, {**length, "long_name": "depth of the largest value"}),
+        }
+        if isinstance(interior, LayeredInterior):
+            coords["layer"] = (
+                dims,
+                layer,
+                {"long_name": "layer of the largest value, from 0 at the surface"},
+            )
         return xr.DataArray(
             values,
             dims=dims,
-            coords={
-                "step": (dims, np.array(chosen) if several else chosen[0]),
-                "r": (dims, r, {**length, "long_name": "radius of the largest value"}),
-                "z": (dims, z, {**length, "long_name": "depth of the largest value"}),
-            },
+            coords=coords,
             name=name,
             attrs={"units": "Pa", "long_name": f"largest {quantity(name).long_name}"},
         )

@@ -42,8 +42,8 @@ from pymdr.result import Result
 from pymdr.rows import joined, taken
 from pymdr.solving.memory import (
     OWN_ERRORS,
+    depends_on_rows,
     error_of_levels,
-    is_told_by_rows,
     own_share,
     relaxation_along,
     span_along,
@@ -55,7 +55,6 @@ from pymdr.solving.viscoelastic import (
     LEVELS,
     SPRINGS,
     MemoryRows,
-    begun,
     followed_leg,
     interpreted,
     kernel_errors,
@@ -64,6 +63,7 @@ from pymdr.solving.viscoelastic import (
     rows_met,
     status_of,
     surface_with_memory,
+    untouched_states,
 )
 from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
 from pymdr.units import FloatArray, newtons
@@ -125,7 +125,7 @@ def solve_frictional_memory(task: Task) -> Result:
     )
     bodies = _bodies(task, None)
     walked = walk(task, None, partial(_step, task, bodies))
-    if is_told_by_rows(task.contact, task.path):
+    if depends_on_rows(task.contact, task.path):
         bodies = _bodies(task, walked.time)
         walked = walk(task, None, partial(_step, task, bodies))
     return solution(task, walked, _interpret(task, bodies, walked))
@@ -146,26 +146,26 @@ def _step(
     task: Task,
     bodies: _Bodies,
     state: tuple[_State, ...] | None,
-    asked: Stretch,
+    stretch: Stretch,
     kept: np.ndarray | None,
-    told: LegProgress | None,
+    progress: LegProgress | None,
 ) -> tuple[_Rows, tuple[_State, ...], Channels]:
     """Step 2: springs with memory and their tangential partners on three levels."""
-    refuse_untimed(asked, bodies.normal)
+    refuse_untimed(stretch, bodies.normal)
     if state is None:
         none = (0.0,) * len(_SUMMED)
-        virgin = begun(task, bodies.line, bodies.normal, asked)
+        virgin = untouched_states(task, bodies.line, bodies.normal, stretch)
         state = tuple(_State(normal, unsheared(), none) for normal in virgin)
-    parts = parts_between(task, bodies.line, bodies.normal, asked, state[1].normal, loads=True)
+    parts = parts_between(task, bodies.line, bodies.normal, stretch, state[1].normal, loads=True)
     pressed, (sheared, half, quarter), ends = zip(
         *(
-            _followed(task, bodies, asked, one, parts.halved(2 * many), n, slack)
+            _followed(task, bodies, stretch, one, parts.halved(2 * many), n, slack)
             for one, (many, n), slack in zip(state, LEVELS, _SLACK, strict=True)
         ),
         strict=True,
     )
-    rows, here = rows_met(task, bodies.line, bodies.normal, asked, pressed)
-    forced = np.full(rows.indentation.size, asked.controls.tangential == "tangential_force")
+    rows, here = rows_met(task, bodies.line, bodies.normal, stretch, pressed)
+    forced = np.full(rows.indentation.size, stretch.controls.tangential == "tangential_force")
     here = {
         **here,
         "shift": float(sheared.shift[-1]),
@@ -175,11 +175,11 @@ def _step(
 
 
 def _followed(
-    task: Task, bodies: _Bodies, asked: Stretch, state: _State, parts: Parts, n: int, slack: float
+    task: Task, bodies: _Bodies, stretch: Stretch, state: _State, parts: Parts, n: int, slack: float
 ) -> tuple[MemoryHistory, _Sheared, _State]:
     """A leg on n springs, in parts of its rows."""
-    forced = asked.controls.tangential == "tangential_force"
-    target = parts.along(asked.tangential, asked.start[1])
+    forced = stretch.controls.tangential == "tangential_force"
+    target = parts.along(stretch.tangential, stretch.start[1])
     found: list[TangentialHistory] = []
     now, done = state.sideways, 0
 
@@ -199,12 +199,14 @@ def _followed(
         if part.shift.size < rows.size:
             stopped = part.shift.size
             row = int(parts.row[done + stopped])
-            _refuse_beyond(asked, bodies.friction, row, float(passage.force[stopped]))
+            _refuse_beyond(stretch, bodies.friction, row, float(passage.force[stopped]))
         found.append(part)
         now, done = part.state, done + rows.size
 
-    normal = followed_leg(task, bodies.line, bodies.normal, asked, state.normal, parts, n, watch)
-    sheared = joined([_taken(part) for part in found]) if found else _apart(asked, target, now, forced, parts)
+    normal = followed_leg(task, bodies.line, bodies.normal, stretch, state.normal, parts, n, watch)
+    sheared = (
+        joined([_taken(part) for part in found]) if found else _separated(stretch, target, now, forced, parts)
+    )
     if not found:
         now = replace(now, shift=float(sheared.shift[-1]))
     before = dict(zip(_SUMMED, state.sums, strict=True))
@@ -219,21 +221,21 @@ def _taken(part: TangentialHistory) -> _Sheared:
     return _Sheared(**{name: getattr(part, names.get(name, name)) for name in _Sheared.__annotations__})
 
 
-def _apart(
-    asked: Stretch, target: FloatArray, state: TangentialState, forced: bool, parts: Parts
+def _separated(
+    stretch: Stretch, target: FloatArray, state: TangentialState, forced: bool, parts: Parts
 ) -> _Sheared:
     """Rows of bodies that have not touched."""
     if forced and target.any():
-        _refuse_beyond(asked, 0.0, int(parts.row[np.argmax(target != 0.0)]), 0.0)
+        _refuse_beyond(stretch, 0.0, int(parts.row[np.argmax(target != 0.0)]), 0.0)
     none = np.zeros(target.size)
     shift = np.full(target.size, state.shift) if forced else target
     return _Sheared(shift, *(none,) * 7, np.ones(target.size, dtype=bool))
 
 
-def _refuse_beyond(asked: Stretch, friction: float, row: int, pressed: float) -> None:
+def _refuse_beyond(stretch: Stretch, friction: float, row: int, pressed: float) -> None:
     most = friction * pressed if pressed > 0.0 else 0.0
     raise PathError(
-        f"tangential_force = {newtons(float(asked.tangential[row]))} in {asked.leg.row(row)}: friction carries "
+        f"tangential_force = {newtons(float(stretch.tangential[row]))} in {stretch.leg.row(row)}: friction carries "
         f"at most mu F_N = {newtons(most)} on the way there, beyond which the bodies slide apart; reduce it, or move the body "
         "with shift(...)"
     )

@@ -11,7 +11,8 @@ import numpy as np
 from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
-from pymdr.interpretation.interior import Interior, elastic_body
+from pymdr.interpretation.interior import Interior
+from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
@@ -80,7 +81,7 @@ def _surface(result: Result) -> Surface:
 
 
 def _interior(result: Result, side: str | None) -> Interior:
-    return Interior(_surface(result), elastic_body(result.contact, side))
+    return interior_of(result.contact, _surface(result), side)
 
 
 def _friction_surface(result: Result) -> FrictionSurface:

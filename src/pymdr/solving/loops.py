@@ -323,14 +323,14 @@ def _study(
         known = closure_of(contact.profile)
         claims = closure_claims(claims, known, np.full(u.shape, d), sheared=True)
     met = frictional_assumptions(contact, mapped, np.array([a]))
-    told = dict.fromkeys(columns, claims[name])
-    told["amplitude" if given is not None else "force_amplitude"] = Claim(
+    by_name = dict.fromkeys(columns, claims[name])
+    by_name["amplitude" if given is not None else "force_amplitude"] = Claim(
         Level.EXACT, "prescribed", claims[name].source, np.ones(u.size, dtype=bool)
     )
     if is_curve(contact):
         why = "the area of a contact is not in its force curve; give the shape itself as a profile"
-        told["stick_ratio"] = Claim(Level.NOT_VALID, why, SOURCES["closure"], np.zeros(u.size, dtype=bool))
-    return _Study(columns, told, met, mapped.notes, sliding, load, d)
+        by_name["stick_ratio"] = Claim(Level.NOT_VALID, why, SOURCES["closure"], np.zeros(u.size, dtype=bool))
+    return _Study(columns, by_name, met, mapped.notes, sliding, load, d)
 
 
 def _shifted_study(

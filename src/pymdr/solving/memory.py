@@ -51,12 +51,12 @@ def span_along(
     """The shortest and the longest time of a path in s, if a power of time asks for them."""
     if not powers_of(contact):
         return None
-    if time is not None and is_told_by_rows(contact, path):
+    if time is not None and depends_on_rows(contact, path):
         return _within([np.diff(time, prepend=0.0)], float(time[-1]))
     return _span(path)
 
 
-def is_told_by_rows(contact: Contact, path: LoadingPath) -> bool:
+def depends_on_rows(contact: Contact, path: LoadingPath) -> bool:
     """Whether only the rows of a solution tell the times that a power of time asks for."""
     return bool(powers_of(contact)) and any(map(_led, *_neighbours(path)))
 
@@ -91,10 +91,10 @@ def _span(path: LoadingPath) -> tuple[float, float]:
             here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
             continue
         with leg.named():
-            asked = leg.stretch(here, now)
-            time = times_of(asked)
+            stretch = leg.stretch(here, now)
+            time = times_of(stretch)
         steps.append(np.diff(time, prepend=now))
-        now, here = float(time[-1]), {**here, **asked.end}
+        now, here = float(time[-1]), {**here, **stretch.end}
     return _within(steps, now)
 
 
@@ -104,26 +104,26 @@ def _within(steps: list[FloatArray], end: float) -> tuple[float, float]:
     return min(float(np.min(waits[waits > 0.0], initial=math.inf)), end / _PARTS), end
 
 
-def times_of(asked: Stretch) -> FloatArray:
+def times_of(stretch: Stretch) -> FloatArray:
     """Time of every row of a leg in s; a leg without is refused."""
-    if asked.time is None:
+    if stretch.time is None:
         raise PathError(
             "a body with memory needs times: give every leg a duration or a rate, for example indent('1 um', rate='1 um/s')"
         )
-    if asked.time[0] < asked.begin:
+    if stretch.time[0] < stretch.begin:
         raise PathError(
-            f"Path.time begins at {asked.time[0]:g} s, but a history with memory begins at {asked.begin:g} s: count times from where "
+            f"Path.time begins at {stretch.time[0]:g} s, but a history with memory begins at {stretch.begin:g} s: count times from where "
             "the bodies touch, or from before"
         )
-    return asked.time
+    return stretch.time
 
 
-def refuse_sudden(asked: Stretch, relaxation: Relaxation) -> None:
+def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
     """Refuse an indentation in no time of a body that answers at once with an infinite force."""
-    if asked.controls.normal != "indentation" or not relaxation.instantly_rigid:
+    if stretch.controls.normal != "indentation" or not relaxation.instantly_rigid:
         return
-    start, end = float(asked.start[0]), float(asked.normal[0])
-    if times_of(asked)[0] == asked.begin and start != end and max(start, end) > 0.0:
+    start, end = float(stretch.start[0]), float(stretch.normal[0])
+    if times_of(stretch)[0] == stretch.begin and start != end and max(start, end) > 0.0:
         raise PathError(
             f"row 0 moves the indentation from {metres(start)} to {metres(end)} in no time, for which this rheology needs an "
             "infinite force: give the row a duration"
@@ -158,7 +158,7 @@ def error_of_levels(values: FloatArray, half: FloatArray, quarter: FloatArray) -
     return np.asarray(np.maximum(error_of(values, half), 2.0**-1.5 * error_of(half, quarter)))
 
 
-def later_too(apart: FloatArray, size: FloatArray) -> FloatArray:
+def later_too(difference: FloatArray, size: FloatArray) -> FloatArray:
     """
     Twice the most by which half as many springs and steps differ up to a row, or up to some rows later as parts of their size.
 
@@ -166,9 +166,9 @@ def later_too(apart: FloatArray, size: FloatArray) -> FloatArray:
     liquid follows forces faster than the steps are; in single rows the difference passes 0.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.nan_to_num(apart / size, posinf=0.0)
+        part = np.nan_to_num(difference / size, posinf=0.0)
     later = np.max([np.append(part[k:], np.zeros(min(k, part.size))) for k in range(_LATER + 1)], axis=0)
-    return np.asarray(2.0 * np.maximum(np.maximum.accumulate(apart), size * later))
+    return np.asarray(2.0 * np.maximum(np.maximum.accumulate(difference), size * later))
 
 
 def travelled(

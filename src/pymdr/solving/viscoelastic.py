@@ -44,8 +44,8 @@ from pymdr.rows import taken
 from pymdr.solving.memory import (
     OWN_ERRORS,
     assumptions_with_memory,
+    depends_on_rows,
     error_of_levels,
-    is_told_by_rows,
     own_share,
     refuse_sudden,
     relaxation_along,
@@ -112,7 +112,7 @@ def solve_viscoelastic(task: Task) -> Result:
     relaxation = relaxation_along(task.contact, task.path)
     line = ElasticLine(equivalent_profile(task.contact.profile), 1.0)
     walked = walk(task, None, partial(_step, task, line, relaxation))
-    if is_told_by_rows(task.contact, task.path):
+    if depends_on_rows(task.contact, task.path):
         relaxation = relaxation_along(task.contact, task.path, walked.time)
         walked = walk(task, None, partial(_step, task, line, relaxation))
     return solution(task, walked, interpreted(task, line, relaxation, walked))
@@ -123,37 +123,37 @@ def _step(
     line: ElasticLine,
     relaxation: Relaxation,
     state: Sequence[MemoryState] | None,
-    asked: Stretch,
+    stretch: Stretch,
     kept: np.ndarray | None,
-    told: LegProgress | None,
+    progress: LegProgress | None,
 ) -> tuple[MemoryRows, Sequence[MemoryState], Channels]:
     """Step 2: springs with memory, and fewer of them, from which their error follows."""
-    refuse_untimed(asked, relaxation)
-    state = begun(task, line, relaxation, asked) if state is None else state
+    refuse_untimed(stretch, relaxation)
+    state = untouched_states(task, line, relaxation, stretch) if state is None else state
     # as with friction, which changes nothing here
-    loads = asked.controls.normal != "indentation"
-    parts = parts_between(task, line, relaxation, asked, state[1], loads=loads)
+    loads = stretch.controls.normal != "indentation"
+    parts = parts_between(task, line, relaxation, stretch, state[1], loads=loads)
     levels = [
-        followed_leg(task, line, relaxation, asked, one, parts.halved(2 * many), n)
+        followed_leg(task, line, relaxation, stretch, one, parts.halved(2 * many), n)
         for one, (many, n) in zip(state, LEVELS, strict=True)
     ]
-    rows, here = rows_met(task, line, relaxation, asked, levels)
+    rows, here = rows_met(task, line, relaxation, stretch, levels)
     return taken(rows, kept), [one.state for one in levels], here
 
 
-def refuse_untimed(asked: Stretch, relaxation: Relaxation) -> None:
+def refuse_untimed(stretch: Stretch, relaxation: Relaxation) -> None:
     """Refuse a leg without times, forces that pull, and moves that would need an infinite one."""
-    times_of(asked)
-    refuse_sudden(asked, relaxation)
-    if asked.by_force:
-        refuse_tension(asked.leg, asked.normal)
+    times_of(stretch)
+    refuse_sudden(stretch, relaxation)
+    if stretch.by_force:
+        refuse_tension(stretch.leg, stretch.normal)
 
 
 def rows_met(
     task: Task,
     line: ElasticLine,
     relaxation: Relaxation,
-    asked: Stretch,
+    stretch: Stretch,
     levels: Sequence[MemoryHistory],
 ) -> tuple[MemoryRows, Channels]:
     """Rows of a leg, with what fewer springs give, and where it ends."""
@@ -165,52 +165,57 @@ def rows_met(
             "the equivalent profile decreases within the contact, which is not covered with memory; use an increasing profile, "
             "or smooth it"
         )
-    assert asked.time is not None
+    assert stretch.time is not None
     # a series of exponentials for a power of time gives way at once where its first term ends
-    rigid = (asked.time == asked.begin) & relaxation.instantly_rigid & (fine.indentation > 0.0)
+    rigid = (stretch.time == stretch.begin) & relaxation.instantly_rigid & (fine.indentation > 0.0)
     k = task.machine_stiffness or 0.0  # all of a travel bends the machine
     is_flat = line.equivalent.g(0.5 * fine.contact_radius) == 0.0
     rows = MemoryRows(
         np.where(rigid, 0.0, fine.indentation),
-        asked.normal if asked.by_force else np.where(rigid, k * asked.normal, fine.force),
+        stretch.normal if stretch.by_force else np.where(rigid, k * stretch.normal, fine.force),
         np.where(rigid & ~is_flat, 0.0, fine.contact_radius),
         np.where(rigid, 0.0, fine.stored),
         np.where(rigid, 0.0, fine.dissipated),
         np.where(rigid, 0.0, fine.work),
         fine.disk,
-        np.full(fine.force.size, asked.by_force),
-        np.full(fine.force.size, asked.controls.normal == "indentation"),
+        np.full(fine.force.size, stretch.by_force),
+        np.full(fine.force.size, stretch.controls.normal == "indentation"),
         *(np.stack([getattr(one, name) for name in _COMPARED], axis=1) for one in others),
     )
     return rows, channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
 
 
-def begun(task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch) -> list[MemoryState]:
+def untouched_states(
+    task: Task, line: ElasticLine, relaxation: Relaxation, stretch: Stretch
+) -> list[MemoryState]:
     """Bodies that have not touched, with all springs, half of them and so on, for the deepest indentation that any leg names.
 
     A first leg under forces lays its own, where that goes deeper.
     """
-    apart = virgin(asked.begin, min(asked.start[0], 0.0))
+    separated = virgin(stretch.begin, min(stretch.start[0], 0.0))
     named = [getattr(leg, "indentation", None) for leg in known_legs(task.path)]
     deepest = max((float(np.max(each)) for each in named if each is not None), default=0.0)
     try:
-        if asked.by_force and deepest > 0.0:
-            time, force = np.append(asked.begin, times_of(asked)), np.append(asked.start[0], asked.normal)
+        if stretch.by_force and deepest > 0.0:
+            time, force = (
+                np.append(stretch.begin, times_of(stretch)),
+                np.append(stretch.start[0], stretch.normal),
+            )
             deepest = max(deepest, deepest_under(line, relaxation, time, force))
-        return [prepared(line, relaxation, deepest, apart, n) for _, n in LEVELS]
+        return [prepared(line, relaxation, deepest, separated, n) for _, n in LEVELS]
     except PymdrError:  # too deep, as the leg that goes there says when it is followed
-        return [apart] * len(LEVELS)
+        return [separated] * len(LEVELS)
 
 
 def parts_between(
-    task: Task, line: ElasticLine, relaxation: Relaxation, asked: Stretch, state: MemoryState, loads: bool
+    task: Task, line: ElasticLine, relaxation: Relaxation, stretch: Stretch, state: MemoryState, loads: bool
 ) -> Parts:
     """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed, or its loads."""
-    assert asked.time is not None
-    machine = 0.0 if asked.by_force else math.inf
-    if asked.controls.normal == "travel" and task.machine_stiffness is not None:
+    assert stretch.time is not None
+    machine = 0.0 if stretch.by_force else math.inf
+    if stretch.controls.normal == "travel" and task.machine_stiffness is not None:
         machine = task.machine_stiffness
-    goal = Goal(asked.time, asked.normal, asked.start[0], machine)
+    goal = Goal(stretch.time, stretch.normal, stretch.start[0], machine)
     return _divided(line, relaxation, goal, state, loads)
 
 
@@ -233,19 +238,19 @@ def followed_leg(
     task: Task,
     line: ElasticLine,
     relaxation: Relaxation,
-    asked: Stretch,
+    stretch: Stretch,
     state: MemoryState,
     parts: Parts,
     n: int,
     watch: Watch | None = None,
 ) -> MemoryHistory:
     """A leg on n springs; in parts between rows that are watched or whose indentation is not prescribed."""
-    assert asked.time is not None
-    by_travel = asked.controls.normal == "travel" and task.machine_stiffness is not None
-    if watch is None and not (asked.by_force or by_travel):
-        return follow_springs(line, relaxation, asked.time, asked.normal, state, n=n)
-    time, target = parts.along(asked.time, asked.begin), parts.along(asked.normal, asked.start[0])
-    if asked.by_force:
+    assert stretch.time is not None
+    by_travel = stretch.controls.normal == "travel" and task.machine_stiffness is not None
+    if watch is None and not (stretch.by_force or by_travel):
+        return follow_springs(line, relaxation, stretch.time, stretch.normal, state, n=n)
+    time, target = parts.along(stretch.time, stretch.begin), parts.along(stretch.normal, stretch.start[0])
+    if stretch.by_force:
         found = follow_loads(line, relaxation, time, target, state, n=n, watch=watch)
     elif by_travel:
         assert task.machine_stiffness is not None

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.interior import Interior, Largest, elastic_body, unknown_stress
+from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.surface import surface_of
 from pymdr.interpretation.validity import SOURCES
 from pymdr.line.curves import Line
@@ -18,6 +20,8 @@ from pymdr.line.foundation import states_at_depth
 from pymdr.line.lines import line_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
+from pymdr.problem.layers import Layered
+from pymdr.problem.materials import Elastic
 from pymdr.problem.paths import Path
 from pymdr.quantities import quantity
 from pymdr.result import Result
@@ -46,7 +50,8 @@ class FirstYield(Study):
     """
     The loads at which a body yields first, by :func:`first_yield`, over ``criterion``.
 
-    normal_force (N), indentation and contact_radius (m), peak_pressure (Pa), and yield_radius and yield_depth (m), the place.
+    normal_force (N), indentation and contact_radius (m), peak_pressure (Pa), and yield_radius and yield_depth (m), the place; of a layered body
+    yield_layer, from 0 at the surface.
     """
 
     side: str | None
@@ -60,6 +65,7 @@ class FirstYield(Study):
         "peak_pressure": Column("p_max", "Pa"),
         "yield_radius": Column("r of yield", "m"),
         "yield_depth": Column("z of yield", "m"),
+        "yield_layer": Column("layer", ""),
     }
     told: ClassVar[tuple[str, ...]] = ("normal_force", "yield_depth")
 
@@ -70,7 +76,9 @@ class FirstYield(Study):
         return solve(self.contact, Path(indentation=[depth])).plot_stress(side=self.side)
 
 
-def first_yield(contact: Contact, *, strength: QuantityLike, side: str | None = None) -> FirstYield:
+def first_yield(
+    contact: Contact, *, strength: QuantityLike | Sequence[QuantityLike], side: str | None = None
+) -> FirstYield:
     """
     The smallest load under which the stress in a body reaches its yield strength, by von Mises and by Tresca.
 
@@ -78,8 +86,9 @@ def first_yield(contact: Contact, *, strength: QuantityLike, side: str | None = 
     ----------
     contact : Contact
         Without adhesion and friction.
-    strength : quantity
-        Yield strength in Pa in uniaxial tension, above 0, the same at every depth.
+    strength : quantity or sequence of quantity
+        Yield strength in Pa in uniaxial tension, above 0, the same at every depth; of a layered body also one for every layer,
+        from the surface downward, and for its elastic base.
     side : str, optional
         ``"body"`` or ``"counterbody"``; the body unless given, and the counterbody where only that is elastic.
 
@@ -91,7 +100,7 @@ def first_yield(contact: Contact, *, strength: QuantityLike, side: str | None = 
     Raises
     ------
     ProblemError
-        If the contact has adhesion, or the strength is not above 0.
+        If the contact has adhesion, a strength is not above 0, or there are not as many as layers.
     NotValidError
         If the stress is not known, or has no bound under any load: at sharp and adhesive edges, and under sharp tips where
         nu is below 1/2.
@@ -116,10 +125,8 @@ def first_yield(contact: Contact, *, strength: QuantityLike, side: str | None = 
     >>> (yields["peak_pressure"] / 1e9).values.round(6).tolist()
     [1.612797, 1.612797]
     """
-    limit = to_si(strength, "Pa", name="strength")
-    if not limit > 0.0:
-        raise ProblemError(f"first_yield: strength = {shown(strength)}; it must be above 0 Pa")
     body = elastic_body(contact, side)
+    limits = _strengths(strength, body)
     why = unknown_stress(contact)
     if why:
         raise NotValidError(f"first yield is not valid here: {why} [{SOURCES['stress']}]")
@@ -130,26 +137,51 @@ def first_yield(contact: Contact, *, strength: QuantityLike, side: str | None = 
         )
     line = line_of(contact)
 
+    @lru_cache(maxsize=64)
     def interior(depth: float) -> Interior:
         states = states_at_depth(line, np.array([depth]))
-        return Interior(surface_of(contact, states.indentation, states.contact_radius), body)
+        return interior_of(contact, surface_of(contact, states.indentation, states.contact_radius), side)
 
-    rough = _rough_depth(line, limit)
+    def most_stressed(name: str, depth: float) -> Largest:
+        """The place where the stress over the strength is largest, with this ratio."""
+        found = interior(depth).largest_by_layer(name, 0)
+        return max(one._replace(value=one.value / limit) for one, limit in zip(found, limits, strict=True))
+
+    rough = _rough_depth(line, min(limits))
     slight = interior(_SLIGHT * rough)
     if slight.singular_radius(0) is not None:
         raise NotValidError(f"first yield is not valid here: {slight.unbounded(0)}")
     depths, places, notes = [], [], []
     for criterion, name in _CRITERIA.items():
-        depth = _depth_reaching(lambda d: interior(d).largest(name, 0).value, rough, limit)  # noqa: B023
-        place = interior(depth).largest(name, 0)
-        if abs(place.value / limit - 1.0) > _MET:
+        depth = _depth_reaching(lambda d: most_stressed(name, d).value, rough)  # noqa: B023
+        place = most_stressed(name, depth)
+        if abs(place.value - 1.0) > _MET:
             notes.append(
                 f"{criterion}: a corner of the profile comes into contact, where the stress has no bound"
             )
-            place = interior(depth * (1.0 + 10.0 * _CLOSE)).largest(name, 0)
+            place = most_stressed(name, depth * (1.0 + 10.0 * _CLOSE))
         depths.append(depth)
         places.append(place)
     return _study(solve(contact, Path(indentation=depths)), places, notes, side)
+
+
+def _strengths(strength: QuantityLike | Sequence[QuantityLike], body: Elastic | Layered) -> list[float]:
+    """The strength in Pa of every layer and of an elastic base, or of the half-space."""
+    several = isinstance(strength, Sequence | np.ndarray) and not isinstance(strength, str)
+    given: Sequence[QuantityLike] = strength if several else [strength]  # type: ignore[assignment, list-item]
+    limits = [to_si(one, "Pa", name="strength") for one in given]
+    for one, limit in zip(given, limits, strict=True):
+        if not limit > 0.0:
+            raise ProblemError(f"first_yield: strength = {shown(one)}; it must be above 0 Pa")
+    count = 1
+    if isinstance(body, Layered):
+        count = len(body.layers) + isinstance(body.base, Elastic)
+    if len(limits) not in (1, count):
+        raise ProblemError(
+            f"first_yield: {len(limits)} strengths for {count} elastic part{'s' if count > 1 else ''} of the body; give one for all, or "
+            "one for every layer from the surface downward and for an elastic base"
+        )
+    return limits * (count // len(limits))
 
 
 def _rough_depth(line: Line, strength: float) -> float:
@@ -164,12 +196,12 @@ def _rough_depth(line: Line, strength: float) -> float:
     return depth if depth > 0.0 else radius * strength / line.modulus
 
 
-def _depth_reaching(largest: Callable[[float], float], rough: float, strength: float) -> float:
-    """The indentation in m at which the largest stress in Pa reaches the strength, searched from a rough one."""
+def _depth_reaching(ratio: Callable[[float], float], rough: float) -> float:
+    """The indentation in m at which the largest stress reaches the strength, searched from a rough one."""
     from scipy.optimize import brentq
 
     def surplus(log_depth: float) -> float:
-        return min(largest(math.exp(log_depth)) / strength, 2.0) - 1.0
+        return min(ratio(math.exp(log_depth)), 2.0) - 1.0
 
     at = math.log(rough)
     step = math.copysign(math.log(_STEP), -surplus(at))
@@ -198,6 +230,8 @@ def _study(result: Result, places: list[Largest], notes: list[str], side: str | 
         "yield_radius": np.array([p.r for p in places]),
         "yield_depth": np.array([p.z for p in places]),
     }
+    if isinstance(elastic_body(result.contact, side), Layered):
+        columns["yield_layer"] = np.array([float(p.layer) for p in places])
     variables = {
         name: ("criterion", values, {"units": quantity(name).unit, "long_name": quantity(name).long_name})
         for name, values in columns.items()

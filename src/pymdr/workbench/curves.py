@@ -1,43 +1,35 @@
-"""Force curves from files: those of the makers of atomic force microscopes, and tables."""
+"""Force curves from files: those of the makers of instruments, and tables."""
 
 from __future__ import annotations
 
 import logging
 import os
-import stat
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
+from pymdr.errors import ProblemError
 from pymdr.presentation.files import named_file
-from pymdr.problem.facts import Facts
-from pymdr.problem.measured import Step
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.units import FloatArray, QuantityLike, shown, to_si
-from pymdr.workbench.segments import Segment, segments_in
-from pymdr.workbench.tables import curve_of_columns, read_force_columns
+from pymdr.units import QuantityLike, shown
+from pymdr.workbench.readers import calibration_of, curves_of, is_user_table, records_of
+from pymdr.workbench.segments import segments_in
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_BINARY = (".h5", ".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".zip")
-"""What only afmformats reads."""
-_TEXT = (".csv", ".tab", ".txt", ".tsv", ".dat")
-"""A table with units, or one of a maker."""
 _log = logging.getLogger("pymdr")
 _PARTS = ("record", "approach", "retreat")
-_HEIGHTS = ("height (measured)", "height (piezo)")
+_PULL = 0.2
+"""Pull over the largest force beyond which a force alone does not tell the direction of a one-way record."""
 
 
 def read_curves(
     file: str | os.PathLike[str],
     *,
     spring_constant: QuantityLike | None = None,
+    sensitivity: QuantityLike | None = None,
     leave_out_missing: bool = False,
 ) -> tuple[MeasuredCurve, ...]:
     r"""
@@ -46,10 +38,14 @@ def read_curves(
     Parameters
     ----------
     file : path
-        Of any format that `afmformats` reads (JPK, Asylum, NT-MDT, AFM workshop, Optics11 Chiaro, HDF5; the extra ``afm``), or a table with units
-        in its header, as for :func:`read_curve`.
+        Of Bruker NanoScope or Optics11; of Nanosurf (the extra ``nanosurf``); of any format that `afmformats` reads (JPK, Asylum, NT-MDT, AFM
+        workshop, HDF5; the extra ``afm``); of a format that another package registers; or a table with units in its header, as text or
+        spreadsheet: load, or deflection as a length or in V, over travel, height or indentation. An archive .zip holds such files.
     spring_constant : quantity, optional
         Of the cantilever or the machine in N/m. Where the file has another one, :meth:`~pymdr.MeasuredCurve.recalibrate` is a step of the curves.
+    sensitivity : quantity, optional
+        Deflection per signal of the photodiode, such as ``"50 nm/V"``, for deflections in V. Where the file has another one, all forces are
+        scaled, which is a step of the curves.
     leave_out_missing : bool
         Whether samples without a number are left out, which the first step of the curve then tells; such files are refused otherwise.
 
@@ -57,7 +53,8 @@ def read_curves(
     -------
     tuple of MeasuredCurve
         In the order of the file; `segment` is determined from the change of the travel; `metadata` holds that of the file, with the pixels of a
-        force map (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body.
+        force map (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body. A table
+        whose position falls toward the body is turned, which is a step of its curves.
 
     Raises
     ------
@@ -66,9 +63,9 @@ def read_curves(
     CaseError
         If it is a table without units, or samples are not numbers.
     ProblemError
-        If it has no force, no height, or no spring constant.
+        If it has no force, no height, no spring constant, or no sensitivity of a signal in V.
     MissingExtraError
-        If `afmformats` is needed and not installed.
+        If a package is needed and not installed; it names the extra.
 
     See Also
     --------
@@ -89,32 +86,51 @@ def read_curves(
     (9, 64.0)
     """
     source = named_file(file, "read")
-    suffix = source.suffix.lower()
-    if suffix in _BINARY:
-        return tuple(_of_maker(source, spring_constant, leave_out_missing))
-    if suffix not in _TEXT:
-        known = ", ".join((*_TEXT, *_BINARY))
-        raise FileError(
-            f"cannot read {source}: no format of force curves ends in {suffix!r}; those that do: {known}"
+    calibration = calibration_of(spring_constant, sensitivity)
+    records, of_user = records_of(source, calibration, leave_out_missing)
+    return tuple(
+        curve
+        for number, record in enumerate(records)
+        for curve in curves_of(
+            source,
+            number,
+            record,
+            calibration,
+            leave_out_missing=leave_out_missing,
+            turn=_turned if of_user else lambda curve: curve,
         )
+    )
+
+
+def _turned(curve: MeasuredCurve) -> MeasuredCurve:
+    """The record of a table with the signs of pymdr, where its position falls toward the body by force and motion alike."""
     try:
-        columns = read_force_columns(source, missing=leave_out_missing)
-    except CaseError:  # no table with units: it may be one of a maker
-        try:
-            return tuple(_of_maker(source, spring_constant, leave_out_missing))
-        except (FileError, CaseError, MissingExtraError):
-            pass
-        raise
-    size, missing = columns["normal_force"].size, 0
-    if leave_out_missing:
-        columns, missing = _known(str(source), columns, leave_out_missing)
-    whole = curve_of_columns(source, columns, spring_constant, _step_of(missing, size))
-    facts = Facts({"file": source.name, "record": 0.0})
-    return tuple(_part(whole, segment, facts) for segment in segments_in(whole.position, whole.time, None))
+        signs = curve.mark_outliers().orient().step
+    except ProblemError:  # the force does not tell
+        return curve
+    assert signs is not None
+    name = "travel" if curve.indentation is None else "indentation"
+    if signs.numbers[name] == 1.0:
+        return curve
+    moving = [one.name for one in segments_in(curve.position, curve.time, None) if one.name != "hold"]
+    if not moving or moving[0] != "retreat":
+        return curve
+    if "approach" not in moving:  # one way only: a retreat that ends in a pull looks alike
+        deep = np.argsort(curve.position)[-max(curve.force.size // 20, 1) :]
+        above = float(signs.numbers["force"]) * (curve.force - np.median(curve.force[deep]))
+        if -float(above.min()) > _PULL * float(np.max(np.abs(above))):
+            return curve
+    return curve.orient(signs.numbers)
 
 
 def read_prepared_curves(
-    file: str | os.PathLike[str], *, segment: str = "record", spring_constant: QuantityLike | None = None
+    file: str | os.PathLike[str],
+    *,
+    segment: str = "record",
+    spring_constant: QuantityLike | None = None,
+    sensitivity: QuantityLike | None = None,
+    leave_out_missing: bool = False,
+    keep_signs: bool | None = None,
 ) -> tuple[MeasuredCurve, ...]:
     r"""
     Read the force curves of a file ready for a fit: with the signs of pymdr, bad samples marked, and a straight baseline taken off.
@@ -125,8 +141,11 @@ def read_prepared_curves(
         As for :func:`read_curves`.
     segment : {"record", "approach", "retreat"}
         Which part of each record.
-    spring_constant : quantity, optional
+    spring_constant, sensitivity, leave_out_missing
         As for :func:`read_curves`.
+    keep_signs : bool, optional
+        Whether the signs of the file are kept; by default where the maker has defined them (JPK), and otherwise each record decides, as for
+        :meth:`~pymdr.MeasuredCurve.orient`. A warning says so if the forces of some records of the file are turned and of others not.
 
     Returns
     -------
@@ -157,17 +176,28 @@ def read_prepared_curves(
     if segment not in _PARTS:
         raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
     records: dict[float, list[MeasuredCurve]] = {}
-    for curve in read_curves(file, spring_constant=spring_constant):
+    for curve in read_curves(
+        file, spring_constant=spring_constant, sensitivity=sensitivity, leave_out_missing=leave_out_missing
+    ):
         records.setdefault(float(curve.metadata["record"]), []).append(curve)
     ready: list[MeasuredCurve] = []
     failure: ProblemError | None = None
     for parts in records.values():
         try:
-            ready.append(_ready(parts, segment))
+            ready.append(_ready(parts, segment, keep_signs))
         except ProblemError as error:
             failure = error
     if not ready:
         raise ProblemError(f"{os.fspath(file)}: no record can be fitted: {failure}")
+    turned = sum(_is_turned(one) for one in ready)
+    if 0 < turned < len(ready):
+        _log.warning(
+            "%s: the forces of %d of %d records were turned and the others not: some records may show no contact; "
+            "keep_signs=True (--keep-signs) keeps all signs",
+            file,
+            turned,
+            len(ready),
+        )
     if failure is not None:
         _log.warning(
             "%s: %d of %d records are left out; the last: %s",
@@ -179,24 +209,74 @@ def read_prepared_curves(
     return tuple(ready)
 
 
-def _ready(parts: Sequence[MeasuredCurve], segment: str) -> MeasuredCurve:
+def _is_turned(curve: MeasuredCurve) -> bool:
+    """Whether the force of a curve was turned."""
+    return any(step.name == "signs" and step.numbers.get("force") == -1.0 for step in curve.steps)
+
+
+def is_table(file: str | os.PathLike[str]) -> bool:
+    """Whether a file is a table of a user, as text or spreadsheet, not a file of an instrument."""
+    return is_user_table(named_file(file, "read"))
+
+
+def read_segment(file: str | os.PathLike[str], segment: str = "record", **options: Any) -> MeasuredCurve:
+    """
+    One part of the only record of a file, as it was measured, but with the signs of pymdr.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_curves`.
+    segment : {"record", "approach", "retreat"}
+        The part.
+    **options
+        Of :func:`read_curves`.
+
+    Returns
+    -------
+    MeasuredCurve
+
+    Raises
+    ------
+    ProblemError
+        If `segment` is none of these, the record has no such part, or the file has several records; and as :func:`read_curves`.
+    """
+    if segment not in _PARTS:
+        raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
+    parts = read_curves(file, **options)
+    if len({one.metadata["record"] for one in parts}) > 1:
+        raise ProblemError(f"{os.fspath(file)}: a file of several records; read_prepared_curves reads them")
+    if segment == "record":
+        return parts[0].join(*parts[1:])
+    chosen = next((one for one in parts if one.segment == segment), None)
+    if chosen is None:
+        there = ", ".join(one.segment for one in parts)
+        raise ProblemError(
+            f"{os.fspath(file)}: the record has no {segment} (it has {there}); choose another segment"
+        )
+    return chosen
+
+
+def _ready(parts: Sequence[MeasuredCurve], segment: str, keep_signs: bool | None) -> MeasuredCurve:
     """One record with its signs, marks and baseline, which is that of its approach."""
     whole = parts[0].join(*parts[1:]).mark_outliers()
-    oriented = whole.orient()
+    oriented = whole.orient(keep=keep_signs)
     signs = oriented.step
     assert signs is not None
-    approach = next((one for one in parts if one.segment == "approach"), None)
+    # segments are named by the travel of the probe, once its sign is known
+    turned = [one.mark_outliers().orient(signs.numbers) for one in parts]
+    approach = next((one for one in turned if one.segment == "approach"), None)
     if approach is None:
         raise ProblemError(
             "the record has no approach; its baseline is fitted to the free part of the approach"
         )
-    baseline = approach.mark_outliers().orient(signs.numbers).baseline()
+    baseline = approach.baseline()
     if segment == "record":
         return oriented.mark_saturated().subtract_baseline(baseline)
-    chosen = next((one for one in parts if one.segment == segment), None)
+    chosen = next((one for one in turned if one.segment == segment), None)
     if chosen is None:
         raise ProblemError(f"the record has no {segment}")
-    return chosen.mark_outliers().orient(signs.numbers).mark_saturated().subtract_baseline(baseline)
+    return chosen.mark_saturated().subtract_baseline(baseline)
 
 
 def stack_curves(
@@ -299,172 +379,3 @@ def _on_pixels(data: xr.Dataset, curves: Sequence[MeasuredCurve]) -> xr.Dataset:
 
 def _of_grid(curves: Sequence[MeasuredCurve], what: str, axis: str, otherwise: float) -> float:
     return float(curves[0].metadata.get(f"grid {what} {axis}", otherwise))
-
-
-def _afmformats(source: Path) -> Any:
-    try:
-        import afmformats
-        import afmformats.errors
-    except ImportError as error:
-        raise MissingExtraError(
-            f"{source.name} needs afmformats, which cannot be imported ({error}): pip install 'pymdr[afm]'; tables with units in their header "
-            "(.csv, .tsv) are read without it"
-        ) from error
-    logger = logging.getLogger("afmformats")
-    if not logger.handlers:  # what it cannot read is told by our errors
-        logger.addHandler(logging.NullHandler())
-    return afmformats
-
-
-def _of_maker(
-    source: Path, spring_constant: QuantityLike | None, leave_out_missing: bool
-) -> Iterator[MeasuredCurve]:
-    try:
-        state = source.stat()
-    except (OSError, ValueError) as error:
-        words = getattr(error, "strerror", None) or error
-        raise FileError(f"cannot read {source}: {words}") from error
-    if not stat.S_ISREG(state.st_mode):
-        raise FileError(
-            f"cannot read {source}: force curves are in a regular file, not a folder, pipe or device"
-        )
-    if state.st_size == 0:
-        raise CaseError(f"{source}: the file is empty; copy it again from the instrument")
-    afmformats = _afmformats(source)
-    given = None if spring_constant is None else to_si(spring_constant, "N/m", name="spring_constant")
-    from afmformats.meta import MetaDataMissingError
-
-    broken = (
-        Exception,
-        afmformats.errors.AFMFileFormatError,
-        afmformats.errors.MissingMetaDataError,
-        MetaDataMissingError,
-    )
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            records = [_columns(one) for one in _loaded(afmformats, source, given)]
-    except broken as error:
-        raise FileError(
-            f"cannot read {source}: afmformats knows no such format, or the file is damaged or cut off ({type(error).__name__}: "
-            f"{str(error)[:200]}); copy it again from the instrument, or export it as a table with units in its header"
-        ) from error
-    if not records:
-        raise CaseError(f"{source}: there is no force curve in it; export the record again")
-    for number, (columns, metadata) in enumerate(records):
-        yield from _segments(source, number, columns, metadata, given, leave_out_missing)
-
-
-def _loaded(afmformats: Any, source: Path, spring_constant: float | None) -> Any:
-    try:
-        return afmformats.load_data(source)
-    except afmformats.errors.MissingMetaDataError as error:
-        if "spring constant" not in error.meta_keys or spring_constant is None:
-            raise
-        return afmformats.load_data(source, meta_override={"spring constant": spring_constant})
-
-
-def _columns(record: Any) -> tuple[dict[str, FloatArray], dict[str, str | float]]:
-    columns = {name: np.asarray(record[name], dtype=float) for name in record.columns}
-    metadata = record.metadata
-    facts: dict[str, str | float] = {}
-    for name in sorted(metadata):
-        value = metadata[name]
-        if name == "path":
-            facts["file"] = Path(value).name
-        else:
-            facts[name] = float(value) if isinstance(value, int | float | np.number) else str(value)
-    facts["record"] = float(facts.pop("enum", 0.0))
-    return columns, facts
-
-
-def _segments(
-    source: Path,
-    number: int,
-    columns: dict[str, FloatArray],
-    metadata: dict[str, str | float],
-    given: float | None,
-    leave_out_missing: bool,
-) -> Iterator[MeasuredCurve]:
-    where = f"{source}, record {number}"
-    if "force" not in columns:
-        raise ProblemError(
-            f"{where}: no force (it has {', '.join(columns)}); calibrate the deflection with sensitivity and spring constant before export"
-        )
-    name = next((name for name in (*_HEIGHTS, "tip position") if name in columns), None)
-    if name is None:
-        raise ProblemError(
-            f"{where}: no height of the cantilever (it has {', '.join(columns)}); export the height that was measured too"
-        )
-    used = {key: columns[key] for key in ("force", name, "time", "segment") if key in columns}
-    sizes = {key: values.size for key, values in used.items()}
-    if len(set(sizes.values())) > 1:
-        lengths = ", ".join(f"{size} of {key}" for key, size in sizes.items())
-        raise FileError(f"cannot read {where}: its columns differ in length ({lengths}): the file is cut off")
-    expected = metadata.get("point count")
-    if isinstance(expected, float) and expected > sizes["force"]:
-        raise FileError(
-            f"cannot read {where}: {sizes['force']} of {expected:g} samples are there: the file is cut off; copy it again from the instrument"
-        )
-    used, missing = _known(where, used, leave_out_missing)
-    own = metadata.get("spring constant")
-    constant = float(own) if own is not None else given
-    position = -used[name]
-    if name != "tip position" and constant is None:
-        raise ProblemError(
-            f"{where}: the file has no spring constant; give spring_constant, such as '0.1 N/m'"
-        )
-    step = _step_of(missing, missing + position.size)
-    whole = MeasuredCurve(
-        force=used["force"],
-        indentation=position if name == "tip position" else None,
-        travel=None if name == "tip position" else position,
-        time=used.get("time"),
-        spring_constant=constant,
-        step=step,
-    )
-    facts = Facts({**metadata, "file": source.name, "position": f"minus {name}"})
-    for segment in segments_in(position, used.get("time"), used.get("segment")):
-        part = _part(whole, segment, facts)
-        yield part.recalibrate(given) if given is not None and constant != given else part
-
-
-def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple[dict[str, FloatArray], int]:
-    """The columns, all numbers, and how many samples were left out for it."""
-    for key, values in columns.items():
-        lost = ~np.isfinite(values)
-        if lost.any() and not leave_out:
-            first = int(np.argmax(lost))
-            raise CaseError(
-                f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(lost)} of {values.size} samples that are not numbers; every "
-                "sample must be finite: read_curves(..., leave_out_missing=True) leaves them out and says so"
-            )
-    kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
-    if np.count_nonzero(kept) < 8:
-        raise CaseError(
-            f"{where}: {np.count_nonzero(kept)} of {kept.size} samples are numbers; at least 8 are needed: measure again"
-        )
-    return {key: values[kept] for key, values in columns.items()}, int(np.count_nonzero(~kept))
-
-
-def _step_of(missing: int, size: int) -> Step | None:
-    """That samples were left out, if any were."""
-    if not missing:
-        return None
-    words = f"{missing} of {size} samples were no numbers, left out"
-    return Step("missing", words, Facts({"count": float(missing)}))
-
-
-def _part(whole: MeasuredCurve, segment: Segment, facts: Facts) -> MeasuredCurve:
-    def part(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else values[segment.first : segment.end]
-
-    return replace(
-        whole,
-        force=whole.force[segment.first : segment.end],
-        indentation=part(whole.indentation),
-        travel=part(whole.travel),
-        time=part(whole.time),
-        segment=segment.name,
-        metadata=facts,
-    )

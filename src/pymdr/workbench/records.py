@@ -161,7 +161,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     loss = _areas(u, pull, first, last)
     with np.errstate(divide="ignore", invalid="ignore"):
         damping = np.where(stroke > 0.0, loss / (2.0 * math.pi * stroke * amplitude), math.nan)
-    told = {
+    quantities = {
         "amplitude": (amplitude, "m"),
         "force_amplitude": (stroke, "N"),
         "dissipated_per_cycle": (loss, "J"),
@@ -171,7 +171,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
         "last_row": (last + 1, ""),
     }
     cycles = xr.Dataset(
-        {name: ("cycle", values, {"units": unit}) for name, (values, unit) in told.items()},
+        {name: ("cycle", values, {"units": unit}) for name, (values, unit) in quantities.items()},
         coords={"cycle": np.arange(1, first.size + 1)},
     )
     if "time" in data:

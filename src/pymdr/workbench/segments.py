@@ -12,6 +12,8 @@ from pymdr.units import FloatArray
 _BLOCKS = 100
 _SLOW = 0.1
 """Of the speed of the record: what is slower is a hold."""
+_SHARE = 0.25
+"""Part of the distance that is moved at no more than the speed of the record: an approach may be slow, and the retreat fast."""
 _LEAST = 8
 
 
@@ -39,8 +41,8 @@ def segments_in(position: FloatArray, time: FloatArray | None, numbers: FloatArr
     Returns
     -------
     list of Segment
-        Which hold all samples. A segment is a hold where the position changes, in the mean, at less than a tenth of the speed of the fastest
-        segment.
+        Which hold all samples. A segment is a hold where the position changes, in the mean, at less than a tenth of the speed of the record, at
+        or below which a quarter of all distance is moved.
     """
     clock = np.arange(float(position.size)) if time is None else time
     if numbers is not None:
@@ -50,8 +52,9 @@ def segments_in(position: FloatArray, time: FloatArray | None, numbers: FloatArr
     edges = _long_enough(edges)
     pairs = list(itertools.pairwise(edges))
     speeds = [_speed(position[a:b], clock[a:b]) for a, b in pairs]
-    fastest = max(map(abs, speeds))
-    return [Segment(_named(v, fastest), a, b) for v, (a, b) in zip(speeds, pairs, strict=True)]
+    durations = [float(clock[b - 1] - clock[a]) for a, b in pairs]
+    usual = _usual(np.abs(speeds), np.asarray(durations))
+    return [Segment(_named(v, usual), a, b) for v, (a, b) in zip(speeds, pairs, strict=True)]
 
 
 def _speed(position: FloatArray, clock: FloatArray) -> float:
@@ -60,8 +63,15 @@ def _speed(position: FloatArray, clock: FloatArray) -> float:
     return moved / float(clock[-1] - clock[0])
 
 
-def _named(speed: float, fastest: float) -> str:
-    if abs(speed) <= _SLOW * fastest:
+def _usual(speeds: FloatArray, durations: FloatArray) -> float:
+    """The speed of the record: a quarter of the distance is moved at it or more slowly."""
+    order = np.argsort(speeds)
+    moved = np.cumsum((speeds * durations)[order])
+    return float(speeds[order][int(np.searchsorted(moved, _SHARE * moved[-1]))])
+
+
+def _named(speed: float, usual: float) -> str:
+    if abs(speed) <= _SLOW * usual:
         return "hold"
     return "approach" if speed > 0.0 else "retreat"
 
@@ -81,8 +91,8 @@ def _turns(position: FloatArray, clock: FloatArray) -> list[int]:
     starts = np.arange(0, max(position.size - size, 1), size)
     ends = np.append(starts[1:], position.size - 1)
     speeds = (position[ends] - position[starts]) / (clock[ends] - clock[starts])
-    fastest = float(np.quantile(np.abs(speeds), 0.9))
-    kinds = np.where(np.abs(speeds) <= _SLOW * fastest, 0, np.sign(speeds)).astype(int)
+    usual = _usual(np.abs(speeds), clock[ends] - clock[starts])
+    kinds = np.where(np.abs(speeds) <= _SLOW * usual, 0, np.sign(speeds)).astype(int)
     # one block across a turn is no hold, and one against the others no motion
     for j in range(1, kinds.size - 1):
         if kinds[j] != kinds[j - 1] and kinds[j] != kinds[j + 1]:

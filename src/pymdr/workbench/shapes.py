@@ -150,10 +150,12 @@ def hold_shape(
     import xarray as xr
 
     last = found[-1][0]
-    told = {"engine": last.data.attrs["engine"], "points": last.data.attrs["points"]}
+    attributes = {"engine": last.data.attrs["engine"], "points": last.data.attrs["points"]}
     i, j = np.unravel_index(int(np.argmax(last.surface.heights)), last.surface.heights.shape)
     apex = float(last.surface.x[i]), float(last.surface.y[j])
-    return ShapeVerification(data=xr.Dataset(columns, attrs=told), deepest=last, apex=apex, contact=contact)
+    return ShapeVerification(
+        data=xr.Dataset(columns, attrs=attributes), deepest=last, apex=apex, contact=contact
+    )
 
 
 def _odd(count: int) -> int:

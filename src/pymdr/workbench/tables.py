@@ -25,11 +25,12 @@ from pymdr.quantities import QUANTITIES
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, QuantityLike, to_si
 from pymdr.workbench.inputs import read_measured_text
+from pymdr.workbench.spreadsheets import SPREADSHEETS, read_sheets
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_COLUMN = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]\s*")
+_COLUMN = re.compile(r"\s*(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]\s*")
 _NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)
 _COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
 _POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
@@ -37,6 +38,8 @@ _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
 _EXCEL = re.compile(r"sep=.", re.IGNORECASE)
 """First line of Excel files that gives the separator of columns."""
 _LARGEST = 200 * 2**20
+_PREAMBLE = 400
+"""Lines among which the header of columns is searched."""
 _PRIMES = (("\u2033", "''"), ("\u2032", "'"), ("\u2019", "'"), ('"', "''"))
 """Other characters for the primes of G' and G''."""
 
@@ -63,6 +66,25 @@ _RECORD: Names = {
     "shift": ("shift", "ux", "u x", "tangential displacement", "lateral displacement"),
     "tangential_force": ("tangential force", "lateral force", "friction force", "fx", "ft", "f x", "f t"),
 }
+_FORCE_RECORD: Names = {
+    **_RECORD,
+    "travel": (*_RECORD["travel"], "z piezo", "piezo displacement", "piezo position"),
+    "height": (
+        "height",
+        "height measured",
+        "height (measured)",
+        "measured height",
+        "height piezo",
+        "height (piezo)",
+        "cantilever height",
+        "z height",
+    ),
+    "deflection": ("deflection", "cantilever", "cantilever deflection", "vertical deflection", "defl"),
+    "signal": ("deflection", "cantilever deflection", "vertical deflection", "defl", "signal", "photodiode"),
+    "current": ("deflection", "cantilever deflection", "vertical deflection", "defl", "dfl", "photodiode"),
+}
+"""Deflections are lengths, or signals of the photodiode: voltages or currents."""
+_DEFLECTIONS = {"deflection": "m", "signal": "V", "current": "A"}
 _AREA: Names = {
     "indentation": ("contact depth", "depth", "h", "hc", "h c"),
     "contact_area": ("area", "contact area", "projected area", "a"),
@@ -375,9 +397,37 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
 
 
 def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[str, FloatArray]:
-    """The columns of a force curve in SI units; invalid entries are nan if `missing`, else refused."""
-    names = tuple(_RECORD) if missing else ()
-    return _read(file, _RECORD, ("normal_force",), "time [s], load [mN], travel [um]", names)
+    """
+    The columns of a force curve in SI units, as far as the table has them.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_record`, behind a preamble or without one. In place of a force there may be a ``deflection`` in m, V or A, and a
+        ``height`` in place of a travel.
+    missing : bool
+        Whether invalid entries are nan; else they are refused.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``normal_force``, ``indentation``, ``travel``, ``time``; ``height`` and ``deflection`` in m; ``signal`` in V, ``current`` in A.
+
+    Raises
+    ------
+    FileError, CaseError
+        As :func:`read_record`.
+    """
+    names = tuple(_FORCE_RECORD) if missing else ()
+    columns = _read(file, _FORCE_RECORD, (), "time [s], load [mN], travel [um]", names)
+    if not {"normal_force", *_DEFLECTIONS} & set(columns):
+        raise CaseError(
+            f"{file} is a table of {', '.join(columns)} without a force; name a column 'load' or 'deflection' with its unit, for example 'load [N]'"
+        )
+    if "normal_force" in columns:  # the deflection of a cantilever is its force over the spring constant
+        for name in _DEFLECTIONS:
+            columns.pop(name, None)
+    return columns
 
 
 def curve_of_columns(
@@ -442,17 +492,34 @@ def _read(
     missing: Sequence[str] = (),
 ) -> dict[str, FloatArray]:
     source = named_file(file, "read")
-    lines = (
-        read_measured_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    )
-    if _EXCEL.fullmatch(lines[0]):
-        lines[0] = ""
+    return columns_of_lines(source, lines_of(source), names, needed, example, missing)
+
+
+def lines_of(source: Path) -> list[str]:
+    """The lines of a text, or the rows of the first sheet of a spreadsheet with tabs between their cells."""
+    if source.suffix.lower() in SPREADSHEETS:
+        sheets = read_sheets(source, _LARGEST)
+        filled = [lines for lines in sheets.values() if lines]
+        return filled[0] if filled else []
+    return read_measured_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def columns_of_lines(
+    source: Path,
+    lines: Sequence[str],
+    names: Names,
+    needed: Sequence[str],
+    example: str,
+    missing: Sequence[str] = (),
+) -> dict[str, FloatArray]:
+    """The named columns of a table in SI units; its header may follow a preamble, and its units may be in the line below it."""
     numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip(' \t"').startswith("#")]
+    if numbered and _EXCEL.fullmatch(lines[numbered[0]]):
+        numbered = numbered[1:]
     rows = [lines[i] for i in numbered]
     if len(rows) < 2:
         raise CaseError(f"{source}: no table; write a header such as '{example}' and rows of numbers")
-    separator = _separator(rows[0], names)
-    header = _cells(rows[0], separator)
+    first, separator, header, shown = _header_in(rows, names)
     columns = {
         quantity: [i for i, title in enumerate(header) if _title(title)[0] in titles]
         for quantity, titles in names.items()
@@ -467,19 +534,68 @@ def _read(
     for quantity in needed:
         if quantity not in columns:
             raise CaseError(
-                f"{source}: no column of {quantity} in the header {rows[0]!r}; name one "
+                f"{source}: no column of {quantity} in the header {shown!r}; name one "
                 f"{names[quantity][0]!r} with its unit, for example '{names[quantity][0]} [{_si_unit(quantity)}]'"
             )
+    columns = _by_unit(columns, header)
     for quantity, indices in columns.items():
         if len(indices) > 1:
             raise CaseError(
-                f"{source}: {len(indices)} columns of {quantity} in the header {rows[0]!r}; keep one"
+                f"{source}: {len(indices)} columns of {quantity} in the header {shown!r}; keep one"
             )
     chosen = {quantity: indices[0] for quantity, indices in columns.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
-    entries = decimal_points(rows[1:], separator)
-    table = _numbers(source, entries, numbered[1:], chosen, len(header), separator, missing)
+    entries = decimal_points(rows[first:], separator)
+    table = _numbers(source, entries, numbered[first:], chosen, len(header), separator, missing)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
+
+
+def _header_in(rows: Sequence[str], names: Names) -> tuple[int, str, list[str], str]:
+    """The first row below the header, the separator of columns, their titles with their units, and the header as it is written."""
+    known = {title for titles in names.values() for title in titles}
+    for number, row in enumerate(rows[:_PREAMBLE]):
+        separator = _separator(row, names)
+        header = [title.strip() for title in _cells(row, separator)]
+        titles = [_title(title) for title in header]
+        if any(name in known and unit is not None for name, unit in titles):
+            return number + 1, separator, _cells(row, separator), row
+        below = _cells(rows[number + 1], separator) if number + 1 < len(rows) else []
+        if len(below) == len(header) and sum(name in known for name, _ in titles) > 1 and _are_units(below):
+            named = [
+                f"{title} [{unit.strip()}]" if unit.strip() else title
+                for title, unit in zip(header, below, strict=True)
+            ]
+            return number + 2, separator, named, row
+    separator = _separator(rows[0], names)
+    return 1, separator, _cells(rows[0], separator), rows[0]
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Whether a row has units, not numbers."""
+    filled = [cell.strip() for cell in cells if cell.strip()]
+    return bool(filled) and not any(_NUMBER.fullmatch(cell.replace(",", ".")) for cell in filled)
+
+
+def _by_unit(columns: Mapping[str, list[int]], header: Sequence[str]) -> dict[str, list[int]]:
+    """Columns without others of the same title and another kind of unit, such as depth (nm) and depth (V)."""
+    kept = dict(columns)
+    same = [quantity for quantity in _DEFLECTIONS if quantity in columns]
+    for quantity, indices in columns.items():
+        if len(indices) > 1 or quantity in same:
+            kept[quantity] = [i for i in indices if _has_unit(header[i], _si_unit(quantity))]
+            if not kept[quantity] and (quantity not in same):
+                kept[quantity] = indices  # the units are refused later
+    if same and not any(kept[quantity] for quantity in same):
+        kept[same[0]] = columns[same[0]]
+    return {quantity: indices for quantity, indices in kept.items() if indices}
+
+
+def _has_unit(title: str, si_unit: str) -> bool:
+    try:
+        to_si(f"1 {_title(title)[1]}", si_unit, name="unit")
+    except UnitError:
+        return False
+    return True
 
 
 def decimal_points(rows: Sequence[str], separator: str | None) -> Sequence[str]:
@@ -541,7 +657,7 @@ def _si_unit(quantity: str) -> str:
         return ""
     if quantity in _RHEOMETRY and quantity not in QUANTITIES:
         return {"frequency": "Hz", "loss_tangent": ""}.get(quantity, "Pa")
-    return QUANTITIES[quantity].unit if quantity in QUANTITIES else "m"
+    return QUANTITIES[quantity].unit if quantity in QUANTITIES else _DEFLECTIONS.get(quantity, "m")
 
 
 def _factor(source: Path, quantity: str, title: str) -> float:

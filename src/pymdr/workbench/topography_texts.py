@@ -201,10 +201,10 @@ def _of_table(source: Path, header: str) -> Read:
 def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int, float]:
     """Numbers of places on an even grid, how many there are, and their step."""
     known = np.unique(values)
-    apart = np.diff(known)
+    gaps = np.diff(known)
     span = float(known[-1] - known[0])
     # places that differ by rounding only are one
-    steps = apart[apart > 1e-6 * span]
+    steps = gaps[gaps > 1e-6 * span]
     if not steps.size:
         raise CaseError(f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is not a surface")
     step = float(np.median(steps))

@@ -283,8 +283,8 @@ def _table(
         columns[f"{name}_mdr"] = ("step", a, unit)
         columns[f"{name}_rings"] = ("step", b, unit)
         columns[f"{name}_difference"] = ("step", (a - b) / size, {"units": ""})
-    apart = np.array([_pressure_difference(mdr, ring, int(i)) for i in rows])
-    columns["pressure_difference"] = ("step", apart, {"units": ""})
+    differences = np.array([_pressure_difference(mdr, ring, int(i)) for i in rows])
+    columns["pressure_difference"] = ("step", differences, {"units": ""})
     return xr.Dataset(columns)
 
 

@@ -71,11 +71,11 @@ def modes_of(body: Relaxation) -> Modes:
     for g in np.flatnonzero(np.bincount(group, minlength=decay.size) > 1):
         own = np.flatnonzero(group == g)
         bare = np.sqrt(body.moduli[own])
-        apart = np.zeros((own.size - 1, body.moduli.size + 1))
-        apart[:, own] = np.linalg.qr(bare[:, None], mode="complete")[0][:, 1:].T
-        into.append(apart.copy())
+        distinct = np.zeros((own.size - 1, body.moduli.size + 1))
+        distinct[:, own] = np.linalg.qr(bare[:, None], mode="complete")[0][:, 1:].T
+        into.append(distinct.copy())
         into[-1][:, own] /= bare
-        back.append((apart[:, :-1] * np.sqrt(body.moduli)).T)
+        back.append((distinct[:, :-1] * np.sqrt(body.moduli)).T)
         found.append(np.full(own.size - 1, decay[g]))
         reached.append(np.zeros(own.size - 1))
     return Modes(

@@ -75,8 +75,8 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     >>> ting(line, solid, [0.0, 1.0, 1.1], [0.0, 0.4, 0.36]).force.round(6).tolist()
     [0.0, 1.006835, 0.641077]
     """
-    t, told = _rows_of(time, depth, "indentations")
-    t, d = np.concatenate([t[:1], t]), _straightened(np.concatenate([[min(0.0, told[0])], told]))
+    t, given = _rows_of(time, depth, "indentations")
+    t, d = np.concatenate([t[:1], t]), _straightened(np.concatenate([[min(0.0, given[0])], given]))
     waits, moves = np.diff(t), np.diff(d)
     top = int(np.argmax(d))
     if waits.min() < 0.0:
@@ -113,8 +113,8 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
         row, fraction, kept = row[~lost], fraction[~lost], later[~lost]
         start, end = t[row], t[row] + fraction * waits[row]
         d_end = d[row] + fraction * moves[row]
-        begun = np.exp(-(end - start)[:, None] / relaxation.times) * forces[row]
-        carried = begun + _convolved(curve, relaxation.times, start, end, d[row], d_end)
+        relaxed = np.exp(-(end - start)[:, None] / relaxation.times) * forces[row]
+        carried = relaxed + _convolved(curve, relaxation.times, start, end, d[row], d_end)
         at_edge = states_at_depth(curve, d_end)
         rest = np.exp(-(t[kept] - end)[:, None] / relaxation.times)
         force[kept] = (
@@ -133,7 +133,7 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
             raise PathError(
                 f"the contact grows again at row {int(later[np.argmax(np.diff(sizes))]) - 1} as the bodies part: springs follow it"
             )
-    return Rows(told.copy(), force[1:], radius[1:], gained[1:], widened[1:])
+    return Rows(given.copy(), force[1:], radius[1:], gained[1:], widened[1:])
 
 
 def _rows_of(time: ArrayLike, values: ArrayLike, words: str) -> tuple[FloatArray, FloatArray]:

@@ -175,10 +175,10 @@ def _stairs(values: FloatArray) -> float:
     if not np.all(np.isfinite(levels)):
         return 0.0
     steps = np.diff(levels) / np.min(np.diff(levels))
-    told = levels.size >= 5 or np.count_nonzero(counts > 1) >= 2
+    repeated = levels.size >= 5 or np.count_nonzero(counts > 1) >= 2
     return (
         0.5 * float(np.min(np.diff(levels)))
-        if told and np.all(np.abs(steps - np.round(steps)) < 1e-3)
+        if repeated and np.all(np.abs(steps - np.round(steps)) < 1e-3)
         else 0.0
     )
 

@@ -393,7 +393,7 @@ class _Series:
         # once more, for what rounding of the products has left
         rest = self.target - self.matrix[:, :size] @ solution
         solution = solution + inverse @ (self.q[:, :size].T @ rest)
-        # whole powers are told in r / radius, others in its power
+        # whole powers are written in r / radius, others in its power
         v = (_nodes() ** (1.0 / _polynomial_step(self.s)) * self.ratio) ** self.s
         z = 2.0 * v - 1.0
         vander = chebyshev.chebvander(z, terms - 1)

@@ -297,7 +297,7 @@ def _weighed(bins: Bins, law: Law) -> Law:
 
 
 def _fitted(bins: Bins, first: int, last: int, excess: float) -> Law:
-    """By least squares, with a roll-off within the range where it is told from none."""
+    """By least squares, with a roll-off within the range where it can be distinguished from none."""
     x, y, chance = (part[first : last + 1] for part in bins[:3])
     weight = 1.0 / (chance + excess**2)
     straight = _line(x - x[0], y, weight)

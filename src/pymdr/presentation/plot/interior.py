@@ -28,7 +28,7 @@ def stress_section(
     Parameters
     ----------
     field : xarray.DataArray
-        Over ``z`` and ``r``.
+        Over ``z`` and ``r``; depths of interfaces twice.
     contact_radius, outer_radius : float
         Radii in m of the contact and of its cohesive zone.
     largest : xarray.DataArray or None
@@ -58,6 +58,9 @@ def stress_section(
             extend="neither" if largest is not None else "max",
         )
         figure.colorbar(drawn, ax=axes, label=axis_label(name, stress_unit))
+        # a depth that is read twice is an interface, with both its sides
+        for interface in z[1:][np.diff(z) == 0.0]:
+            axes.axhline(float(interface), color="white", lw=0.8, ls=(0, (5, 3)))
         mark_radii(axes, contact_radius, outer_radius, unit, both_sides=True)
         if largest is not None:
             at_r, at_z = (float(lengths(largest[axis].values, unit)) for axis in ("r", "z"))

@@ -19,11 +19,16 @@ from pymdr.units import FloatArray, QuantityLike, to_si, written
 _OTHER = {"approach": "retreat", "retreat": "approach"}
 
 
-def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
+_KNOWN = ("JPK",)
+"""Beginnings of the formats, in the metadata of curves, whose files have these signs: compression positive, the height falling toward the body."""
+
+
+def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: bool | None = None) -> Samples:
     """
     Turn signs such that compression is positive and the position increases toward the body.
 
-    The contact is at the end of the positions where the force varies more, and is compressive; marked samples are ignored.
+    The contact is at the end of the positions where the force varies more, and is compressive; marked samples are ignored. Signs that the
+    maker of the instrument has defined, as in files of JPK, are kept: the record may show no contact, or mostly a pull.
 
     Parameters
     ----------
@@ -32,6 +37,8 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
     signs : mapping of str to float, optional
         1 or -1 for ``force`` and for ``travel`` or ``indentation``, as in the `numbers` of the step of another segment; determined from
         the record by default.
+    keep : bool, optional
+        Whether the signs are kept as they are; by default if they are known from the format of the file.
 
     Returns
     -------
@@ -53,14 +60,20 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
     signs: turned, so that compression is positive and the position grows toward the body: force and indentation
     """
     name = "travel" if curve.indentation is None else "indentation"
-    orientation = _signs(curve, name) if signs is None else signs
+    maker = str(curve.metadata.get("format", ""))
+    known = keep or (keep is None and maker.startswith(_KNOWN))
+    if signs is None:
+        signs = {"force": 1.0, name: 1.0} if known else _signs(curve, name)
+    else:
+        known = False
     for word in ("force", name):
-        if orientation.get(word) not in (1.0, -1.0):
+        if signs.get(word) not in (1.0, -1.0):
             raise ProblemError(
-                f"orient: the sign of {word} is {orientation.get(word)!r}; give 1 or -1, for example hold.orient(approach.orient().step.numbers)"
+                f"orient: the sign of {word} is {signs.get(word)!r}; give 1 or -1, for example hold.orient(approach.orient().step.numbers)"
             )
-    turned = [word for word in ("force", name) if orientation[word] == -1.0]
+    turned = [word for word in ("force", name) if signs[word] == -1.0]
     meaning = "compression is positive and the position grows toward the body"
+    why = f", as {maker} defines them" if known and keep is None else ""
     position = -curve.position if name in turned else curve.position
     return replace(
         curve,
@@ -70,8 +83,8 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None) -> Samples:
         segment=_OTHER.get(curve.segment, curve.segment) if name in turned else curve.segment,
         step=Step(
             "signs",
-            f"turned, so that {meaning}: {' and '.join(turned)}" if turned else f"kept: {meaning}",
-            Facts({"force": float(orientation["force"]), name: float(orientation[name])}),
+            f"turned, so that {meaning}: {' and '.join(turned)}" if turned else f"kept: {meaning}{why}",
+            Facts({"force": float(signs["force"]), name: float(signs[name])}),
         ),
         before=curve,
     )
@@ -83,12 +96,12 @@ def _signs(curve: MeasuredSamples, name: str) -> dict[str, float]:
     low, high = (float(np.ptp(blocks(part, 20))) if part.size >= 20 else 0.0 for part in (near, far))
     if max(near.size, far.size) < 20:
         raise ProblemError(
-            f"the signs cannot be determined from {curve.position.size} samples, too few at both ends; give a longer record, or signs="
+            f"the signs cannot be determined from {curve.position.size} samples, too few at both ends; give a longer record, keep=True if the signs are those of pymdr, or signs="
         )
     if not max(low, high) > 1.5 * min(low, high):
         raise ProblemError(
             f"the signs cannot be determined: the force varies by {written(low, 'N')} and {written(high, 'N')} at the two ends of the positions, and one "
-            "must exceed 1.5 times the other; give a record with samples before and in contact, or signs="
+            "must exceed 1.5 times the other; give a record with samples before and in contact, keep=True if the signs are those of pymdr, or signs="
         )
     deep, free = (far, near) if high > low else (near, far)
     count = max(1, deep.size // 20)
@@ -199,6 +212,7 @@ def prepare(
     *,
     baseline: Baseline | QuantityLike | None = None,
     contact_point: ContactPoint | QuantityLike | None = None,
+    keep_signs: bool | None = None,
 ) -> Samples:
     """
     All steps in order: outliers, signs, saturation, baseline, contact point.
@@ -211,6 +225,8 @@ def prepare(
         That of the oriented curve by default.
     contact_point : ContactPoint or quantity, optional
         That of the curve by default.
+    keep_signs : bool, optional
+        As `keep` of :meth:`~pymdr.MeasuredCurve.orient`.
 
     Returns
     -------
@@ -233,7 +249,7 @@ def prepare(
     >>> bool(curve.original.indentation[0] == 2e-6)
     True
     """
-    straight = subtract_baseline(mark_saturated(orient(mark_outliers(curve))), baseline)
+    straight = subtract_baseline(mark_saturated(orient(mark_outliers(curve), keep=keep_signs)), baseline)
     return set_contact_point(straight, contact_point_of(straight) if contact_point is None else contact_point)
 
 

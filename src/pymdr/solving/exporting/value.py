@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -24,10 +25,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LAW_QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")
+SAFETY = 1.02
+"""Ratio of the bounds of errors to the largest measured ones."""
 _DRAWN, _DECADES_DRAWN = 1001, 1e-6
 _HEADERS = (".h", ".hh", ".hpp", ".hxx")
 _SHOWN = 9
 """Rows of the summary."""
+
+
+def _rounded_up(error: float) -> str:
+    """Text of two digits of a bound, not below it."""
+    step = 10.0 ** (math.floor(math.log10(error)) - 1)
+    return f"{math.ceil(error / step * (1.0 - 1e-12)) * step:.1e}"
 
 
 @dataclass(frozen=True)
@@ -87,7 +96,7 @@ class ContactLaw(Study):
     tolerance: float
     """Limit of the errors."""
     errors: Mapping[str, float]
-    """The largest measured errors against :func:`pymdr.solve`, by quantity; see `relative_to`."""
+    """Bounds of the errors against :func:`pymdr.solve`, by quantity: 2 % above the largest measured ones; see `relative_to`."""
     relative_to: Mapping[str, str]
     """Text on the reference of each relative error."""
     table: Table
@@ -152,17 +161,19 @@ class ContactLaw(Study):
             "course": self.table.form.outside(first, self.pull_off),
         }
         for name in LAW_QUANTITIES:
-            rows[f"measured error of {name}"] = (
-                f"{self.errors[name]:.2g} relative to {self.relative_to[name]}, the largest at {self.checks.sizes['check']} depths "
-                "against pymdr.solve"
+            rows[f"error of {name}"] = (
+                f"below {_rounded_up(self.errors[name])} relative to {self.relative_to[name]}: {SAFETY - 1.0:.0%} above the largest of "
+                f"{self.checks.sizes['check']} differences from pymdr.solve"
             )
         return rows
 
     def _remarks(self) -> list[str]:
         first, last = self.range
-        errors = ", ".join(f"{self.columns[name].label} {self.errors[name]:.1e}" for name in LAW_QUANTITIES)
+        errors = ", ".join(
+            f"{self.columns[name].label} {_rounded_up(self.errors[name])}" for name in LAW_QUANTITIES
+        )
         return [
-            f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; largest errors: {errors}",
+            f"{self.table.knots.u.size} knots from d = {metres(first)} to {metres(last)}; errors below: {errors}",
             self.table.form.remark(self.pull_off),
         ]
 

@@ -10,6 +10,7 @@ import xarray as xr
 
 from pymdr.errors import ConvergenceError, ProblemError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
+from pymdr.numerics.panels import IndexArray
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent
@@ -19,13 +20,19 @@ from pymdr.result import Result
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.exporting.knots import adapted
 from pymdr.solving.exporting.sources import source_of
-from pymdr.solving.exporting.value import LAW_QUANTITIES, ContactLaw, Table
+from pymdr.solving.exporting.value import LAW_QUANTITIES, SAFETY, ContactLaw, Table
 from pymdr.solving.pulloff import pull_off
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 _BETWEEN = np.array([0.02, 0.07, 0.18, 0.31, 0.46, 0.57, 0.72, 0.83, 0.96])
 """Points of every interval at which the law is compared with `solve`, other than those of the refinement."""
+_FINE = np.linspace(0.01, 0.99, 50)
+"""Points of the intervals with the largest errors, close enough that the error is at most 1 % larger in between."""
+_NEARLY, _MOST_FINER = 0.85, 16
+"""Ratio of the error in an interval to the largest one from which on it is checked at these points, and number of such intervals."""
+_ROUNDING = 1e-12
+"""Relative rounding error of a table and of the exact states, which is added to the bounds."""
 _ITSELF = {"normal_force": "the force", "normal_stiffness": "the stiffness", "contact_radius": "the radius"}
 _TIGHTEST, _LOOSEST = 1e-7, 1e-2
 """Range of tolerances; below it rounding of d - d_off matters at the loss of contact."""
@@ -41,7 +48,8 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     Without adhesion, or with DMT, ln F is interpolated over ln d by cubic Hermite polynomials with the exact slope d k / F, and
     below the first knot by the power law of the tip; with JKR F is interpolated over sqrt(d - d_off), from the pull-off under
     displacement control on. Intervals are halved until the errors of force, stiffness and radius are below the tolerance; the
-    law is compared with :func:`pymdr.solve` between all knots and far below the first.
+    law is compared with :func:`pymdr.solve` between all knots, at 50 more depths in each of the intervals with the largest errors,
+    and far below the first knot. The bounds of the errors are 2 % above the largest of these differences.
 
     Parameters
     ----------
@@ -88,7 +96,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
         knots = adapted(source.sample, source.marks, source.form.error, fraction * tolerance)
         table = Table(source.form, knots, deepest)
         checks, exact = _checked_against_solve(table, alone)
-        errors = {name: float(np.max(checks[name].values)) for name in LAW_QUANTITIES}
+        errors = {name: SAFETY * float(np.max(checks[name].values)) + _ROUNDING for name in LAW_QUANTITIES}
         worst = max(errors, key=lambda name: errors[name])
         if errors[worst] <= tolerance:
             break
@@ -177,12 +185,37 @@ def _solved(contact: Contact, depths: FloatArray) -> Result:
 
 
 def _checked_against_solve(table: Table, contact: Contact) -> tuple[xr.Dataset, Result]:
-    """Errors of the law between the knots and below them, and the exact states."""
+    """Errors of the law between the knots and below them, finer in the intervals with the largest ones, and the exact states."""
     u, form = table.knots.u, table.form
     wide = np.flatnonzero(np.diff(u) > 1e-8 * (np.abs(u[1:]) + u[-1] - u[0]))
-    d = form.depth((u[wide, None] + np.diff(u)[wide, None] * _BETWEEN).ravel())
-    d = np.unique(np.append(np.minimum(form.checked(d, table.first), table.last), table.last))
-    exact = _solved(contact, d)
+    d = form.checked(_inner_depths(table, wide, _BETWEEN), table.first)
+    checks, exact = _compared_at(table, contact, np.unique(np.append(np.minimum(d, table.last), table.last)))
+    at = np.searchsorted(u, form.coordinate(checks["indentation"].values), side="right") - 1
+    worst = np.zeros(u.size - 1, dtype=bool)
+    for name in LAW_QUANTITIES:
+        largest = np.zeros(u.size - 1)
+        inside = (at >= 0) & (at < u.size - 1)
+        np.maximum.at(largest, at[inside], checks[name].values[inside])
+        ranked = np.argsort(largest)[::-1][:_MOST_FINER]
+        worst[ranked[largest[ranked] >= _NEARLY * largest.max()]] = True
+    finer = _inner_depths(table, wide[worst[wide]], _FINE)
+    if form.tip is None:
+        finer = form.checked(finer, table.first)
+    if not finer.size:
+        return checks, exact
+    more, _ = _compared_at(table, contact, np.unique(np.minimum(finer, table.last)))
+    return xr.concat([checks, more], "check").sortby("indentation"), exact
+
+
+def _inner_depths(table: Table, intervals: IndexArray, fractions: FloatArray) -> FloatArray:
+    """Depths in m inside of some intervals between knots."""
+    u = table.knots.u
+    return table.form.depth((u[intervals, None] + np.diff(u)[intervals, None] * fractions).ravel())
+
+
+def _compared_at(table: Table, contact: Contact, d: FloatArray) -> tuple[xr.Dataset, Result]:
+    """Errors of the law at increasing depths in m, and the exact states."""
+    form, exact = table.form, _solved(contact, d)
     rows = slice(None) if contact.adhesion is None else slice(None, 0, -1)
     force, stiffness, radius = (exact[name].values[rows] for name in LAW_QUANTITIES)
     ours = table.at(d)

@@ -10,12 +10,25 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import Coulomb
+from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.families import FamilyAxes, Ladder, whole_ladder
+from pymdr.solving.fits.forces import forces_of
+from pymdr.solving.fits.kernels import point_across_samples
+from pymdr.solving.fits.limits import starts_from_limits
 from pymdr.solving.fits.quick import depth_ranges, fit_by_family
 from pymdr.solving.fits.records import ListedCurves, Stretch
-from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, FitRequest, fewest_in_contact
-from pymdr.solving.fits.searching import Search, minimize_from
+from pymdr.solving.fits.request import (
+    AT_END,
+    FITTED,
+    NO_CONTACT,
+    SEEN,
+    Columns,
+    FitRequest,
+    fewest_in_contact,
+)
+from pymdr.solving.fits.searching import Minimum, Search, minimize_from
 from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
+from pymdr.solving.fits.touching import FULLY_OUT
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -29,6 +42,12 @@ if TYPE_CHECKING:
 
 
 _STARTS, _COARSE, _FINE = 4, 14, 12
+_CROSSINGS = 4
+"""Largest number of searches for contact points beyond other samples."""
+_SLIGHTLY = 1e-4
+"""Relative decrease of the sum of squares with which a search across samples goes on."""
+_ENOUGH, _PRESSED, _PULLED = 16_384, 1_000, 200
+"""Samples of a long record from which it is searched, those of them in contact, and with a pull."""
 _AS_WELL = 1e-11
 """Relative difference below which two sums of squares are equal."""
 
@@ -44,36 +63,114 @@ class End(NamedTuple):
 
 
 def best_end(search: Search) -> End:
-    """The smallest misfit of searches from several starts; approximate for bodies with memory."""
+    """The smallest misfit of searches from several starts; approximate for bodies with memory, and for very many samples, a part of which is compared."""
+    few = _thinned(search)
+    if few is search:
+        return _best_end(search)
+    end = _best_end(few)
+    values, origins = few.from_free(end.free)
+    parts = sum(one.force.size for one in search.curves) / sum(one.force.size for one in few.curves)
+    free = _moved_across_samples(search, search.to_free(values.tolist(), origins))
+    return End(end.misfit * parts, free, np.zeros(free.size))
+
+
+def _thinned(search: Search) -> Search:
+    """The search with every second or more sample of very long records, as many as show contact and pull; the same search if none is."""
+    if search.shears or search.contact.is_viscoelastic or search.used:
+        return search
+    strides = [_stride(one) for one in search.measured]
+    if max(strides) == 1:
+        return search
+    curves = tuple(_every(one, stride) for one, stride in zip(search.measured, strides, strict=True))
+    return replace(search, curves=curves)
+
+
+def _every(curve: MeasuredCurve, stride: int) -> MeasuredCurve:
+    """Every so many samples of a record."""
+    return MeasuredCurve(
+        force=curve.force[::stride],
+        indentation=None if curve.indentation is None else curve.indentation[::stride],
+        travel=None if curve.travel is None else curve.travel[::stride],
+        spring_constant=curve.spring_constant,
+    )
+
+
+def _stride(curve: MeasuredCurve) -> int:
+    """Number of samples of a record of which one is enough to search from."""
+    level = float(np.median(curve.force[np.argsort(curve.position)[: max(curve.force.size // 20, 1)]]))
+    above = curve.force - level
+    pressed = np.count_nonzero(above > 0.05 * float(above.max()))
+    pulled = np.count_nonzero(above < FULLY_OUT * float(above.min()))
+    return max(min(curve.force.size // _ENOUGH, int(pressed) // _PRESSED, int(pulled) // _PULLED), 1)
+
+
+def _best_end(search: Search) -> End:
+    """The smallest misfit of searches from several starts."""
     quick = _quick_start(search)
+    nearby = None if quick is not None else starts_from_limits(search, lambda one: best_end(one)[:2])
     monotone = _with_monotone_records(search)
     once = not search.shears and all(map(is_pressed_once, search.measured))
     followed = search if once else monotone
-    starts_by_curve = (
-        [
+    if quick is not None:
+        starts_by_curve = [[quick[0]]]
+    elif nearby is not None:
+        starts_by_curve = nearby
+    else:
+        starts_by_curve = [
             starts(monotone.contact, monotone.unknowns, curve, monotone.known, _STARTS)
             for curve in monotone.curves
         ]
-        if quick is None
-        else [[quick[0]]]
-    )
     ends = []
     for rank in range(max(map(len, starts_by_curve))):
         chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        minimum = minimize_from(followed, followed.to_free(chosen[0].values.tolist(), places))
-        ends.append((minimum.misfit, minimum.free))
-    least = min(misfit for misfit, _ in ends)
+        ends.append(minimize_from(followed, followed.to_free(chosen[0].values.tolist(), places)))
+    if followed.jumps:
+        ends.append(_across_samples(followed, min(ends, key=lambda end: end.misfit)))
+    least = min(end.misfit for end in ends)
     signed = np.array([not u.is_size for u in search.unknowns] + [False] * search.origin_scales.size)
     # of equally good ends, as with Poisson's ratios of either sign, the nearest to the start
-    misfit, best = min(
-        (end for end in ends if end[0] <= least * (1.0 + _AS_WELL)),
-        key=lambda end: (float((end[1][signed] ** 2).sum()), end[0]),
+    best, misfit, *_ = min(
+        (end for end in ends if end.misfit <= least * (1.0 + _AS_WELL)),
+        key=lambda end: (float((end.free[signed] ** 2).sum()), end.misfit),
     )
     values, origin = followed.from_free(best)
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
     return End(misfit, search.to_free(values.tolist(), origin), wide)
+
+
+def _across_samples(search: Search, minimum: Minimum) -> Minimum:
+    """
+    The end of a search with contact points moved across samples, where the misfit of a constant pull jumps.
+
+    Only of indentations: on a machine the record decides which samples are in contact.
+    """
+    if not search.jumps or search.place in search.known:
+        return minimum
+    for _ in range(_CROSSINGS):
+        moved = _moved_across_samples(search, minimum.free)
+        if np.array_equal(moved, minimum.free):
+            break
+        other = minimize_from(search, moved)
+        if other.misfit >= minimum.misfit * (1.0 - _SLIGHTLY):
+            break
+        minimum = other
+    return minimum
+
+
+def _moved_across_samples(search: Search, free: FloatArray) -> FloatArray:
+    """Free numbers with the contact points at which the other numbers fit best, if the force jumps there."""
+    if not search.jumps or search.place in search.known:
+        return free
+    values, origins = search.from_free(free)
+    contact = put_into(search.contact, search.unknowns, values)
+    moved = [dict(one) for one in origins]
+    for own, curve, one in zip(moved, search.measured, search.models(free), strict=True):
+        if curve.compliance == 0.0:
+            forces = forces_of(contact, float(np.ptp(curve.depth)), 0.0, None)
+            own[search.place] = point_across_samples(curve.position, one.force, own[search.place], forces)
+    return free if moved == origins else search.to_free(values.tolist(), moved)
 
 
 def _with_monotone_records(search: Search) -> Search:
@@ -120,17 +217,36 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if fitted["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
-            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}press deeper, mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
+            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
         )
     if fitted["ending"][0] == AT_END:
         _refuse_beyond_layers(request, axes, stretch)
-    if fitted["ending"][0] != FITTED:
+    if fitted["ending"][0] != FITTED and not _is_inside(request, axes, fitted):
         return None
     origin = {name: float(fitted[name][0]) for name in request.origins}
     values = np.array([fitted[u.name][0] for u in unknowns])
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([fitted[f"{name}_error"][0] for name in request.names]) / scales
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
+
+
+def _turned_text(search: Search) -> str:
+    """Hint on the signs if the force of a record was turned."""
+    steps = [step for curve in search.measured for step in curve.steps if step.name == "signs"]
+    if not any(step.numbers.get("force") == -1.0 for step in steps):
+        return ""
+    return "its force was turned: keep its signs if compression was positive (curve.orient(keep=True), --keep-signs); "
+
+
+def _is_inside(request: FitRequest, axes: FamilyAxes, fitted: Columns) -> bool:
+    """Whether a fit ended because the record shows little of the adhesion, with a number inside of the family: a start like others."""
+    values = np.array([[fitted[u.name][0] for u in request.unknowns]])
+    if fitted["ending"][0] != AT_END or request.contact.adhesion is None or not np.isfinite(values).all():
+        return False
+    (number,) = axes.numbers(values)
+    family = next(iter(request.families.values()))
+    last = family.first + family.step * (family.folds.size - 1)
+    return bool(family.first + family.step < number < last - family.step)
 
 
 def _is_of_layers(request: FitRequest, axes: FamilyAxes) -> bool:

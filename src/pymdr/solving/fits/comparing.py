@@ -71,7 +71,8 @@ class LawComparison(Answer):
 
     def __repr__(self) -> str:
         weights = ", ".join(f"{name} {weight:.3g}" for name, weight in self.weights.items())
-        return f"<pymdr.LawComparison {weights}>"
+        refused = f"; not weighed: {', '.join(self.refusals)}" if self.refusals else ""
+        return f"<pymdr.LawComparison {weights}{refused}>"
 
     def _by_law(self, name: str) -> dict[str, float]:
         return dict(zip(self.data["law"].values.tolist(), self.data[name].values.tolist(), strict=True))
@@ -180,6 +181,11 @@ def compare_laws(
             dict.fromkeys([*(key for one in fits.values() for key in one.references), "akaike"])
         ),
         samples=int(used.sum()),
+        notes=(
+            (f"the weights are those of the fitted laws only; not weighed: {', '.join(refusals)}",)
+            if refusals
+            else ()
+        ),
     )
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PymdrError
+from pymdr.interpretation.theories import theory_of
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.forces import forces_of, modelled
@@ -42,6 +43,22 @@ class Modelled(NamedTuple):
     """As measured, without offset."""
     model: FloatArray
     touches: BoolArray
+
+
+class Compared(NamedTuple):
+    """The residuals of a model."""
+
+    residuals: FloatArray
+    """In N."""
+    touches: BoolArray | None
+    """Samples in contact if the force jumps at the contact point, else None."""
+
+    def less(self, other: Compared) -> FloatArray:
+        """The difference to other residuals in N; 0 at samples that get in or out of contact, where the force jumps."""
+        difference = self.residuals - other.residuals
+        if self.touches is None or other.touches is None:
+            return difference
+        return np.where(self.touches == other.touches, difference, 0.0)
 
 
 @dataclass(frozen=True)
@@ -132,19 +149,26 @@ class Search:
 
     def residuals(self, free: FloatArray) -> FloatArray:
         """Residuals in N of all used samples; large ones if the model cannot be solved."""
+        return self.compared(free).residuals
+
+    def compared(self, free: FloatArray) -> Compared:
+        """The residuals, and the samples in contact if the force of the model jumps there."""
         try:
             models = self.models(free)
         except PymdrError:
-            sizes = (
-                sum(int(used.sum()) for used in self.used)
-                if self.used
-                else sum(c.force.size for c in self.curves)
-            )
-            return np.full(sizes, _POOR * max(float(np.ptp(c.force)) for c in self.curves))
-        residuals = [m.force - m.model for m in models]
-        if self.used:
-            residuals = [r[used] for r, used in zip(residuals, self.used, strict=True)]
-        return np.concatenate(residuals)
+            size = sum(one.force.size for one in self.curves)
+            size = sum(int(one.sum()) for one in self.used) if self.used else size
+            return Compared(np.full(size, _POOR * max(float(np.ptp(one.force)) for one in self.curves)), None)
+        used = self.used or tuple(np.ones(one.force.size, dtype=bool) for one in models)
+        residuals = [(one.force - one.model)[part] for one, part in zip(models, used, strict=True)]
+        touches = [one.touches[part] for one, part in zip(models, used, strict=True)] if self.jumps else None
+        return Compared(np.concatenate(residuals), None if touches is None else np.concatenate(touches))
+
+    @cached_property
+    def jumps(self) -> bool:
+        """Whether the force of the model jumps at the contact point, by a pull that does not deform the bodies."""
+        law = self.contact.adhesion
+        return law is not None and not self.shears and theory_of(law).pulls_beyond
 
     def slopes(self, free: FloatArray) -> FloatArray:
         """Rates of the residuals, one column per free number."""
@@ -152,7 +176,7 @@ class Search:
         for i in range(free.size):
             step = np.zeros(free.size)
             step[i] = _STEP * (1.0 if i < len(self.unknowns) else 1e-2)
-            columns.append((self.residuals(free + step) - self.residuals(free - step)) / (2.0 * step[i]))
+            columns.append(self.compared(free + step).less(self.compared(free - step)) / (2.0 * step[i]))
         return np.column_stack(columns)
 
     def named(self, free: FloatArray) -> dict[str, float]:
@@ -214,15 +238,16 @@ def minimize_from(search: Search, start: FloatArray, fixed: int | None = None) -
     moving = np.flatnonzero(np.arange(free.size) != fixed)
     unit = max(float(np.ptp(curve.force)) for curve in search.curves)
 
-    def residuals(x: FloatArray) -> FloatArray:
+    def compared(x: FloatArray) -> Compared:
         free[moving] = x
-        return search.residuals(free) / unit
+        ours = search.compared(free)
+        return ours._replace(residuals=ours.residuals / unit)
 
     def slopes(x: FloatArray) -> FloatArray:
-        here = residuals(x)
+        here = compared(x)
         steps = np.where(x + _FORWARD > high[moving], -_FORWARD, _FORWARD)
         return np.column_stack(
-            [(residuals(x + one) - here) / step for one, step in zip(np.diag(steps), steps, strict=True)]
+            [compared(x + one).less(here) / step for one, step in zip(np.diag(steps), steps, strict=True)]
         )
 
     if fixed is not None:
@@ -231,7 +256,7 @@ def minimize_from(search: Search, start: FloatArray, fixed: int | None = None) -
         return Minimum(free, float((search.residuals(free) ** 2).sum()), True, 1, "")
     bounded = bool(np.isfinite([*low[moving], *high[moving]]).any())
     solution = least_squares(
-        residuals,
+        lambda x: compared(x).residuals,
         free[moving],
         slopes,
         bounds=(low[moving], high[moving]),

@@ -14,7 +14,8 @@ from scipy.special import stdtrit
 from pymdr.errors import ProblemError
 from pymdr.mapping.equivalent import power_factor
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.residuals import serial_correlation
+from pymdr.solving.fits.bands import orthonormal
+from pymdr.solving.fits.spectrum import noise_spectra
 from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
@@ -215,10 +216,20 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     p = result.x + _attenuation(result.x, z, _noise(rows.depth[stretch]))
     residuals = np.nan_to_num(forces(p, z) - force)
     n = force.size
-    correlated = float(serial_correlation(residuals[None], np.ones(1)).correlated[0])
-    inverse = np.linalg.pinv(_slopes(p, z))
+    slopes = _slopes(p, z)
+    inverse = np.asarray(np.linalg.pinv(slopes), dtype=np.float64)
+    correlated = _correlated(residuals, slopes, inverse)
     covariance = (inverse * residuals**2) @ inverse.T * (n / (n - p.size) * correlated)
     return Shape(anchor, p + unit, covariance, n, correlated, float(np.sqrt(np.mean(residuals**2))))
+
+
+def _correlated(residuals: FloatArray, slopes: FloatArray, inverse: FloatArray) -> float:
+    """How many rows are worth one independent row: the largest ratio of the variances of parameters to those under white noise."""
+    basis, coefficients = orthonormal(slopes.T[None])
+    own = np.diag(coefficients[0] @ noise_spectra(residuals[None], basis).covariance[0] @ coefficients[0].T)
+    white = (inverse**2).sum(axis=1) * (residuals @ residuals) / max(residuals.size - len(inverse), 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return float(np.max(own / white, initial=1.0, where=white > 0.0))
 
 
 def _first_guess(z: FloatArray, force: FloatArray, peak: float) -> FloatArray:

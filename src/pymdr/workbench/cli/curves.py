@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure
-from pymdr.workbench.cli.options import Json, Quiet
+from pymdr.workbench.cli.options import Json, KeepSigns, LeaveOut, Quiet, Sensitivity
 from pymdr.workbench.cli.reporting import failures_as_json, print_json, print_text, print_written, report
 
 if TYPE_CHECKING:
@@ -19,15 +19,18 @@ if TYPE_CHECKING:
 def curves(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="Force curves of an AFM, or a table with units."),
+        typer.Argument(
+            metavar="FILE",
+            help="Force curves of an AFM or indenter, a table with units, or an archive .zip of them.",
+        ),
     ],
     spring_constant: Annotated[
         str | None,
         typer.Option(help="Spring constant of cantilever or machine, such as '0.1 N/m'; overrides the file."),
     ] = None,
-    leave_out_missing: Annotated[
-        bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")
-    ] = False,
+    sensitivity: Sensitivity = None,
+    leave_out_missing: LeaveOut = False,
+    keep_signs: KeepSigns = False,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -45,9 +48,12 @@ def curves(
 
     with failures_as_json("curves", file, as_json):
         segments_read = read_curves(
-            file, spring_constant=spring_constant, leave_out_missing=leave_out_missing
+            file,
+            spring_constant=spring_constant,
+            sensitivity=sensitivity,
+            leave_out_missing=leave_out_missing,
         )
-        records = [_Record(segments) for segments in _by_record(segments_read)]
+        records = [_Record(segments, keep_signs) for segments in _by_record(segments_read)]
         written = []
         if output is not None:
             with ready_folder(output) as folder:
@@ -75,7 +81,7 @@ def _by_record(curves: Iterable[MeasuredCurve]) -> list[tuple[MeasuredCurve, ...
 class _Record:
     """The segments of a record in the signs of pymdr, with the contact point of its approach or the reason for none."""
 
-    def __init__(self, segments: tuple[MeasuredCurve, ...]) -> None:
+    def __init__(self, segments: tuple[MeasuredCurve, ...], keep_signs: bool) -> None:
         from pymdr.errors import ProblemError
 
         self.number = int(segments[0].metadata["record"])
@@ -83,7 +89,7 @@ class _Record:
         self.refusal = self.signs = ""
         oriented = [segment.mark_outliers() for segment in segments]
         try:
-            signs = oriented[0].join(*oriented[1:]).orient().step
+            signs = oriented[0].join(*oriented[1:]).orient(keep=keep_signs or None).step
             assert signs is not None
             oriented = [segment.orient(signs.numbers) for segment in oriented]
             self.signs = str(signs)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_study
-from pymdr.workbench.cli.options import CaseFile, Json, Quiet, Table
+from pymdr.workbench.cli.options import CaseFile, Json, KeepSigns, LeaveOut, Quiet, Sensitivity, Table
 from pymdr.workbench.cli.reporting import (
     failures_as_json,
     print_json,
@@ -33,7 +33,7 @@ def fit(
         list[Path],
         typer.Argument(
             metavar="CURVE...",
-            help="A table with units of force and travel or indentation (with friction: tangential force, shift and load), an AFM "
+            help="A table with units of force (or deflection) and travel, height or indentation (with friction: tangential force, shift and load), an AFM "
             "file of one curve or a map, or the folder of a Zarr store of a map.",
         ),
     ],
@@ -44,6 +44,8 @@ def fit(
         str | None,
         typer.Option(help="Spring constant of the machine if travel was measured, such as '0.1 N/m'."),
     ] = None,
+    sensitivity: Sensitivity = None,
+    leave_out_missing: LeaveOut = False,
     contact_point: Annotated[
         str | None,
         typer.Option(help="Contact point in the record; fitted by default."),
@@ -58,9 +60,11 @@ def fit(
     segment: Annotated[
         str | None,
         typer.Option(
-            help="Part of an AFM curve: approach, retreat or record; by default approach, with adhesion or memory record."
+            help="Part of a record: approach, retreat or record; by default the approach of an AFM curve, the record of a table, or "
+            "with adhesion or memory."
         ),
     ] = None,
+    keep_signs: KeepSigns = False,
     workers: Annotated[
         int, typer.Option(min=1, help="Processes for a map; results do not depend on it.")
     ] = 1,
@@ -80,9 +84,19 @@ def fit(
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
         curves = (
-            _read(curve, spring_constant, segment, contact.adhesion is not None or contact.is_viscoelastic)
+            _read(
+                curve,
+                {
+                    "spring_constant": spring_constant,
+                    "sensitivity": sensitivity,
+                    "leave_out_missing": leave_out_missing,
+                },
+                segment,
+                contact.adhesion is not None or contact.is_viscoelastic,
+                keep_signs=keep_signs,
+            )
             if contact.friction is None
-            else _read_sheared(curve, spring_constant, segment)
+            else _read_sheared(curve, spring_constant, sensitivity, leave_out_missing, segment)
         )
         if isinstance(curves, list):
             from pymdr.solving.fits import fit as fit_curves
@@ -110,32 +124,38 @@ def fit(
 
 
 def _read(
-    files: Sequence[Path], spring_constant: str | None, segment: str | None, whole: bool
+    files: Sequence[Path],
+    options: dict[str, Any],
+    segment: str | None,
+    whole: bool,
+    *,
+    keep_signs: bool,
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map as a dataset or the folder of its store."""
     from pymdr.errors import ProblemError
-    from pymdr.workbench.curves import read_prepared_curves, stack_curves
-    from pymdr.workbench.tables import read_curve
+    from pymdr.workbench.curves import is_table, read_prepared_curves, read_segment, stack_curves
 
     curves: list[MeasuredCurve] = []
     for file in files:
         if file.is_dir():
             if len(files) > 1:
                 raise ProblemError(f"{file} is a map of curves; give no other file with it")
-            if spring_constant is not None:
-                raise ProblemError("--spring-constant: a stored map has its own variable spring_constant")
+            for name in ("spring_constant", "sensitivity", "leave_out_missing"):
+                if options[name]:
+                    raise ProblemError(
+                        f"--{name.replace('_', '-')}: a stored map has its own forces, and its variable spring_constant"
+                    )
             _refuse_segment(file, segment)
             return file
-        if file.suffix.lower() in (".csv", ".tsv", ".txt", ".dat"):
-            _refuse_segment(file, segment)
-            curves.append(read_curve(file, spring_constant=spring_constant))
-            if spring_constant is not None and curves[-1].travel is None:
+        if is_table(file):
+            curves.append(read_segment(file, segment or "record", **options))
+            if options["spring_constant"] is not None and curves[-1].spring_constant is None:
                 raise ProblemError(
-                    f"--spring-constant: not used for {file}, which has indentations; it needs a column of travel"
+                    f"--spring-constant: not used for {file}, which has indentations and forces; it needs a column of travel"
                 )
             continue
         part = segment or ("record" if whole else "approach")
-        records = read_prepared_curves(file, segment=part, spring_constant=spring_constant)
+        records = read_prepared_curves(file, segment=part, keep_signs=keep_signs or None, **options)
         if len(records) > 1:
             if len(files) > 1:
                 raise ProblemError(f"{file} is a map of {len(records)} curves; give no other file with it")
@@ -145,16 +165,20 @@ def _read(
 
 
 def _read_sheared(
-    files: Sequence[Path], spring_constant: str | None, segment: str | None
+    files: Sequence[Path],
+    spring_constant: str | None,
+    sensitivity: str | None,
+    leave_out_missing: bool,
+    segment: str | None,
 ) -> list[xr.Dataset]:
     """Records of tangential force against shift."""
     from pymdr.errors import ProblemError
     from pymdr.workbench.tables import read_record
 
-    if spring_constant is not None or segment is not None:
+    if leave_out_missing or any(given is not None for given in (spring_constant, sensitivity, segment)):
         raise ProblemError(
-            "--spring-constant and --segment are for force curves; a case with friction needs tables of shift, "
-            "tangential force and load"
+            "--spring-constant, --sensitivity, --leave-out-missing and --segment are for force curves; a case with friction needs tables of "
+            "shift, tangential force and load"
         )
     return [read_record(file) for file in files]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,16 +20,24 @@ from pymdr.workbench.cli.reporting import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from pymdr.problem.profiles import AreaFunction
 
 
 def nanoindent(
     records: Annotated[
         list[Path],
-        typer.Argument(metavar="RECORD...", help="CSV of load and depth with units, with the unloading."),
+        typer.Argument(
+            metavar="RECORD...",
+            help="Files of a nanoindenter (.hld, .xls, .xlsx, text), or tables of load and depth with units; with the unloading.",
+        ),
     ],
     area: Annotated[
-        str | None, typer.Option(help="Coefficients C0 C1 ... of the area function: '24.5 900'.")
+        str | None,
+        typer.Option(
+            help="Coefficients C0 C1 ... of the area function: '24.5 900'; by default those of the files."
+        ),
     ] = None,
     area_unit: Annotated[str, typer.Option(help="Length in which they are given.")] = "1 nm",
     area_table: Annotated[
@@ -60,7 +69,6 @@ def nanoindent(
     """Hardness and modulus of indents from their unloading."""
     from pymdr.problem.materials import Elastic
     from pymdr.solving.nanoindentation import calibrate_area, oliver_pharr
-    from pymdr.workbench.tables import read_record
 
     written: list[Path] = []
     with failures_as_json("nanoindent", records[0], as_json):
@@ -69,7 +77,7 @@ def nanoindent(
         if reference:
             _refuse_two_areas(area, area_table)
             calibration = calibrate_area(
-                [read_record(file) for file in reference],
+                [record for file in reference for record in _indents(Path(file))],
                 tip=tip,
                 terms=terms,
                 frame_compliance=frame_compliance,
@@ -78,9 +86,10 @@ def nanoindent(
                 fit_range=(fit_from, fit_to),
             )
             written += write_study(calibration, output, "area")
+        indents = [record for file in records for record in _indents(file)]
         study = oliver_pharr(
-            [read_record(file) for file in records],
-            calibration or _area_function(area, area_unit, area_table),
+            indents,
+            calibration or _area_function(area, area_unit, area_table, indents),
             frame_compliance=None if calibration else frame_compliance,
             tip=tip,
             poisson=poisson,
@@ -112,12 +121,24 @@ def _refuse_two_areas(area: str | None, table: Path | None) -> None:
         raise ProblemError("give one of --area, --area-table and --reference")
 
 
-def _area_function(area: str | None, unit: str, table: Path | None) -> AreaFunction:
-    """The area function of the options."""
+def _indents(file: Path) -> Sequence[xr.Dataset]:
+    """The indents of a file of an instrument, or the record of a table."""
+    from pymdr.workbench.indents import read_indents
+
+    return read_indents(file)
+
+
+def _area_function(
+    area: str | None, unit: str, table: Path | None, indents: Sequence[xr.Dataset]
+) -> AreaFunction:
+    """The area function of the options, or else of the files."""
     from pymdr.errors import ProblemError
     from pymdr.problem.profiles import AreaFunction
+    from pymdr.workbench.indents import area_function_of
     from pymdr.workbench.tables import read_area_function
 
+    if area is None and table is None and (known := area_function_of(indents)) is not None:
+        return known
     if (area is None) == (table is None):
         raise ProblemError("give one of --area '24.5 900', --area-table FILE and --reference FILE")
     if table is not None:

@@ -34,7 +34,21 @@ Points = Annotated[
     typer.Option(help="Total number of values, log-spaced between the two given."),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
+KeepSigns = Annotated[
+    bool,
+    typer.Option(
+        "--keep-signs", help="Keep the signs of the file: compression is positive, height falls to the body."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of text, also for errors.")]
+
+Sensitivity = Annotated[
+    str | None,
+    typer.Option(
+        help="Sensitivity of a deflection in V, such as '50 nm/V'; overrides the file.",
+    ),
+]
+LeaveOut = Annotated[bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")]
 
 _MOST_POINTS = 1000
 

@@ -105,7 +105,9 @@ def impact(
 
 def yields(
     case: CaseFile,
-    strength: Annotated[str, typer.Option(help="Yield strength in uniaxial tension, such as '1.2 GPa'.")],
+    strength: Annotated[
+        list[str], typer.Option(help="Yield strength, such as '1.2 GPa'; repeatable, one per layer.")
+    ],
     side: Annotated[str | None, typer.Option(help="Which yields: body or counterbody.")] = None,
     output: Table = None,
     quiet: Quiet = False,

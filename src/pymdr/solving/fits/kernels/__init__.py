@@ -3,6 +3,7 @@
 from pymdr.solving.fits.kernels.curves import AS_IT_IS, CurveFits, fit_curves
 from pymdr.solving.fits.kernels.descent import Wanted
 from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SCALE, SHAPE, TILT, Batch, FamilyTable
+from pymdr.solving.fits.kernels.pulls import point_across_samples
 from pymdr.solving.fits.kernels.starts import Engine
 
 __all__ = [
@@ -19,4 +20,5 @@ __all__ = [
     "FamilyTable",
     "Wanted",
     "fit_curves",
+    "point_across_samples",
 ]

@@ -24,11 +24,12 @@ from pymdr.solving.fits.kernels.model import (
     on_rung,
     read,
 )
+from pymdr.solving.fits.kernels.pulls import BEST, FEW, starts_of_pull
 from pymdr.solving.fits.request import SEEN
 from pymdr.solving.fits.touching import BoolArray, first_guess_of_contact, scale_and_baseline
 from pymdr.units import FloatArray
 
-FEW, _TRIALS, _RUNGS, _KEPT = 192, 21, 12, 2
+_TRIALS, _RUNGS, _KEPT = 21, 12, 2
 _SOFT_TRIALS, _SCALES = 7, np.geomspace(0.3, 1e4, 9)
 """For machines softer than the contact: contact points, and stiffnesses relative to that with the largest force at the whole depth."""
 _PRESSED, _FRACTION, _FAR = 8, 0.05, 0.2
@@ -58,6 +59,8 @@ class Engine(NamedTuple):
     """:func:`pymdr.solving.fits.kernels.descent.descend_all`."""
     best_points: Callable[[Trials, FamilyTable, FloatArray, FloatArray], None]
     """:func:`best_points`."""
+    tangents_all: Callable[[Batch, FloatArray, FamilyTable, FloatArray, BoolArray, FloatArray], None]
+    """:func:`pymdr.solving.fits.kernels.descent.tangents_all`."""
 
     def descents(
         self,
@@ -247,6 +250,11 @@ def starts_at_tilts(
         better = ends.misfit < least[curves]
         least[curves[better]], best[curves[better]] = ends.misfit[better], ends.theta[better]
 
+    if wanted.pulled:
+        scanned = starts_of_pull(Batch(batch.place, level, batch.softness), wanted, family, known, tilts)
+        for rank in range(BEST):
+            there = np.flatnonzero(np.isfinite(scanned[:, rank]).all(axis=1))
+            try_from(there, scanned[there, rank])
     for turn in range(_KEPT + 2 + misfits.shape[1]):
         if turn == _KEPT and family.folds.size == 1:
             break

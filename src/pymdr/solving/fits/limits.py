@@ -1,0 +1,128 @@
+"""Starts of the search for a law of finite range from the fits of its limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.errors import PymdrError
+from pymdr.interpretation.theories import theory_of
+from pymdr.line.adhesion import maugis_parameter
+from pymdr.mapping.moduli import effective_moduli
+from pymdr.problem.contact import Contact
+from pymdr.problem.parameters import parameters_of, with_parameters
+from pymdr.solving.fits.searching import Search
+from pymdr.solving.fits.starting import Start
+from pymdr.solving.fits.unknowns import BASELINE, TILT
+from pymdr.units import FloatArray
+
+_OF_RANGE = ("adhesion.range", "adhesion.strength")
+"""Unknowns that limits of a law do not have."""
+_LAMBDAS, _FACTORS = np.geomspace(0.1, 6.4, 4), (2.0, 2.0**0.5)
+"""Maugis' parameters of the first ranges, and factors of the ranges next to the best one."""
+_RATIOS = np.geomspace(1.0 / 16.0, 16.0, 5)
+"""The first ranges relative to that of the start, where Maugis' parameter is not defined."""
+_MOST = 2
+"""Number of starts."""
+
+
+class _Found(NamedTuple):
+    """The end of a search with fewer unknowns."""
+
+    misfit: float
+    """In N^2."""
+    values: dict[str, float]
+    origins: list[dict[str, float]]
+
+
+Ending = Callable[[Search], tuple[float, FloatArray]]
+"""The smallest misfit of a search in N^2, and its free numbers."""
+
+
+def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | None:
+    """
+    Starts of each curve from the fits of the limits of a law, such as JKR and DMT of Maugis and Dugdale; None if there are none.
+
+    An unknown range or strength is scanned with a fixed range, because the misfit has several minima over it.
+    """
+    law = search.contact.adhesion
+    if law is None or search.shears:
+        return None
+    limits = [
+        _found(search, replace(search.contact, adhesion=one), ending) for one in theory_of(law).limits(law)
+    ]
+    found = [one for one in limits if one is not None]
+    if found and any(u.name in _OF_RANGE for u in search.unknowns):
+        found = _over_ranges(search, min(found, key=lambda one: one.misfit).values, ending) or found
+    if not found:
+        return None
+    places = []
+    for one in found:
+        values = _with_range(search, one.values)
+        left = search.residuals(search.to_free(values, one.origins))
+        places.append((float((left**2).sum()), values, one.origins))
+    places.sort(key=lambda place: place[0])
+    return [
+        [
+            Start(misfit, np.array(values), own[i][search.place], own[i][BASELINE], own[i].get(TILT, 0.0))
+            for misfit, values, own in places[:_MOST]
+        ]
+        for i in range(len(search.curves))
+    ]
+
+
+def _found(search: Search, contact: Contact, ending: Ending) -> _Found | None:
+    """The end of the search of another law without an unknown range; None if it cannot be fitted."""
+    own = {p.name for p in parameters_of(contact)} - set(_OF_RANGE)
+    unknowns = tuple(u for u in search.unknowns if u.name in own)
+    bare = replace(search, contact=contact, unknowns=unknowns)
+    try:
+        misfit, free = ending(bare)
+    except PymdrError:
+        return None
+    values, origins = bare.from_free(free)
+    named = {u.name: float(v) for u, v in zip(unknowns, values, strict=True)}
+    return _Found(misfit, named, origins)
+
+
+def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list[_Found]:
+    """The ends of searches with some fixed ranges, the first for values of a limit."""
+    contact = with_parameters(search.contact, near)
+    law, radius = contact.adhesion, contact.profile.tip_radius
+    assert law is not None
+    assert law.cohesive_stress is not None
+    ranges = law.work / law.cohesive_stress * _RATIOS
+    if radius is not None:
+        modulus = effective_moduli(contact.body, contact.counterbody).normal
+        ranges = law.work / (_LAMBDAS / maugis_parameter(radius, modulus, law.work, 1.0))
+    ends: dict[float, _Found] = {}
+
+    def try_out(length: float) -> None:
+        fixed = replace(law, strength=None, range=length)
+        one = _found(search, replace(contact, adhesion=fixed), ending)
+        if one is not None:
+            ends[length] = one._replace(values={**one.values, "adhesion.range": length})
+
+    for length in ranges.tolist():
+        try_out(length)
+    for factor in _FACTORS if ends else ():
+        best = min(ends, key=lambda length: ends[length].misfit)
+        try_out(best * factor)
+        try_out(best / factor)
+    return list(ends.values())
+
+
+def _with_range(search: Search, named: dict[str, float]) -> list[float]:
+    """Values of all unknowns, within their bounds, from those of a law with a fixed range."""
+    values = []
+    for unknown in search.unknowns:
+        value = named.get(unknown.name, unknown.start)
+        if unknown.name == "adhesion.strength" and "adhesion.range" in named:
+            law = search.contact.adhesion
+            assert law is not None
+            value = named.get("adhesion.work", law.work) / named["adhesion.range"]
+        values.append(float(np.clip(value, unknown.low, unknown.high)))
+    return values

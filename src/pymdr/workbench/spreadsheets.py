@@ -1,0 +1,100 @@
+"""Sheets of spreadsheets as lines of text, with tabs between their cells."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from pymdr.errors import CaseError, MissingExtraError
+from pymdr.workbench.inputs import read_bytes
+
+SPREADSHEETS = (".xlsx", ".xlsm", ".xls")
+_NO_NUMBER = 1e300
+"""Instruments write the largest float where they have no number."""
+
+
+def read_sheets(source: Path, largest: int) -> dict[str, list[str]]:
+    """
+    The rows of all sheets of a spreadsheet.
+
+    Parameters
+    ----------
+    source : Path
+        A file .xlsx or .xlsm (the extra ``xlsx``), or .xls (the extra ``xls``).
+    largest : int
+        Number of bytes above which the file is refused.
+
+    Returns
+    -------
+    dict of str to list of str
+        Name of the sheet -> its rows, without empty ones at the end. Values are those of the last calculation.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If it is too large or no spreadsheet.
+    MissingExtraError
+        If the extra is not installed.
+    """
+    content = read_bytes(source, largest, "spreadsheet")
+    sheets = _old(source, content) if source.suffix.lower() == ".xls" else _new(source, content)
+    return {name: _lines(rows) for name, rows in sheets.items()}
+
+
+def _new(source: Path, content: bytes) -> dict[str, list[Sequence[Any]]]:
+    try:
+        from openpyxl import load_workbook
+    except ImportError as error:
+        raise MissingExtraError(
+            f"{source.name} is a spreadsheet, which needs openpyxl ({error}): pip install 'pymdr[xlsx]'; tables as text (.csv) need none"
+        ) from error
+    try:
+        book = load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+        return {sheet.title: list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets}
+    except Exception as error:  # openpyxl has no error of its own for damaged files
+        raise _damaged(source, error) from error
+
+
+def _old(source: Path, content: bytes) -> dict[str, list[Sequence[Any]]]:
+    try:
+        from python_calamine import CalamineWorkbook
+    except ImportError as error:
+        raise MissingExtraError(
+            f"{source.name} is a spreadsheet of Excel 97 to 2003, which needs python-calamine ({error}): pip install 'pymdr[xls]'; or save it as "
+            ".xlsx or text (.csv)"
+        ) from error
+    try:
+        book = CalamineWorkbook.from_object(io.BytesIO(content))
+        return {
+            name: list(book.get_sheet_by_name(name).to_python(skip_empty_area=False))
+            for name in book.sheet_names
+        }
+    except Exception as error:
+        raise _damaged(source, error) from error
+
+
+def _damaged(source: Path, error: Exception) -> CaseError:
+    return CaseError(
+        f"{source}: no spreadsheet, or it is damaged or encrypted ({type(error).__name__}); save it again, or as text (.csv)"
+    )
+
+
+def _lines(rows: Iterable[Sequence[Any]]) -> list[str]:
+    lines = ["\t".join(map(_text, row)) for row in rows]
+    while lines and not lines[-1].strip():
+        lines.pop()
+    return lines
+
+
+def _text(cell: Any) -> str:
+    if cell is None:
+        return ""
+    if isinstance(cell, bool | int | float):
+        number = float(cell)
+        return repr(number) if math.isfinite(number) and abs(number) < _NO_NUMBER else "nan"
+    return " ".join(str(cell).split())
