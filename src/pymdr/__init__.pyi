@@ -83,6 +83,7 @@ from .solving.fits import compare_laws as compare_laws
 from .solving.fits import fit as fit
 from .solving.fits import fit_map as fit_map
 from .solving.fits import fit_over_indentation as fit_over_indentation
+from .solving.grouped import summarize_groups as summarize_groups
 from .solving.heating import frictional_heat as frictional_heat
 from .solving.heating import joule_heating as joule_heating
 from .solving.impacts import impact as impact

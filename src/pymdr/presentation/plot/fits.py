@@ -157,7 +157,7 @@ def _draw_growing(axes: Axes, data: xr.Dataset, name: str, along: str) -> None:
         min(float(value[inside].min()), value[-1] - 0.1 * size) - 0.1 * size,
         max(float(value[inside].max()), value[-1] + 0.1 * size) + 0.1 * size,
     )
-    axes.set_xlabel(f"fitted up to an indentation of ({along})")
+    axes.set_xlabel(f"largest fitted indentation ({along})")
     axes.set_ylabel(with_unit(parameter_label(name), unit))
     legend_above(axes)
 
