@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import pymdr as mdr
-from pymdr.errors import ProblemError, UnitError
+from pymdr.errors import ProblemError
 from pymdr.workbench.cli import app
 
 BODY = mdr.Elastic("3 kPa", 0.5)
@@ -76,7 +76,7 @@ def test_a_sphere_on_a_sphere_has_the_effective_radius():
     assert force == pytest.approx(effective, rel=1e-6)
     assert force == pytest.approx(parts, rel=1e-14)
     assert (bead.tip_radius, bead.max_radius) == (pytest.approx(2e-6), 3e-6)
-    with pytest.raises(UnitError):
+    with pytest.raises(ProblemError, match="above 0 m"):
         mdr.SphereOnSphere("3 um", "0 um")
 
 
@@ -102,7 +102,7 @@ def test_uncertainties_follow_their_scalings():
     relative = {name: part["body.young"] / 3e3 for name, part in found.calibration.items()}
     assert relative["spring_constant"] == pytest.approx(0.1, rel=1e-5)  # force and stiffness scale together
     assert relative["profile.radius"] == pytest.approx(0.025, rel=2e-3)  # E ~ R^(-1/2)
-    assert relative["body.poisson"] == pytest.approx(2 * 0.5 * 0.05 / 0.75, rel=1e-2)  # E ~ 1 - nu^2
+    assert relative["body.poisson"] == pytest.approx((1 - 0.45**2) / 0.75 - 1, rel=1e-5)  # one side
     total = math.sqrt(sum(part**2 for part in relative.values()))
     one = found["body.young"]
     assert math.log(one.high / one.low) == pytest.approx(2 * 1.96 * total, rel=1e-3)
@@ -145,8 +145,8 @@ def test_a_modulus_over_the_fit_range_shows_a_support():
         curve = mdr.MeasuredCurve(force=force, indentation=depth)
         study = mdr.fit_over_indentation(start(ball), curve, ["body.young"], steps=4)
         young = study["body.young"].values
+        assert grows or study["fit_range"].values[-1] == pytest.approx(1e-6, rel=1e-6)
         assert (np.diff(young) > 0.02 * young[0]).all() if grows else young == pytest.approx(3e3, rel=1e-6)
-    assert study["fit_range"].values[-1] == pytest.approx(1e-6, rel=0.1)
     assert study.plot().axes[1].get_ylabel()
     assert "indentations up to" in study.summary()
     with pytest.raises(ProblemError, match="steps = 1"):
@@ -207,4 +207,4 @@ def test_the_shell_has_ranges_and_uncertainties(tmp_path):
     assert (tmp_path / "out" / "over_indentation.csv").exists()
     wrong = CliRunner().invoke(app, [*given[:5], "--spring-constant", "0.05 N/m", "--uncertainty", "radius"])
     assert wrong.exit_code != 0
-    assert "write each name once" in wrong.output
+    assert "write each name once" in str(wrong.exception)

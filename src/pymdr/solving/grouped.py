@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.solving.study import Study, TextTable
-from pymdr.units import ArrayQuantityLike, shown, to_si_array, written
+from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,6 +49,15 @@ class GroupedValues(Study):
         rows.append(["all groups", str(int(self.data["count"].sum())), *ends])
         header = ["group", "values", "median", "95 % from", "to"]
         return (header, [""] * len(header)), rows
+
+
+def _si_values(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:
+    """Values in SI units; NaN of numbers that are missing."""
+    if isinstance(values, np.ndarray) or all(
+        isinstance(one, int | float) for one in np.atleast_1d(np.array(values, dtype=object))
+    ):
+        return np.asarray(values, dtype=float)
+    return to_si_array(values, unit, name=name)
 
 
 def summarize_groups(
@@ -100,7 +109,7 @@ def summarize_groups(
     import xarray as xr
     from scipy.special import bdtr, stdtrit
 
-    flat = np.ravel(to_si_array(values, unit, name=name, missing=True))
+    flat = np.ravel(_si_values(values, unit, name))
     labels = np.array([str(group) for group in groups])
     if flat.size != labels.size:
         raise ProblemError(

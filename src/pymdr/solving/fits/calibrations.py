@@ -98,14 +98,15 @@ def with_uncertainty(
     shares = {RECORD: dict(zip(search.names, own.tolist(), strict=True))}
     squares = np.zeros(best.size)
     for name, given in uncertainty.items():
-        ends = []
-        for side in (1.0, -1.0):
-            changed = _changed(search, name, given, side)
-            minimum = minimize_from(changed, best)
-            refuse_unsettled(minimum)
-            named = changed.named(minimum.free)
-            ends.append(np.array([named[one] for one in search.names]))
-        moved = 0.5 * (ends[0] - ends[1])
+        ends = [_moved(search, best, name, given, side) for side in (1.0, -1.0)]
+        here = np.array([search.named(best)[one] for one in search.names])
+        known = [end - here for end in ends if end is not None]
+        if not known:
+            raise ProblemError(
+                f"uncertainty of {name}: {shown(given)} leaves the limits of {name} to both sides; give a smaller one"
+            )
+        # at a limit, such as Poisson's ratio 0.5, only one side exists
+        moved = 0.5 * (known[0] - known[1]) if len(known) == 2 else known[0]
         shares[name] = dict(zip(search.names, np.abs(moved).tolist(), strict=True))
         squares += (moved / rates) ** 2
     total = np.sqrt(estimate.errors**2 + squares)
@@ -113,6 +114,19 @@ def with_uncertainty(
         half = np.sqrt((estimate.width * estimate.errors) ** 2 + _NORMAL_95**2 * squares)
         width = np.where(total > 0.0, half / total, estimate.width)
     return with_intervals(search, best, total, width), shares
+
+
+def _moved(
+    search: Search, best: FloatArray, name: str, given: QuantityLike, side: float
+) -> FloatArray | None:
+    """The fitted numbers with a known number one standard uncertainty off; None if it would leave its limits."""
+    changed = _changed(search, name, given, side)
+    if changed is None:
+        return None
+    minimum = minimize_from(changed, best)
+    refuse_unsettled(minimum)
+    named = changed.named(minimum.free)
+    return np.array([named[one] for one in search.names])
 
 
 def _rates(search: Search, best: FloatArray) -> FloatArray:
@@ -125,8 +139,8 @@ def _rates(search: Search, best: FloatArray) -> FloatArray:
     return rates
 
 
-def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Search:
-    """The search with a known number that is one standard uncertainty off."""
+def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Search | None:
+    """The search with a known number that is one standard uncertainty off; None if it would leave its limits."""
     if name in (SPRING_CONSTANT, SENSITIVITY):
         constants = [curve.spring_constant for curve in search.measured]
         value, unit = (constants[0] or 1.0, "N/m") if name == SPRING_CONSTANT else (1.0, "")
@@ -139,7 +153,10 @@ def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Sea
     parameter = parameter_of(search.contact, name)
     relative = relative_uncertainty(given, parameter.value, parameter.unit, name)
     moved = parameter.value * (1.0 + side * relative)
-    return replace(search, contact=with_parameters(search.contact, {name: moved}))
+    try:
+        return replace(search, contact=with_parameters(search.contact, {name: moved}))
+    except ProblemError:
+        return None
 
 
 def _recalibrated(curve: MeasuredCurve, factor: float) -> MeasuredCurve:

@@ -119,7 +119,7 @@ def fit(
             from pymdr.solving.fits import fit as fit_curves
 
             ranges = {"indentation": max_indentation, "force": max_force}
-            options = {
+            options: dict[str, Any] = {
                 **origins,
                 "fit_range": {name: limit for name, limit in ranges.items() if limit is not None} or None,
                 "uncertainty": _uncertainties(uncertainty, spring_constant) or None,
