@@ -335,7 +335,7 @@ def test_a_layer_of_another_size_is_refused_in_words(monkeypatch):
 
     curve = recorded(on("1 um", "3 kPa"), np.linspace(-0.4e-6, 0.6e-6, 60), None, 0.01, 1)
     free = ["body.layers[0].material.young", "body.layers[0].thickness"]
-    with pytest.raises(ProblemError, match=r"thickness that is not between 2 µm and 200 µm"):
+    with pytest.raises(ProblemError, match=r"thickness is not between 2 µm and 200 µm"):
         mdr.fit(on("20 um", "10 kPa"), curve, free)
 
 
@@ -482,9 +482,9 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
 @pytest.mark.parametrize(
     ("law", "words"),
     [
-        (mdr.JKR("1 mJ/m^2"), "JKR holds where the attraction reaches less than 52"),
+        (mdr.JKR("1 mJ/m^2"), "JKR is valid for a range of attraction below 52"),
         (mdr.DMT("1 mJ/m^2"), "DMT is valid for a range of attraction above 2.6"),
-        (mdr.DMT("1 mJ/m^2", range="1 nm"), r"Maugis' parameter of what was found is 26\d, .*range='1 nm'"),
+        (mdr.DMT("1 mJ/m^2", range="1 nm"), r"Maugis' parameter of the fit = 26\d .*range='1 nm'"),
         (mdr.DMT("1 mJ/m^2", range="3 um"), ""),
         (mdr.MaugisDugdale("1 mJ/m^2", range="100 nm"), ""),
     ],

@@ -131,6 +131,10 @@ SOURCES: dict[str, str] = {
         "Huber (1904), Ann. Phys. 319, 153-163, for Hertz's pressure; here flat punches (Sneddon 1946, Proc. Camb. Philos. Soc. "
         "42, 29-39) summed along the line of Popov and Hess (2015), chapter 3"
     ),
+    "shear-stress": (
+        "Hamilton (1983), Proc. Inst. Mech. Eng. 197C, 53-59, for a sliding Hertz contact; here tangential punches summed along the "
+        "line"
+    ),
     "popov-hess": (
         "Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, "
         "doi:10.1007/978-3-642-53876-6"

@@ -49,6 +49,9 @@ _DEPTH = NUMBERS + 2
 _PLAINLY = 8.0
 """Work of adhesion that a record with waves shows, in standard errors by the density of its residuals."""
 
+_SMALL_PART = 0.125
+"""Depth of a contact over the range of its table below which it is fitted again by a finer table."""
+
 _log = logging.getLogger("pymdr")
 
 
@@ -65,10 +68,47 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
         np.full((count, width), math.nan),
         np.full(count, UNREAD, dtype=np.int8),
     )
-    refusals = set()
+    refusals: set[str] = set()
     wanted, rates = _wanted(request, axes)
     engine = _compiled() if request.many else AS_IT_IS
     ranges = depth_ranges(stretch)
+    _fit_ranges(request, stretch, (wanted, engine), ranges, fits, refusals)
+    # a table to the length of the record is coarse for a contact that is a small part of it
+    depths = fits.numbers[:, _DEPTH]
+    small = np.flatnonzero((fits.ended == FITTED) & (depths < _SMALL_PART * ranges) & (depths > 0.0))
+    if small.size:
+        some, again = fits.of(small), fits.of(small)
+        finer = np.array([rounded_up(2.0 * depth) for depth in depths[small].tolist()])
+        part = stretch._replace(
+            place=stretch.place[small], force=stretch.force[small], softness=stretch.softness[small]
+        )
+        _fit_ranges(request, part, (wanted, engine), finer, again, set())
+        good = np.flatnonzero(again.ended == FITTED)
+        some.put(good, again.of(good))
+        fits.put(small, some)
+    if rates.shape[1] == 2:
+        back = np.eye(free)
+        back[:2, :2] = np.linalg.inv(rates)
+        with np.errstate(invalid="ignore"):  # curves that were not fitted have no covariances
+            fits = fits._replace(
+                covariances=back @ fits.covariances @ back.T,
+                spectral=back @ fits.spectral @ back.T,
+                unmodelled=back @ fits.unmodelled @ back.T,
+                asides=fits.asides @ back.T,
+            )
+    return FittedStretch(_columns(request, axes, fits, stretch), frozenset(refusals))
+
+
+def _fit_ranges(
+    request: FitRequest,
+    stretch: Stretch,
+    search: tuple[Wanted, Engine],
+    ranges: FloatArray,
+    fits: CurveFits,
+    refusals: set[str],
+) -> None:
+    """Fit curves by families of forces, one for every range of depths in m."""
+    wanted, engine = search
     for deepest in np.unique(ranges[ranges > 0.0]):
         chosen = np.flatnonzero(ranges == deepest)
         try:
@@ -93,17 +133,6 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
                 f"fit_map: the profile ends at {written(float(end.min()), 'm', 4)} of indentation, and a curve has "
                 f"{written(float(depths[beyond].max()), 'm', 4)}; extend the profile"
             )
-    if rates.shape[1] == 2:
-        back = np.eye(free)
-        back[:2, :2] = np.linalg.inv(rates)
-        with np.errstate(invalid="ignore"):  # curves that were not fitted have no covariances
-            fits = fits._replace(
-                covariances=back @ fits.covariances @ back.T,
-                spectral=back @ fits.spectral @ back.T,
-                unmodelled=back @ fits.unmodelled @ back.T,
-                asides=fits.asides @ back.T,
-            )
-    return FittedStretch(_columns(request, axes, fits, stretch), frozenset(refusals))
 
 
 def _compiled() -> Engine:
