@@ -633,7 +633,9 @@ def test_a_map_tells_what_a_soft_machine_does_not():
             assert not (found[f"{name}_error"] > found[name]).any()
     assert endings[0.05] == {"fitted": 20}
     refused = {name: count for name, count in endings[0.001].items() if name != "fitted"}
-    assert all(name.startswith(("the curve does not determine", "the curve does not show")) for name in refused)
+    assert all(
+        name.startswith(("the curve does not determine", "the curve does not show")) for name in refused
+    )
     assert sum(count for name, count in refused.items() if "does not determine" in name) > 5
 
 
