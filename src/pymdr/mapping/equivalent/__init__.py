@@ -40,6 +40,7 @@ from pymdr.problem.profiles import (
     Sampled2D,
     Shape,
     Sphere,
+    SphereOnSphere,
     Sum,
     TruncatedCone,
     TruncatedParaboloid,
@@ -108,6 +109,11 @@ def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentPro
 @equivalent_profile.register
 def _(profile: Sphere, exponent: float = 0.0) -> EquivalentProfile:
     return SphereLine(profile.radius) if exponent == 0.0 else _on_panels(profile, exponent)
+
+
+@equivalent_profile.register
+def _(profile: SphereOnSphere, exponent: float = 0.0) -> EquivalentProfile:
+    return equivalent_profile(Sum(profile.parts), exponent)
 
 
 @equivalent_profile.register
