@@ -201,7 +201,7 @@ def _polygon(profile: ForceCurve) -> PolygonLine:
 
 @equivalent_profile.register
 def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
-    # what is registered elsewhere may know the homogeneous half-space only
+    # a registered map may support the homogeneous half-space only
     graded = (exponent,) if exponent != 0.0 else ()
     parts = [equivalent_profile(part, *graded) for part in profile.parts]
     if any(isinstance(part, PanelLine) for part in parts):
@@ -263,7 +263,7 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
 
 
 def slope_function(profile: Profile) -> Curve:
-    """f'(r) of a profile as a callable, as its map reads it; that of a force curve refuses to be called."""
+    """f'(r) of a profile as a callable, as used by its map; that of a force curve raises an error when called."""
     if isinstance(profile, ForceCurve):
         return profile.gap_slope
     source = source_of(profile)
