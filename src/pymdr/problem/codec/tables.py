@@ -37,6 +37,7 @@ from pymdr.problem.profiles import (
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
+    Worn,
 )
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, Prony, StandardSolid
 
@@ -64,6 +65,7 @@ PROFILES: dict[str, type] = {
     "elliptic_paraboloid": EllipticParaboloid,
     "pyramid": Pyramid,
     "sampled_2d": Sampled2D,
+    "worn": Worn,
 }
 
 MATERIALS: dict[str, type] = {
