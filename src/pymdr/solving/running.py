@@ -87,7 +87,9 @@ def running_conditions(
 
     loads = one_row(normal_force, "N", "running_conditions", "normal_force")
     if not np.all(loads > 0.0):
-        raise ProblemError(f"running_conditions: normal_force = {shown(normal_force)}; loads above 0 N are needed")
+        raise ProblemError(
+            f"running_conditions: normal_force = {shown(normal_force)}; loads above 0 N are needed"
+        )
     if not isinstance(contact, Contact):
         raise ProblemError(f"running_conditions: {shown(contact)} is not a Contact")
     path = None

@@ -114,7 +114,9 @@ class Wear(Study):
     def groups(self) -> dict[str, dict[str, float]]:
         """The end of wear at constant indentation."""
         names = {"limit_volume": "worn_volume", "limit_radius": "worn_radius", "limit_force": "normal_force"}
-        known = {short: float(self.data.attrs[name]) for name, short in names.items() if name in self.data.attrs}
+        known = {
+            short: float(self.data.attrs[name]) for name, short in names.items() if name in self.data.attrs
+        }
         return {"at the end of wear": known} if known else {}
 
     def _stored(self) -> xr.Dataset:
@@ -205,7 +207,9 @@ def wear(
     request = one_cycle(path)
     mapped, d, mu, _ = pressed_joint("wear", "wear", contact, request.normal_force, request.indentation)
     if not rises_to(mapped.line, d):
-        raise ProblemError("wear: g(x) of the profile falls within the contact; only profiles that rise from the axis are followed")
+        raise ProblemError(
+            "wear: g(x) of the profile falls within the contact; only profiles that rise from the axis are followed"
+        )
     case = WearCase(
         contact, mapped.line.equivalent, mapped.moduli, d, mu, request, k * (mu if law == "energy" else 1.0)
     )
@@ -220,16 +224,22 @@ def wear(
         data=xr.Dataset(
             {name: ("cycles", values, {"units": UNITS[name]}) for name, values in fine.items()},
             coords={"cycles": ("cycles", rows, {"long_name": "number of cycles"})},
-            attrs={"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law} | limit,
+            attrs={"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
+            | limit,
         ),
         surface=xr.Dataset(
-            {name: (("cycles", "node"), values, {"units": "Pa" if name == "pressure" else "m"}) for name, values in surface.items()},
+            {
+                name: (("cycles", "node"), values, {"units": "Pa" if name == "pressure" else "m"})
+                for name, values in surface.items()
+            },
             coords={"cycles": rows},
         ).set_coords("r"),
         original=contact.profile,
         claims=wear_claims(contact, mapped.moduli, law, errors),
         assumptions=(
-            *frictional_assumptions(contact, mapped, np.array([contact_radius, float(fine["contact_radius"].max())])),
+            *frictional_assumptions(
+                contact, mapped, np.array([contact_radius, float(fine["contact_radius"].max())])
+            ),
             small_amplitude(request.amplitude, contact_radius),
         ),
         notes=(*mapped.notes, *_notes(case, history)),
@@ -242,7 +252,9 @@ def _counted(cycles: ArrayQuantityLike) -> FloatArray:
     """Numbers of cycles of the rows, from 0."""
     given = np.atleast_1d(to_si_array(cycles, "", name="cycles"))
     if given.ndim != 1 or given.size == 0 or not np.all(given >= 0.0) or not np.all(np.diff(given) > 0.0):
-        raise ProblemError(f"wear: cycles = {shown(cycles)}; a number above 0, or rising numbers of at least 0, are needed")
+        raise ProblemError(
+            f"wear: cycles = {shown(cycles)}; a number above 0, or rising numbers of at least 0, are needed"
+        )
     last = float(given[-1])
     if not last > 0.0:
         raise ProblemError(f"wear: cycles = {shown(cycles)}; the last number must be above 0")
@@ -263,7 +275,9 @@ def _notes(case: WearCase, history: History) -> tuple[str, ...]:
     """How the cycles were followed."""
     regime = "gross slip" if case.gross else "partial slip"
     control = "indentation" if case.request.normal_force is None else "load"
-    return (f"{regime} at constant {control}; {len(history.blocks)} blocks of cycles, {_cells(history)} cells",)
+    return (
+        f"{regime} at constant {control}; {len(history.blocks)} blocks of cycles, {_cells(history)} cells",
+    )
 
 
 def _cells(history: History) -> int:

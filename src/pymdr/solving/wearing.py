@@ -121,9 +121,7 @@ def one_cycle(path: LoadingPath) -> WearCycle:
     amplitude = 0.5 * float(np.ptp(moved))
     if pressed is None or not amplitude > 0.0:
         missing = "press the bodies together" if pressed is None else "shift them to and fro"
-        raise ProblemError(
-            f"wear: the path does not {missing}; write load('10 N') >> cycle(shift='1 um')"
-        )
+        raise ProblemError(f"wear: the path does not {missing}; write load('10 N') >> cycle(shift='1 um')")
     depth = pressed[1] if pressed[0] == "indentation" else None
     return WearCycle(depth, None if depth is not None else pressed[1], amplitude)
 
@@ -171,7 +169,7 @@ class WearCase:
 
     @property
     def caps(self) -> float:
-        """mu E*/G*, the longest shift of a spring over its length."""
+        """Longest shift of a spring over its length, mu E*/G*."""
         return self.mu * self.moduli.normal / self.moduli.tangential
 
     @property
@@ -268,7 +266,7 @@ def _bound(case: WearCase, rows: FloatArray) -> float:
 
 def _flat_of(case: WearCase, volume: float) -> float:
     """The radius in m at which a flat on the profile has a volume in m^3."""
-    part = (np.arange(200) + 0.5) / 200.0
+    part: FloatArray = (np.arange(200) + 0.5) / 200.0
 
     def of(b: float) -> float:
         r = b * part
@@ -333,7 +331,9 @@ def _contact(mesh: Mesh, state: State) -> float:
 def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
     """Radii, worn profile, depth of wear, pressure and slip of all rows in SI units, over nodes."""
     a, d, e = case.radius, case.depth, case.moduli.normal
-    rows: dict[str, list[FloatArray]] = {name: [] for name in ("r", "profile", "worn_depth", "pressure", "slip", "limiting_profile")}
+    rows: dict[str, list[FloatArray]] = {
+        name: [] for name in ("r", "profile", "worn_depth", "pressure", "slip", "limiting_profile")
+    }
     for mesh, state in history.states:
         radii, depth = mesh.whole(state.worn)
         inner = radii.size - mesh.rings.size - 1
@@ -348,7 +348,8 @@ def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
         rows["slip"].append(np.concatenate([np.zeros(inner), state.slip * (case.caps * d), [math.nan]]))
     size = max(values.size for values in rows["r"])
     return {
-        name: np.array([np.pad(v, (0, size - v.size), mode="edge") for v in values]) for name, values in rows.items()
+        name: np.array([np.pad(v, (0, size - v.size), mode="edge") for v in values])
+        for name, values in rows.items()
     }
 
 

@@ -60,7 +60,9 @@ class FrettingLog(Study):
     def _remarks(self) -> list[str]:
         regimes, counts = np.unique(self.data["regime"].values, return_counts=True)
         shares = ", ".join(f"{kind} {count}" for kind, count in zip(regimes, counts, strict=True))
-        lines = [f"cycles by regime: {shares}; the limit of gross slip is W/(4 F u) = {self.data.attrs['limit']:.3g}"]
+        lines = [
+            f"cycles by regime: {shares}; the limit of gross slip is W/(4 F u) = {self.data.attrs['limit']:.3g}"
+        ]
         if "wear_coefficient" in self.data.attrs:
             rate = written(float(self.data.attrs["wear_coefficient"]) * 1e9, "mm^3/J")
             lines.append(f"energy wear coefficient: {rate}")
@@ -140,7 +142,9 @@ def fretting_log(
 
     data = record.data if isinstance(record, Result) else record
     if not isinstance(data, xr.Dataset) or "shift" not in data or "tangential_force" not in data:
-        raise ProblemError("fretting_log: a record with shift and tangential_force is needed; see read_record")
+        raise ProblemError(
+            "fretting_log: a record with shift and tangential_force is needed; see read_record"
+        )
     shift, force = _column(data, "shift", "m"), _column(data, "tangential_force", "N")
     if machine_stiffness is not None:
         shift = shift - force / _above_zero("machine_stiffness", machine_stiffness, "N/m")
@@ -168,10 +172,14 @@ def fretting_log(
     limit = _HERTZ
     if contact is not None:
         if load is None:
-            raise ProblemError("fretting_log: a contact needs the load; give normal_force, or a record that has it")
+            raise ProblemError(
+                "fretting_log: a contact needs the load; give normal_force, or a record that has it"
+            )
         limit, model = _model(contact, amplitude, load, ratio, swing)
         columns |= model
-    regime = np.where(ratio < limit * (1.0 - _BAND), "partial", np.where(ratio > limit * (1.0 + _BAND), "gross", "mixed"))
+    regime = np.where(
+        ratio < limit * (1.0 - _BAND), "partial", np.where(ratio > limit * (1.0 + _BAND), "gross", "mixed")
+    )
     attrs = {"limit": limit}
     if worn_volume is not None:
         attrs["wear_coefficient"] = _rate(worn_volume, loss, cycles)
@@ -211,7 +219,9 @@ def _loads(data: xr.Dataset, given: QuantityLike | None, spans: list[slice]) -> 
     loads = np.array([float(np.mean(force[span])) for span in spans])
     if not np.all(loads > 0.0):
         row = int(np.argmin(loads > 0.0)) + 1
-        raise ProblemError(f"fretting_log: the normal force of cycle {row} is {loads[row - 1]:.4g} N; it must be above 0 N")
+        raise ProblemError(
+            f"fretting_log: the normal force of cycle {row} is {loads[row - 1]:.4g} N; it must be above 0 N"
+        )
     return loads
 
 
@@ -228,7 +238,9 @@ def _stiffness(shift: FloatArray, force: FloatArray) -> float:
         if near.sum() < _FEWEST or swing == 0.0:
             continue
         x = turned[near] / swing
-        fitted = np.linalg.lstsq(np.stack([x, x * np.abs(x), np.ones(x.size)], axis=1), u[near] - u[0], rcond=None)[0]
+        fitted = np.linalg.lstsq(
+            np.stack([x, x * np.abs(x), np.ones(x.size)], axis=1), u[near] - u[0], rcond=None
+        )[0]
         if fitted[0] > 0.0:
             slopes.append(swing / fitted[0])
     return float(np.mean(slopes)) if slopes else math.nan
@@ -248,7 +260,9 @@ def _model(
             )
         contact = replace(contact, friction=Coulomb(float(np.median((swing / load)[slides]))))
     at_limit = friction_loop(contact, float(amplitude[0]), normal_force=float(np.mean(load)))
-    edge = friction_loop(contact, float(at_limit.data["sliding_shift"]), normal_force=float(np.mean(load))).data
+    edge = friction_loop(
+        contact, float(at_limit.data["sliding_shift"]), normal_force=float(np.mean(load))
+    ).data
     limit = float(
         (edge["dissipated_per_cycle"] / (4.0 * edge["force_amplitude"] * edge["amplitude"])).values[0]
     )
@@ -273,5 +287,7 @@ def _rate(worn_volume: QuantityLike, loss: FloatArray, cycles: float | None) -> 
         raise ProblemError(f"fretting_log: cycles = {cycles!r}; it must be above 0")
     total = float(loss.sum()) if cycles is None else float(loss.mean()) * cycles
     if not total > 0.0:
-        raise ProblemError(f"fretting_log: the cycles dissipate {total:.4g} J in all, which must be above 0 J for a wear rate")
+        raise ProblemError(
+            f"fretting_log: the cycles dissipate {total:.4g} J in all, which must be above 0 J for a wear rate"
+        )
     return volume / total

@@ -64,7 +64,9 @@ def limiting_profile(
     return inner_integral(r, stick, gap, kinks) + 2.0 / math.pi * depth * np.arccos(stick / r)
 
 
-def outer_radius(depth: float, stick: float, gap: Curve, profile: Curve, kinks: tuple[float, ...] = ()) -> float:
+def outer_radius(
+    depth: float, stick: float, gap: Curve, profile: Curve, kinks: tuple[float, ...] = ()
+) -> float:
     """
     The radius b in m at which the limiting profile meets the original one; inf if they never meet.
 
@@ -92,7 +94,9 @@ def outer_radius(depth: float, stick: float, gap: Curve, profile: Curve, kinks: 
     return float(rising_root(below, np.zeros(1), start, np.array([high]))[0])
 
 
-def wear_limit(depth: float, stick: float, gap: Curve, profile: Curve, kinks: tuple[float, ...] = ()) -> WearLimit:
+def wear_limit(
+    depth: float, stick: float, gap: Curve, profile: Curve, kinks: tuple[float, ...] = ()
+) -> WearLimit:
     """
     Radius, volume and load at which wear under constant indentation ends.
 

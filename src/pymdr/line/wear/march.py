@@ -15,6 +15,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.wear.mesh import Curve, Mesh, Stuck, mesh_between
+from pymdr.numerics.panels import BoolArray
 from pymdr.units import FloatArray
 
 _STAGE = 1.0 - math.sqrt(0.5)
@@ -127,7 +128,10 @@ def march(
             if given is None:
                 # two nearly equal blocks instead of a full one and a sliver
                 left = target - now
-                size = min(size, left if left <= size * 1.0001 else max(0.5 * left, 0.0) if left < 2.0 * size else size)
+                size = min(
+                    size,
+                    left if left <= size * 1.0001 else max(0.5 * left, 0.0) if left < 2.0 * size else size,
+                )
                 stop = target if left <= size * 1.0001 else now + size
                 halves, error, part = _halved(wearing, mesh, state, stop - now)
                 if error > tolerance and halves is not None and stop - now > _SHORTEST * rows[-1]:
@@ -151,7 +155,9 @@ def march(
                 mesh, state = step
             now = stop
             if len(history.blocks) > _MOST_BLOCKS:
-                raise ConvergenceError(f"wear: {_MOST_BLOCKS} blocks end at {now:.6g} cycles; use fewer cycles")
+                raise ConvergenceError(
+                    f"wear: {_MOST_BLOCKS} blocks end at {now:.6g} cycles; use fewer cycles"
+                )
         history.cycles.append(float(target))
         history.states.append((mesh, state))
         volume = mesh.volume(state.worn)
@@ -217,7 +223,7 @@ def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess:
         shear = mesh.inner_angle * wearing.amplitude + moving @ np.minimum(springs, wearing.amplitude)
         return pressing @ springs, wearing.amplitude - shear
 
-    def residual(springs: FloatArray, depth: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def residual(springs: FloatArray, depth: float) -> tuple[FloatArray, BoolArray, FloatArray, FloatArray]:
         p, slip = parts(springs)
         surface = (depth * mesh.inner_angle - mesh.inner_gap) + moving @ springs
         gap = original + worn + weight * np.maximum(slip, 0.0) * p + surface - depth

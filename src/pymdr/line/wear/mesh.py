@@ -107,7 +107,7 @@ class Mesh:
     def moving(self) -> FloatArray:
         """Displacement (2/pi) int w / sqrt(r^2 - x^2) dx of unit springs beyond c, shape (rings, springs)."""
         rise, whole = _displacements(self.nodes, self.rings[:, None])
-        return 2.0 / math.pi * _spread(rise, whole)
+        return np.asarray(2.0 / math.pi * _spread(rise, whole))
 
     @cached_property
     def loading(self) -> FloatArray:

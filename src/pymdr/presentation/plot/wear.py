@@ -12,8 +12,8 @@ from pymdr.presentation.plot.shared import (
     GREY,
     ORANGE,
     PURPLE,
-    letter_panels,
     lengths,
+    letter_panels,
     new_figure,
     styled,
 )
@@ -54,16 +54,20 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
             pressed.plot(x, surface["pressure"].values[row] * 1e-6, color=colour, lw=1.4, label=label)
         limit = surface["limiting_profile"].values[-1]
         if np.isfinite(limit).all():
-            shape.plot(lengths(r[-1], unit), lengths(limit, high), color=ORANGE, lw=1.2, ls="--", label="end of wear")
+            shape.plot(
+                lengths(r[-1], unit), lengths(limit, high), color=ORANGE, lw=1.2, ls="--", label="end of wear"
+            )
         # beyond the worn ring both profiles are the original one
-        end = 1.15 * float(data["worn_radius"].values.max() or r.max())
+        end = 1.1 * float(data["worn_radius"].values.max() or r.max())
         inside = r[-1] <= end
         shape.set_xlim(float(lengths(r.min(), unit)), float(lengths(np.array(end), unit)))
-        shape.set_ylim(0.0, 1.05 * float(lengths(f[:, inside].max(), high)))
+        span = lengths(np.array([f[:, inside].min(), f[:, inside].max()]), high)
+        shape.set_ylim(float(span[0] - 0.05 * np.ptp(span)), float(span[1] + 0.05 * np.ptp(span)))
         pressed.set_xlim(*shape.get_xlim())
         shape.set_ylabel(f"worn profile f ({high})")
         pressed.set_ylabel("pressure where it slips (MPa)")
-        shape.legend(), pressed.legend()
+        shape.legend()
+        pressed.legend()
         for axes in (shape, pressed):
             axes.set_xlabel(f"radius r ({unit})")
         _over_cycles(volume, data, {"worn_volume": "worn volume"}, "m^3")
@@ -129,7 +133,7 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
         log.set_box_aspect((1.0, 1.3, 0.8), zoom=0.85)
         friction = figure.add_subplot(2, 2, 2)
         stiffness = figure.add_subplot(2, 2, 4)
-        cycle, regime = data["cycle"].values, data["regime"].values
+        numbers, regime = data["cycle"].values, data["regime"].values
         name = "friction_coefficient" if "friction_coefficient" in data else "force_amplitude"
         label = "largest $F_x/F_N$" if name == "friction_coefficient" else "force amplitude (N)"
         per = good_unit(data["tangential_stiffness"].values, "N/m")
@@ -137,8 +141,8 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
         for kind, colour in colours.items():
             of = regime == kind
             if of.any():
-                friction.plot(cycle[of], data[name].values[of], ".", color=colour, ms=4, label=kind)
-                stiffness.plot(cycle[of], steep[of], ".", color=colour, ms=4)
+                friction.plot(numbers[of], data[name].values[of], ".", color=colour, ms=4, label=kind)
+                stiffness.plot(numbers[of], steep[of], ".", color=colour, ms=4)
         friction.set_ylabel(label)
         friction.set_xlabel("cycle")
         friction.legend(title="regime", ncols=2)
@@ -173,7 +177,15 @@ def running_conditions_map(data: xr.Dataset, record: tuple[np.ndarray, np.ndarra
         axes.text(0.05, 0.92, "partial slip", color=BLUE, transform=axes.transAxes)
         axes.text(0.95, 0.06, "gross slip", color=ORANGE, ha="right", transform=axes.transAxes)
         if record is not None:
-            axes.plot(lengths(record[0], unit), from_si(record[1], "N", force), ".-", color=GREEN, lw=0.8, ms=4, label="record")
+            axes.plot(
+                lengths(record[0], unit),
+                from_si(record[1], "N", force),
+                ".-",
+                color=GREEN,
+                lw=0.8,
+                ms=4,
+                label="record",
+            )
             axes.legend(loc="center right")
         axes.set_xlim(0.0, right)
         axes.set_ylim(0.0, float(np.max(from_si(all_loads, "N", force))))
