@@ -114,7 +114,7 @@ def test_doubled_cells_move_less_than_the_claim(
     for name in ("worn_volume", "indentation", "stick_radius", "dissipated_per_cycle"):
         coarse, error = loaded[name].values[::10], loaded.claims[name].error[::10]
         assert np.all(np.abs(fine[name].values - coarse) <= error * np.abs(coarse)), name
-        assert np.all(np.abs(fine[name].values[1:] / coarse[1:] - 1.0) < 2e-3), name
+        assert np.allclose(fine[name].values, coarse, rtol=2e-3, atol=1e-6 * coarse.max()), name
 
 
 @pytest.mark.parametrize("force", [False, True])
@@ -184,11 +184,11 @@ def test_worn_profile_is_solved_saved_and_worn_again(held: mdr.solving.wear.Wear
 
 
 def test_wear_in_two_parts_is_wear_in_one() -> None:
-    half = mdr.wear(BALL, HELD, coefficient=K, cycles=[2e4]).worn()
+    half = mdr.wear(BALL, HELD, coefficient=K, cycles=[1e4]).worn()
     again = mdr.wear(
-        mdr.Contact(half, BODY, BODY, friction=mdr.Coulomb(0.5)), HELD, coefficient=K, cycles=[2e4]
+        mdr.Contact(half, BODY, BODY, friction=mdr.Coulomb(0.5)), HELD, coefficient=K, cycles=[1e4]
     )
-    whole = mdr.wear(BALL, HELD, coefficient=K, cycles=[2e4, 4e4])
+    whole = mdr.wear(BALL, HELD, coefficient=K, cycles=[1e4, 2e4])
     volume = float(whole["worn_volume"][0]) + float(again["worn_volume"][-1])
     assert volume == pytest.approx(float(whole["worn_volume"][1]), rel=5e-3)
     assert isinstance(again.worn().original, mdr.Paraboloid)
@@ -275,8 +275,9 @@ def test_log_of_a_solved_record() -> None:
     stuck = 2.0 * mdr.effective_moduli(BODY, BODY).tangential * float(test["contact_radius"][0])
     # a parabola through Mindlin's curve
     assert np.allclose(log["tangential_stiffness"], stuck, rtol=0.05)
-    # loops between growing amplitudes are not closed
-    assert np.allclose(log["model_dissipated"], log["dissipated_per_cycle"], rtol=0.02)
+    steady = mdr.fretting_log(record([0.9e-6] * 3, steps=1000), contact=BALL)
+    assert np.allclose(steady["model_dissipated"], steady["dissipated_per_cycle"], rtol=1e-4)
+    assert np.allclose(steady["model_force"], steady["force_amplitude"], rtol=1e-9)
 
 
 def test_machine_is_taken_off() -> None:

@@ -266,7 +266,7 @@ def _bound(case: WearCase, rows: FloatArray) -> float:
 
 def _flat_of(case: WearCase, volume: float) -> float:
     """The radius in m at which a flat on the profile has a volume in m^3."""
-    part: FloatArray = (np.arange(200) + 0.5) / 200.0
+    part: FloatArray = np.linspace(0.0025, 0.9975, 200)
 
     def of(b: float) -> float:
         r = b * part

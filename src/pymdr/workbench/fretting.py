@@ -188,8 +188,8 @@ def fretting_log(
     return FrettingLog(
         data=xr.Dataset(
             {name: ("cycle", values, {"units": unit}) for name, (values, unit) in columns.items()}
-            | {"regime": ("cycle", np.where(np.isfinite(ratio), regime, "unknown"))},
-            coords={"cycle": number},
+            | {"regime": ("cycle", np.where(np.isfinite(ratio), regime, "unknown"), {"units": ""})},
+            coords={"cycle": ("cycle", number, {"units": ""})},
             attrs=attrs,
         ),
         contact=contact,

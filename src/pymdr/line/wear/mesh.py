@@ -113,7 +113,7 @@ class Mesh:
     def loading(self) -> FloatArray:
         """Integral int w dx of unit springs beyond c, shape (springs,)."""
         rise, width = _loads(self.nodes)
-        return _spread(rise[None, :], width[None, :])[0]
+        return np.asarray(_spread(rise[None, :], width[None, :])[0])
 
     def volume(self, worn: FloatArray) -> float:
         """Worn volume of a depth of wear on the rings."""
