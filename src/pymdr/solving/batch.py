@@ -236,7 +236,7 @@ def _start_context() -> BaseContext:
     return context
 
 
-def _stay_inone_thread() -> None:
+def _stay_in_one_thread() -> None:
     """Begin a process whose linear algebra takes one thread."""
     one_thread()
 
