@@ -151,8 +151,30 @@ def paths() -> Iterator[Ratio]:
     )
 
 
+def maps() -> Iterator[Ratio]:
+    """Stress on 256 x 256 points in a coat and its base, beside a half-space."""
+    steel = mdr.Elastic("210 GPa", 0.3)
+    for thickness in ("50 um", "2 um"):
+        coat = mdr.Layered([mdr.Layer(mdr.Elastic("400 GPa", 0.2), thickness)], base=steel)
+        layered, plain = (
+            mdr.solve(mdr.Contact(mdr.Sphere("5 mm"), body, steel), mdr.load("20 N"))
+            for body in (coat, steel)
+        )
+        a = float(layered["contact_radius"][-1])
+        points = a * np.linspace(0.0, 2.0, 256)
+        yield compare(
+            f"a map of stress in a coat, a/h = {a / layered.contact.body.thickness:.1f}",
+            lambda result=layered, points=points: result.field("stress", r=points, z=points),
+            "in a half-space",
+            lambda result=plain, points=points: result.field("stress", r=points, z=points),
+            "no aim",
+            repeats=3,
+        )
+
+
 def ratios() -> Iterator[Ratio]:
     yield from single()
     yield from beside_other_work()
     yield from against_rings()
     yield from paths()
+    yield from maps()

@@ -602,7 +602,9 @@ def test_how_much_a_layer_lifts_is_found_also_beside_wide_contacts(load):
     edges = np.linspace(0.0, 40.0 / h, 10 + int(8.0 * a / h))
     k = (0.5 * (edges[1:] + edges[:-1])[:, None] + 0.5 * np.diff(edges)[:, None] * nodes).ravel()
     pressed = (
-        k * line.kernel.compliance.pressed_through(k * h) * np.outer(0.5 * np.diff(edges), weights).ravel()
+        k
+        * line.kernel.compliance.stacks[0].pressed_through(k * h)
+        * np.outer(0.5 * np.diff(edges), weights).ravel()
     )
     share = pressed * (np.cos(np.outer(k, x)) @ loads)
     at_edge = j0(np.outer(a + h * np.linspace(-3.0, 3.0, 241), k)) @ share
@@ -628,8 +630,10 @@ def test_the_line_of_layers_keeps_its_profile():
 
 def test_what_layers_have_no_right_to():
     ball, body = mdr.Sphere(1.0), film(0.4)
-    with pytest.raises(ProblemError, match="Layered body against Elastic"):
-        mdr.Contact(ball, body, mdr.Elastic(1.0, 0.3))
+    with pytest.raises(ProblemError, match="Layered body against a Viscoelastic"):
+        mdr.Contact(ball, body, mdr.Viscoelastic(mdr.StandardSolid(1.0, 3.0, 1.0), 0.5))
+    with pytest.raises(ProblemError, match="different grading"):
+        mdr.Contact(ball, body, mdr.Graded(1.0, 1.0, 0.2, 0.3))
     with pytest.raises(ProblemError, match="friction of a Layered"):
         mdr.Contact(ball, body, friction=mdr.Coulomb(0.3))
     with pytest.raises(ProblemError, match="MaugisDugdale"):
@@ -667,6 +671,8 @@ def test_bodies_that_are_none(arguments, words):
         mdr.Layered(**{"layers": [mdr.Layer(mdr.Elastic(1.0, 0.3), 1.0)], **arguments})
     with pytest.raises(ProblemError, match="isotropic"):
         mdr.Layer(mdr.Rigid(), 1.0)
+    with pytest.raises(ProblemError, match="layers with memory"):
+        mdr.Layer(mdr.Viscoelastic(mdr.StandardSolid(1.0, 3.0, 1.0), 0.5), 1.0)
 
 
 def test_files_know_layers(tmp_path):

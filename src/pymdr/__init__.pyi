@@ -88,7 +88,11 @@ from .solving.impacts import impact as impact
 from .solving.impacts import restitution as restitution
 from .solving.loops import friction_loop as friction_loop
 from .solving.nanoindentation import calibrate_area as calibrate_area
+from .solving.nanoindentation import continuous_stiffness as continuous_stiffness
+from .solving.nanoindentation import film_modulus as film_modulus
+from .solving.nanoindentation import first_pop_in as first_pop_in
 from .solving.nanoindentation import oliver_pharr as oliver_pharr
+from .solving.nanoindentation import thermal_drift as thermal_drift
 from .solving.press import open_pressed_surface as open_pressed_surface
 from .solving.press import press as press
 from .solving.pulloff import pull_off as pull_off

@@ -92,8 +92,12 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("peak_pressure", "p_\\mathrm{max}", "Pa", "largest pressure"),
         Quantity("largest_mises", "\\sigma_\\mathrm{M,max}", "Pa", "largest von Mises stress"),
         Quantity("largest_shear", "\\tau_\\mathrm{max}", "Pa", "largest shear stress"),
+        Quantity("largest_principal", "\\sigma_{1,\\mathrm{max}}", "Pa", "largest principal stress"),
+        Quantity("interface_shear", r"\tau_\mathrm{i}", "Pa", "shear traction on an interface"),
+        Quantity("interface_tension", r"\sigma_\mathrm{i}", "Pa", "normal traction on an interface"),
         Quantity("yield_radius", "r_Y", "m", "radius of first yield"),
         Quantity("yield_depth", "z_Y", "m", "depth of first yield"),
+        Quantity("yield_layer", "i_Y", "", "layer of first yield, from 0 at the surface"),
         Quantity("stress", "\\sigma", "Pa", "stress, tension positive", _TENSOR),
         Quantity("principal_stress", "\\sigma_i", "Pa", "principal stress, tension positive", _TENSOR),
         Quantity("von_mises", "\\sigma_\\mathrm{M}", "Pa", "von Mises stress", _INTERIOR),
@@ -132,6 +136,8 @@ QUANTITIES: dict[str, Quantity] = {
 
 RADIUS = Quantity("r", "r", "m", "radius", ("r",))
 DEPTH = Quantity("z", "z", "m", "depth", ("z",))
+ALONG = Quantity("x", "x", "m", "position along the shift", ("x",))
+ACROSS = Quantity("y", "y", "m", "position across the shift", ("y",))
 POSITION = Quantity("x", "x", "m", "position on the line", ("x",))
 
 BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band of"}

@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.independent.rings import Array, ring_displacement
+from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.layers import Layered
-from pymdr.problem.materials import Elastic
+from pymdr.problem.materials import Elastic, Material
 
 _END = 22.0
 """q h of the top layer above which 1 - L is below rounding."""
@@ -162,6 +163,66 @@ def stack_of(body: Layered) -> Stack:
         (*(solid.young for solid in solids), base[0]),
         (*(solid.poisson for solid in solids), base[1]),
         (*(True for _ in solids[1:]), body.bond == "bonded"),
+    )
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two surfaces whose displacements add, at least one of them layered.
+
+    Parameters
+    ----------
+    stacks : tuple of Stack
+    flat : float, optional
+        1/E* in 1/Pa of the other body, if it is a half-space; 0 if it is rigid.
+
+    Examples
+    --------
+    >>> one = Stack((1.0,), (1.0, math.inf), (0.5, 0.3), (True,))
+    >>> Pair((one, one)).modulus == one.modulus / 2
+    True
+    """
+
+    stacks: tuple[Stack, ...]
+    flat: float = 0.0
+
+    bulges = True
+
+    @property
+    def modulus(self) -> float:
+        """E* of the top layers in Pa."""
+        return 1 / (self.flat + sum(1 / stack.modulus for stack in self.stacks))
+
+    @property
+    def _rest(self) -> float:
+        """Part of the compliance of half-spaces that belongs to the body without layers."""
+        return self.modulus * self.flat
+
+    @property
+    def softness(self) -> float:
+        """Upper bound of L."""
+        return self._rest + sum(self.modulus / stack.modulus * stack.softness for stack in self.stacks)
+
+    def displacement(self, r: ArrayLike, edges: ArrayLike) -> Array:
+        """Displacement in m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n)."""
+        parts = [self.modulus / stack.modulus * stack.displacement(r, edges) for stack in self.stacks]
+        return sum(parts, self._rest * ring_displacement(r, edges) if self._rest else np.zeros(()))
+
+
+def pair_of(body: Material, counterbody: Material) -> Pair:
+    """The surfaces of two bodies, at least one of them layered.
+
+    Examples
+    --------
+    >>> from pymdr.problem.layers import Layer
+    >>> from pymdr.problem.materials import Rigid
+    >>> pair_of(Layered([Layer(Elastic(0.75, 0.5), "2 mm")]), Elastic(0.75, 0.5)).modulus
+    0.5
+    """
+    bodies = (body, counterbody)
+    return Pair(
+        tuple(stack_of(one) for one in bodies if isinstance(one, Layered)),
+        sum(surface_compliances(one).normal for one in bodies if not isinstance(one, Layered)),
     )
 
 

@@ -12,6 +12,7 @@ from pymdr.interpretation.fields import line_gap, pressure
 from pymdr.interpretation.validity import Assumption
 from pymdr.line.adhesion.short_range import jkr_opening
 from pymdr.line.layered import LayeredLine
+from pymdr.mapping.layers import Compliance
 from pymdr.units import FloatArray, metres
 
 _INSIDE = 1.0 - 0.5 ** np.arange(0.0, 16.0, 0.5)
@@ -110,28 +111,29 @@ def base_assumption(line: LayeredLine, a: float, excess: float) -> tuple[Assumpt
     Returns
     -------
     tuple of Assumption
-        One, or none for bonded layers.
+        One, of two such bodies that with the larger tension; none for bonded layers.
 
     Notes
     -----
     s(r) = int_0^inf k J0(k r) P(k) S(kh) dk, P(k) = (1/pi) int_0^a q(x) cos(kx) dx, with the transmission S of a wave.
     """
-    if line.kernel.compliance.body.bond != "frictionless" or not a > 0.0:
+    sliding = [one for one in line.kernel.compliance.stacks if one.body.bond == "frictionless"]
+    if not sliding or not a > 0.0:
         return ()
     return (
         Assumption(
             "contact of the base",
             "largest tension at the base over the largest pressure; a frictionless layer must not lift off",
-            _lifting(line, a, excess),
+            max(_lifting(line, one, a, excess) for one in sliding),
             _LIFTING,
         ),
     )
 
 
-def _lifting(line: LayeredLine, a: float, excess: float) -> float:
+def _lifting(line: LayeredLine, stack: Compliance, a: float, excess: float) -> float:
     from scipy.special import j0
 
-    h, depth = line.thickness, line.kernel.compliance.body.thickness
+    h, depth = stack.thickness, stack.body.thickness
     x, loads = line.line_load(a, excess)
     r = np.concatenate(
         [np.linspace(0.0, a + 8.0 * depth, 129), a + np.linspace(-1.0, 1.0, 33) * min(a, depth)]
@@ -142,7 +144,7 @@ def _lifting(line: LayeredLine, a: float, excess: float) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(24)
     half = 0.5 * top / panels
     k = (half * (2.0 * np.arange(panels)[:, None] + 1.0 + nodes)).ravel()
-    waves: FloatArray = k * line.kernel.compliance.pressed_through(k * h) * np.tile(half * weights, panels)
+    waves: FloatArray = k * stack.pressed_through(k * h) * np.tile(half * weights, panels)
     stress = np.zeros(r.shape)
     for i in range(0, k.size, 4096):
         part = slice(i, i + 4096)

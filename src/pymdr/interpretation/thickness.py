@@ -34,7 +34,7 @@ from pymdr.line.lines import line_of
 from pymdr.numerics.panels import as_place
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
-from pymdr.problem.materials import Elastic, Rigid
+from pymdr.problem.materials import Elastic, Material
 from pymdr.units import FloatArray, metres
 
 THICKNESS_LIMIT = 0.1
@@ -259,15 +259,22 @@ def _measured(contact: Contact) -> _Sample | str:
     """The sample for the comparison, or why there is none."""
     if contact.profile.no_radius:
         return contact.profile.no_radius
-    (sample, *_) = samples_of(contact)
-    other = contact.counterbody if contact.body is sample else contact.body
-    if not isinstance(other, Rigid):
-        return "both bodies deform"
-    bulk = Elastic(sample.young, sample.poisson)
-    assert sample.thickness is not None
-    layer = Layered([Layer(bulk, sample.thickness)])
-    plain, layered = (line_of(Contact(contact.profile, body)) for body in (bulk, layer))
-    return _Sample(sample.thickness, plain, layered)
+    plain, layered = (
+        line_of(
+            Contact(contact.profile, _sample_as(kind, contact.body), _sample_as(kind, contact.counterbody))
+        )
+        for kind in (Elastic, Layered)
+    )
+    thinnest = min(one.thickness for one in samples_of(contact) if one.thickness is not None)
+    return _Sample(thinnest, plain, layered)
+
+
+def _sample_as(kind: type[Material], body: Material) -> Material:
+    """A body with a thickness as a half-space or as a layer on a rigid base; other bodies as they are."""
+    if not isinstance(body, Elastic) or body.thickness is None:
+        return body
+    bulk = Elastic(body.young, body.poisson)
+    return bulk if kind is Elastic else Layered([Layer(bulk, body.thickness)])
 
 
 def _judged(claim: Claim, near: BoolArray, error: FloatArray, sample: str, part: str) -> Claim:

@@ -131,6 +131,10 @@ SOURCES: dict[str, str] = {
         "Huber (1904), Ann. Phys. 319, 153-163, for Hertz's pressure; here flat punches (Sneddon 1946, Proc. Camb. Philos. Soc. "
         "42, 29-39) summed along the line of Popov and Hess (2015), chapter 3"
     ),
+    "shear-stress": (
+        "Hamilton (1983), Proc. Inst. Mech. Eng. 197C, 53-59, for a sliding Hertz contact; here tangential punches summed along the "
+        "line"
+    ),
     "popov-hess": (
         "Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, "
         "doi:10.1007/978-3-642-53876-6"
@@ -224,8 +228,12 @@ SOURCES: dict[str, str] = {
         "Lebedev and Ufliand (1958), J. Appl. Math. Mech. 22, 442-450: the punch on a layer as one Fredholm equation"
     ),
     "hayes": "Hayes, Keer, Herrmann and Mockros (1972), J. Biomech. 5, 541-551: indentation of cartilage",
+    "burmister": (
+        "Burmister (1945), J. Appl. Phys. 16, 89-94, 126-127 and 296-302: stresses and displacements in layered systems"
+    ),
     "dunkin": "Dunkin (1965), Bull. Seismol. Soc. Am. 55, 335-358: layers by minors, without growing exponentials",
     "levenberg-marquardt": "Levenberg (1944), Q. Appl. Math. 2, 164-168; Marquardt (1963), J. Soc. Ind. Appl. Math. 11, 431-441",
+    "patterson-thompson": "Patterson and Thompson (1971), Biometrika 58, 545-554, doi:10.1093/biomet/58.3.545: restricted likelihood",
     "akaike": (
         "Akaike (1974), IEEE Trans. Autom. Control 19, 716-723, doi:10.1109/TAC.1974.1100705; Burnham and Anderson (2002), "
         "Model Selection and Multimodel Inference, 2nd ed., doi:10.1007/b97636"
@@ -324,7 +332,14 @@ def bodies_of(line: Line) -> tuple[str, str]:
     """Description of the bodies of a line, and the source of their solution."""
     if not isinstance(line, LayeredLine):
         return half_spaces(line.exponent), SOURCES["hess-graded" if line.exponent else "sneddon"]
-    body = line.kernel.compliance.body
+    pair = line.kernel.compliance
+    bodies = [_layers_in_words(stack.body) for stack in pair.stacks]
+    if pair.softness > 0.0:
+        bodies.append("an elastic half-space")
+    return " against ".join(bodies), SOURCES["lebedev-ufliand"]
+
+
+def _layers_in_words(body: Layered) -> str:
     stack = (
         "an elastic layer"
         if len(body.layers) == 1
@@ -336,7 +351,7 @@ def bodies_of(line: Line) -> tuple[str, str]:
         if body.bond == "bonded"
         else f"that may slide on a {base} but not lift off it (bilateral)"
     )
-    return f"{stack} {base_bond.replace('a elastic', 'an elastic')}", SOURCES["lebedev-ufliand"]
+    return f"{stack} {base_bond.replace('a elastic', 'an elastic')}"
 
 
 def normal_claims(

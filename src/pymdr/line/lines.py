@@ -10,7 +10,7 @@ from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.layers import kernel_of
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
-from pymdr.problem.layers import Layered
+from pymdr.problem.materials import Material
 from pymdr.problem.profiles import Profile
 
 
@@ -63,11 +63,12 @@ def line_of(contact: Contact) -> Line:
     >>> line_of(Contact(Paraboloid(1.0), film)).modulus
     1.0
     """
-    layered = contact.layered
-    return springs_of(contact) if layered is None else _layered(contact.profile, layered)
+    if contact.layered is None:
+        return springs_of(contact)
+    return _layered(contact.profile, contact.body, contact.counterbody)
 
 
 @lru_cache(maxsize=8)
-def _layered(profile: Profile, body: Layered) -> LayeredLine:
+def _layered(profile: Profile, body: Material, counterbody: Material) -> LayeredLine:
     """The line of layers with its table, which is made once."""
-    return LayeredLine(equivalent_profile(profile), kernel_of(body))
+    return LayeredLine(equivalent_profile(profile), kernel_of(body, counterbody))

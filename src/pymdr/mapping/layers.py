@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -19,8 +20,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.layers import Layered
-from pymdr.problem.materials import Elastic
+from pymdr.problem.materials import Elastic, Material, Rigid
 from pymdr.units import FloatArray
 
 ComplexArray = NDArray[np.complex128]
@@ -30,7 +32,7 @@ _UV, _UP, _UT, _VP, _VT, _PT = range(6)
 """Minors of two states of (u_z, u_x, pressure, shear)."""
 
 
-def _generator(shear: float, poisson: float) -> FloatArray:
+def generator(shear: float, poisson: float) -> FloatArray:
     """
     How a state grows from the bottom of a layer to its top, per wavenumber times depth.
 
@@ -110,7 +112,7 @@ class _Ply:
 
 
 def _ply(thickness: float, shear: float, poisson: float) -> _Ply:
-    b = _minors_of(_generator(shear, poisson))
+    b = _minors_of(generator(shear, poisson))
     return _Ply(thickness, np.stack([np.linalg.matrix_power(b, k) for k in range(5)]))
 
 
@@ -124,7 +126,7 @@ def _minors_of_base(body: Layered, shear: float) -> FloatArray:
         minors[_VP], minors[_UV] = 1.0, -2.0 * (1.0 - base.poisson) * shear / base.shear
     else:
         # what decays downward is what grows upward: the eigenvector of 2
-        b = _minors_of(_generator(base.shear / shear, base.poisson))
+        b = _minors_of(generator(base.shear / shear, base.poisson))
         minors = np.linalg.matrix_power(b, 3)[:, _PT] / 8.0 + np.linalg.matrix_power(b, 4)[:, _PT] / 16.0
         minors /= np.max(np.abs(minors))
     return minors
@@ -198,7 +200,7 @@ class Compliance:
         sliding[1], pressed[0], pressed[2] = 1.0, -base[_UV], 1.0
         decay = np.zeros(s.size)
         for layer, ply in zip(reversed(self.body.layers), reversed(self._plies), strict=True):
-            state = _generator(layer.material.shear / self.body.top.shear, layer.material.poisson)
+            state = generator(layer.material.shear / self.body.top.shear, layer.material.poisson)
             z = s * ply.thickness
             back = np.exp(-2.0 * z)
             cosh, sinh = 0.5 * (1.0 + back), 0.5 * (1.0 - back)
@@ -230,6 +232,63 @@ class Compliance:
         return np.asarray(difference / whole[_PT]).reshape(np.shape(s))
 
 
+@dataclass(frozen=True)
+class PairCompliance:
+    """
+    The surface compliance L(s) of two bodies, as a part of that of half-spaces of their top layers.
+
+    Parameters
+    ----------
+    stacks : tuple of Compliance
+        The layered bodies, one or two.
+    softness : float, optional
+        1/E* in 1/Pa of the other body, if it is a half-space; by default 0, rigid.
+
+    Notes
+    -----
+    Under a frictionless pressure wave the normal displacements of two surfaces add:
+    L = E* (L1/E1* + L2/E2*), 1/E* = 1/E1* + 1/E2*. Wavenumbers s are per thickness of the thinner top layer.
+
+    Examples
+    --------
+    >>> from pymdr.problem.layers import Layer
+    >>> film = Compliance(Layered([Layer(Elastic(1.0, 0.5), 1.0)]))
+    >>> both = PairCompliance((film, film))
+    >>> both.modulus / film.modulus, bool(both.ratio(1.0) == film.ratio(1.0))
+    (0.5, True)
+    """
+
+    stacks: tuple[Compliance, ...]
+    softness: float = 0.0
+
+    @cached_property
+    def modulus(self) -> float:
+        """E* of the top layers in Pa."""
+        if len(self.stacks) == 1 and self.softness == 0.0:
+            return self.stacks[0].modulus
+        return 1.0 / (self.softness + sum(1.0 / stack.modulus for stack in self.stacks))
+
+    @property
+    def thickness(self) -> float:
+        """That of the thinner top layer in m, the unit of lengths."""
+        return min(stack.thickness for stack in self.stacks)
+
+    def ratio(self, s: ArrayLike) -> ComplexArray:
+        """L(s), relative to its size; s with a real part above 0."""
+        return self.modulus * self.softness + self._added(Compliance.ratio, s)
+
+    def shortfall(self, s: ArrayLike) -> ComplexArray:
+        """1 - L(s), relative to its size where that is below 1."""
+        return self._added(Compliance.shortfall, s)
+
+    def _added(self, of: Callable[[Compliance, ArrayLike], ComplexArray], s: ArrayLike) -> ComplexArray:
+        z = np.asarray(s, dtype=complex)
+        total: ComplexArray = np.zeros_like(z)
+        for stack in self.stacks:
+            total = total + self.modulus / stack.modulus * of(stack, z * (stack.thickness / self.thickness))
+        return total
+
+
 _TERMS = 12
 """Powers on every panel of the kernel."""
 _POWERS = np.stack(
@@ -255,11 +314,11 @@ _BLOCK = 1 << 13
 @dataclass(eq=False)
 class Kernel:
     """
-    The kernel M(t) of a layered body, tabulated as far out as it is asked.
+    The kernel M(t) of two bodies, one or both of them layered, tabulated as far out as it is asked.
 
     Parameters
     ----------
-    compliance : Compliance
+    compliance : PairCompliance
 
     Raises
     ------
@@ -272,7 +331,7 @@ class Kernel:
     the distance, so that the values in the tail, which fall as a power of t, keep their digits.
     """
 
-    compliance: Compliance
+    compliance: PairCompliance
     error: float = 0.0
     """How far the integrals of two ways are apart, as a part of the largest value."""
 
@@ -371,6 +430,9 @@ def _rule(angle: float) -> tuple[ComplexArray, ComplexArray]:
 
 
 @lru_cache(maxsize=16)
-def kernel_of(body: Layered) -> Kernel:
-    """The kernel of a body, made once."""
-    return Kernel(Compliance(body))
+def kernel_of(body: Material, counterbody: Material | None = None) -> Kernel:
+    """The kernel of two bodies, one or both of them layered, made once; the second is rigid unless given."""
+    bodies = (body, Rigid() if counterbody is None else counterbody)
+    stacks = tuple(Compliance(one) for one in bodies if isinstance(one, Layered))
+    softness = sum(surface_compliances(one).normal for one in bodies if not isinstance(one, Layered))
+    return Kernel(PairCompliance(stacks, softness))

@@ -25,7 +25,8 @@ class Contact(Value):
     body : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
         The first body.
     counterbody : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
-        The second body, by default rigid. A graded body needs a rigid one or one of the same exponent; a layered body needs a rigid one.
+        The second body, by default rigid. A graded body needs a rigid one or one of the same exponent; a layered body needs one
+        without grading and memory.
     adhesion : JKR, MaugisDugdale or DMT, optional
         Law of adhesion; by default none.
     friction : Coulomb, optional
@@ -35,7 +36,7 @@ class Contact(Value):
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, a graded or layered body with friction or MaugisDugdale, a layered body with a deformable one, a
+        friction, a graded or layered body with friction or MaugisDugdale, a layered body with a viscoelastic one, a
         viscoelastic body with adhesion, a ForceCurve with adhesion or a graded or layered body, or a shape
         without axial symmetry with anything but elastic half-spaces.
 
@@ -85,7 +86,7 @@ class Contact(Value):
         if self.is_viscoelastic:
             self._refuse_memory()
         if self.layered is not None:
-            self._refuse_beyond_layers(self.layered)
+            self._refuse_beyond_layers()
         if exponent != 0.0 and self.friction is not None:
             raise ProblemError(
                 f"Contact: friction of a graded body (exponent {exponent:g}) is not available: its tangential displacements are not "
@@ -109,15 +110,14 @@ class Contact(Value):
 
     @property
     def layered(self) -> Layered | None:
-        """The layered body; None without one."""
+        """The layered body, the first if both are; None without one."""
         return next((body for body in (self.body, self.counterbody) if isinstance(body, Layered)), None)
 
-    def _refuse_beyond_layers(self, body: Layered) -> None:
-        other = self.counterbody if self.body is body else self.body
-        if not isinstance(other, Rigid):
+    def _refuse_beyond_layers(self) -> None:
+        if self.is_viscoelastic:
             raise ProblemError(
-                f"Contact: a Layered body against {type(other).__name__} is not available: a layered and a deformable surface do "
-                "not combine to one line; use Rigid() for the other body if it is much stiffer"
+                "Contact: a Layered body against a Viscoelastic one is not available: their surfaces relax differently at every "
+                "wavelength, so the springs have no common relaxation function; use Elastic with the stiffness at one time"
             )
         if isinstance(self.profile, ForceCurve):
             raise ProblemError(

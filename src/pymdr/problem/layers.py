@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pymdr.errors import ProblemError
-from pymdr.problem.materials import Elastic, Material, Rigid
+from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic
 from pymdr.problem.values import SIField, Value
 from pymdr.units import metres, shown
 
@@ -47,6 +47,11 @@ class Layer(Value):
     thickness: SIField = SIField("m", above=0.0, description="thickness")
 
     def __post_init__(self) -> None:
+        if isinstance(self.material, Viscoelastic):
+            raise ProblemError(
+                "Layer.material is Viscoelastic: layers with memory are not available, because only their force, not their pressure, "
+                "follows from independent springs; give Elastic with the stiffness at one time"
+            )
         if not isinstance(self.material, Elastic):
             raise ProblemError(
                 f"Layer.material = {shown(self.material)}: layers are isotropic and elastic; give Elastic('1 MPa', 0.5)"

@@ -20,7 +20,8 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
 from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
-from pymdr.line.lines import springs_of
+from pymdr.line.lines import line_of
+from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
 from pymdr.result import Result
@@ -173,7 +174,10 @@ def _layers(result: Result) -> LayersDrawn | None:
     half_spaces = {}
     for label, solid in (("half-space of the top layer", body.top), ("half-space of the base", body.base)):
         if deepest > 0.0 and not isinstance(solid, Rigid):
-            line = springs_of(replace(result.contact, body=solid, counterbody=Rigid(), adhesion=None))
+            one, other = (
+                solid if each is body else each for each in (result.contact.body, result.contact.counterbody)
+            )
+            line = line_of(Contact(result.contact.profile, one, other))
             half_spaces[label] = (depth, normal_force(line, states_at_depth(line, depth)))
     return LayersDrawn(
         thickness=tuple(layer.thickness for layer in body.layers),
@@ -183,6 +187,7 @@ def _layers(result: Result) -> LayersDrawn | None:
         base=f"base, {written(body.base.young, 'Pa')}" if isinstance(body.base, Elastic) else "rigid base",
         rigid=isinstance(body.base, Rigid),
         half_spaces=half_spaces,
+        both=not any(isinstance(one, Rigid) for one in (result.contact.body, result.contact.counterbody)),
     )
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
-from pymdr.interpretation.interior import Interior, elastic_body
+from pymdr.interpretation.interior import Interior
+from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
@@ -80,7 +81,9 @@ def _surface(result: Result) -> Surface:
 
 
 def _interior(result: Result, side: str | None) -> Interior:
-    return Interior(_surface(result), elastic_body(result.contact, side))
+    surface = result.surface
+    assert isinstance(surface, Surface | FrictionSurface | MemorySurface | ShearedSurface)
+    return interior_of(result.contact, surface, side)
 
 
 def _friction_surface(result: Result) -> FrictionSurface:
@@ -156,12 +159,20 @@ LAWS = (
             (*LINE_FIELDS, *SHEARED_LINE_FIELDS),
             _sheared_surface,
             frictional_memory_plots,
+            interior=_interior,
         ),
     ),
     Law(
         lambda contact, solver, path: contact.is_viscoelastic,
         solve_viscoelastic,
-        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface_with_memory, memory_plots, _WITHOUT_FRICTION),
+        Reading(
+            SURFACE_FIELDS,
+            LINE_FIELDS,
+            _surface_with_memory,
+            memory_plots,
+            _WITHOUT_FRICTION,
+            interior=_interior,
+        ),
     ),
     Law(
         lambda contact, solver, path: contact.adhesion is not None,
@@ -187,6 +198,7 @@ LAWS = (
             (*LINE_FIELDS, *TANGENTIAL_LINE_FIELDS),
             _friction_surface,
             frictional_plots,
+            interior=_interior,
         ),
     ),
     Law(

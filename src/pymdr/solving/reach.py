@@ -23,6 +23,7 @@ from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import slope_function
 from pymdr.mapping.moduli import EffectiveModuli, effective_moduli
 from pymdr.problem.contact import Contact
+from pymdr.problem.layers import Layered
 from pymdr.problem.profiles import Ellipsoid, FlatPunch, ForceCurve, Function, Profile, Sampled, Sphere, Sum
 from pymdr.units import FloatArray, metres, newtons
 
@@ -57,11 +58,13 @@ def map_to_springs(contact: Contact) -> Springs:
 
 
 def map_to_line(contact: Contact) -> Mapped:
-    """Step 1: the line of any bodies, with the moduli of the top layer where there is one."""
-    layered = contact.layered
-    if layered is None:
+    """Step 1: the line of any bodies, with the moduli of the top layers where there are layers."""
+    if contact.layered is None:
         return map_to_springs(contact)
-    return Mapped(line_of(contact), effective_moduli(layered.top), notes_of(contact.profile))
+    surfaces = (
+        body.top if isinstance(body, Layered) else body for body in (contact.body, contact.counterbody)
+    )
+    return Mapped(line_of(contact), effective_moduli(*surfaces), notes_of(contact.profile))
 
 
 def notes_of(profile: Profile) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from pymdr.errors import ProblemError
 from pymdr.independent.history import RingHistory, gap_of, solve_steps
 from pymdr.independent.memory import RingMemory, follow_rings
 from pymdr.independent.rings import HALF_SPACE, Rings, RingSolution, Surface, solve_adhesion, solve_disk
-from pymdr.independent.stacks import stack_of
+from pymdr.independent.stacks import pair_of
 from pymdr.interpretation.validity import Assumption, ring_claims, ring_memory_claims
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation
@@ -152,12 +152,11 @@ def adhesive_disks(
 
 
 def _pressed(contact: Contact) -> tuple[Surface, float]:
-    """The surface and its E* in Pa; for layers that of the top layer."""
-    layered = contact.layered
-    if layered is None:
+    """The surface and its E* in Pa; for layers that of the top layers."""
+    if contact.layered is None:
         return HALF_SPACE, effective_moduli(contact.body, contact.counterbody).normal
-    stack = stack_of(layered)
-    return stack, stack.modulus
+    pair = pair_of(contact.body, contact.counterbody)
+    return pair, pair.modulus
 
 
 @dataclass(frozen=True)

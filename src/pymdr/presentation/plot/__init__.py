@@ -18,7 +18,14 @@ from pymdr.presentation.plot.interior import stress_section
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
-from pymdr.presentation.plot.nanoindentation import area_study, indent_study
+from pymdr.presentation.plot.nanoindentation import (
+    area_study,
+    drift_study,
+    film_study,
+    indent_study,
+    pop_in_study,
+    profile_study,
+)
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rolling import rolling_study, sliding_study
 from pymdr.presentation.plot.rough import calibration_study, rough_study
@@ -50,6 +57,8 @@ __all__ = [
     "compared_tractions",
     "conditions_study",
     "conduction_figure",
+    "drift_study",
+    "film_study",
     "fitted_curves",
     "fitted_map",
     "fretting_log",
@@ -66,7 +75,9 @@ __all__ = [
     "memory_overview",
     "normal_figures",
     "normal_overview",
+    "pop_in_study",
     "pressed_surface",
+    "profile_study",
     "pull_off_figure",
     "restitution_study",
     "rolling_study",

@@ -112,7 +112,7 @@ def _draw_stack(axes: Axes, data: FigureData) -> None:
         tip = data.gap(r) - d
     x = _both(r, unit, -1.0)
     highest = 0.6 * width
-    lowest = -min(1.3 * total, 2.0 * width)
+    lowest = -min(max(1.3 * total, 0.3 * width), 2.0 * width)
     top = _both(-u, unit)
     depth = 0.0
     for i, (thickness, material) in enumerate(zip(drawn.thickness, drawn.materials, strict=True)):
@@ -144,7 +144,7 @@ def _draw_stack(axes: Axes, data: FigureData) -> None:
     axes.set_ylim(bottom, float(lengths(np.array(highest), unit)))
     axes.set_xlabel(f"{RADIUS.label} ({unit})")
     axes.set_ylabel(f"height $z$ ({unit})")
-    axes.set_title("to scale")
+    axes.set_title("to scale; with the displacement of both surfaces" if drawn.both else "to scale")
 
 
 def _both(values: FloatArray, unit: str, sign: float = 1.0) -> FloatArray:

@@ -71,6 +71,8 @@ class LayersDrawn:
     """Whether the base is rigid."""
     half_spaces: Mapping[str, tuple[FloatArray, FloatArray]]
     """Indentations in m and forces in N on homogeneous half-spaces, by material."""
+    both: bool = False
+    """Whether the other body is deformed too."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from pymdr.solving.fits.estimating import (
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
 from pymdr.solving.fits.results import FitResult, force_of
 from pymdr.solving.fits.searching import Modelled, Search
-from pymdr.solving.fits.unexplained import unexplained
+from pymdr.solving.fits.unexplained import correlation_notes, unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -40,7 +40,7 @@ from pymdr.units import FloatArray, QuantityLike, written
 if TYPE_CHECKING:
     import xarray as xr
 
-LEVENBERG_MARQUARDT = "levenberg-marquardt"
+LEVENBERG_MARQUARDT, RESTRICTED = "levenberg-marquardt", "patterson-thompson"
 _NOTED = 0.1
 """Ratio of a systematic to a standard error from which on it is noted."""
 
@@ -94,8 +94,12 @@ def fit(
     The depth of a sample is its travel less the deflection of the machine; the weights account for the noise of the force,
     which is in both. With adhesion, samples between the depths of the jumps into contact and out of it belong to the nearer
     branch, and those adjacent to a jump are left out. The search starts from the best points of a grid over the nonlinear
-    unknowns. Errors come from the curvature of the misfit, times the root of the number of samples that are equivalent to one
-    independent sample.
+    unknowns. Errors are those of least squares under the spectrum of the noise that the residuals determine, white noise and a slow
+    part, by restricted likelihood (Patterson and Thompson 1971), averaged over its uncertainty.
+
+    References
+    ----------
+    Patterson and Thompson (1971), Biometrika 58, 545-554, doi:10.1093/biomet/58.3.545
 
     Examples
     --------
@@ -183,6 +187,7 @@ def _interpreted(estimate: Estimate) -> FitResult:
         for name, is_felt in zip(search.names, estimate.felt, strict=True)
         if not is_felt
     )
+    notes += correlation_notes(estimate)
     if np.any(systematic > _NOTED * estimate.errors):
         notes += ("the intervals include the error of the model, which is not small compared with the noise",)
     return FitResult(
@@ -193,11 +198,12 @@ def _interpreted(estimate: Estimate) -> FitResult:
         noise=estimate.noise,
         waves=estimate.waves,
         correlated=estimate.correlated,
+        widened=estimate.widened,
         aicc=estimate.aicc,
         claims=result.claims,
         assumptions=result.assumptions,
         notes=notes,
-        references=(*result.references, LEVENBERG_MARQUARDT),
+        references=(*result.references, LEVENBERG_MARQUARDT, RESTRICTED),
         search=search,
         free=estimate.best,
     )

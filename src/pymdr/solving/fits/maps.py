@@ -20,7 +20,7 @@ from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.families import WORK
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED
 from pymdr.solving.fits.quick import depth_ranges
 from pymdr.solving.fits.records import Records, records_of
 from pymdr.solving.fits.request import (
@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+_CORRELATED = 2.25
+"""Number of samples equivalent to one from which on the correlation of residuals is noted."""
 _SHOWN_REFUSALS = 5
 """Largest number of refusals in the notes."""
 
@@ -243,6 +245,11 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
             "leave waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
         ),
         (
+            "correlated",
+            _CORRELATED,
+            f"have correlated residuals, which widen their errors by more than a factor of {math.sqrt(_CORRELATED):g} (correlated)",
+        ),
+        (
             PLATEAU,
             0.0,
             "have samples at their largest force while the depth changes (plateau): if the detector was saturated, set them to nan, or read the "
@@ -270,7 +277,7 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         names=request.names,
         claims=claims,
         assumptions=assumed,
-        references=(*references, LEVENBERG_MARQUARDT),
+        references=(*references, LEVENBERG_MARQUARDT, RESTRICTED),
         notes=tuple(notes),
     )
 

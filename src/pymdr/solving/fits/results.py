@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _DIGITS, _ALL_DIGITS = 4, 16
 _STEP = 1e-6
+_CORRELATED = 1.44
+"""Number of samples equivalent to one from which on it is listed."""
 
 
 class Fitted(NamedTuple):
@@ -92,7 +94,10 @@ class FitResult(Answer):
     waves: float
     """Correlated part of the residuals relative to the noise between neighbours; 0 for pure noise."""
     correlated: float
-    """Number of samples equivalent to one independent sample; its root is a factor of the errors."""
+    """Number of samples equivalent to one independent sample: the largest ratio of the variance of an unknown to that under white
+    noise, at least 1."""
+    widened: Mapping[str, float]
+    """Half widths of the 95 % intervals by name, relative to those of normal distributions under white noise."""
     aicc: float
     """Akaike's information criterion for small samples, with the independent samples."""
     search: Search
@@ -137,11 +142,8 @@ class FitResult(Answer):
         QuantityError
             If a name is not an unknown of the fit.
         """
-        from scipy.special import ndtr, stdtrit
-
         names = [u.name for u in self.search.unknowns] if names is None else list(names)
         samples = self.search.residuals(self.free).size - self.free.size
-        wide = stdtrit(samples, ndtr(sigma * math.sqrt(self.correlated)))
         ends = {}
         for name in names:
             fitted = self[name]
@@ -149,6 +151,7 @@ class FitResult(Answer):
                 ends[name] = (fitted.low, fitted.high)
                 continue
             i, values = self.search.names.index(name), []
+            wide = sigma * self.widened.get(name, 1.0)
             moved = self.free.copy()
             moved[i] += _STEP
             step = sigma * fitted.error * _STEP / (self.search.named(moved)[name] - fitted.value)
@@ -169,7 +172,7 @@ class FitResult(Answer):
     def _remarks(self) -> list[str]:
         used = int(self.data["used"].values.sum())
         line = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
-        if self.correlated > 1.0:
+        if self.correlated > _CORRELATED:
             line += f", {self.correlated:.3g} of which are equivalent to one independent sample"
         return [line]
 

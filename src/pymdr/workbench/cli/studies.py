@@ -105,8 +105,13 @@ def impact(
 
 def yields(
     case: CaseFile,
-    strength: Annotated[str, typer.Option(help="Yield strength in uniaxial tension, such as '1.2 GPa'.")],
+    strength: Annotated[
+        list[str], typer.Option(help="Yield strength, such as '1.2 GPa'; repeatable, one per layer.")
+    ],
     side: Annotated[str | None, typer.Option(help="Which yields: body or counterbody.")] = None,
+    force_ratio: Annotated[
+        float | None, typer.Option(help="With friction: tangential over normal force; sliding unless given.")
+    ] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -117,7 +122,7 @@ def yields(
     _study(
         "yield",
         case,
-        lambda contact: first_yield(contact, strength=strength, side=side),
+        lambda contact: first_yield(contact, strength=strength, side=side, force_ratio=force_ratio),
         output,
         quiet,
         as_json,
