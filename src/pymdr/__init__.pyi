@@ -60,6 +60,7 @@ from .problem.profiles import Sampled2D as Sampled2D
 from .problem.profiles import ShapePreserving as ShapePreserving
 from .problem.profiles import SmoothingSpline as SmoothingSpline
 from .problem.profiles import Sphere as Sphere
+from .problem.profiles import SphereOnSphere as SphereOnSphere
 from .problem.profiles import TruncatedCone as TruncatedCone
 from .problem.profiles import TruncatedParaboloid as TruncatedParaboloid
 from .problem.profiles import TruncatedSphere as TruncatedSphere
@@ -82,6 +83,8 @@ from .solving.exporting import export_law as export_law
 from .solving.fits import compare_laws as compare_laws
 from .solving.fits import fit as fit
 from .solving.fits import fit_map as fit_map
+from .solving.fits import fit_over_indentation as fit_over_indentation
+from .solving.grouped import summarize_groups as summarize_groups
 from .solving.heating import frictional_heat as frictional_heat
 from .solving.heating import joule_heating as joule_heating
 from .solving.impacts import impact as impact

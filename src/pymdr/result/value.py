@@ -384,7 +384,7 @@ class Result:
 
     @cached_property
     def _largest_stress(self) -> dict[str, xr.DataArray]:
-        """Largest stresses over all rows by quantity, each found when it is first asked for."""
+        """Largest stresses over all rows by quantity, each computed at first use."""
         return {}
 
     def _largest_quantity(self, name: str) -> xr.DataArray:

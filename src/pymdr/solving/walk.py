@@ -151,7 +151,7 @@ class Interpretation:
     starts: tuple[Channels, ...] | None = None
     """Positions of the channels at the start of each leg, if fields need them."""
     is_viscoelastic: bool = False
-    """Whether the bodies have memory; if not, a note says that time has no effect."""
+    """Whether the bodies have memory; if not, a note states that time has no effect."""
     conducting: FloatArray | None = None
     """Half the stiffness over E* in m, of contacts that are not disks."""
 

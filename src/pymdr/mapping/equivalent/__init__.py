@@ -41,6 +41,7 @@ from pymdr.problem.profiles import (
     Sampled2D,
     Shape,
     Sphere,
+    SphereOnSphere,
     Sum,
     TruncatedCone,
     TruncatedParaboloid,
@@ -110,6 +111,11 @@ def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentPro
 @equivalent_profile.register
 def _(profile: Sphere, exponent: float = 0.0) -> EquivalentProfile:
     return SphereLine(profile.radius) if exponent == 0.0 else _on_panels(profile, exponent)
+
+
+@equivalent_profile.register
+def _(profile: SphereOnSphere, exponent: float = 0.0) -> EquivalentProfile:
+    return equivalent_profile(Sum(profile.parts), exponent)
 
 
 @equivalent_profile.register
@@ -198,7 +204,7 @@ def _polygon(profile: ForceCurve) -> PolygonLine:
 
 @equivalent_profile.register
 def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
-    # what is registered elsewhere may know the homogeneous half-space only
+    # a registered map may support the homogeneous half-space only
     graded = (exponent,) if exponent != 0.0 else ()
     parts = [equivalent_profile(part, *graded) for part in profile.parts]
     if any(isinstance(part, PanelLine) for part in parts):
@@ -260,7 +266,7 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
 
 
 def slope_function(profile: Profile) -> Curve:
-    """f'(r) of a profile as a callable, as its map reads it; that of a force curve refuses to be called."""
+    """f'(r) of a profile as a callable, as used by its map; that of a force curve raises an error when called."""
     if isinstance(profile, ForceCurve):
         return profile.gap_slope
     source = source_of(profile)

@@ -292,7 +292,7 @@ def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Data
                 label="shear strength reached",
             )
         right.set_xlabel(f"force of the first pop-in ({unit})")
-        right.set_ylabel("part of the indents")
+        right.set_ylabel("fraction of the indents")
         right.set_ylim(0.0, 1.02)
         for axes in (left, right):
             legend_above(axes)

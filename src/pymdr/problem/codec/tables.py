@@ -32,6 +32,7 @@ from pymdr.problem.profiles import (
     ShapePreserving,
     SmoothingSpline,
     Sphere,
+    SphereOnSphere,
     Sum,
     TruncatedCone,
     TruncatedParaboloid,
@@ -43,6 +44,7 @@ from pymdr.problem.rheology import KelvinVoigt, Maxwell, Prony, StandardSolid
 
 PROFILES: dict[str, type] = {
     "sphere": Sphere,
+    "sphere_on_sphere": SphereOnSphere,
     "paraboloid": Paraboloid,
     "cone": Cone,
     "power_law": PowerLaw,

@@ -14,6 +14,7 @@ from pymdr.problem.profiles.closed import FlatPunch as FlatPunch
 from pymdr.problem.profiles.closed import Paraboloid as Paraboloid
 from pymdr.problem.profiles.closed import PowerLaw as PowerLaw
 from pymdr.problem.profiles.closed import Sphere as Sphere
+from pymdr.problem.profiles.closed import SphereOnSphere as SphereOnSphere
 from pymdr.problem.profiles.forcecurve import ForceCurve as ForceCurve
 from pymdr.problem.profiles.function import Function as Function
 from pymdr.problem.profiles.function import Interpolated as Interpolated

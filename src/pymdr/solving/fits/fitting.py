@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact
 from pymdr.result import labelled
 from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.fits.calibrations import with_uncertainty
 from pymdr.solving.fits.estimating import (
     Estimate,
     at_bounds,
@@ -22,7 +23,8 @@ from pymdr.solving.fits.estimating import (
     with_intervals,
 )
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
-from pymdr.solving.fits.results import FitResult, force_of
+from pymdr.solving.fits.ranges import estimated_within, limits_of
+from pymdr.solving.fits.results import FitResult, Fitted, force_of
 from pymdr.solving.fits.searching import Modelled, Search
 from pymdr.solving.fits.unexplained import correlation_notes, unexplained
 from pymdr.solving.fits.unknowns import (
@@ -53,6 +55,8 @@ def fit(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    fit_range: Mapping[str, QuantityLike] | None = None,
+    uncertainty: Mapping[str, QuantityLike] | None = None,
 ) -> FitResult:
     """
     Fit parameters of a contact to measured force curves, or to records of friction.
@@ -76,6 +80,11 @@ def fit(
         by default.
     baseline : quantity, optional
         The force of the record in N out of contact; unknown by default.
+    fit_range : mapping of str to quantity, optional
+        Largest ``indentation`` in m, ``force`` in N above the baseline, or both: samples beyond are left out. The whole record by default.
+    uncertainty : mapping of str to quantity, optional
+        Standard uncertainties of known numbers, in percent (``"10 %"``) or in their unit, which enter the intervals: of the ``spring_constant``,
+        of the ``sensitivity`` of the deflection, and of parameters of the contact, such as ``"profile.radius"``.
 
     Returns
     -------
@@ -123,8 +132,15 @@ def fit(
         free,
         {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
     )
-    result = _interpreted(estimated(search))
-    notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
+    notes: tuple[str, ...] = (
+        (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
+    )
+    if fit_range is None:
+        end = estimated(search)
+    else:
+        end, range_note = estimated_within(search, limits_of(fit_range))
+        notes += (range_note,)
+    result = _interpreted(end, uncertainty)
     return replace(result, notes=(*notes, *unexplained(result), *result.notes))
 
 
@@ -165,15 +181,17 @@ def _search(
     return Search(contact, unknowns, records, known, used), 0
 
 
-def _interpreted(estimate: Estimate) -> FitResult:
+def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | None = None) -> FitResult:
     """The result of an estimate, with claims and notes."""
-    search, values = estimate.search, estimate.values
+    search, values, noise_errors = estimate.search, estimate.values, estimate.errors
     result = solve_fitted(estimate)
     systematic = _systematic(estimate, result.claims[force_of(estimate.contact)])
     if systematic.any():
-        values = with_intervals(
-            search, estimate.best, estimate.errors + systematic / estimate.width, estimate.width
-        )
+        estimate = estimate._replace(errors=estimate.errors + systematic / estimate.width)
+        values = with_intervals(search, estimate.best, estimate.errors, estimate.width)
+    shares: dict[str, dict[str, float]] = {}
+    if uncertainty is not None:
+        values, shares = with_uncertainty(estimate, uncertainty)
     left_out = sum(int((~part).sum()) for part in search.used)
     why = "marked in the record" if search.shears else "adjacent to jumps"
     notes: tuple[str, ...] = (f"{left_out} samples {why} are left out",) if left_out else ()
@@ -188,7 +206,8 @@ def _interpreted(estimate: Estimate) -> FitResult:
         if not is_felt
     )
     notes += correlation_notes(estimate)
-    if np.any(systematic > _NOTED * estimate.errors):
+    notes += _share_notes(search, values, shares)
+    if np.any(systematic > _NOTED * noise_errors):
         notes += ("the intervals include the error of the model, which is not small compared with the noise",)
     return FitResult(
         contact=estimate.contact,
@@ -199,6 +218,7 @@ def _interpreted(estimate: Estimate) -> FitResult:
         waves=estimate.waves,
         correlated=estimate.correlated,
         widened=estimate.widened,
+        calibration=shares,
         aicc=estimate.aicc,
         claims=result.claims,
         assumptions=result.assumptions,
@@ -207,6 +227,20 @@ def _interpreted(estimate: Estimate) -> FitResult:
         search=search,
         free=estimate.best,
     )
+
+
+def _share_notes(
+    search: Search, values: Mapping[str, Fitted], shares: Mapping[str, Mapping[str, float]]
+) -> tuple[str, ...]:
+    """Where the standard error of each unknown of the contact comes from."""
+    notes = []
+    for one in (values[u.name] for u in search.unknowns if shares and u.name in values):
+        texts = [
+            f"{100.0 * part[one.name] / abs(one.value):.2g} % from {source}"
+            for source, part in shares.items()
+        ]
+        notes.append(f"standard error of {one.name}: {', '.join(texts)}")
+    return tuple(notes)
 
 
 def _systematic(estimate: Estimate, claim: Claim) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from pymdr.errors import QuantityError
@@ -62,6 +62,12 @@ class Fitted(NamedTuple):
         return f"{self.name} = {value}, 95 % between {low} and {high}"
 
     @property
+    def interval(self) -> str:
+        """The value and the ends of its interval, as text."""
+        value, low, high = (written(one, self.unit, self.digits) for one in (self.value, self.low, self.high))
+        return f"{value} ({low} to {high})"
+
+    @property
     def digits(self) -> int:
         """Number of digits that distinguishes the ends of the interval."""
         width, largest = self.high - self.low, max(abs(self.low), abs(self.high))
@@ -100,6 +106,8 @@ class FitResult(Answer):
     """Half widths of the 95 % intervals by name, relative to those of normal distributions under white noise."""
     aicc: float
     """Akaike's information criterion for small samples, with the independent samples."""
+    calibration: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Standard errors of the fitted numbers, in their units, from the ``record`` and from each uncertainty that was given."""
     search: Search
     free: FloatArray
     """The free numbers at the end of the search: logarithms of sizes, and origins relative to the ranges of the record."""
@@ -186,6 +194,7 @@ class FitResult(Answer):
             "waves": self.waves,
             "correlated": self.correlated,
             "aicc": self.aicc,
+            "calibration": {source: dict(part) for source, part in self.calibration.items()},
             "contact": encode(self.contact),
             "references": self.cite(),
         }
