@@ -65,6 +65,7 @@ from .problem.profiles import TruncatedCone as TruncatedCone
 from .problem.profiles import TruncatedParaboloid as TruncatedParaboloid
 from .problem.profiles import TruncatedSphere as TruncatedSphere
 from .problem.profiles import Waviness as Waviness
+from .problem.profiles import Worn as Worn
 from .problem.rheology import KelvinVoigt as KelvinVoigt
 from .problem.rheology import Maxwell as Maxwell
 from .problem.rheology import Prony as Prony
@@ -105,15 +106,18 @@ from .solving.rough import press_rough as press_rough
 from .solving.rough_lines import rough_line as rough_line
 from .solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
 from .solving.roughness import power_spectrum as power_spectrum
+from .solving.running import running_conditions as running_conditions
 from .solving.sliding import sliding_friction as sliding_friction
 from .solving.sweep import sweep as sweep
 from .solving.teaching import foundation as foundation
 from .solving.thickness import thickness_correction as thickness_correction
 from .solving.verb import solve as solve
+from .solving.wear import wear as wear
 from .solving.yielding import first_yield as first_yield
 from .workbench.curves import read_curves as read_curves
 from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
+from .workbench.fretting import fretting_log as fretting_log
 from .workbench.indents import read_indents as read_indents
 from .workbench.records import measured_loops as measured_loops
 from .workbench.rheometry import fit_prony as fit_prony

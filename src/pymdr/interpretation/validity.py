@@ -165,6 +165,12 @@ SOURCES: dict[str, str] = {
         "Cattaneo (1938); Mindlin (1949), J. Appl. Mech. 16, 259-268; Jaeger (1995); Ciavarella (1998), "
         "J. Mech. Phys. Solids 46"
     ),
+    "archard": "Archard (1953), J. Appl. Phys. 24, 981-988, doi:10.1063/1.1721448",
+    "fouvry": "Fouvry, Kapsa and Vincent (1996), Wear 200, 186-205, doi:10.1016/S0043-1648(96)07306-1",
+    "popov-wear": (
+        "Popov (2014), Phys. Mesomech. 17, 163-172: the limiting shape of fretting wear; Li, Forsbach, Popov and Benad (2018), "
+        "Front. Mech. Eng. 4, 7: wear of any profile on the line"
+    ),
     "lubkin": (
         "Lubkin (1951), J. Appl. Mech. 18, 183-187: torsion of spheres; of any profile by the springs of torsion, Popov and Hess (2015), "
         "chapter 5"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache, singledispatch
 
 import numpy as np
@@ -46,6 +47,7 @@ from pymdr.problem.profiles import (
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
+    Worn,
 )
 from pymdr.units import FloatArray
 
@@ -171,6 +173,7 @@ for _kind in (
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
+    Worn,
 ):
     equivalent_profile.register(_kind, _by_panels)
 
@@ -284,6 +287,7 @@ def has_callables(profile: Profile) -> bool:
     False
     """
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    parts = tuple(part.original if isinstance(part, Worn) else part for part in parts)
     return any(isinstance(part, Function | Function2D) for part in parts)
 
 
@@ -303,6 +307,8 @@ def without_callables(profile: Profile, top: float) -> Profile:
     """
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
+    if isinstance(profile, Worn):
+        return replace(profile, original=without_callables(profile.original, top))
     if isinstance(profile, Function2D):
         return _on_grid(profile, min(top, profile.max_radius))
     return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, Function) else profile

@@ -34,6 +34,7 @@ from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots, with_
 from pymdr.presentation.plot.studies import columns_study, conditions_study, loop_study
 from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.topography import bump_study, spectrum_study
+from pymdr.presentation.plot.wear import fretting_log, running_conditions_map, wear_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -60,6 +61,7 @@ __all__ = [
     "film_study",
     "fitted_curves",
     "fitted_map",
+    "fretting_log",
     "frictional_figures",
     "frictional_heat_study",
     "frictional_overview",
@@ -81,6 +83,7 @@ __all__ = [
     "restitution_study",
     "rolling_study",
     "rough_study",
+    "running_conditions_map",
     "shape_figures",
     "shape_overview",
     "sliding_study",
@@ -88,6 +91,7 @@ __all__ = [
     "stress_section",
     "sweep_curves",
     "thickness_study",
+    "wear_study",
     "weighed_laws",
     "with_unmet",
 ]

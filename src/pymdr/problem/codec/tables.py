@@ -38,6 +38,7 @@ from pymdr.problem.profiles import (
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
+    Worn,
 )
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, Prony, StandardSolid
 
@@ -66,6 +67,7 @@ PROFILES: dict[str, type] = {
     "elliptic_paraboloid": EllipticParaboloid,
     "pyramid": Pyramid,
     "sampled_2d": Sampled2D,
+    "worn": Worn,
 }
 
 MATERIALS: dict[str, type] = {

@@ -33,3 +33,4 @@ from pymdr.problem.profiles.shapes import Function2D as Function2D
 from pymdr.problem.profiles.shapes import Pyramid as Pyramid
 from pymdr.problem.profiles.shapes import Sampled2D as Sampled2D
 from pymdr.problem.profiles.shapes import Shape as Shape
+from pymdr.problem.profiles.worn import Worn as Worn
