@@ -86,9 +86,10 @@ def test_bad_records_are_refused():
     record = record_of_depth()
     with pytest.raises(mdr.ProblemError, match="harmonic"):
         mdr.continuous_stiffness({k: v for k, v in record.items() if k != "harmonic_stiffness"}, TIP)
+    part = np.sin(np.linspace(0.0, np.pi, 60))
+    without_hold = mdr.MeasuredCurve(force=1e-3 * part, indentation=1e-7 * part, time=np.arange(60.0))
     with pytest.raises(mdr.ProblemError, match="hold"):
-        part = np.sin(np.linspace(0.0, np.pi, 60))
-        mdr.thermal_drift(mdr.MeasuredCurve(force=1e-3 * part, indentation=1e-7 * part, time=np.arange(60.0)))
+        mdr.thermal_drift(without_hold)
     with pytest.raises(mdr.ProblemError, match="at least 20"):
         mdr.first_pop_in(
             mdr.MeasuredCurve(force=np.linspace(0, 1e-3, 9), indentation=np.linspace(0, 1e-7, 9))
