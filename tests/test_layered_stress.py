@@ -111,6 +111,18 @@ def test_the_jump_at_the_interface_of_a_coat():
     assert above[2:] == pytest.approx(below[2:], abs=1e-11)
 
 
+@pytest.mark.parametrize(
+    ("name", "layer"),
+    [("coat_stress_0.0_0.8", 0), ("coat_stress_0.7_0.8_below", 1), ("coat_stress_1.2_0.3", 0)],
+)
+def test_a_coat_under_the_pressure_of_hertz(references, name, layer):
+    entry = references[name]
+    body = mdr.Layered([mdr.Layer(mdr.Elastic(12.5, 0.25), 0.8)], base=mdr.Elastic(2.6, 0.3))
+    found = under_hertz(body).tensor(layer, entry["inputs"]["r"], entry["inputs"]["z"])[:, 0]
+    expected = [entry["expected"][part] for part in ("srr", "stt", "szz", "srz")]
+    assert found == pytest.approx(expected, rel=entry["rtol"], abs=1e-11)
+
+
 @pytest.mark.parametrize("profile", [BALL, mdr.Cone(slope=0.02), mdr.FlatPunch("60 um")])
 def test_layers_of_one_material_are_a_half_space(profile):
     same = mdr.Layered([mdr.Layer(STEEL, "20 um"), mdr.Layer(STEEL, "30 um")], base=STEEL)
