@@ -14,6 +14,7 @@ ALL = (
     "layers",
     "engines",
     "law",
+    "stress",
     "nanoindentation",
 )
 

@@ -27,4 +27,8 @@ assert abs(float(turned["torque"][-1]) / largest / 0.9940479391686872 - 1) < 1e-
 # %%
 # The traction is mu p where it slips.
 
-turned.field("torsional_traction").plot()
+turned.plot()
+traction, pressure = (
+    turned.field(name, r=["60 um", "100 um"]) for name in ("torsional_traction", "pressure")
+)
+print((traction / pressure).values)

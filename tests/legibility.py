@@ -26,6 +26,8 @@ NUMBERS = {
     "damping ratio",
     "layer over half-space",
     "fraction of the force",
+    "fraction of the indents",
+    "contact radius over thickness $a/t$",
     "relative error against solve",
     "claimed relative error",
     "actual relative error",

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.interpretation.layered_stress import LayeredInterior
+from pymdr.interpretation.solids import solid_of
 from pymdr.interpretation.stress import line_load, stress, sums
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import equivalent_profile
@@ -74,7 +75,7 @@ class UnderHertz(LayeredInterior):
     def tensor(self, layer, r, z):
         r, z = (np.ravel(one) for one in np.broadcast_arrays(r, z))
         total = self._rest_in(layer, r, z, 0)
-        return total + stress(sums(self.load(0), r, z), self.body.poisson) if layer == 0 else total
+        return total + stress(sums(self.load(0), r, z), self.solid.poisson) if layer == 0 else total
 
     def moved(self, layer, r, z):
         r, z = (np.ravel(one) for one in np.broadcast_arrays(np.asarray(r, float), np.asarray(z, float)))
@@ -82,7 +83,7 @@ class UnderHertz(LayeredInterior):
 
 
 def under_hertz(body):
-    return UnderHertz(None, body.top, body)
+    return UnderHertz(None, solid_of(body), layered=body)
 
 
 # -- waves -------------------------------------------------------------------------------------------
@@ -326,7 +327,7 @@ def test_the_largest_tractions_on_interfaces(base):
         assert float(found) == pytest.approx(tension.max(), rel=1e-3)
     else:
         assert float(found) == 0.0
-    with pytest.raises(mdr.QuantityError, match=r"von_mises, tresca$"):
+    with pytest.raises(mdr.QuantityError, match=r"von_mises, tresca, principal_stress$"):
         result.largest("interface_shear", side="counterbody")
 
 

@@ -571,9 +571,8 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
     error = 10.0 * np.maximum(line.error(place)[:, 0], 1e-14)
     assert np.all(np.abs(line.g(place) / depth - 1.0) <= error + 2.0 * delta)
     found = line.place(line.g(place))
-    beside = found.base == b
-    assert np.all(beside)
-    assert np.all(np.abs(found.offset / (b * delta) - 1.0) <= 1e-13)
+    # a kink of broken order may have a second panel beside it, whose offsets are as fine
+    assert np.all(np.abs(((found.base - b) + found.offset) / (b * delta) - 1.0) <= 1e-13)
 
 
 @settings(max_examples=examples(15), deadline=None)

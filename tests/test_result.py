@@ -473,7 +473,7 @@ class Deadly:
 
 def test_a_process_that_ends_early_is_one_clear_error():
     contacts = [mdr.Contact(mdr.Function(Deadly()), UNIT)] * 2
-    with pytest.raises(mdr.ProblemError, match=r"workers = 2: a process ended .*__main__"):
+    with pytest.raises(mdr.ProblemError, match=r"workers = 2: a worker process ended .*__main__"):
         mdr.solve_batch(contacts, mdr.indent(0.25), workers=2)
     assert len(mdr.solve_batch(contacts, mdr.indent(0.25))) == 2
 

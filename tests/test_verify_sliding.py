@@ -69,7 +69,7 @@ def test_bad_input():
                 mdr.indent("1 um", duration="1 s"),
             ),
             ProblemError,
-            "take Elastic",
+            "use Elastic",
         ),
         (
             lambda: mdr.verify(

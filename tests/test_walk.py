@@ -196,7 +196,7 @@ def test_progress_rises_to_the_total(law, most, rows, data):
 
 
 def task_of(contact, path, machine=None, keep=None):
-    return Task(contact, path, law_of(contact, None).reading, machine, keep)
+    return Task(contact, path, law_of(contact, None, path).reading, machine, keep)
 
 
 @settings(**FEW)

@@ -111,7 +111,7 @@ _SUBJECTS = {
 
 
 def _described(name: str) -> str:
-    """A kernel as users know it."""
+    """The description of a kernel for users."""
     subject = next((words for begin, words in _SUBJECTS.items() if name.startswith(begin)), None)
     return name if subject is None else f"numerical kernels of {subject}"
 

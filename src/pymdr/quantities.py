@@ -75,6 +75,9 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("torque", "M", "N*m", "torque"),
         Quantity("torsional_stiffness", "k_\\varphi", "N*m/rad", "torsional stiffness"),
         Quantity("stored_torsional_energy", "U_\\varphi", "J", "stored torsional energy"),
+        Quantity("worn_volume", "V", "m^3", "worn volume", ("cycles",)),
+        Quantity("worn_depth", "h", "m", "depth of wear", ("cycles",)),
+        Quantity("worn_radius", "b", "m", "radius of the worn surface", ("cycles",)),
         Quantity("restitution", "e", "", "coefficient of restitution", ()),
         Quantity("tangential_restitution", "e_x", "", "tangential coefficient of restitution", ()),
         Quantity("contact_time", "T", "s", "contact time", ()),
@@ -89,6 +92,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("peak_pressure", "p_\\mathrm{max}", "Pa", "largest pressure"),
         Quantity("largest_mises", "\\sigma_\\mathrm{M,max}", "Pa", "largest von Mises stress"),
         Quantity("largest_shear", "\\tau_\\mathrm{max}", "Pa", "largest shear stress"),
+        Quantity("largest_principal", "\\sigma_{1,\\mathrm{max}}", "Pa", "largest principal stress"),
         Quantity("interface_shear", r"\tau_\mathrm{i}", "Pa", "shear traction on an interface"),
         Quantity("interface_tension", r"\sigma_\mathrm{i}", "Pa", "normal traction on an interface"),
         Quantity("yield_radius", "r_Y", "m", "radius of first yield"),
@@ -132,6 +136,8 @@ QUANTITIES: dict[str, Quantity] = {
 
 RADIUS = Quantity("r", "r", "m", "radius", ("r",))
 DEPTH = Quantity("z", "z", "m", "depth", ("z",))
+ALONG = Quantity("x", "x", "m", "position along the shift", ("x",))
+ACROSS = Quantity("y", "y", "m", "position across the shift", ("y",))
 POSITION = Quantity("x", "x", "m", "position on the line", ("x",))
 
 BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band of"}

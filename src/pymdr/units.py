@@ -82,7 +82,7 @@ _COMMON = {
 
 
 _PINT_LOCK = threading.RLock()
-"""pint builds its registry, and units with prefixes, when they are first asked for, without a lock of its own."""
+"""pint builds its registry, and units with prefixes, at first use, and has no lock of its own."""
 
 
 @lru_cache(maxsize=1)

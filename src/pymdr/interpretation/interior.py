@@ -3,267 +3,383 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError
-from pymdr.interpretation.stress import (
-    DERIVED,
-    LineLoad,
-    displacement,
-    line_load,
-    stress,
-    sums,
-)
-from pymdr.interpretation.surface import Surface
-from pymdr.interpretation.validity import SOURCES, Claim, Level
-from pymdr.line.curves import ElasticLine
-from pymdr.line.layered import LayeredLine
+from pymdr.interpretation.searching import Largest, largest_on, polished
+from pymdr.interpretation.solids import IsotropicSolid, Solid, solid_of, traction_at
+from pymdr.interpretation.stress import LineLoad, Loads
+from pymdr.interpretation.tensors import DERIVED, fixed_axes, principal_stresses
+from pymdr.interpretation.validity import SOURCES, Claim, Level, total_error
+from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
-from pymdr.problem.layers import Layered
-from pymdr.problem.materials import Elastic, Material, Rigid, TransverselyIsotropic
+from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic
 from pymdr.problem.profiles import ForceCurve, Shape
 from pymdr.units import FloatArray, shown
 
 INTERIOR_FIELDS = (*DERIVED, "interior_displacement")
-"""Fields over radius and depth."""
+"""Fields over radius (or x and y) and depth."""
 INTERIOR_COMPONENTS: Mapping[str, tuple[str, ...]] = {
     "stress": ("rr", "tt", "zz", "rz"),
     "principal_stress": ("1", "2", "3"),
     "interior_displacement": ("r", "z"),
 }
-"""Of fields that are no single number at a point."""
-LARGEST = {"largest_mises": ("von_mises", 1.0), "largest_shear": ("tresca", 0.5)}
+"""Of fields of revolution that are no single number at a point."""
+SPATIAL_COMPONENTS: Mapping[str, tuple[str, ...]] = {
+    "stress": ("xx", "yy", "zz", "xz", "xy", "yz"),
+    "principal_stress": ("1", "2", "3"),
+    "interior_displacement": ("x", "y", "z"),
+}
+"""Of fields over x, y and z."""
+LARGEST = {
+    "largest_mises": ("von_mises", 1.0),
+    "largest_shear": ("tresca", 0.5),
+    "largest_principal": ("principal_stress", 1.0),
+}
 """Quantities that are the largest value of a field in a body, times a number."""
+Background: TypeAlias = Callable[[FloatArray], FloatArray]
+"""A stress xx, yy, zz, xz, xy, yz in Pa at depths in m, shape (6, ...), that the contact does not cause."""
 
-_STEPS = 9
-"""Radii that are searched between two marks of the profile."""
-DEPTHS = np.append(0.0, np.geomspace(1e-4, 2.0, 25))
-"""Depths that are searched, of the loaded radius."""
-_PLACE = 1e-6
-"""Of the loaded radius: how closely a largest value is located."""
-_RIVALS = 0.02
-"""Of the largest value found: how far others may be below it from which the search begins too."""
+MEASURES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
+    **DERIVED,
+    "principal_stress": lambda tensor: principal_stresses(tensor)[0],
+}
+"""What has a largest value, from the stress."""
+_SEARCHED = 20
+"""Steps of which one is searched everywhere."""
+_ALIKE = 0.02
+"""Distance of the places of two largest values, over the loaded radius, up to which those between them are near."""
+_SHOWN_RINGS = 12
+"""Radii of steps and slopes of the shear traction that the search for largest values resolves."""
 _SINGULAR_EDGE = (
     "at the edge of the contact, {}, the stress grows without bound under any load; round the edge, or take a law of adhesion "
     "of finite strength"
 )
 _SINGULAR_TIP = (
     "at a corner or a sharp tip of the profile in the contact the stress grows without bound (logarithmically) under any load "
-    "where nu is below 1/2; round the profile"
+    "{}; round the profile"
 )
+_SINGULAR_SHEAR = "at the edge of the sticking contact the shear traction grows without bound under any load; give a finite coefficient of friction"
 
 
-class Largest(NamedTuple):
-    """A largest value and where it is."""
+class Loaded(Protocol):
+    """A surface that knows its loads on the line, step by step."""
 
-    value: float
-    r: float
-    """In m."""
-    z: float
-    """In m."""
-    layer: int = 0
-    """From 0, of a layered body."""
+    @property
+    def revolves(self) -> bool:
+        """Whether nothing depends on the direction."""
+
+    def loads(self, step: int) -> Loads:
+        """The loads on the body of one step; radii are nan where nothing is known."""
+
+    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
+        """Values of a field on the surface at radii in m."""
+
+    def marks(self, step: int) -> Sequence[float]:
+        """Radii in m in the contact at which its pressure may have a kink or be unbounded."""
 
 
 @dataclass(frozen=True)
 class Interior:
     """One of the bodies of a contact, in the states of every step."""
 
-    surface: Surface
-    body: Elastic
+    surface: Loaded
+    solid: Solid
+    sign: float = 1.0
+    """Of the shear traction on this body: 1, or -1 on the counterbody."""
 
     def load(self, step: int) -> LineLoad:
-        """The load on the line in one step."""
-        surface = self.surface
-        states, zone, strength = surface.states, 0.0, 0.0
-        if surface.cohesion is not None and states.contact_radius[step] < surface.line.equivalent.edge:
-            zone, strength = float(surface.cohesion.radius[step]), surface.cohesion.strength
-        excess = float(states.edge_excess[step])
-        place, springs, a = states.place.take(step), surface.line, float(states.contact_radius[step])
-        if isinstance(springs, LayeredLine):
-            if not a > 0.0:
-                return LineLoad((), a, 0.0, a, 0.0)
-            springs, excess, _ = springs.carried(place, excess)
-        assert isinstance(springs, ElasticLine)
-        return line_load(springs, place, excess, zone=zone, strength=strength)
+        """The normal load on the line in one step."""
+        return self.surface.loads(step).normal
+
+    @property
+    def revolves(self) -> bool:
+        """Whether the fields are of revolution."""
+        return self.surface.revolves
 
     def field(self, name: str, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
-        """Values of a field at points in m in one step, components first."""
-        if math.isnan(self.surface.states.contact_radius[step]):
+        """Values of a field of revolution at points in m in one step, components first."""
+        load = self.load(step)
+        if math.isnan(load.radius):
             count = len(INTERIOR_COMPONENTS.get(name, ()))
             return np.full((count,) * bool(count) + r.shape, math.nan)
         if name == "interior_displacement":
-            return self._displaced(r, z, step)
-        tensor = self._tensor(r, z, step)
-        with np.errstate(invalid="ignore"):
-            values = DERIVED[name](tensor)
-        if name in ("von_mises", "tresca"):
-            values[np.isinf(tensor).any(axis=0)] = math.inf
-        return values
+            return self._known_displacement(self._displaced(load, r, z, step))
+        return derived(name, self._normal(load, r, z, step))
 
     def depths(self, end: float) -> FloatArray:
         """Depths in m down to `end` at which fields are drawn."""
         return np.linspace(0.0, end, 101)
 
-    def _displaced(self, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
-        return displacement(sums(self.load(step), r, z), r, z, self.body.poisson, self.body.shear)
+    def layers_at(self, z: FloatArray) -> IndexArray | None:
+        """The layer at depths in m, from 0 at the surface; None of a half-space."""
+        return None
 
-    def _tensor(self, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
-        tensor = stress(sums(self.load(step), r, z), self.body.poisson)
+    def _displaced(self, load: LineLoad, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
+        """u_r and u_z under the pressure alone."""
+        return self.solid.normal_displacement(load, r, z)
+
+    def spatial(
+        self,
+        name: str,
+        points: tuple[FloatArray, FloatArray, FloatArray],
+        step: int,
+        background: Background | None = None,
+    ) -> FloatArray:
+        """
+        Values of a field at points x, y, z in m in one step, components first.
+
+        Parameters
+        ----------
+        name : str
+            One of :data:`INTERIOR_FIELDS`.
+        points : tuple of ndarray
+            x, y and z in m, of shapes that broadcast.
+        step : int
+        background : callable, optional
+            A stress that is added.
+
+        Returns
+        -------
+        ndarray
+        """
+        x, y, z = np.broadcast_arrays(*points)
+        loads = self.surface.loads(step)
+        if math.isnan(loads.normal.radius):
+            count = len(SPATIAL_COMPONENTS.get(name, ()))
+            return np.full((count,) * bool(count) + x.shape, math.nan)
+        r = np.hypot(x, y)
+        cosine = np.divide(x, r, out=np.ones(r.shape), where=r > 0.0)
+        sine = np.divide(y, r, out=np.zeros(r.shape), where=r > 0.0)
+        # points of one radius and depth share the closed forms
+        pairs, where = np.unique(r + 1j * z, return_inverse=True)
+        radius, depth = np.ascontiguousarray(pairs.real), np.ascontiguousarray(pairs.imag)
+        where = where.reshape(x.shape)
+        if name == "interior_displacement":
+            return self._spatial_displacement(loads, (radius, depth), where, (cosine, sine))
+        tensor = np.zeros((6, *x.shape))
+        tensor[:4] = self._normal(loads.normal, radius, depth, step)[:, where]
+        if loads.shear is not None:
+            amplitudes = self.sign * self.solid.shear_stress(loads.shear, radius, depth)
+            tensor += traction_at(amplitudes[:, where], cosine, sine)
+        with np.errstate(invalid="ignore"):
+            turned = fixed_axes(tensor, cosine, sine)
+        surface = z == 0.0
+        if loads.shear is not None and surface.any():
+            # the tractions are known there
+            turned[3, surface] = -self.sign * self.surface.field("shear_traction", r[surface], step)
+            turned[5, surface] = 0.0
+        if background is not None:
+            turned = turned + background(z)
+        return derived(name, turned)
+
+    def _spatial_displacement(
+        self,
+        loads: Loads,
+        points: tuple[FloatArray, FloatArray],
+        where: np.ndarray,
+        direction: tuple[FloatArray, FloatArray],
+    ) -> FloatArray:
+        cosine, sine = direction
+        along, inward = self._known_displacement(self.solid.normal_displacement(loads.normal, *points))[
+            :, where
+        ]
+        across = np.zeros(where.shape)
+        if loads.shear is not None:
+            moved = self.sign * self.solid.shear_displacement(loads.shear, *points)[:, where]
+            along, across, inward = along + moved[0] * cosine, moved[1] * sine, inward + moved[2] * cosine
+        return np.array([along * cosine - across * sine, along * sine + across * cosine, inward])
+
+    def _known_displacement(self, moved: FloatArray) -> FloatArray:
+        if isinstance(self.solid, IsotropicSolid) and math.isnan(self.solid.shear):
+            raise NotValidError(
+                "interior_displacement is not valid here: in a body with memory it depends on the whole history of the load"
+            )
+        return moved
+
+    def _normal(self, load: LineLoad, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
+        """Components rr, tt, zz and rz of the pressure alone, with what is infinite at the surface."""
+        tensor = self.solid.normal_stress(load, r, z)
         on_surface = np.flatnonzero(np.ravel(z) == 0.0)
         if on_surface.size:
             flat, radius = tensor.reshape(4, -1), np.ravel(r)[on_surface]
             flat[3, on_surface] = 0.0
             pressure = self.surface.field("pressure", radius, step)
             singular = np.isinf(pressure)
-            flat[:, on_surface[singular]] = _unbounded(
-                pressure[singular], radius[singular] == 0.0, self.body.poisson
-            )
+            at = on_surface[singular]
+            flat[:, at] = self._unbounded(pressure[singular], radius[singular] == 0.0, flat[:, at])
         return tensor
 
-    def largest(self, name: str, step: int) -> Largest:
-        """
-        The largest value of an equivalent stress in one step; inf where the stress grows without bound.
+    def _unbounded(self, pressure: FloatArray, on_axis: np.ndarray, near: FloatArray) -> FloatArray:
+        """The stress where the pressure is infinite: under a sharp tip, or at an edge along which the strain is finite."""
+        if isinstance(self.solid, IsotropicSolid):
+            poisson = self.solid.poisson
+            rr, tt = np.where(on_axis, 0.5 + poisson, 1.0), np.where(on_axis, 0.5 + poisson, 2.0 * poisson)
+            with np.errstate(invalid="ignore"):
+                stresses = [np.where(factor == 0.0, 0.0, -pressure * factor) for factor in (rr, tt)]
+        else:
+            stresses = [np.copysign(math.inf, near[0]), np.copysign(math.inf, near[1])]
+        return np.array([*stresses, -pressure, np.zeros(pressure.shape)])
 
-        The field is searched on a net that is refined toward the surface, and around its largest values on ever smaller ones.
+    def largest(self, name: str, step: int, background: Background | None = None) -> Largest:
         """
-        load = self.load(step)
-        if math.isnan(load.radius):
+        The largest value of a measure of stress in one step; inf where the stress grows without bound.
+
+        Parameters
+        ----------
+        name : str
+            "von_mises", "tresca" or "principal_stress".
+        step : int
+        background : callable, optional
+            A stress that is added.
+
+        Returns
+        -------
+        Largest
+
+        Notes
+        -----
+        The field is searched on a net that is refined toward the surface, and around its largest values on ever smaller ones. A shear
+        traction is the cosine and the sine of the angle, so the angle is searched at every radius and depth.
+        """
+        loads = self.surface.loads(step)
+        normal, shear, measure = loads.normal, loads.shear, MEASURES[name]
+        if math.isnan(normal.radius):
             return Largest(math.nan, math.nan, math.nan)
-        if load.radius == 0.0:
+        if normal.radius == 0.0:
             return Largest(0.0, math.nan, math.nan)
         singular = self.singular_radius(step)
         if singular is not None:
             return Largest(math.inf, singular, 0.0)
 
-        def value(r: FloatArray, z: FloatArray) -> FloatArray:
-            return DERIVED[name](stress(sums(load, r, z), self.body.poisson))
+        def revolving(r: FloatArray, z: FloatArray) -> FloatArray:
+            return self.solid.normal_stress(normal, r, z)
 
-        return searched(value, self.radii(step), load.radius * DEPTHS, load.radius)
+        def amplitudes(r: FloatArray, z: FloatArray) -> FloatArray:
+            assert shear is not None
+            return self.sign * self.solid.shear_stress(shear, r, z)
+
+        marks = self.marks(step)
+        if shear is not None:
+            rings = sorted({piece.anchor for piece in shear.pieces} | {ring for ring, _ in shear.rings})
+            marks += rings[:: max(1, len(rings) // _SHOWN_RINGS)]
+        return largest_on(
+            measure, revolving, None if shear is None else amplitudes, background, marks, normal.radius
+        )
 
     @property
     def measures(self) -> tuple[str, ...]:
         """What has a largest value."""
         return tuple(field for field, _ in LARGEST.values())
 
-    def largest_by_layer(self, name: str, step: int) -> list[Largest]:
+    def largest_by_layer(self, name: str, step: int, background: Background | None = None) -> list[Largest]:
         """The largest value in every layer; a half-space is one."""
-        return [self.largest(name, step)]
+        return [self.largest(name, step, background)]
 
-    def radii(self, step: int) -> FloatArray:
-        """Radii in m that are searched for largest values."""
+    def marks(self, step: int) -> list[float]:
+        """Radii in m at which the stress at the surface may not be smooth in one step."""
         load = self.load(step)
-        inside = (m for m in self.surface.marks(step) if 0.0 < m < load.radius)
-        marks = np.unique([0.0, *inside, min(load.edge_radius, load.radius), load.radius, 1.5 * load.radius])
-        share = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, _STEPS)))
-        return np.unique(marks[:-1, None] + np.diff(marks)[:, None] * share)
+        return [*self.surface.marks(step), min(load.edge_radius, load.radius)]
+
+    def largest_of(
+        self, name: str, steps: Sequence[int], background: Background | None = None
+    ) -> list[Largest]:
+        """
+        The largest values of a measure of stress in several steps, as by :meth:`largest`.
+
+        Parameters
+        ----------
+        name : str
+            "von_mises", "tresca" or "principal_stress".
+        steps : sequence of int
+        background : callable, optional
+            A stress that is added.
+
+        Returns
+        -------
+        list of Largest
+
+        Notes
+        -----
+        Every 20th step is searched. Where its largest value lies at the same place inside the body, over the loaded radius, as that of
+        the one before, the steps between them are searched around this place only.
+        """
+        found: list[Largest] = []
+        before: Largest | None = None
+        for first in range(0, len(steps), _SEARCHED):
+            block = list(steps[first : first + _SEARCHED])
+            last = self.largest(name, block[-1], background)
+            between = block[:-1]
+            alike = before is not None and background is None and self.revolves
+            ends = [
+                self._share(place, step) for place, step in ((before, steps[first - 1]), (last, block[-1]))
+            ]
+            alike = alike and bool(np.max(np.abs(ends[0] - ends[1])) <= _ALIKE)
+            for step in between:
+                near = self._around(name, step, 0.5 * (ends[0] + ends[1])) if alike else None
+                found.append(self.largest(name, step, background) if near is None else near)
+            found.append(last)
+            before = last
+        return found
+
+    def _share(self, place: Largest | None, step: int) -> FloatArray:
+        """A place over the loaded radius, nan if it is not inside the body."""
+        if place is None or not place.z > 0.0:
+            return np.full(2, math.nan)
+        return np.array([place.r, place.z]) / self.load(step).radius
+
+    def _around(self, name: str, step: int, share: FloatArray) -> Largest | None:
+        """The largest value around a place over the loaded radius; None if it is none there, or the stress has no bound."""
+        load, measure = self.load(step), MEASURES[name]
+        if not load.radius > 0.0 or self.singular_radius(step) is not None:
+            return None
+        near = float(share[0] * load.radius), float(share[1] * load.radius)
+        return polished(lambda r, z: measure(self.solid.normal_stress(load, r, z)), near, load.radius)
 
     def singular_radius(self, step: int) -> float | None:
         """The radius in m at which the stress has no bound in one step; None if it has one everywhere."""
-        load = self.load(step)
-        if load.edge != 0.0:
-            return load.edge_radius
+        loads = self.surface.loads(step)
+        if loads.normal.edge != 0.0:
+            return loads.normal.edge_radius
+        if loads.shear is not None and loads.shear.rings:
+            return loads.shear.rings[-1][0]
         corners = np.array([0.0, *self.surface.marks(step)])
         infinite = np.isinf(self.surface.field("pressure", corners, step))
-        if self.body.poisson < 0.5 and infinite.any():
+        balanced = isinstance(self.solid, IsotropicSolid) and self.solid.poisson == 0.5
+        if infinite.any() and not (balanced and (loads.shear is None or not loads.shear.pieces)):
             return float(corners[infinite][0])
         return None
 
     def unbounded(self, step: int) -> str:
         """Why the stress has no bound in one step."""
-        load = self.load(step)
-        if load.edge == 0.0:
-            return _SINGULAR_TIP
-        return _SINGULAR_EDGE.format("which is sharp" if load.edge > 0.0 else "which adhesion pulls open")
-
-
-def _unbounded(pressure: FloatArray, on_axis: np.ndarray, poisson: float) -> FloatArray:
-    """The stress where the pressure is infinite: under a sharp tip, or at an edge along which the strain is finite."""
-    rr, tt = np.where(on_axis, 0.5 + poisson, 1.0), np.where(on_axis, 0.5 + poisson, 2.0 * poisson)
-    with np.errstate(invalid="ignore"):
-        stresses = [np.where(factor == 0.0, 0.0, -pressure * factor) for factor in (rr, tt)]
-    return np.array([*stresses, -pressure, np.zeros(pressure.shape)])
-
-
-def searched(
-    value: Callable[[FloatArray, FloatArray], FloatArray],
-    radii: FloatArray,
-    depths: FloatArray,
-    size: float,
-    span: tuple[float, float] = (0.0, math.inf),
-) -> Largest:
-    """
-    The largest value of a field of radius and depth, from the peaks on a net.
-
-    Parameters
-    ----------
-    value : callable
-        Of arrays of radii and depths in m of one shape.
-    radii, depths : ndarray
-        The net in m, rising.
-    size : float
-        Length in m relative to which the place is precise.
-    span : tuple of float, optional
-        Smallest and largest depth in m.
-
-    Returns
-    -------
-    Largest
-    """
-    values = value(*np.meshgrid(radii, depths, indexing="ij"))
-    top = float(values.max())
-    rivals = _is_peak(values) & (values >= top - _RIVALS * abs(top))
-    return max(_refined(value, radii, depths, (i, k), _PLACE * size, span) for i, k in np.argwhere(rivals))
-
-
-def _is_peak(values: FloatArray) -> np.ndarray:
-    """Where a value on a net is at least as large as its neighbours."""
-    wide = np.pad(values, 1, constant_values=-math.inf)
-    rows, columns = values.shape
-    around = [wide[i : i + rows, k : k + columns] for i in range(3) for k in range(3)]
-    return np.asarray(values >= np.max(around, axis=0))
-
-
-def _refined(
-    value: Callable[[FloatArray, FloatArray], FloatArray],
-    radii: FloatArray,
-    depths: FloatArray,
-    node: tuple[int, int],
-    precision: float,
-    span: tuple[float, float],
-) -> Largest:
-    """The largest value near a node of a net, on nets that shrink around it."""
-    best = np.array([net[n] for net, n in zip((radii, depths), node, strict=True)])
-    half = np.array(
-        [
-            np.max(np.abs(np.diff(net[max(n - 1, 0) : n + 2])), initial=0.0)
-            for net, n in zip((radii, depths), node, strict=True)
-        ]
-    )
-    # a value that rises forever outward has no peak
-    top, widest = -math.inf, 2.0 * float(radii[-1])
-    while half.max() > precision:
-        r, z = (
-            np.clip(centre + width * np.linspace(-1.0, 1.0, 5), *ends)
-            for centre, width, ends in zip(best, half, ((0.0, widest), span), strict=True)
+        loads = self.surface.loads(step)
+        if loads.normal.edge == 0.0:
+            if loads.shear is not None and loads.shear.rings:
+                return _SINGULAR_SHEAR
+            isotropic = isinstance(self.solid, IsotropicSolid) and loads.shear is None
+            return _SINGULAR_TIP.format("where nu is below 1/2" if isotropic else "in this body")
+        return _SINGULAR_EDGE.format(
+            "which is sharp" if loads.normal.edge > 0.0 else "which adhesion pulls open"
         )
-        values = value(*np.meshgrid(r, z, indexing="ij"))
-        row, column = np.unravel_index(np.argmax(values), values.shape)
-        best, top = np.array([r[row], z[column]]), max(top, float(values[row, column]))
-        # a net whose largest value lies at its rim is moved before it shrinks
-        moved = row in (0, 4) and 0.0 < r[row] < widest, column in (0, 4) and span[0] < z[column] < span[1]
-        half *= np.where(moved, 1.0, 0.5)
-    return Largest(top, float(best[0]), float(best[1]))
 
 
-def elastic_body(contact: Contact, side: str | None) -> Elastic | Layered:
+def derived(name: str, tensor: FloatArray) -> FloatArray:
+    """A field that follows from the stress, inf where the stress is."""
+    with np.errstate(invalid="ignore"):
+        values = DERIVED[name](tensor)
+    if name in ("von_mises", "tresca"):
+        values[np.isinf(tensor).any(axis=0)] = math.inf
+    return values
+
+
+def stressed_body(contact: Contact, side: str | None) -> tuple[Material, float]:
     """
-    The body of a side; unless it is given, the body if it is elastic or layered, else the counterbody.
+    The body of a side, and the sign of the shear traction on it; unless it is given, the first whose stress is known.
 
     Raises
     ------
@@ -273,21 +389,21 @@ def elastic_body(contact: Contact, side: str | None) -> Elastic | Layered:
         If the stress in that body is not known.
     """
     if side is None:
-        side = "body" if isinstance(contact.body, Elastic | Layered) else "counterbody"
+        side = "counterbody" if solid_of(contact.body) is None else "body"
     if side not in ("body", "counterbody"):
         raise ProblemError(f"side = {shown(side)}: 'body' or 'counterbody' is needed")
     body = contact.body if side == "body" else contact.counterbody
-    if not isinstance(body, Elastic | Layered):
+    if solid_of(body) is None:
         raise NotValidError(f"stress is not valid in the {side}: {_unknown_in(body)}")
-    return body
+    return body, 1.0 if side == "body" else -1.0
 
 
 def _unknown_in(body: Material) -> str:
-    """Why the stress in a body that is not Elastic is not known."""
+    """Why the stress in a body is not known."""
     if isinstance(body, Rigid):
         return "a rigid body has no stress that is determined"
-    if isinstance(body, TransverselyIsotropic):
-        return "the stress in transversely isotropic bodies is not computed"
+    if isinstance(body, Viscoelastic):
+        return "where nu changes in time the load on the line does not determine the stress; give poisson instead of bulk"
     return "the stress in graded bodies does not follow from the load on the line as in homogeneous ones"
 
 
@@ -298,21 +414,17 @@ def unknown_stress(contact: Contact) -> str:
         return "a force curve does not determine the pressure"
     if isinstance(contact.profile, Shape):
         return "the stress under bodies that are not of revolution is not computed"
-    if contact.friction is not None:
-        return "the stress under shear tractions is not computed; solve the contact without friction"
-    if contact.is_viscoelastic:
-        return "the stress in bodies with memory is not computed: if Poisson's ratio changes in time, the load on the line does not determine it"
     if isinstance(contact.adhesion, DMT):
         remedy = "MaugisDugdale" if contact.layered is None else "JKR"
         return f"DMT does not resolve the attraction around the contact, which loads the bodies too; take {remedy}"
     if any(isinstance(body, Elastic) and body.thickness is not None for body in bodies):
         return "the stress in a sample of finite thickness is not that of a half-space"
-    if any(isinstance(body, Elastic | Layered) for body in bodies):
+    if any(solid_of(body) is not None for body in bodies):
         return ""
     return _unknown_in(contact.counterbody if isinstance(contact.body, Rigid) else contact.body)
 
 
-def stress_claim(contact: Contact, by_rings: bool, pressure: Claim) -> Claim:
+def stress_claim(contact: Contact, by_rings: bool, claims: Mapping[str, Claim]) -> Claim:
     """
     The claim of the stress in the bodies of a contact.
 
@@ -321,17 +433,30 @@ def stress_claim(contact: Contact, by_rings: bool, pressure: Claim) -> Claim:
     contact : Contact
     by_rings : bool
         Whether it was solved by boundary elements.
-    pressure : Claim
-        That of the pressure, from which the stress follows.
+    claims : mapping of str to Claim
+        Those of the pressure and, with friction, of the shear traction, from which the stress follows.
 
     Returns
     -------
     Claim
     """
+    pressure = claims["pressure"]
     why = unknown_stress(contact) or by_rings * (
         "boundary elements do not give the stress in the bodies; leave solver=Rings() out"
     )
-    if not why:
+    if not why and contact.friction is not None and "shear_traction" not in claims:
+        why = "the stress under torsion is not computed"
+    if why:
+        return Claim(Level.NOT_VALID, why, SOURCES["stress"], np.zeros(pressure.where.shape, dtype=bool))
+    traction = claims.get("shear_traction")
+    if traction is None or not (pressure.readable and traction.readable):
+        readable = pressure if traction is None or not pressure.readable else traction
         source = SOURCES["stress" if contact.layered is None else "burmister"]
-        return replace(pressure, source=source) if pressure.readable else pressure
-    return Claim(Level.NOT_VALID, why, SOURCES["stress"], np.zeros(pressure.where.shape, dtype=bool))
+        return replace(readable, source=source) if readable.readable else readable
+    weaker = pressure if traction.level is Level.EXACT else traction
+    return replace(
+        weaker,
+        source=f"{SOURCES['stress']}; {SOURCES['shear-stress']}",
+        where=pressure.where & traction.where,
+        error=None if weaker.error is None else total_error(pressure.error, traction.error),
+    )

@@ -9,17 +9,28 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
-from pymdr.interpretation.interior import DEPTHS, Interior, Largest, elastic_body, searched
-from pymdr.interpretation.stress import DERIVED, LineLoad, stress, sums
-from pymdr.interpretation.surface import Surface
+from pymdr.interpretation.interior import (
+    INTERIOR_COMPONENTS,
+    MEASURES,
+    SPATIAL_COMPONENTS,
+    Background,
+    Interior,
+    Loaded,
+    derived,
+    stressed_body,
+)
+from pymdr.interpretation.searching import DEPTHS, Largest, largest_in_span, searched_radii
+from pymdr.interpretation.solids import solid_of
+from pymdr.interpretation.stress import LineLoad
+from pymdr.interpretation.tensors import fixed_axes
 from pymdr.line.layered.equation import gauss
 from pymdr.mapping.layer_waves import StackWaves
 from pymdr.numerics.panels import BoolArray, IndexArray
@@ -57,7 +68,10 @@ _J0, _J1, _RATIO = range(3)
 
 
 INTERFACE_TRACTIONS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
-    "interface_shear": lambda tensor: np.abs(tensor[3]),
+    # rz and tz around the axis, xz and yz in fixed directions
+    "interface_shear": lambda tensor: (
+        np.hypot(tensor[3], tensor[5]) if len(tensor) > 4 else np.abs(tensor[3])
+    ),
     "interface_tension": lambda tensor: tensor[2],
 }
 """What bears on the bonds between layers, from the stress."""
@@ -73,9 +87,9 @@ class _Waves(NamedTuple):
 
 @dataclass(frozen=True)
 class LayeredInterior(Interior):
-    """A layered body of a contact, in the states of every step; `body` is the material of its top layer."""
+    """A layered body of a contact, in the states of every step; `solid` is a half-space of its top layer."""
 
-    layered: Layered
+    layered: Layered = field(kw_only=True)
 
     @cached_property
     def _tops(self) -> tuple[float, ...]:
@@ -121,10 +135,39 @@ class LayeredInterior(Interior):
             np.isclose(z[..., None], np.array(self.interfaces), rtol=_SAME, atol=0.0).any(axis=-1)
         )
 
-    def _tensor(self, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
+    def spatial(
+        self,
+        name: str,
+        points: tuple[FloatArray, FloatArray, FloatArray],
+        step: int,
+        background: Background | None = None,
+    ) -> FloatArray:
+        """
+        Values of a field at points x, y, z in m in one step, components first; see :meth:`Interior.spatial`.
+
+        Where the first axis repeats the depth of an interface, the layer above is read first, then that below.
+        """
+        x, y, z = np.broadcast_arrays(*points)
+        r = np.hypot(x, y)
+        c, s = (
+            np.divide(one, r, out=np.full(r.shape, at), where=r > 0.0) for one, at in ((x, 1.0), (y, 0.0))
+        )
+        if math.isnan(self.load(step).radius):
+            count = len(SPATIAL_COMPONENTS.get(name, ()))
+            return np.full((count,) * bool(count) + x.shape, math.nan)
+        of_revolution = name if name == "interior_displacement" else "stress"
+        found = self.field(of_revolution, r.reshape(len(r), -1), z.reshape(len(z), -1), step)
+        found = found.reshape(len(INTERIOR_COMPONENTS[of_revolution]), *x.shape)
+        if name == "interior_displacement":
+            return np.array([found[0] * c, found[0] * s, found[1]])
+        with np.errstate(invalid="ignore"):
+            turned = fixed_axes(np.concatenate([found, np.zeros((2, *x.shape))]), c, s)
+        return derived(name, turned if background is None else turned + background(z))
+
+    def _normal(self, load: LineLoad, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
         return self._in_layers(r, z, 4, lambda layer, r, z: self._stress_in(layer, r, z, step))
 
-    def _displaced(self, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
+    def _displaced(self, load: LineLoad, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
         return self._in_layers(r, z, 2, lambda layer, r, z: self._displacement_in(layer, r, z, step))
 
     def _in_layers(
@@ -148,7 +191,7 @@ class LayeredInterior(Interior):
         if layer > 0:
             return rest
         with np.errstate(invalid="ignore"):
-            return np.asarray(super()._tensor(r, z, step) + rest)
+            return np.asarray(super()._normal(self.load(step), r, z, step) + rest)
 
     def _rest_in(self, layer: int, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
         """The same, in the top layer without that of a half-space."""
@@ -168,7 +211,7 @@ class LayeredInterior(Interior):
         """The displacement in m at points of one layer, shape (2, n)."""
         wanted = _Wanted(layer, r, z, lambda state: (state[1], state[0]), (_J1, _J0))
         rest = self._hankel(wanted, step, np.ones_like) / (2.0 * self._solids[layer].shear)
-        return super()._displaced(r, z, step) + rest if layer == 0 else rest
+        return super()._displaced(self.load(step), r, z, step) + rest if layer == 0 else rest
 
     def _hankel(self, wanted: _Wanted, step: int, per_wave: Callable[[FloatArray], FloatArray]) -> FloatArray:
         load = self.load(step)
@@ -221,22 +264,28 @@ class LayeredInterior(Interior):
         """What has a largest value."""
         return (*super().measures, *INTERFACE_TRACTIONS)
 
-    def largest(self, name: str, step: int) -> Largest:
+    def largest(self, name: str, step: int, background: Background | None = None) -> Largest:
         """
-        The largest value of an equivalent stress, or of a traction on interfaces, in one step, with its layer.
+        The largest value of a measure of stress, or of a traction on interfaces, in one step, with its layer.
 
         Every layer is searched alone, because stresses jump at interfaces.
         """
-        return max(self.largest_by_layer(name, step))
+        return max(self.largest_by_layer(name, step, background))
 
-    def largest_by_layer(self, name: str, step: int) -> list[Largest]:
+    def largest_of(
+        self, name: str, steps: Sequence[int], background: Background | None = None
+    ) -> list[Largest]:
+        """The largest values in several steps, each searched everywhere."""
+        return [self.largest(name, step, background) for step in steps]
+
+    def largest_by_layer(self, name: str, step: int, background: Background | None = None) -> list[Largest]:
         """The largest value in every layer and in an elastic base, or at the foot of every layer."""
         load, count = self.load(step), len(self._solids)
         on_interfaces = name in INTERFACE_TRACTIONS
         parts = len(self.layered.layers) if on_interfaces else count
         if not load.radius > 0.0:
             nothing = math.nan if math.isnan(load.radius) else 0.0
-            return [Largest(nothing, math.nan, math.nan, layer) for layer in range(parts)]
+            return [Largest(nothing, math.nan, math.nan, layer=layer) for layer in range(parts)]
         singular = None if on_interfaces else self.singular_radius(step)
         ends = [*self.interfaces, math.inf]
         found = []
@@ -246,28 +295,31 @@ class LayeredInterior(Interior):
                 continue
             top, bottom = self._tops[layer], ends[layer]
             span = (bottom, bottom) if on_interfaces else (top, bottom)
-            here = self._searched(name, layer, span, step)
+            here = self._searched(name, (layer, *span), step, background)
             found.append(here._replace(layer=layer))
         return found
 
-    def _searched(self, name: str, layer: int, span: tuple[float, float], step: int) -> Largest:
+    def _searched(
+        self, name: str, where: tuple[int, float, float], step: int, background: Background | None
+    ) -> Largest:
         """The largest value in one layer between two depths in m."""
-        load, (top, bottom) = self.load(step), span
-        measure = INTERFACE_TRACTIONS.get(name) or DERIVED[name]
+        load, (layer, top, bottom) = self.load(step), where
+        measure = INTERFACE_TRACTIONS.get(name) or MEASURES[name]
 
-        def value(r: FloatArray, z: FloatArray) -> FloatArray:
+        def revolving(r: FloatArray, z: FloatArray) -> FloatArray:
             tensor = self._rest_in(layer, np.ravel(r), np.ravel(z), step)
             if layer == 0:
-                tensor += stress(sums(load, np.ravel(r), np.ravel(z)), self.body.poisson)
-            return measure(tensor).reshape(r.shape)
+                tensor += self.solid.normal_stress(load, np.ravel(r), np.ravel(z))
+            return tensor.reshape(4, *r.shape)
 
         # stresses spread with the depth
         size = load.radius + top
-        radii = self.radii(step)
+        radii = searched_radii(self.marks(step), load.radius)
         if top > 0.0:
             radii = np.unique(np.concatenate([radii, size * np.linspace(0.0, 2.0, _SHARES.size)]))
         depths = np.unique(np.concatenate([top + size * DEPTHS, top + min(bottom - top, size) * _SHARES]))
-        found = searched(value, radii, depths[depths <= bottom], load.radius, span)
+        net, parts = (radii, depths[depths <= bottom]), (revolving, None, background)
+        found = largest_in_span(measure, parts, net, load.radius, (top, bottom))
         if name in INTERFACE_TRACTIONS and found.value <= _WORST * load.scale:
             # an interface that is compressed everywhere has no tension but that which vanishes far away
             return Largest(0.0, math.nan, math.nan)
@@ -382,7 +434,11 @@ def _punches(load: LineLoad, end: float, order: int) -> tuple[FloatArray, FloatA
     return np.concatenate(radii), np.concatenate(weights)
 
 
-def interior_of(contact: Contact, surface: Surface, side: str | None) -> Interior:
-    """The body of a side under a surface; see :func:`pymdr.interpretation.interior.elastic_body`."""
-    body = elastic_body(contact, side)
-    return LayeredInterior(surface, body.top, body) if isinstance(body, Layered) else Interior(surface, body)
+def interior_of(contact: Contact, surface: Loaded, side: str | None) -> Interior:
+    """The body of a side under a surface; see :func:`pymdr.interpretation.interior.stressed_body`."""
+    body, sign = stressed_body(contact, side)
+    solid = solid_of(body)
+    assert solid is not None
+    if isinstance(body, Layered):
+        return LayeredInterior(surface, solid, sign, layered=body)
+    return Interior(surface, solid, sign)

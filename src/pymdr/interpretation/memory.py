@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from pymdr.errors import QuantityError
+from pymdr.interpretation.stress import LineLoad, Loads, Punches
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import MemoryState, follow_springs, line_state, prepared, virgin
@@ -52,6 +53,8 @@ TO_EDGE = np.concatenate([INSIDE, 1.0 - np.geomspace(0.03, 1e-5, 12)])
 """Radii over that of the contact at which errors of pressures and tractions are measured."""
 _OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
 """Radii over that of the contact at which gap and displacement are checked."""
+_LOAD = 1e-7
+"""Error of stresses over the typical one that is not resolved: the load is interpolated between the springs."""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
 
 
@@ -111,6 +114,15 @@ class MemorySurface:
         if self.relaxation.viscosity == 0.0 or state.radius <= 0.0:
             return 0.0
         return float(_edge_load(state) / (math.pi * math.sqrt(2.0 * state.radius)))
+
+    @property
+    def revolves(self) -> bool:
+        """Nothing depends on the direction."""
+        return True
+
+    def loads(self, step: int) -> Loads:
+        """The load of the springs on the line."""
+        return Loads(spring_load(self.line_state(step)))
 
     def hides_edge(self, state: LineState) -> bool:
         """Whether a load that vanishes at the edge drops only between the last spring and the edge, where it is not resolved."""
@@ -270,6 +282,32 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
             p[within] += edge / (math.pi * np.sqrt((a - radius) * (a + radius)))
         p[r == a] = math.copysign(math.inf, edge)
     return p
+
+
+def spring_load(state: LineState) -> LineLoad:
+    """
+    The load of the springs of one row as punches, of the curve from which :func:`surface_load` is computed.
+
+    Parameters
+    ----------
+    state : LineState
+
+    Returns
+    -------
+    LineLoad
+    """
+    a, (x, q) = state.radius, _inside(state)
+    if not a > 0.0 or x.size < 4:
+        return LineLoad((), a, 0.0, a, 0.0)
+    edge, size = edge_load(state), float(np.max(np.abs(q)))
+    curve = scipy.interpolate.PchipInterpolator(
+        np.concatenate([[0.0], x / a, [1.0]]), np.concatenate([q[:1], q, [edge]])
+    ).derivative()
+
+    def density(above: FloatArray) -> FloatArray:
+        return np.asarray(-curve(np.minimum(above / a, 1.0)) / a)
+
+    return LineLoad((Punches(0.0, a, density),), a, edge, a, size / a, noise=_LOAD)
 
 
 def edge_load(state: LineState) -> float:

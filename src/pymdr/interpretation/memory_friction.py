@@ -20,8 +20,10 @@ from pymdr.interpretation.memory import (
     checked_rows,
     displacement,
     far_from_edge,
+    spring_load,
     surface_load,
 )
+from pymdr.interpretation.stress import Loads
 from pymdr.interpretation.traction import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
 from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.line.curves import ElasticLine
@@ -167,6 +169,18 @@ class ShearedSurface:
     def edge_amplitude(self, step: int) -> float:
         """As that of the normal contact."""
         return self.normal.edge_amplitude(step)
+
+    @property
+    def revolves(self) -> bool:
+        """Whether nothing depends on the direction: without friction."""
+        return self.friction == 0.0
+
+    def loads(self, step: int) -> Loads:
+        """The loads of both lines of springs; the shear traction acts in the direction of the shift."""
+        normal = self.normal.loads(step)
+        if self.revolves or math.isnan(self.normal.contact_radius[step]):
+            return normal
+        return normal._replace(shear=spring_load(_sheared_at(self, step)))
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one step."""

@@ -8,17 +8,22 @@ one integral over the punches. With s = r + z sinh(t), split at s = r, it is as 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from pymdr.errors import ConvergenceError
+from pymdr.interpretation.punch_tree import Punches as Punches
+from pymdr.interpretation.punch_tree import resolved, unit_of
 from pymdr.line.curves import ElasticLine
 from pymdr.numerics.panels import Place
 from pymdr.units import FloatArray, metres
+
+if TYPE_CHECKING:
+    from pymdr.interpretation.punch_kernel import Cells
 
 _LEVELS = (0.25, 0.125, 0.0625, 0.03125, 0.015625, 0.0078125)
 """Steps of the rule, each half of the one before."""
@@ -34,17 +39,6 @@ _BLOCK = 1 << 16
 """Nodes that are evaluated at once."""
 
 
-class Punches(NamedTuple):
-    """Punches whose radii fill an interval; their density may have a root at its anchor, one of its ends."""
-
-    anchor: float
-    """In m."""
-    extent: float
-    """Distance in m from the anchor to the other end, negative if that lies below."""
-    density: Callable[[FloatArray], FloatArray]
-    """Weight per radius in Pa at distances in m from the anchor."""
-
-
 @dataclass(frozen=True)
 class LineLoad:
     """A load on the line of a half-space as punches."""
@@ -58,6 +52,27 @@ class LineLoad:
     """Largest loaded radius in m."""
     scale: float
     """A typical stress in Pa."""
+    rings: tuple[tuple[float, float], ...] = ()
+    """Radii in m and weights in N/m of more punches, at steps of the line load inside the edge."""
+    noise: float = _ROUNDING
+    """Error of the load itself, of the typical stress."""
+
+    @cached_property
+    def cells(self) -> Cells | None:
+        """The load resolved into series and punches; None where it cannot be, or without compiled code."""
+        from pymdr.compiling import INTERPRETED
+
+        if INTERPRETED or not self.pieces or self.scale == 0.0:
+            return None
+        return resolved(self.pieces, self.radius, self.scale, self.noise)
+
+
+class Loads(NamedTuple):
+    """The loads on the line of a body in one step."""
+
+    normal: LineLoad
+    shear: LineLoad | None = None
+    """Of the shear traction on the body, in the direction of x; None without friction."""
 
 
 def line_load(
@@ -89,7 +104,7 @@ def line_load(
     LineLoad
     """
     a = float(contact.x)
-    pieces = list(_contact_pieces(line, contact))
+    pieces = list(contact_pieces(line, contact))
     if zone > a:
 
         def pulled(below: FloatArray) -> FloatArray:
@@ -103,23 +118,43 @@ def line_load(
     return LineLoad(tuple(pieces), a, edge, radius, scale)
 
 
-def _contact_pieces(line: ElasticLine, contact: Place) -> Iterator[Punches]:
-    """The punches of the contact itself, between the radii at which g is not smooth."""
+def contact_pieces(
+    line: ElasticLine, contact: Place, inside: Place | None = None, factor: float = 1.0
+) -> Iterator[Punches]:
+    """
+    The punches of the load E* (d - g) times a factor up to a radius, between the radii at which g is not smooth.
+
+    Parameters
+    ----------
+    line : ElasticLine
+    contact : Place
+        The radius in m.
+    inside : Place, optional
+        Radius in m from which they are needed; from the axis by default.
+    factor : float
+        By which they are multiplied.
+
+    Yields
+    ------
+    Punches
+    """
     equivalent, a = line.equivalent, float(contact.x)
     bases = [0.0, *sorted(b for b in equivalent.kinks(a) if 0.0 < b < a)]
     for low, high in zip(bases, [*bases[1:], math.inf], strict=True):
-        offset = float(contact.base) - low + float(contact.offset)
-        width = min(high - low, offset)
+        begin = 0.0 if inside is None else max(float(inside.base) - low + float(inside.offset), 0.0)
+        width = min(high - low, float(contact.base) - low + float(contact.offset))
 
         # the upper end itself is read as the beginning of what follows
         last = float(np.nextafter(width, 0.0))
 
-        def density(above: FloatArray, low: float = low, last: float = last) -> FloatArray:
-            at = Place(np.full(above.shape, low), np.minimum(above, last))
-            return line.modulus * equivalent.slope(at)
+        def density(
+            above: FloatArray, low: float = low, begin: float = begin, last: float = last
+        ) -> FloatArray:
+            at = Place(np.full(above.shape, low), np.minimum(begin + above, last))
+            return factor * line.modulus * equivalent.slope(at)
 
-        if width > 0.0:
-            yield Punches(low, width, density)
+        if width > begin:
+            yield Punches(low + begin, width - begin, density)
 
 
 class Sums(NamedTuple):
@@ -139,7 +174,11 @@ class Sums(NamedTuple):
     """ln P."""
 
 
-def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
+Kernel: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+"""Closed forms of a punch of weight 1 at r and z: of its radius s, and of s - r with all its digits."""
+
+
+def sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True) -> Sums:
     """
     The integrals at points inside the body.
 
@@ -148,6 +187,8 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
     load : LineLoad
     r, z : ndarray
         Radius and depth in m, at least 0, of one shape.
+    logarithm : bool
+        Whether that of ln P, which only displacements need, is computed.
 
     Returns
     -------
@@ -159,33 +200,110 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray) -> Sums:
     ConvergenceError
         If two levels of the rule do not agree.
     """
+    found = quick_sums(load, r, z, logarithm)
+    if found is not None:
+        return Sums(found[0], found[1], found[2], found[3], found[4], found[8])
+    return Sums(*integrated(load, r, z, _punch, np.array([1.0, 1.0, 1.0, 1.0, 1.0, load.radius])))
+
+
+def quick_sums(load: LineLoad, r: FloatArray, z: FloatArray, logarithm: bool = True) -> FloatArray | None:
+    """
+    All closed forms summed over a load by compiled code.
+
+    Parameters
+    ----------
+    load : LineLoad
+    r, z : ndarray
+        Radius and depth in m, at least 0, of one shape.
+    logarithm : bool
+        Whether that of ln P is computed.
+
+    Returns
+    -------
+    ndarray or None
+        Of shape (9, ...), in the order of :data:`pymdr.interpretation.punch_kernel.FORMS`; None without compiled code, or where the
+        load cannot be resolved by series.
+    """
+    cells = load.cells
+    if cells is None:
+        return None
+    from pymdr.interpretation.punch_kernel import FORMS, summed
+
+    unit = unit_of(load.radius)
+    radius, depth = np.ravel(r) / unit, np.ravel(z) / unit
+    depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius / unit))
+    total = np.zeros((radius.size, FORMS))
+    summed(cells, radius, depth, total, logarithm)
+    total *= load.scale
+    total[:, -1] *= unit
+    found = total.T.reshape(FORMS, *np.shape(r))
+    return found + _of_rings(load, np.asarray(r), depth.reshape(np.shape(r)) * unit, punch_forms)
+
+
+def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, sizes: FloatArray) -> FloatArray:
+    """
+    Closed forms of punches summed over a load.
+
+    Parameters
+    ----------
+    load : LineLoad
+    r, z : ndarray
+        Radius and depth in m, at least 0, of one shape.
+    punch : callable
+        The closed forms of one punch, shape (k, ...).
+    sizes : ndarray, shape (k,)
+        Typical sums over a typical stress, 1 or a length in m.
+
+    Returns
+    -------
+    ndarray
+        Of shape (k, ...).
+
+    Raises
+    ------
+    ConvergenceError
+        If two levels of the rule do not agree.
+    """
     radius, depth = np.ravel(r), np.ravel(z)
     depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius))
-    total = np.zeros((len(Sums._fields), radius.size))
-    noise = _ROUNDING * load.scale * np.array([1.0, 1.0, 1.0, 1.0, 1.0, load.radius])
+    total = np.zeros((sizes.size, radius.size))
+    noise = load.noise * load.scale * sizes
     if load.radius > 0.0:
         for piece in load.pieces:
-            total += _integrated(piece, radius, depth, noise)
-        if load.edge != 0.0:
-            at = np.full(radius.shape, load.edge_radius)
-            total += load.edge * _punch(radius, depth, at, load.edge_radius - radius)
-    return Sums(*total.reshape(-1, *np.shape(r)))
+            total += _integrated(piece, radius, depth, punch, noise)
+        total += _of_rings(load, radius, depth, punch)
+    return total.reshape(-1, *np.shape(r))
+
+
+def _of_rings(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel) -> FloatArray:
+    """The closed forms of the punches at steps of the load."""
+    rings = [ring for ring in ((load.edge_radius, load.edge), *load.rings) if ring[1] != 0.0]
+    forms = (weight * punch(r, z, np.full(r.shape, ring), ring - r) for ring, weight in rings)
+    return np.asarray(sum(forms, np.zeros(())))
 
 
 def _punch(r: FloatArray, z: FloatArray, s: FloatArray, above: FloatArray) -> FloatArray:
-    """The closed forms of a punch of radius s and weight 1; `above` is s - r with all its digits."""
+    """The closed forms of a punch of radius s and weight 1 of :class:`Sums`; `above` is s - r with all its digits."""
+    return punch_forms(r, z, s, above)[[0, 1, 2, 3, 4, 8]]
+
+
+def punch_forms(r: FloatArray, z: FloatArray, s: FloatArray, above: FloatArray) -> FloatArray:
+    """All closed forms of a punch of radius s and weight 1, shape (9, ...); `above` is s - r with all its digits."""
     zeta = z + 1j * s
     root = np.sqrt(z * z - above * (r + s) + 2j * z * s)
     total = root + zeta
     inverse, mean = 1.0 / root, 1.0 / total
-    cubed = z * inverse**3
+    cubed, both = z * inverse**3, inverse * mean
     return np.array(
         [
             inverse.imag,
             (cubed * zeta).imag,
             mean.imag,
-            (z * inverse * mean).imag,
+            (z * both).imag,
             r * cubed.imag,
+            r * both.imag,
+            r * (mean * mean).imag,
+            z * r * (both * mean).imag,
             np.angle(total),
         ]
     )
@@ -210,26 +328,27 @@ class _Parts(NamedTuple):
         return _Parts(*(values[some] for values in self))
 
 
-def _integrated(piece: Punches, r: FloatArray, z: FloatArray, noise: FloatArray) -> FloatArray:
+def _integrated(piece: Punches, r: FloatArray, z: FloatArray, punch: Kernel, noise: FloatArray) -> FloatArray:
     """The closed forms integrated over the punches of a piece, at points of shape (n,); `noise` is the error that is rounding."""
-    answer = np.zeros((len(Sums._fields), r.size))
+    answer = np.zeros((noise.size, r.size))
     ends = piece.anchor - r, (piece.anchor - r) + piece.extent
     start, stop = ends if piece.extent > 0.0 else ends[::-1]
     for low, high in ((start, np.minimum(stop, 0.0)), (np.maximum(start, 0.0), stop)):
         inside = np.flatnonzero(high > low)
         for some in np.array_split(inside, max(1, inside.size * _nodes(1).shape[1] // _BLOCK)):
             if some.size:
-                answer[:, some] += _converged(piece, _Parts(r, z, start, low, high, stop).take(some), noise)
+                parts = _Parts(r, z, start, low, high, stop).take(some)
+                answer[:, some] += _converged(piece, parts, punch, noise)
     return answer
 
 
-def _converged(piece: Punches, parts: _Parts, noise: FloatArray) -> FloatArray:
+def _converged(piece: Punches, parts: _Parts, punch: Kernel, noise: FloatArray) -> FloatArray:
     """The integral over parts of a piece, by a double exponential rule of rising level."""
-    answer = np.empty((len(Sums._fields), parts.r.size))
+    answer = np.empty((noise.size, parts.r.size))
     left = np.arange(parts.r.size)
-    total, size = _rule(piece, parts, 0)
+    total, size = _rule(piece, parts, punch, 0)
     for level in range(1, len(_LEVELS)):
-        more, sizes = _rule(piece, parts.take(left), level)
+        more, sizes = _rule(piece, parts.take(left), punch, level)
         finer, size = 0.5 * total + more, 0.5 * size + sizes
         agreed = np.all(np.abs(finer - total) <= _AGREEMENT * size + noise[:, None], axis=0)
         answer[:, left[agreed]] = finer[:, agreed]
@@ -256,7 +375,7 @@ def _nodes(level: int) -> FloatArray:
     return np.array([below, above, h * math.pi * np.cosh(w) * below * above])
 
 
-def _rule(piece: Punches, parts: _Parts, level: int) -> tuple[FloatArray, FloatArray]:
+def _rule(piece: Punches, parts: _Parts, punch: Kernel, level: int) -> tuple[FloatArray, FloatArray]:
     """What the nodes of a level add to the integrals, and to those of their absolute values."""
     below, above, weight = _nodes(level)[:, :, None]
     r, z, start, low, high, stop = parts
@@ -274,7 +393,7 @@ def _rule(piece: Punches, parts: _Parts, level: int) -> tuple[FloatArray, FloatA
         step = 0.5 * length * above
         distance = (stop - high) + 2.0 * z * np.cosh(last - step) * np.sinh(step)
         s = piece.anchor - distance
-    terms = _punch(r, z, s, z * np.sinh(t))
+    terms = punch(r, z, s, z * np.sinh(t))
     terms *= weight * length * z * np.cosh(t) * piece.density(distance)
     return terms.sum(axis=1), np.abs(terms).sum(axis=1)
 
@@ -326,66 +445,3 @@ def displacement(found: Sums, r: FloatArray, z: FloatArray, poisson: float, shea
     outward = r * ((1.0 - 2.0 * poisson) * found.mean - found.mixed)
     inward = 2.0 * (1.0 - poisson) * found.log - z * found.inverse
     return np.array([outward, inward]) / (2.0 * math.pi * shear)
-
-
-def principal_stresses(tensor: FloatArray) -> FloatArray:
-    """
-    Principal stresses in Pa, falling, shape (3, ...).
-
-    Examples
-    --------
-    >>> principal_stresses(np.array([0.0, 1.0, 0.0, 2.0])).tolist()
-    [2.0, 1.0, -2.0]
-    """
-    rr, tt, zz, rz = tensor
-    middle, half = 0.5 * (rr + zz), np.hypot(0.5 * (rr - zz), rz)
-    return np.asarray(np.sort([middle + half, tt, middle - half], axis=0)[::-1])
-
-
-def von_mises(tensor: FloatArray) -> FloatArray:
-    """
-    Equivalent stress of von Mises in Pa.
-
-    Examples
-    --------
-    >>> float(von_mises(np.array([0.0, 0.0, -3.0, 0.0])))
-    3.0
-    """
-    rr, tt, zz, rz = tensor
-    squares = 0.5 * ((rr - tt) ** 2 + (tt - zz) ** 2 + (zz - rr) ** 2) + 3.0 * rz**2
-    return np.asarray(np.sqrt(squares))
-
-
-def tresca(tensor: FloatArray) -> FloatArray:
-    """
-    Equivalent stress of Tresca in Pa: the difference of the largest and the smallest principal stress.
-
-    Examples
-    --------
-    >>> float(tresca(np.array([0.0, 0.0, -3.0, 0.0])))
-    3.0
-    """
-    principal = principal_stresses(tensor)
-    return np.asarray(principal[0] - principal[2])
-
-
-def hydrostatic(tensor: FloatArray) -> FloatArray:
-    """
-    The mean normal stress in Pa, tension positive.
-
-    Examples
-    --------
-    >>> float(hydrostatic(np.array([1.0, 2.0, 3.0, 0.0])))
-    2.0
-    """
-    return np.asarray((tensor[0] + tensor[1] + tensor[2]) / 3.0)
-
-
-DERIVED: Mapping[str, Callable[[FloatArray], FloatArray]] = {
-    "stress": lambda tensor: tensor,
-    "principal_stress": principal_stresses,
-    "von_mises": von_mises,
-    "tresca": tresca,
-    "hydrostatic": hydrostatic,
-}
-"""What is read from the stress, by field."""

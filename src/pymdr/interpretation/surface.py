@@ -10,9 +10,11 @@ import numpy as np
 from pymdr.errors import QuantityError
 from pymdr.interpretation import fields
 from pymdr.interpretation.cohesion import cohesive_displacement, cohesive_pressure, cohesive_spring_shift
+from pymdr.interpretation.stress import LineLoad, Loads, line_load
 from pymdr.interpretation.theories import theory_of
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import DiskStates, disk_states, states_at_depth
+from pymdr.line.layered import LayeredLine
 from pymdr.line.lines import line_of
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import gap_function
@@ -65,6 +67,26 @@ class Surface:
     def marks(self, step: int) -> tuple[float, ...]:
         """Radii in m in the contact at which its pressure may have a kink."""
         return self.line.equivalent.kinks(float(self.states.contact_radius[step]))
+
+    @property
+    def revolves(self) -> bool:
+        """Nothing depends on the direction."""
+        return True
+
+    def loads(self, step: int) -> Loads:
+        """The normal load on the line."""
+        a = float(self.states.contact_radius[step])
+        zone, strength = 0.0, 0.0
+        if self.cohesion is not None and a < self.line.equivalent.edge:
+            zone, strength = float(self.cohesion.radius[step]), self.cohesion.strength
+        excess = float(self.states.edge_excess[step])
+        place, springs = self.states.place.take(step), self.line
+        if isinstance(springs, LayeredLine):
+            if not a > 0.0:
+                return Loads(LineLoad((), a, 0.0, a, 0.0))
+            springs, excess, _ = springs.carried(place, excess)
+        assert isinstance(springs, ElasticLine)
+        return Loads(line_load(springs, place, excess, zone=zone, strength=strength))
 
     def _known(self) -> float:
         equivalent = self.line.equivalent

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.interpretation.disk_sums import grouped, pressure_integrals, stretches_of
+from pymdr.interpretation.disk_sums import pressure_integrals, stretches_of
 from pymdr.interpretation.fields import pressure
+from pymdr.interpretation.shear_load import shear_load, steps_of
+from pymdr.interpretation.stress import Loads
 from pymdr.interpretation.surface import Surface
 from pymdr.line.foundation import (
     ElasticLine,
@@ -46,8 +48,6 @@ _TIP = 1e-9
 """Radius over that of the smallest disk at which the finite traction of a sticking sharp tip is evaluated."""
 _MANY = 64
 """Number of disks above which the sum of their pressures is computed as one integral along the line."""
-_ROUNDING = 1e-14
-"""Sums of edge singularities below this fraction of their terms are rounding."""
 
 
 def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> FloatArray:
@@ -86,11 +86,7 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
         for i in np.flatnonzero((weight != 0.0) & (a > 0.0)):
             summed += weight[i] * _pressure_of(line, disks.place.take(i), radius, near_tip)
     tau += scale * summed
-    # the singular pressures of several depths may cancel at an edge, so their amplitudes are added first
-    amplitude = weight * disks.edge_excess + edge
-    rings, total, size = grouped(a[amplitude != 0.0], amplitude[amplitude != 0.0])
-    real = np.abs(total) > _ROUNDING * size
-    rings, total = rings[real], total[real]
+    rings, total = steps_of(disks, weight, edge)
     for low, high in stretches_of(rings):
         ring = rings[low:high, None]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -209,6 +205,18 @@ class FrictionSurface:
     def edge_amplitude(self, step: int) -> float:
         """As that of the normal contact."""
         return self.normal.edge_amplitude(step)
+
+    @property
+    def revolves(self) -> bool:
+        """Whether nothing depends on the direction: without friction."""
+        return self.replay.friction == 0.0
+
+    def loads(self, step: int) -> Loads:
+        """The loads on the line; the shear traction acts in the direction of the shift."""
+        normal = self.normal.loads(step)
+        if self.revolves:
+            return normal
+        return normal._replace(shear=shear_load(self.line, self.replay.state(int(self.rows[step]))))
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one step."""

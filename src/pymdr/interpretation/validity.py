@@ -131,6 +131,10 @@ SOURCES: dict[str, str] = {
         "Huber (1904), Ann. Phys. 319, 153-163, for Hertz's pressure; here flat punches (Sneddon 1946, Proc. Camb. Philos. Soc. "
         "42, 29-39) summed along the line of Popov and Hess (2015), chapter 3"
     ),
+    "shear-stress": (
+        "Hamilton (1983), Proc. Inst. Mech. Eng. 197C, 53-59, for a sliding Hertz contact; here tangential punches summed along the "
+        "line"
+    ),
     "popov-hess": (
         "Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, "
         "doi:10.1007/978-3-642-53876-6"
@@ -160,6 +164,12 @@ SOURCES: dict[str, str] = {
     "cattaneo-mindlin": (
         "Cattaneo (1938); Mindlin (1949), J. Appl. Mech. 16, 259-268; Jaeger (1995); Ciavarella (1998), "
         "J. Mech. Phys. Solids 46"
+    ),
+    "archard": "Archard (1953), J. Appl. Phys. 24, 981-988, doi:10.1063/1.1721448",
+    "fouvry": "Fouvry, Kapsa and Vincent (1996), Wear 200, 186-205, doi:10.1016/S0043-1648(96)07306-1",
+    "popov-wear": (
+        "Popov (2014), Phys. Mesomech. 17, 163-172: the limiting shape of fretting wear; Li, Forsbach, Popov and Benad (2018), "
+        "Front. Mech. Eng. 4, 7: wear of any profile on the line"
     ),
     "lubkin": (
         "Lubkin (1951), J. Appl. Mech. 18, 183-187: torsion of spheres; of any profile by the springs of torsion, Popov and Hess (2015), "
@@ -223,6 +233,7 @@ SOURCES: dict[str, str] = {
     ),
     "dunkin": "Dunkin (1965), Bull. Seismol. Soc. Am. 55, 335-358: layers by minors, without growing exponentials",
     "levenberg-marquardt": "Levenberg (1944), Q. Appl. Math. 2, 164-168; Marquardt (1963), J. Soc. Ind. Appl. Math. 11, 431-441",
+    "patterson-thompson": "Patterson and Thompson (1971), Biometrika 58, 545-554, doi:10.1093/biomet/58.3.545: restricted likelihood",
     "akaike": (
         "Akaike (1974), IEEE Trans. Autom. Control 19, 716-723, doi:10.1109/TAC.1974.1100705; Burnham and Anderson (2002), "
         "Model Selection and Multimodel Inference, 2nd ed., doi:10.1007/b97636"

@@ -180,7 +180,7 @@ def move(
     begin, end : float
         Parameters; `end` may be below `begin`.
     rows : ndarray
-        Shares of the way in [0, 1], rising from 0 to 1, at which rows are wanted.
+        Fractions of the distance, rising from 0 to 1, at which rows are required.
     """
     low, high = min(begin, end), max(begin, end)
     wanted = np.clip(begin + (end - begin) * rows, low, high)

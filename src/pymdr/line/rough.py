@@ -121,7 +121,7 @@ def power_law_stiffness(
     Returns
     -------
     ndarray
-        In N/m. It knows no full contact, and needs a spectrum without roll-off.
+        In N/m. The law does not include full contact and needs a spectrum without roll-off.
 
     Notes
     -----

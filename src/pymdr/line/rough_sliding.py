@@ -101,7 +101,7 @@ def stationary(
 
     Notes
     -----
-    Every spring sees the same line, one after the other: the mean over springs is that over the time of one. Exact in time for a
+    Every spring passes over the same line, one after the other: the mean over springs is the time mean of one. Exact in time for a
     straight line between places. What its terms bear at the highest place is found by Newton's method, however slow they are: over
     a passage, after which w is what it was, a term changes by what it loses, which is as its sum. The mean of q is E*_inf times
     that of w, whatever relaxes, and what a passage takes is dissipated.

@@ -121,7 +121,7 @@ def forward(
     k : float
         Exponent of the grading, -1 < k < 1; 0 for a homogeneous half-space.
     noise : float
-        Rounding noise of the slope, below which no convergence is asked for.
+        Rounding noise of the slope; convergence is not required below it.
 
     Returns
     -------
@@ -265,7 +265,7 @@ def line_average(
     k : float
         Exponent of the grading.
     noise : float
-        Rounding noise of w, below which no convergence is asked for.
+        Rounding noise of w; convergence is not required below it.
 
     Returns
     -------

@@ -65,5 +65,5 @@ def conductivity_of(body: Material, counterbody: Material, carrier: Carrier) -> 
 
 
 def is_carried(body: Material, counterbody: Material, carrier: Carrier) -> bool:
-    """Whether one of two bodies says what it conducts."""
+    """Whether at least one of two bodies has the conductivity or resistivity."""
     return getattr(body, carrier) is not None or getattr(counterbody, carrier) is not None

@@ -325,11 +325,11 @@ class DerivedSource(SlopeSource):
         try:
             return bool(self.kinks(low, high))
         except ProblemError:
-            # what is more than kinks is refused where it matters
+            # other defects of the profile are refused where they matter
             return False
 
     def _noise_beyond(self, base: float, r: float) -> float:
-        """Rounding of f around a radius in m, also so close to a breakpoint before it that farther in f tells nothing of it."""
+        """Rounding of f around a radius in m; just beyond a breakpoint it is measured outward from the breakpoint."""
         noise = self._scatter(r)
         if base > 0.0:
             beside = rounding(lambda h: self._f(base + h), np.array([r - base]))
@@ -366,7 +366,7 @@ class DerivedSource(SlopeSource):
         return series, error, high
 
     def _hides_on(self, width: float, error: float) -> bool:
-        """Whether f does not rise beyond a panel either, for longer than the panel is: its halves would tell no more."""
+        """Whether f does not rise beyond a panel either, over more than the width of the panel: halving it would add no information."""
         return error * width < 0.99 * _EPS * abs(self._apex)
 
     def _hidden_beyond(self, r: float) -> float:

@@ -314,7 +314,7 @@ _BLOCK = 1 << 13
 @dataclass(eq=False)
 class Kernel:
     """
-    The kernel M(t) of two bodies, one or both of them layered, tabulated as far out as it is asked.
+    The kernel M(t) of two bodies, one or both of them layered, tabulated as far out as requested.
 
     Parameters
     ----------

@@ -17,15 +17,15 @@ from pymdr.units import FloatArray, metres
 
 def portable(contact: Contact, radius: float, depth: float = 0.0) -> Contact:
     """
-    A contact whose callable profile is replaced by its interpolant, as files and other processes take it.
+    A contact whose callable profile is replaced by its interpolant, for files and other processes.
 
     Parameters
     ----------
     contact : Contact
     radius : float
-        The largest radius in m that is touched; 0 where nothing tells.
+        The largest contact radius in m; 0 if unknown.
     depth : float, optional
-        The largest indentation in m, which tells how far a Function2D is touched.
+        The largest indentation in m, which bounds the contact of a Function2D.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def portable(contact: Contact, radius: float, depth: float = 0.0) -> Contact:
         return replace(contact, profile=without_callables(contact.profile, _touched(contact.profile, depth)))
     if radius > 0.0:
         return replace(contact, profile=without_callables(contact.profile, 2.0 * radius))
-    # nothing touched, and nothing tells how far the profile matters: as far as it can be mapped
+    # without contact the radius that matters is unknown: interpolate as far as the profile can be mapped
     end = min(1.0, contact.profile.max_radius)
     for decades in range(12):
         try:
@@ -71,7 +71,7 @@ def require_known(profile: Profile, radii: FloatArray, name: str) -> None:
     farthest = float(np.max(np.abs(radii), initial=0.0))
     if farthest > end * (1.0 + 1e-9):
         raise ProblemError(
-            f"{name} at r = {metres(farthest)}: the profile was a callable, of which a saved or pickled result knows f up to "
+            f"{name} at r = {metres(farthest)}: the profile was a callable; a saved or pickled result contains f up to "
             f"r = {metres(end)}; read the field before saving, or solve again with the callable"
         )
 

@@ -40,8 +40,8 @@ def relaxation_of(
     body, counterbody : Viscoelastic, Elastic, TransverselyIsotropic, Graded or Rigid
         The two bodies; the second is rigid unless given. Graded ones with the exponent 0.
     span : tuple of quantity, optional
-        The shortest and the longest time in s that matter; needed for a PowerLawRheology. What is faster answers at
-        once; in series with another body, E* at a hundred times the shortest errs by some 1e-5 for that.
+        The shortest and the longest time in s that matter; needed for a PowerLawRheology. Faster relaxation is
+        taken as instantaneous; in series with another body this changes E* at a hundred times the shortest time by about 1e-5.
     tangential : bool
         Whether it is G*(t).
 

@@ -12,12 +12,12 @@ from pymdr.units import FloatArray
 
 POINTS_PER_WAVE, FEWEST_PER_WAVE, FEWEST = 16, 4, 1024
 _MOST = 2**31
-"""From here on no memory holds a line."""
+"""A line of this many springs exceeds any memory."""
 
 
 def default_points(surface: RoughSurface) -> int:
     """
-    How many springs a line has unless it is said: 16 for its shortest wave.
+    The default number of springs of a line: 16 for its shortest wave.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def rough_heights(
     Notes
     -----
     Geike and Popov (2007), Phys. Rev. E 76, 036710; Popov and Hess (2015), chapter 10. The waves are those of the
-    surface's own size; where a height stands on the line means nothing in a patch, since springs do not know each other.
+    surface's own size; the position of a height along the line has no physical meaning, since springs do not interact.
 
     Examples
     --------

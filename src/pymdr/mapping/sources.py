@@ -232,7 +232,7 @@ class SplineSource(SlopeSource):
             z = 2.0 * (r - panels.start[i]) / width - 1.0
             heights = self.coefficients[3][first[i] : last[i]]
             basis = chebyshev.chebvander(z[: knots.size], TERMS)
-            # normal equations keep what dense knots tell; the misfit shows where they do not
+            # normal equations are accurate enough for dense knots; the misfit reveals where they are not
             gram = np.einsum("ij,ik->jk", basis, basis)
             fitted = np.linalg.lstsq(gram, basis.T @ (heights - heights[0]), rcond=None)[0]
             coefficients[i] = chebyshev.chebder(fitted) * (2.0 / width)
@@ -328,7 +328,7 @@ class SumSource(SlopeSource):
         return True
 
     def foresee(self, top: float) -> None:
-        """What the parts have to know."""
+        """Pass the largest radius on to the parts."""
         for part in self.parts:
             part.foresee(top)
 

@@ -183,7 +183,7 @@ def _push_children(tree: Tree, level: int, i: int, stack: IndexArray, waiting: i
     return waiting
 
 
-@inner
+@compiled
 def _descend(
     tree: Tree,
     rules: Rules,

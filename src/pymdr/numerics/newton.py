@@ -8,7 +8,7 @@ from pymdr.compiling import compiled
 @compiled
 def narrowed(low: float, high: float, x: float, excess: float, slope: float) -> tuple[float, float, float]:
     """
-    Narrow a bracket by the value at x, and say where to look next.
+    Narrow a bracket by the value at x, and choose the next x.
 
     Parameters
     ----------

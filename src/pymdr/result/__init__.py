@@ -1,4 +1,4 @@
-"""The one kind of result: labelled arrays with claims, fields on demand, saving and plotting. Knows no physics."""
+"""The one kind of result: labelled arrays with claims, fields on demand, saving and plotting. Independent of the physics."""
 
 from pymdr.result.arrays import labelled
 from pymdr.result.readers import DirectedReader, EdgedField, FieldReader

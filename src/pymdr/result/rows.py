@@ -48,7 +48,7 @@ def drawn_row(data: xr.Dataset, valid: BoolArray, step: int, is_viscoelastic: bo
         radii = np.nan_to_num(data[size].values)
         shown = radii > 1e-6 * radii.max()
         if is_viscoelastic and "normal_force" in data:
-            # recovering springs say less
+            # rows under falling load are less informative
             force = np.where(shown & valid, data["normal_force"].values, -np.inf)
             shown &= force >= (1.0 - 1e-9) * force.max()
         touching = np.flatnonzero(shown)

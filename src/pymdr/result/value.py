@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from pymdr.errors import NotValidError, QuantityError
+from pymdr.errors import QuantityError
 from pymdr.independent.rings import Rings
+from pymdr.inside import Inside, Superposed, checked, drawn_section, interior_field, largest_in
 from pymdr.interpretation.closure import known_error, pressed_curve
 from pymdr.interpretation.conductance import driven
-from pymdr.interpretation.interior import INTERIOR_COMPONENTS, INTERIOR_FIELDS, LARGEST, Interior
-from pymdr.interpretation.layered_stress import LayeredInterior
+from pymdr.interpretation.interior import INTERIOR_FIELDS, LARGEST, Interior
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
-from pymdr.quantities import DEPTH, POSITION, RADIUS, one_name, quantity
+from pymdr.quantities import POSITION, RADIUS, one_name, quantity
 from pymdr.result.arrays import error_with_band, labelled, locked_claim, locked_data, titled_columns
 from pymdr.result.readers import DirectedReader, EdgedField, FieldReader
 from pymdr.result.rows import drawn_row, row_indices
@@ -224,11 +224,10 @@ class Result:
         angle: QuantityLike | None = None,
         drop: QuantityLike | None = None,
         flow: QuantityLike | None = None,
-        z: ArrayQuantityLike | None = None,
-        side: str | None = None,
+        **inside: Unpack[Inside],
     ) -> xr.DataArray:
         """
-        A field on the surface (over radius r), on the line (over position x) or inside a body (over radius r and depth z).
+        A field on the surface (over radius r), on the line (over position x) or inside a body (over r and depth z, or x, y and z).
 
         Parameters
         ----------
@@ -250,16 +249,18 @@ class Result:
             For a flux: the voltage in V, or the temperature difference in K, between the bodies.
         flow : quantity, optional
             For a flux, instead of `drop`: the current in A, or the heat flow in W, through the contact.
-        z : array_like or quantity, optional
-            Inside a body: depths in m, at least 0; twice the contact radius by default.
-        side : str, optional
-            Inside a body: ``"body"`` or ``"counterbody"``; by default the body, or the counterbody if only that is elastic.
+        **inside
+            Inside a body, all optional: ``z``, depths in m, at least 0 (to twice the contact radius by default); ``x`` and ``y``,
+            positions in m along and across the shift, needed instead of `r` with friction (``y`` is 0 by default); ``side``,
+            ``"body"`` or ``"counterbody"`` (by default the first whose stress is known), on which the shear traction acts against
+            x; ``superposed``, a stress that is added, such as ``{"xx": "100 MPa"}``: components by name, each in Pa or a function
+            of an array of depths in m.
 
         Returns
         -------
         xarray.DataArray
             Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, NaN in those that are not valid; inside a body over
-            ``z`` and ``r``, tensors and vectors over ``component`` before them. Pressure and fluxes are inf at a singular edge,
+            ``z`` and ``r``, or ``z``, ``y`` if given, and ``x``, tensors and vectors over ``component`` before them. Pressure and fluxes are inf at a singular edge,
             with its amplitude as the coordinate ``edge_amplitude``.
 
         Raises
@@ -273,14 +274,12 @@ class Result:
         """
         import xarray as xr
 
-        if one_name(name) in INTERIOR_FIELDS:
+        places = checked(inside, name, within=one_name(name) in INTERIOR_FIELDS)
+        if name in INTERIOR_FIELDS:
             if angle is not None or drop is not None or flow is not None:
                 raise QuantityError(f"field: angle=, drop= and flow= do not apply to {name}; leave them out")
-            return self._interior_field(name, r, z, step, side)
-        if z is not None or side is not None:
-            raise QuantityError(
-                f"field: z= and side= are for fields inside a body ({', '.join(INTERIOR_FIELDS)}); {shown(name)} is none"
-            )
+            interior = self._interior(places.get("side"))
+            return interior_field(interior, name, r, places, self._valid_rows("stress", name, step))
         self._require(name)
         if name not in self._fields:
             if name in self.reading.elsewhere:
@@ -326,54 +325,6 @@ class Result:
             attrs={"units": unit, "long_name": long_name, "symbol": row.symbol},
         )
 
-    def _interior_field(
-        self,
-        name: str,
-        r: ArrayQuantityLike | None,
-        z: ArrayQuantityLike | None,
-        step: int | Sequence[int] | None,
-        side: str | None,
-    ) -> xr.DataArray:
-        import xarray as xr
-
-        interior = self._interior(side)
-        chosen, several = self._valid_rows("stress", name, step)
-        end = 2.0 * interior.load(chosen[-1]).radius or 1.0
-        axes = []
-        for given, axis in ((z, DEPTH), (r, RADIUS)):
-            drawn = interior.depths(end) if axis is DEPTH else np.linspace(0.0, end, 101)
-            values = drawn if given is None else np.atleast_1d(to_si_array(given, "m", name=axis.name))
-            if values.ndim != 1:
-                raise QuantityError(f"field: {axis.name} has the shape {values.shape}; one row is needed")
-            axes.append(values)
-        if not np.all(axes[0] >= 0.0):
-            raise QuantityError(f"field: z = {shown(z)}; depths of at least 0 m are needed, in either body")
-        depth, radius = np.meshgrid(axes[0], np.abs(axes[1]), indexing="ij")
-        values = np.array([interior.field(name, radius, depth, i) for i in chosen])
-        row = quantity(name)
-        coords: dict[str, Any] = {
-            axis.name: (axis.name, at, {"units": "m", "long_name": axis.long_name})
-            for axis, at in zip((DEPTH, RADIUS), axes, strict=True)
-        }
-        coords["step"] = ("step", np.array(chosen)) if several else chosen[0]
-        if isinstance(interior, LayeredInterior):
-            coords["layer"] = (
-                "z",
-                interior.layers_at(depth)[:, 0],
-                {"long_name": "layer, from 0 at the surface"},
-            )
-        dims: tuple[str, ...] = ("step",) * several
-        if name in INTERIOR_COMPONENTS:
-            coords["component"] = ("component", list(INTERIOR_COMPONENTS[name]))
-            dims = (*dims, "component")
-        return xr.DataArray(
-            values if several else values[0],
-            dims=(*dims, "z", "r"),
-            coords=coords,
-            name=name,
-            attrs={"units": row.unit, "long_name": row.long_name, "symbol": row.symbol},
-        )
-
     def _interior(self, side: str | None) -> Interior:
         self._require("stress")
         if self.reading.interior is None:
@@ -381,27 +332,34 @@ class Result:
         return self.reading.interior(self, side)
 
     def largest(
-        self, name: str, step: int | Sequence[int] | None = None, *, side: str | None = None
+        self,
+        name: str,
+        step: int | Sequence[int] | None = None,
+        *,
+        side: str | None = None,
+        superposed: Superposed | None = None,
     ) -> xr.DataArray:
         """
-        The largest value of an equivalent stress inside a body, and where it is.
+        The largest value of an equivalent or principal stress inside a body, and where it is.
 
         Parameters
         ----------
         name : str
-            ``"von_mises"`` or ``"tresca"``; of layers also ``"interface_shear"`` and ``"interface_tension"``, the tractions on the
-            interfaces.
+            ``"von_mises"``, ``"tresca"`` or ``"principal_stress"`` (the largest tension); of layers also ``"interface_shear"`` and
+            ``"interface_tension"``, the tractions on the interfaces.
         step : int or sequence of int, optional
             Row, or several; all unless given.
         side : str, optional
             ``"body"`` or ``"counterbody"``, as for :meth:`field`.
+        superposed : mapping, optional
+            A stress that is added, as for :meth:`field`.
 
         Returns
         -------
         xarray.DataArray
-            In Pa, with the coordinates ``r`` and ``z`` in m of the place, over ``step`` for several rows; inf where the
-            stress has no bound. ``result["largest_mises"]`` and ``result["largest_shear"]`` (half of the largest Tresca stress)
-            are those of all rows.
+            In Pa, with the coordinates ``r`` and ``z`` in m of the place (with friction ``x``, ``y`` and ``z``), over ``step`` for
+            several rows; inf where the stress has no bound. ``result["largest_mises"]``, ``result["largest_shear"]`` (half of the
+            largest Tresca stress) and ``result["largest_principal"]`` are those of all rows.
 
         Raises
         ------
@@ -421,43 +379,12 @@ class Result:
         >>> round(float(mises / result["peak_pressure"][-1]), 6), round(float(mises.z / result["contact_radius"][-1]), 4)
         (0.620041, 0.4809)
         """
-        import xarray as xr
-
-        interior = self._interior(side)
-        if one_name(name) not in interior.measures:
-            raise QuantityError(f"largest: {shown(name)}; known are {', '.join(interior.measures)}")
-        chosen, several = self._valid_rows("stress", name, step)
-        valid = self.claims["stress"].where
-        found = np.array([interior.largest(name, i) if valid[i] else (np.nan,) * 4 for i in chosen])
-        touching = found[:, 0] > 0.0
-        if touching.any() and np.isinf(found[touching, 0]).all():
-            why = interior.unbounded(chosen[int(np.flatnonzero(touching)[-1])])
-            raise NotValidError(f"the largest {quantity(name).long_name} is not valid here: {why}")
-        dims = ("step",) * several
-        values, r, z, layer = found.T if several else found[0]
-        length = {"units": "m"}
-        coords = {
-            "step": (dims, np.array(chosen) if several else chosen[0]),
-            "r": (dims, r, {**length, "long_name": "radius of the largest value"}),
-            "z": (dims, z, {**length, "long_name": "depth of the largest value"}),
-        }
-        if isinstance(interior, LayeredInterior):
-            coords["layer"] = (
-                dims,
-                layer,
-                {"long_name": "layer of the largest value, from 0 at the surface"},
-            )
-        return xr.DataArray(
-            values,
-            dims=dims,
-            coords=coords,
-            name=name,
-            attrs={"units": "Pa", "long_name": f"largest {quantity(name).long_name}"},
-        )
+        rows = self._valid_rows("stress", name, step)
+        return largest_in(self._interior(side), name, superposed, rows, self.claims["stress"].where)
 
     @cached_property
     def _largest_stress(self) -> dict[str, xr.DataArray]:
-        """Largest stresses over all rows by quantity, each found when it is first asked for."""
+        """Largest stresses over all rows by quantity, each computed at first use."""
         return {}
 
     def _largest_quantity(self, name: str) -> xr.DataArray:
@@ -550,31 +477,33 @@ class Result:
         plots = self.reading.plots(self, self._drawn_row(step))
         return plots.figures(plots.data)
 
-    def plot_stress(self, step: int = -1, *, name: str = "von_mises", side: str | None = None) -> Figure:
+    def plot_stress(
+        self,
+        step: int = -1,
+        *,
+        name: str = "von_mises",
+        side: str | None = None,
+        superposed: Superposed | None = None,
+    ) -> Figure:
         """
-        An equivalent stress inside a body, in section, with its largest value.
+        A measure of stress inside a body, in section along the shift, with its largest value.
 
         Parameters
         ----------
         step : int
             The row that is drawn, as in :meth:`plot`.
         name : str
-            ``"von_mises"`` or ``"tresca"``.
+            ``"von_mises"``, ``"tresca"`` or ``"principal_stress"`` (the largest).
         side : str, optional
             ``"body"`` or ``"counterbody"``, as for :meth:`field`.
+        superposed : mapping, optional
+            A stress that is added, as for :meth:`field`.
 
         Returns
         -------
         matplotlib.figure.Figure
         """
-        from pymdr.presentation.plot import stress_section
-
-        row = self._drawn_row(step)
-        field = self.field(name, step=row, side=side)
-        load = self._interior(side).load(row)
-        bounded = self._interior(side).singular_radius(row) is None
-        largest = self.largest(name, row, side=side) if bounded else None
-        return stress_section(field, load.edge_radius, load.radius, largest)
+        return drawn_section(self._interior(side), name, self._drawn_row(step), superposed)
 
     def _drawn_row(self, step: int) -> int:
         return drawn_row(self.data, self.claims["pressure"].where, step, self.contact.is_viscoelastic)

@@ -7,7 +7,6 @@ import pickle
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError, PymdrError
+from pymdr.machine import one_thread
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Hold, LoadingPath
 from pymdr.problem.schedule import Progress
@@ -185,7 +185,7 @@ def _solve_in_processes(
     # one tracker of shared memory for all processes, or each would clean up after itself too early
     resource_tracker.ensure_running()
     with (
-        _one_thread(),
+        one_thread(),
         ProcessPoolExecutor(workers - 1, _start_context(), initializer=_stay_in_one_thread) as pool,
     ):
         while yielded < len(requests):
@@ -236,19 +236,9 @@ def _start_context() -> BaseContext:
     return context
 
 
-def _one_thread() -> AbstractContextManager[object]:
-    """Linear algebra in one thread: threads of several processes wait for each other on the same cores."""
-    try:
-        from threadpoolctl import threadpool_limits
-    except ImportError:
-        return nullcontext()
-    limits: AbstractContextManager[object] = threadpool_limits(1)
-    return limits
-
-
 def _stay_in_one_thread() -> None:
     """Begin a process whose linear algebra takes one thread."""
-    _one_thread()
+    one_thread()
 
 
 def _is_picklable(value: Contact | LoadingPath) -> bool:

@@ -81,7 +81,9 @@ def _surface(result: Result) -> Surface:
 
 
 def _interior(result: Result, side: str | None) -> Interior:
-    return interior_of(result.contact, _surface(result), side)
+    surface = result.surface
+    assert isinstance(surface, Surface | FrictionSurface | MemorySurface | ShearedSurface)
+    return interior_of(result.contact, surface, side)
 
 
 def _friction_surface(result: Result) -> FrictionSurface:
@@ -157,12 +159,20 @@ LAWS = (
             (*LINE_FIELDS, *SHEARED_LINE_FIELDS),
             _sheared_surface,
             frictional_memory_plots,
+            interior=_interior,
         ),
     ),
     Law(
         lambda contact, solver, path: contact.is_viscoelastic,
         solve_viscoelastic,
-        Reading(SURFACE_FIELDS, LINE_FIELDS, _surface_with_memory, memory_plots, _WITHOUT_FRICTION),
+        Reading(
+            SURFACE_FIELDS,
+            LINE_FIELDS,
+            _surface_with_memory,
+            memory_plots,
+            _WITHOUT_FRICTION,
+            interior=_interior,
+        ),
     ),
     Law(
         lambda contact, solver, path: contact.adhesion is not None,
@@ -188,6 +198,7 @@ LAWS = (
             (*LINE_FIELDS, *TANGENTIAL_LINE_FIELDS),
             _friction_surface,
             frictional_plots,
+            interior=_interior,
         ),
     ),
     Law(

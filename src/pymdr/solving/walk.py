@@ -151,7 +151,7 @@ class Interpretation:
     starts: tuple[Channels, ...] | None = None
     """Positions of the channels at the start of each leg, if fields need them."""
     is_viscoelastic: bool = False
-    """Whether the bodies have memory; if not, a note says that time has no effect."""
+    """Whether the bodies have memory; if not, a note states that time has no effect."""
     conducting: FloatArray | None = None
     """Half the stiffness over E* in m, of contacts that are not disks."""
 
@@ -162,7 +162,7 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     columns, claims = with_conduction(task.contact, own.columns, own.claims, own.conducting)
     if samples_of(task.contact):
         claims = with_thickness(task.contact, columns, claims, prescribed_rows(task))
-    claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims["pressure"])}
+    claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims)}
     if walked.time is not None and not own.is_viscoelastic:
         notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError
-from pymdr.interpretation.interior import Interior, Largest, elastic_body, unknown_stress
+from pymdr.inside import drawn_section
+from pymdr.interpretation.dragged import Dragged
+from pymdr.interpretation.interior import Interior, stressed_body, unknown_stress
 from pymdr.interpretation.layered_stress import interior_of
+from pymdr.interpretation.searching import Largest
 from pymdr.interpretation.surface import surface_of
 from pymdr.interpretation.validity import SOURCES
 from pymdr.line.curves import Line
@@ -21,13 +24,12 @@ from pymdr.line.lines import line_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.layers import Layered
-from pymdr.problem.materials import Elastic
+from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.paths import Path
 from pymdr.quantities import quantity
-from pymdr.result import Result
 from pymdr.solving.study import Column, Study
 from pymdr.solving.verb import solve
-from pymdr.units import QuantityLike, metres, shown, to_si
+from pymdr.units import QuantityLike, metres, shown, to_si, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,6 +58,8 @@ class FirstYield(Study):
 
     side: str | None
     """The body that yields, as it was given."""
+    force_ratio: float = 0.0
+    """Tangential over normal force."""
     what: ClassVar[str] = "a first yield"
     columns: ClassVar[Mapping[str, Column]] = {
         "criterion": Column("criterion", ""),
@@ -73,11 +77,15 @@ class FirstYield(Study):
         """The von Mises stress at first yield by von Mises."""
         assert self.contact is not None
         depth = float(self.data["indentation"].values[0])
-        return solve(self.contact, Path(indentation=[depth])).plot_stress(side=self.side)
+        return drawn_section(_states_of(self.contact, self.side, self.force_ratio)(depth), "von_mises", 0)
 
 
 def first_yield(
-    contact: Contact, *, strength: QuantityLike | Sequence[QuantityLike], side: str | None = None
+    contact: Contact,
+    *,
+    strength: QuantityLike | Sequence[QuantityLike],
+    side: str | None = None,
+    force_ratio: float | None = None,
 ) -> FirstYield:
     """
     The smallest load under which the stress in a body reaches its yield strength, by von Mises and by Tresca.
@@ -85,12 +93,15 @@ def first_yield(
     Parameters
     ----------
     contact : Contact
-        Without adhesion and friction.
+        Without adhesion, or with that of MaugisDugdale; without memory.
     strength : quantity or sequence of quantity
         Yield strength in Pa in uniaxial tension, above 0, the same at every depth; of a layered body also one for every layer,
         from the surface downward, and for its elastic base.
     side : str, optional
-        ``"body"`` or ``"counterbody"``; the body unless given, and the counterbody where only that is elastic.
+        ``"body"`` or ``"counterbody"``; the first whose stress is known unless given.
+    force_ratio : float, optional
+        With friction: tangential over normal force while both rise together, from 0 to the coefficient of friction; the coefficient
+        unless given, in which case the bodies slide.
 
     Returns
     -------
@@ -100,10 +111,11 @@ def first_yield(
     Raises
     ------
     ProblemError
-        If the contact has adhesion, a strength is not above 0, or there are not as many as layers.
+        If the contact has the adhesion of JKR or DMT, a strength is not above 0, there are not as many as layers, or the ratio of
+        forces is outside its limits.
     NotValidError
-        If the stress is not known, or has no bound under any load: at sharp and adhesive edges, and under sharp tips where
-        nu is below 1/2.
+        If the stress is not known, has no bound under any load (at sharp and adhesive edges, and under sharp tips where nu is below
+        1/2), or if adhesion alone reaches the strength.
 
     See Also
     --------
@@ -111,11 +123,14 @@ def first_yield(
 
     Notes
     -----
-    For Hertz's contact of steel the largest pressure at first yield is 1.61 times the strength (Johnson 1985, section 6.1).
+    For Hertz's contact of steel the largest pressure at first yield is 1.61 times the strength (Johnson 1985, section 6.1). Under a
+    ratio of forces below the coefficient the contact sticks everywhere, and the shear traction is that ratio times the pressure
+    (Mindlin and Deresiewicz 1953), as in sliding. Adhesion is loaded without a machine, at prescribed indentation.
 
     References
     ----------
-    Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
+    - Johnson (1985), Contact Mechanics, Cambridge University Press, doi:10.1017/CBO9781139171731.
+    - Mindlin and Deresiewicz (1953), J. Appl. Mech. 20, 327-344.
 
     Examples
     --------
@@ -125,22 +140,20 @@ def first_yield(
     >>> (yields["peak_pressure"] / 1e9).values.round(6).tolist()
     [1.612797, 1.612797]
     """
-    body = elastic_body(contact, side)
+    body, _ = stressed_body(contact, side)
     limits = _strengths(strength, body)
-    why = unknown_stress(contact)
+    why = (
+        unknown_stress(contact) or contact.is_viscoelastic * "in bodies with memory it depends on the history"
+    )
     if why:
         raise NotValidError(f"first yield is not valid here: {why} [{SOURCES['stress']}]")
-    if contact.adhesion is not None:
-        remedy = "its edge yields under any load; " if isinstance(contact.adhesion, JKR) else ""
+    if isinstance(contact.adhesion, JKR):
         raise ProblemError(
-            f"first_yield: the contact has adhesion: {remedy}with MaugisDugdale solve a path and read result['largest_mises']"
+            "first_yield: the contact has the adhesion of JKR: its edge yields under any load; take MaugisDugdale"
         )
+    ratio = _checked_ratio(contact, force_ratio)
+    interior = _states_of(contact, side, ratio)
     line = line_of(contact)
-
-    @lru_cache(maxsize=64)
-    def interior(depth: float) -> Interior:
-        states = states_at_depth(line, np.array([depth]))
-        return interior_of(contact, surface_of(contact, states.indentation, states.contact_radius), side)
 
     def most_stressed(name: str, depth: float) -> Largest:
         """The place where the stress over the strength is largest, with this ratio."""
@@ -151,6 +164,10 @@ def first_yield(
     slight = interior(_SLIGHT * rough)
     if slight.singular_radius(0) is not None:
         raise NotValidError(f"first yield is not valid here: {slight.unbounded(0)}")
+    if contact.adhesion is not None and slight.largest("tresca", 0).value >= min(limits):
+        raise NotValidError(
+            f"first yield is not valid here: adhesion alone reaches the strength of {written(min(limits), 'Pa')} as the bodies touch"
+        )
     depths, places, notes = [], [], []
     for criterion, name in _CRITERIA.items():
         depth = _depth_reaching(lambda d: most_stressed(name, d).value, rough)  # noqa: B023
@@ -160,12 +177,56 @@ def first_yield(
                 f"{criterion}: a corner of the profile comes into contact, where the stress has no bound"
             )
             place = most_stressed(name, depth * (1.0 + 10.0 * _CLOSE))
+        if ratio:
+            notes.append(f"{criterion}: yield begins at {_where(place)}")
         depths.append(depth)
         places.append(place)
-    return _study(solve(contact, Path(indentation=depths)), places, notes, side)
+    return _study(contact, depths, places, notes, (side, ratio))
 
 
-def _strengths(strength: QuantityLike | Sequence[QuantityLike], body: Elastic | Layered) -> list[float]:
+def _where(place: Largest) -> str:
+    """The place in fixed directions."""
+    across = 0.0 if abs(place.angle) == math.pi else place.r * math.sin(place.angle)
+    return f"x = {metres(place.r * math.cos(place.angle))}, y = {metres(across)}"
+
+
+def _checked_ratio(contact: Contact, force_ratio: float | None) -> float:
+    """Tangential over normal force."""
+    if contact.friction is None:
+        if force_ratio is not None:
+            raise ProblemError(
+                f"first_yield: force_ratio = {shown(force_ratio)}, but the contact has no friction; give it friction=Coulomb(0.3)"
+            )
+        return 0.0
+    most = contact.friction.coefficient
+    ratio = most if force_ratio is None else to_si(force_ratio, "", name="force_ratio")
+    if not 0.0 <= ratio <= most or math.isinf(ratio):
+        raise ProblemError(
+            f"first_yield: force_ratio = {shown(ratio)}; a number from 0 to the coefficient of friction, {most:g}, is needed"
+        )
+    return ratio
+
+
+def _states_of(contact: Contact, side: str | None, ratio: float) -> Callable[[float], Interior]:
+    """The inside of a body at any indentation in m."""
+    line = line_of(contact)
+
+    @lru_cache(maxsize=64)
+    def interior(depth: float) -> Interior:
+        if contact.adhesion is not None:
+            result = solve(contact, Path(indentation=[depth]))
+            radii = [
+                result.data[name].values for name in ("indentation", "contact_radius", "cohesive_radius")
+            ]
+            return interior_of(contact, surface_of(contact, *radii), side)
+        states = states_at_depth(line, np.array([depth]))
+        surface = surface_of(contact, states.indentation, states.contact_radius)
+        return interior_of(contact, Dragged(surface, ratio) if ratio else surface, side)
+
+    return interior
+
+
+def _strengths(strength: QuantityLike | Sequence[QuantityLike], body: Material) -> list[float]:
     """The strength in Pa of every layer and of an elastic base, or of the half-space."""
     several = isinstance(strength, Sequence | np.ndarray) and not isinstance(strength, str)
     given: Sequence[QuantityLike] = strength if several else [strength]  # type: ignore[assignment, list-item]
@@ -215,22 +276,32 @@ def _depth_reaching(ratio: Callable[[float], float], rough: float) -> float:
     )
 
 
-def _study(result: Result, places: list[Largest], notes: list[str], side: str | None) -> FirstYield:
+def _study(
+    contact: Contact,
+    depths: list[float],
+    places: list[Largest],
+    notes: list[str],
+    how: tuple[str | None, float],
+) -> FirstYield:
     import xarray as xr
 
+    # rising, so that nothing is unloaded
+    order = np.argsort(depths)
+    result = solve(contact, Path(indentation=np.array(depths)[order]))
     stress = result.claims["stress"]
     stress.require("first yield")
     if not stress.where.all():
         raise NotValidError("first yield is not valid here: the contact is not a disk at the load found")
     columns = {
-        name: result[name].values
+        name: result[name].values[np.argsort(order)]
         for name in ("normal_force", "indentation", "contact_radius", "peak_pressure")
     }
     columns |= {
         "yield_radius": np.array([p.r for p in places]),
         "yield_depth": np.array([p.z for p in places]),
     }
-    if isinstance(elastic_body(result.contact, side), Layered):
+    side, ratio = how
+    if isinstance(stressed_body(contact, side)[0], Layered):
         columns["yield_layer"] = np.array([float(p.layer) for p in places])
     variables = {
         name: ("criterion", values, {"units": quantity(name).unit, "long_name": quantity(name).long_name})
@@ -243,6 +314,7 @@ def _study(result: Result, places: list[Largest], notes: list[str], side: str | 
         assumptions=result.assumptions,
         notes=(*result.notes, *notes),
         contact=result.contact,
-        references=("stress", *result.references),
+        references=("stress", *(("shear-stress",) if ratio else ()), *result.references),
         side=side,
+        force_ratio=ratio,
     )

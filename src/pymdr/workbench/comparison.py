@@ -37,7 +37,7 @@ class Comparison(Study):
         return float(np.nanmax(difference)) if np.isfinite(difference).any() else math.nan
 
     def _along(self) -> tuple[str, ...]:
-        """What tells the steps."""
+        """Names of the quantities that label the steps."""
         return ("indentation",)
 
     def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:

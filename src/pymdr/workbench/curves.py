@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger("pymdr")
 _PARTS = ("record", "approach", "retreat")
 _PULL = 0.2
-"""Pull over the largest force beyond which a force alone does not tell the direction of a one-way record."""
+"""Pull over the largest force above which the force alone does not determine the direction of a one-way record."""
 
 
 def read_curves(
@@ -47,7 +47,7 @@ def read_curves(
         Deflection per signal of the photodiode, such as ``"50 nm/V"``, for deflections in V. Where the file has another one, all forces are
         scaled, which is a step of the curves.
     leave_out_missing : bool
-        Whether samples without a number are left out, which the first step of the curve then tells; such files are refused otherwise.
+        Whether samples without a number are omitted, as the first step of the curve then states. If not, such files are refused.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def _turned(curve: MeasuredCurve) -> MeasuredCurve:
     """The record of a table with the signs of pymdr, where its position falls toward the body by force and motion alike."""
     try:
         signs = curve.mark_outliers().orient().step
-    except ProblemError:  # the force does not tell
+    except ProblemError:  # the force does not determine the direction
         return curve
     assert signs is not None
     name = "travel" if curve.indentation is None else "indentation"
@@ -150,12 +150,12 @@ def read_prepared_curves(
     Returns
     -------
     tuple of MeasuredCurve
-        One for each record that has an approach with a baseline; their `steps` say what was done.
+        One for each record that has an approach with a baseline; their `steps` list what was done.
 
     Raises
     ------
     ProblemError
-        If `segment` is none of these, or no record has one with a baseline; with what the last one says.
+        If `segment` is none of these, or no record has one with a baseline; the message contains the reason of the last record.
     FileError, CaseError, MissingExtraError
         As :func:`read_curves`.
 

@@ -57,7 +57,7 @@ _FISCHER = re.compile(r"\S+\.hap\s+\d\d\.\d\d\.\d{4}\s+\d\d:\d\d:\d\d\s*")
 
 
 class _Test(NamedTuple):
-    """One test of a file: its columns in SI units, and what the file says of its tip."""
+    """One test of a file: its columns in SI units, and the area function of its tip, if the file has one."""
 
     name: str
     columns: dict[str, FloatArray]
@@ -126,7 +126,7 @@ def read_indents(file: str | os.PathLike[str]) -> tuple[xr.Dataset, ...]:
 
 def area_function_of(records: Sequence[xr.Dataset]) -> AreaFunction | None:
     """
-    The area function that files say, for depths in nm.
+    The area function stated in the files, for depths in nm.
 
     Parameters
     ----------

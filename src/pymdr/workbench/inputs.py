@@ -117,7 +117,7 @@ def text_of(content: bytes) -> str | None:
 
 def read_measured_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
     """
-    The text of a file of measured data, in any encoding that :func:`text_of` knows.
+    The text of a file of measured data, in any encoding that :func:`text_of` supports.
 
     Parameters
     ----------

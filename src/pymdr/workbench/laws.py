@@ -36,19 +36,19 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
     if to is not None:
         title, contact = read_contact(case)
         return title, export_law(contact, to, tolerance=tolerance)
-    asked = read_case(case)
-    check_lawful(asked.contact, tolerance)
-    deepest = assess(asked.contact, asked.path, **asked.options).largest.get("indentation", 0.0)
+    request = read_case(case)
+    check_lawful(request.contact, tolerance)
+    deepest = assess(request.contact, request.path, **request.options).largest.get("indentation", 0.0)
     if not deepest > 0.0:
         raise CaseError(
             f"{case}: its path never presses the bodies together; give the largest indentation with --to '1 um'"
         )
-    return asked.title, export_law(asked.contact, deepest, tolerance=tolerance)
+    return request.title, export_law(request.contact, deepest, tolerance=tolerance)
 
 
 def name_for(case: Path, name: str | None) -> str:
     """
-    What a header is called: what is given, or the name of the case in letters that C knows.
+    The name of a header: the given one, or the name of the case reduced to letters allowed in C.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def name_for(case: Path, name: str | None) -> str:
 
 
 def write_law(law: ContactLaw, folder: Path, name: str, xlsx: bool) -> list[Path]:
-    """Write the header and the table of a law; a name that C does not know is refused first."""
+    """Write the header and the table of a law; a name that is not an identifier of C is refused first."""
     file = folder / f"{name}.h"
     law.to_c(file, name=name)
     law.to_csv(folder / f"{name}.csv")
@@ -99,7 +99,7 @@ def write_result(
     result: Result, file: Path, quantities: Sequence[str] | None, units: Mapping[str, str]
 ) -> None:
     """
-    Write a result as a table of the kind that the name of the file says, with what its numbers rest on.
+    Write a result as a table with its claims and assumptions; the suffix of the file selects the format.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The segments of a record, told by how its position changes: approach, hold, retreat."""
+"""The segments of a record, found from the change of its position: approach, hold, retreat."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def segments_in(position: FloatArray, time: FloatArray | None, numbers: FloatArr
     time : ndarray or None
         In s; samples are taken to follow each other evenly unless given.
     numbers : ndarray or None
-        Of the segment of every sample, as the file says; told by the motion unless given.
+        Segment number of every sample, from the file; found from the motion unless given.
 
     Returns
     -------

@@ -57,12 +57,12 @@ _DEEP = 8.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShapeVerification(Comparison):
-    """What the method says of a body that is not of revolution, beside boundary elements, at some indentations."""
+    """The method's results for a body that is not of revolution, compared with boundary elements at some indentations."""
 
     data: xr.Dataset
     """Over ``step``: ``indentation``; each quantity that the method has (``_mdr``) and by boundary elements (``_engine``), the
-    difference relative to the latter (``_difference``), and the relative error that the engine tells of itself (``_error``). The lower
-    bound and the estimate of the force are held against its force. nan where either of the two has nothing."""
+    difference relative to the latter (``_difference``), and the engine's own estimate of its relative error (``_error``). The lower
+    bound and the estimate of the force are compared with its force. NaN where either is missing."""
     deepest: PressedSurface
     """What was pressed at the last step, with pressures and gaps on the grid."""
     apex: tuple[float, float]

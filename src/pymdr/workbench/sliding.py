@@ -159,7 +159,7 @@ def verify_sliding(
                 refined_rows(d, each),
                 refined_rows(u, each),
                 grid,
-                progress=None if progress is None else partial(_tell, progress, done, total),
+                progress=None if progress is None else partial(_report_progress, progress, done, total),
             )
         )
         done += int(each.sum())
@@ -180,7 +180,9 @@ def verify_sliding(
     )
 
 
-def _tell(progress: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
+def _report_progress(
+    progress: Callable[[int, int], None], before: int, total: int, done: int, _: int
+) -> None:
     progress(before + done, total)
 
 

@@ -134,7 +134,7 @@ def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     Raises
     ------
     FileError, CaseError
-        If the file cannot be read, is not such a table, has columns of both tests, or does not say whether a modulus is a shear
+        If the file cannot be read, is not such a table, has columns of both tests, or does not state whether a modulus is a shear
         or Young's modulus.
     """
     example = "time [s], G [kPa]' or 'frequency [Hz], G' [kPa], G'' [kPa]"

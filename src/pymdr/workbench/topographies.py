@@ -60,7 +60,7 @@ def read_topography(
     Returns
     -------
     Topography
-        Its ``steps`` say what was read and done.
+        Its ``steps`` list what was read and changed.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def read_topography(
         If the file cannot be read, or not by SurfaceTopography.
     CaseError
         If it is no surface on an even grid but a line scan, scattered points or an archive, has no such channel or other quantities than heights in it, units or sides are missing or
-        are given twice, or heights are missing and nothing was said of them.
+        are given twice, or heights are missing and their treatment is not given.
     MissingExtraError
         If it needs SurfaceTopography, which is not installed.
 

@@ -39,7 +39,7 @@ def _opened(source: Path, content: bytes) -> Any:
     """The reader of the package that takes the content."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it says that there is no MPI
+            warnings.simplefilter("ignore")  # its warning that MPI is missing does not matter here
             import SurfaceTopography
             from SurfaceTopography.IO import MagicMatch, readers
     except ImportError as error:
@@ -54,7 +54,7 @@ def _opened(source: Path, content: bytes) -> Any:
             opened = SurfaceTopography.open_topography
             reader = opened(io.BytesIO(content))
             if not list(reader.channels):
-                # another format without a mark of its own, which only the suffix tells
+                # a format without a signature is recognised by its suffix
                 suffix = source.suffix.lower().lstrip(".")
                 named = [kind.format() for kind in readers if suffix in (kind.file_extensions() or ())]
                 reader = next((opened(io.BytesIO(content), format=kind) for kind in named), reader)
@@ -71,7 +71,7 @@ def _opened(source: Path, content: bytes) -> Any:
     why = (
         f"it begins as a file of {' or '.join(known)}, but is damaged, cut off or of a variant that is not read"
         if known
-        else "SurfaceTopography knows no such format, or the file is damaged"
+        else "SurfaceTopography has no such format, or the file is damaged"
     )
     raise FileError(
         f"cannot read {source}: {why} ({type(failure).__name__}); export the heights as text from the program of the maker"

@@ -155,7 +155,7 @@ def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:
 
 
 def _refuse_columns(source: Path, rows: FloatArray) -> None:
-    """Refuse two columns, places and heights of a line, and three, places x, y and heights, where no header says that they are a map."""
+    """Refuse two columns, places and heights of a line, and three, places x, y and heights, unless a header declares a map."""
     count, width = rows.shape
     if width <= 2 < count:
         columns = "one column" if width == 1 else "two columns (x and z)"

@@ -146,7 +146,7 @@ def verify(
         )
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"verify: the rings know homogeneous half-spaces and layers; bodies that are graded (exponent {exponent:g}) have no independent "
+            f"verify: rings exist for homogeneous half-spaces and layers only; graded bodies (exponent {exponent:g}) have no independent "
             "solver here"
         )
     steps = 5 if steps is None else steps
@@ -235,7 +235,7 @@ def _verify_history(
 
 
 class _Found(NamedTuple):
-    """What the rings say, over the steps of the path."""
+    """The solution by rings, over the steps of the path."""
 
     columns: Mapping[str, FloatArray]
     surface: FieldReader

@@ -166,7 +166,7 @@ def zone_integrals(
     width : ndarray
         Widths δ = c - a > 0 of the zones [m], of the same length.
     third : bool
-        Whether J2 is wanted; it is 0 otherwise.
+        Whether J2 is computed; it is 0 otherwise.
     marks : optional
         The breakpoints, where they are known already.
     rough : bool
@@ -283,7 +283,7 @@ def solve_width(
         Whether c = a + δ is sought (else a = c - δ).
     begin : float, optional
         Width [m] from which the search goes; `upper` unless given. Beyond the first c it goes outward by quarter
-        octaves, so that no profile is asked much farther out than its states.
+        octaves, so that no profile is evaluated far outside its states.
 
     Returns
     -------

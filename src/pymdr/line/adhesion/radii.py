@@ -76,7 +76,7 @@ class Radii:
         return Place(np.where(behind, self.corners[k], 0.0), np.where(behind, offset, s - self.origin))
 
     def position(self, s: FloatArray) -> Position:
-        """As `place`, rounded where the line knows no places."""
+        """As `place`, rounded to a float if the line has no exact places."""
         place = self.place(s)
         return place if self.exact else place.x
 
@@ -121,7 +121,7 @@ class Radii:
 
 
 def radii_of(line: Outline, rate: Callable[[FloatArray], FloatArray], origin: float = 0.0) -> Radii:
-    """The radii of a line, stretched behind the corners that it knows of.
+    """The radii of a line, stretched behind its known corners.
 
     Parameters
     ----------

@@ -102,7 +102,7 @@ def panel_integrals(line: PanelLine, radius: Position, width: FloatArray, *, thi
     width : ndarray
         c - a > 0 in m, of the same length; the profile is known at c.
     third : bool
-        Whether J2 is wanted; it is 0 otherwise.
+        Whether J2 is computed; it is 0 otherwise.
 
     Returns
     -------

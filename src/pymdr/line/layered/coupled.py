@@ -35,7 +35,7 @@ class Added:
     x, loads : ndarray
         Places in m and line loads there times their weights, in m of the unit length `thickness`.
     top : float
-        Radius in m up to which it is wanted.
+        Radius in m up to which it is needed.
     """
 
     kernel: Kernel

@@ -29,7 +29,7 @@ _PANEL, _NARROW = 3.0, 1.0
 ORDERS = (12, 16, 20, 24)
 """Nodes of a panel, which are raised until two agree."""
 _AGREE, _DOUBT = 1e-10, 1e-6
-"""Differences of two orders: with the first nothing more is asked, with the second there is no solution."""
+"""Differences of two orders: below the first the solution is accepted, above the second it fails."""
 _SOFT = 1e-2
 """A compliance of the widest waves below which 12 nodes are too few."""
 _TIP = 15
@@ -94,7 +94,7 @@ class Outline:
         start = np.where(nth == 0, low[panel], marks[first[panel] + nth - 1])
         stop = np.where(ends, high[panel], marks[np.minimum(first[panel] + nth, marks.size - 1)])
         mark = marks[np.searchsorted(marks, start, side="right") - 1]
-        # the last mark may be as near to the radius as only their distance tells
+        # the last mark may be closer to the radius than their rounding: take the exact distance
         beside = ends & (mark == float(self.place.base[0])) & (panels[panel, 1] == self.radius)
         distance = np.where(beside & (mark > 0.0), float(self.place.offset[0]), stop - mark)
         tip = start == 0.0

@@ -34,7 +34,7 @@ class LayeredLine(Profiled):
 
     Notes
     -----
-    Curves are read from a table of solved contacts that is made as far as it is asked; its relative errors, measured between
+    Curves are read from a table of solved contacts, extended on request; its relative errors, measured between
     its nodes and by doubled quadratures, are part of :meth:`error`.
 
     Examples
@@ -154,7 +154,7 @@ class LayeredLine(Profiled):
         return self.table.rough_radius(reached)
 
     def limit(self, is_enough: Callable[[float, float], bool]) -> Limit | None:
-        """What can be solved where not all can be that is needed: `is_enough` says so of d0 in m and F0 in N."""
+        """The deepest contact that can be solved; None if all contacts up to ``is_enough(d0, F0)``, in m and N, can be."""
         size = 2.0 * self.modulus
         found = self.table.limit(lambda depth, moment: is_enough(depth, size * moment))
         return None if found is None else Limit(found.depth, size * found.load, found.error)

@@ -68,14 +68,14 @@ class _Segment:
 
 @dataclass(frozen=True)
 class Limit:
-    """The largest smooth contact up to which all can be solved, and why none beyond."""
+    """The largest smooth contact up to which all contacts can be solved, and the error beyond it."""
 
     depth: float
     """d0 in m."""
     load: float
     """F0 per 2 E* in m^2 of a table, in N of a line."""
     error: PymdrError
-    """Why no contact beyond is solved."""
+    """The error of the next larger contact."""
 
 
 @dataclass(eq=False)
@@ -237,7 +237,7 @@ class Table:
     def _made(self, panel: Panels) -> tuple[_Segment, bool]:
         u = np.concatenate([nodes(), _TESTS])
         at = Place(np.full(u.shape, panel.base[0]), panel.offsets(u)[0])
-        # the widest contact tells the nodes that all need
+        # the widest contact needs the most nodes
         widest = self._outline(at.take(slice(u.size - 1, None)))
         solved, error, order = solve_contact(self.kernel, widest)
         values = np.array(
@@ -283,17 +283,17 @@ class Table:
 
     def limit(self, is_enough: Callable[[float, float], bool]) -> Limit | None:
         """
-        What can be solved, where something on the way to a contact cannot be.
+        The deepest contact that can be solved, if a smaller one than the required contact cannot be.
 
         Parameters
         ----------
         is_enough : callable
-            Whether d0 in m and F0 per 2 E* in m^2 are all that is needed.
+            Whether d0 in m and F0 per 2 E* in m^2 reach the required contact.
 
         Returns
         -------
         Limit or None
-            None where all can be solved that is needed.
+            None if all contacts up to the required one can be solved.
         """
         depth = moment = a = 0.0
         bounds, i = self.bounds(self.small), 0

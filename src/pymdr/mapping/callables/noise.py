@@ -26,7 +26,7 @@ _LEAST_OF_FOUR = 1.18
 _ALONE = 8192
 """Entries of a matrix up to which OpenBLAS, which numpy brings, takes one thread for it and a vector."""
 _SPARE = 4
-"""Coefficients beyond those asked for, that tell whether these are enough."""
+"""Coefficients beyond the requested ones, to test whether these are enough."""
 
 
 def jitter(count: int, seed: float = 0.0) -> FloatArray:

@@ -26,16 +26,16 @@ _POINTS, _TERMS, _OCTAVES = 900, 16, 9
 _BLOCKS = 20
 _SIZE = 16
 _DEEPEST, _LAST, _DEPTH, _OUTWARD = 56.0, 1000.0, 24.0, (0.0, 6.0, 24.0)
-"""Octaves in which an underflow is looked for, the last below 1 m, those above the first 0, and above what is asked for."""
+"""Octaves searched for an underflow, the last one below 1 m, those above the first 0, and those above the requested radius."""
 _FAINT = 0.3
-"""Of rounding to the power 1.5 and the values at the radii that are asked for: those that end in 0 below are no differences."""
+"""Fraction of rounding to the power 1.5 times the values at the requested radii: smaller values that end in 0 are no differences."""
 _UNFELT = 1e-40
 """Of the values farther out: what is nothing to them."""
 _DIGITS_LOST, _ROUNDINGS = 1e-13, 16.0
 _STEADY = 1e-6
 """Change of a power from octave to octave, above which it is none."""
 _LEAST_DIFFERENCE = 0.1
-"""Difference of two exponents below which no fit can tell them."""
+"""Difference of two exponents below which a fit cannot separate them."""
 
 
 @dataclass(frozen=True)
@@ -543,7 +543,9 @@ def _better_exponent(
     matrix = np.column_stack([np.full(u.size, noise.min()), basis]) / noise[:, None]
     scale = np.linalg.norm(matrix, axis=0)
     q, triangle = orthonormal(np.asfortranarray(matrix / scale))
-    if not np.abs(np.diagonal(triangle)).min() > 0.0:  # terms that rounding makes alike tell no exponent
+    if (
+        not np.abs(np.diagonal(triangle)).min() > 0.0
+    ):  # terms equal within rounding do not determine an exponent
         return n, math.inf, 0.0
     solution = np.linalg.solve(triangle, q.T @ (values / noise)) / scale
     rest = values / noise - matrix @ solution

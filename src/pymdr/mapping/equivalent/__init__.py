@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache, singledispatch
 
 import numpy as np
@@ -40,11 +41,13 @@ from pymdr.problem.profiles import (
     Sampled2D,
     Shape,
     Sphere,
+    SphereOnSphere,
     Sum,
     TruncatedCone,
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
+    Worn,
 )
 from pymdr.units import FloatArray
 
@@ -111,6 +114,11 @@ def _(profile: Sphere, exponent: float = 0.0) -> EquivalentProfile:
 
 
 @equivalent_profile.register
+def _(profile: SphereOnSphere, exponent: float = 0.0) -> EquivalentProfile:
+    return equivalent_profile(Sum(profile.parts), exponent)
+
+
+@equivalent_profile.register
 def _(profile: Ellipsoid, exponent: float = 0.0) -> EquivalentProfile:
     if exponent != 0.0:
         return _on_panels(profile, exponent)
@@ -165,6 +173,7 @@ for _kind in (
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
+    Worn,
 ):
     equivalent_profile.register(_kind, _by_panels)
 
@@ -195,7 +204,7 @@ def _polygon(profile: ForceCurve) -> PolygonLine:
 
 @equivalent_profile.register
 def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
-    # what is registered elsewhere may know the homogeneous half-space only
+    # a registered map may support the homogeneous half-space only
     graded = (exponent,) if exponent != 0.0 else ()
     parts = [equivalent_profile(part, *graded) for part in profile.parts]
     if any(isinstance(part, PanelLine) for part in parts):
@@ -257,7 +266,7 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
 
 
 def slope_function(profile: Profile) -> Curve:
-    """f'(r) of a profile as a callable, as its map reads it; that of a force curve refuses to be called."""
+    """f'(r) of a profile as a callable, as used by its map; that of a force curve raises an error when called."""
     if isinstance(profile, ForceCurve):
         return profile.gap_slope
     source = source_of(profile)
@@ -278,6 +287,7 @@ def has_callables(profile: Profile) -> bool:
     False
     """
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
+    parts = tuple(part.original if isinstance(part, Worn) else part for part in parts)
     return any(isinstance(part, Function | Function2D) for part in parts)
 
 
@@ -297,6 +307,8 @@ def without_callables(profile: Profile, top: float) -> Profile:
     """
     if isinstance(profile, Sum):
         return Sum(tuple(without_callables(part, top) for part in profile.parts))
+    if isinstance(profile, Worn):
+        return replace(profile, original=without_callables(profile.original, top))
     if isinstance(profile, Function2D):
         return _on_grid(profile, min(top, profile.max_radius))
     return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, Function) else profile

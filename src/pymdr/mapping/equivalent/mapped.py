@@ -30,15 +30,15 @@ from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray
 
 INWARD = 2.0**-8
-"""How much farther inward the tip is mapped than it was asked for."""
+"""Factor by which the tip is mapped farther inward than requested."""
 _SMALLEST = 1e-18
 """Radius in m from which a search for the size of a contact goes up, or down."""
 _ROUGH = 0.97
 """Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
 _SAVED = 2.0**-60
-"""How far inward, in radii that are asked for, the panels of a saved profile go."""
+"""Innermost radius of the panels of a saved profile over the requested radius."""
 _TRUSTED = 10.0
-"""How many times its error a value is off at most."""
+"""Largest accepted ratio of the deviation of a value to its error."""
 WIDER = 2.0**0.25
 
 

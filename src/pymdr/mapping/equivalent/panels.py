@@ -48,7 +48,7 @@ class PanelLine(MappedProfile):
     """
     g, g', its first moment and square integral on panels graded to the tip and to every breakpoint.
 
-    Every value is accurate relative to its own size there, and `error` tells how accurate. What is mapped is kept; a
+    Every value is accurate relative to its own size there, and `error` is the measured error. Mapped panels are kept; a
     place, a depth or a moment beyond it extends the map, outward panel by panel or inward.
 
     Parameters
@@ -58,7 +58,7 @@ class PanelLine(MappedProfile):
     edge : float
         Sharp edge in m that no contact passes.
     height : callable, optional
-        f(r), where the profile knows it without integrating.
+        f(r), if the profile has it in closed form.
     exponent : float
         k of a power-law graded half-space, -1 < k < 1.
     """
@@ -265,9 +265,9 @@ class PanelLine(MappedProfile):
         inside = (base - stop[0]) + offset < stop[1]
         x = base + offset
         # for k below 0 the centre feels the tip deep inside
-        asked = x[inside & ((x > 0.0) | (self.exponent < 0.0))]
-        if asked.size:
-            image = self.map_to(float(edge.x), max(float(asked.min()), 2.0**-60 * float(edge.x)))
+        targets = x[inside & ((x > 0.0) | (self.exponent < 0.0))]
+        if targets.size:
+            image = self.map_to(float(edge.x), max(float(targets.min()), 2.0**-60 * float(edge.x)))
         answer = np.zeros(x.shape)
         part = inverse_map.Stretch(image.tree, (0.0, 0.0), stop)
         answer[inside] = inverse_map.over_root(part, base[inside], offset[inside], self.exponent)

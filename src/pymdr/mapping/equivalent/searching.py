@@ -21,7 +21,7 @@ _INNERMOST = 1e-270
 _LEAP = 1e4
 """Below a value by that much, radii are doubled."""
 _BLOCK = 16
-"""Steps of the search that are asked at once."""
+"""Steps of the search that are evaluated together."""
 _FLAT, _FLATTEST = 0.3, 1e-3
 """Exponents of f below which most of it is far within, and the least one."""
 Reached: TypeAlias = Callable[[float, float, float], bool]

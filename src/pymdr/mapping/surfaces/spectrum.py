@@ -218,7 +218,7 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
         shortest, longest = (metres(2.0 * math.pi / float(end)) for end in (q[-1], max(first, q[0])))
         raise ProblemError(
             f"power_spectrum: the heights hold no waves from {shortest} to {longest}; measure a larger patch, or finer"
-            + ("" if periodic else ", or say periodic=True of one that is a period")
+            + ("" if periodic else ", or pass periodic=True if the patch is one period")
         )
     log_q, n = rings.log_q[used], rings.waves[used]
     log_c = np.log(rings.spectrum[used]) - (psi(n) - np.log(n)) - np.log1p(steepness**2 * rings.smear[used])

@@ -10,7 +10,7 @@ from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.exported import law_study
-from pymdr.presentation.plot.fits import fitted_curves, fitted_map, weighed_laws
+from pymdr.presentation.plot.fits import fitted_curves, fitted_map, growing_ranges, weighed_laws
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.impacts import impact_figure, restitution_study
@@ -18,7 +18,14 @@ from pymdr.presentation.plot.interior import stress_section
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
-from pymdr.presentation.plot.nanoindentation import area_study, indent_study
+from pymdr.presentation.plot.nanoindentation import (
+    area_study,
+    drift_study,
+    film_study,
+    indent_study,
+    pop_in_study,
+    profile_study,
+)
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rolling import rolling_study, sliding_study
 from pymdr.presentation.plot.rough import calibration_study, rough_study
@@ -27,6 +34,7 @@ from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots, with_
 from pymdr.presentation.plot.studies import columns_study, conditions_study, loop_study
 from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.topography import bump_study, spectrum_study
+from pymdr.presentation.plot.wear import fretting_log, running_conditions_map, wear_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -49,11 +57,15 @@ __all__ = [
     "compared_tractions",
     "conditions_study",
     "conduction_figure",
+    "drift_study",
+    "film_study",
     "fitted_curves",
     "fitted_map",
+    "fretting_log",
     "frictional_figures",
     "frictional_heat_study",
     "frictional_overview",
+    "growing_ranges",
     "impact_figure",
     "indent_study",
     "joule_study",
@@ -64,11 +76,14 @@ __all__ = [
     "memory_overview",
     "normal_figures",
     "normal_overview",
+    "pop_in_study",
     "pressed_surface",
+    "profile_study",
     "pull_off_figure",
     "restitution_study",
     "rolling_study",
     "rough_study",
+    "running_conditions_map",
     "shape_figures",
     "shape_overview",
     "sliding_study",
@@ -76,6 +91,7 @@ __all__ = [
     "stress_section",
     "sweep_curves",
     "thickness_study",
+    "wear_study",
     "weighed_laws",
     "with_unmet",
 ]

@@ -104,6 +104,64 @@ def _draw_residuals(axes: Axes, x: FloatArray, data: xr.Dataset, unit: str, colo
     axes.axhline(0.0, color=BLUE if colour == GREY else GREY, lw=1.0)
 
 
+def growing_ranges(record: xr.Dataset, data: xr.Dataset, names: Sequence[str]) -> Figure:
+    """
+    A record with its contact point, and fitted parameters over the range of the fit.
+
+    Parameters
+    ----------
+    record : xarray.Dataset
+        As for :func:`fitted_curves`, of the largest range.
+    data : xarray.Dataset
+        Over ``fit_range`` (m): the parameters with ``..._low`` and ``..._high``.
+    names : sequence of str
+        The parameters, a panel each.
+    """
+    with styled():
+        figure = new_figure(4.8 + 3.6 * len(names), 3.6)
+        axes, *panels = figure.subplots(1, 1 + len(names))
+        own, newton = (
+            good_unit(record[name].values, unit)
+            for name, unit in (("indentation", "m"), ("normal_force", "N"))
+        )
+        x = scaled(record["indentation"].values, "indentation", own)
+        _draw_measured(axes, x, scaled(record["normal_force"].values, "normal_force", newton))
+        axes.plot(
+            x, np.asarray(from_si(record["model"].values, "N", newton)), color=BLUE, lw=1.4, label="model"
+        )
+        axes.axvline(0.0, color=ORANGE, lw=1.2, label="contact point")
+        axes.set_xlabel(axis_label("indentation", own))
+        axes.set_ylabel(axis_label("normal_force", newton))
+        legend_above(axes)
+        for name, panel in zip(names, panels, strict=True):
+            _draw_growing(panel, data, name, own)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_growing(axes: Axes, data: xr.Dataset, name: str, along: str) -> None:
+    """A parameter with its interval over the largest indentation of the fit."""
+    own = str(data[name].attrs["units"])
+    last = float(data[name].values[-1])
+    unit = good_unit(np.array([last]), own)
+    x = lengths(data["fit_range"].values, along)
+    value, low, high = (
+        np.asarray(from_si(data[f"{name}{end}"].values, own, unit)) for end in ("", "_low", "_high")
+    )
+    axes.fill_between(x, low, high, color=BLUE, alpha=0.2, lw=0.0, label="95 %")
+    axes.plot(x, value, "o-", color=BLUE, ms=4, lw=1.2)
+    # shallow ranges may determine nothing; their intervals would hide the rest
+    size, known = abs(value[-1]), np.isfinite(value)
+    inside = known & (np.abs(value - value[-1]) < 3.0 * size)
+    axes.set_ylim(
+        min(float(value[inside].min()), value[-1] - 0.1 * size) - 0.1 * size,
+        max(float(value[inside].max()), value[-1] + 0.1 * size) + 0.1 * size,
+    )
+    axes.set_xlabel(f"largest fitted indentation ({along})")
+    axes.set_ylabel(with_unit(parameter_label(name), unit))
+    legend_above(axes)
+
+
 def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
     """
     Fitted parameters of many curves: maps over a grid of two dimensions, points over any other.

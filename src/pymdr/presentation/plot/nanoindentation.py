@@ -22,6 +22,7 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Drawn = Sequence[tuple[FloatArray, FloatArray, Mapping[str, FloatArray]]]
@@ -71,11 +72,9 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
                 capsize=2,
                 label=procedure.replace("_", " "),
             )
-        right.set_xlabel("indent")
         symbol = "$E$" if name == "young_modulus" else r"$E/(1-\nu^2)$"
         right.set_ylabel(f"{symbol} with 95 % interval ({unit})")
-        right.set_xticks(data["indent"].values[:: 1 + data.sizes["indent"] // 12])
-        right.set_xlim(0.5, data.sizes["indent"] + 0.5)
+        _indents_on(right, data)
         for axes in (left, right):
             legend_above(axes)
         letter_panels(figure)
@@ -116,3 +115,193 @@ def area_study(data: xr.Dataset) -> Figure:
             legend_above(axes)
         letter_panels(figure)
     return figure
+
+
+def drift_study(holds: Sequence[tuple[FloatArray, FloatArray, FloatArray]], data: xr.Dataset) -> Figure:
+    """
+    Depths in holds with the fitted lines, and the rates of all indents.
+
+    Parameters
+    ----------
+    holds : sequence
+        Times in s, depths in m and fitted depths of every hold that is drawn.
+    data : xarray.Dataset
+        Over indent.
+    """
+    unit = good_unit(np.concatenate([depth - depth[0] for _, depth, _ in holds]), "m")
+    with styled():
+        figure = new_figure(9.2, 3.8)
+        left, right = figure.subplots(1, 2)
+        for i, (time, depth, fitted) in enumerate(holds):
+            for values, style in (
+                (depth, {"color": GREY, "ls": "", "marker": ".", "ms": 2}),
+                (fitted, {"color": ORANGE}),
+            ):
+                label = "" if i else ("hold" if values is depth else "drift")
+                left.plot(time - time[0], from_si(values - fitted[0], "m", unit), label=label, **style)
+        left.set_xlabel("time in the hold (s)")
+        left.set_ylabel(f"change of the depth ({unit})")
+        rate, low, high = (data[f"rate{end}"].values * 1e9 for end in ("", "_low", "_high"))
+        right.errorbar(
+            data["indent"].values,
+            rate,
+            yerr=[rate - low, high - rate],
+            fmt="o",
+            color=BLUE,
+            ms=3,
+            capsize=2,
+            label="hold",
+        )
+        _indents_on(right, data)
+        right.axhline(0.0, color=LIGHT, lw=1.0)
+        right.set_ylabel("rate with 95 % interval (nm/s)")
+        for axes in (left, right):
+            legend_above(axes)
+        letter_panels(figure)
+    return figure
+
+
+def profile_study(data: xr.Dataset) -> Figure:
+    """
+    Hardness and modulus over depth, with their 95 % intervals.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over indent and point.
+    """
+    depth_unit = good_unit(data["indentation"].values, "m")
+    modulus = "young_modulus" if "young_modulus" in data else "plane_strain_modulus"
+    symbols = {"hardness": "hardness $H$", "young_modulus": "$E$", "plane_strain_modulus": r"$E/(1-\nu^2)$"}
+    with styled():
+        figure = new_figure(9.2, 3.8)
+        for axes, name in zip(figure.subplots(1, 2), ("hardness", modulus), strict=True):
+            unit = good_unit(data[name].values, "Pa")
+            for i in range(data.sizes["indent"]):
+                row = data.isel(indent=i)
+                x = np.asarray(from_si(row["indentation"].values, "m", depth_unit))
+                middle, low, high = (
+                    np.asarray(from_si(row[name + end].values, "Pa", unit)) for end in ("", "_low", "_high")
+                )
+                axes.fill_between(x, low, high, color=LIGHT, lw=0, label="" if i else "95 % interval")
+                axes.plot(x, middle, ".-", color=BLUE, ms=3, lw=0.8, label="" if i else "indents")
+            # without the wide intervals of shallow points
+            values = np.asarray(from_si(data[name].values, "Pa", unit))
+            axes.set_ylim(0.0, 1.3 * float(np.nanpercentile(values, 98.0)))
+            axes.set_xlabel(f"depth $h$ ({depth_unit})")
+            axes.set_ylabel(f"{symbols[name]} ({unit})")
+            legend_above(axes)
+        letter_panels(figure)
+    return figure
+
+
+def film_study(data: xr.Dataset) -> Figure:
+    """
+    Measured and fitted reduced moduli over the width of the contact, and the modulus of the film by each point.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over point.
+    """
+    x = data["width"].values
+    unit, film_unit = (good_unit(data[name].values, "Pa") for name in ("reduced_modulus", "film_modulus"))
+    with styled():
+        figure = new_figure(9.2, 3.8)
+        left, right = figure.subplots(1, 2)
+        left.plot(
+            x, from_si(data["reduced_modulus"].values, "Pa", unit), "o", color=BLUE, ms=3, label="measured"
+        )
+        left.plot(
+            x, from_si(data["fitted_modulus"].values, "Pa", unit), color=ORANGE, label="film on substrate"
+        )
+        left.set_ylabel(with_unit("reduced modulus $E_r$", unit))
+        right.plot(
+            x,
+            from_si(data["film_modulus"].values, "Pa", film_unit),
+            "o",
+            color=BLUE,
+            ms=3,
+            label="each point alone",
+        )
+        middle, low, high = (
+            float(from_si(float(data[f"young_modulus{end}"]), "Pa", film_unit))
+            for end in ("", "_low", "_high")
+        )
+        right.axhspan(low, high, color=LIGHT, lw=0, label="95 % interval")
+        right.axhline(middle, color=ORANGE, label="all points")
+        right.set_ylabel(with_unit("$E$ of the film", film_unit))
+        for axes in (left, right):
+            axes.set_xlabel("contact radius over thickness $a/t$")
+            legend_above(axes)
+        letter_panels(figure)
+    return figure
+
+
+def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Dataset) -> Figure:
+    """
+    Loading curves with their first pop-ins, and the loads in order.
+
+    Parameters
+    ----------
+    records : sequence
+        Depths in m and forces in N of every indent that is drawn.
+    data : xarray.Dataset
+        Over indent.
+    """
+    loads = [slice(0, int(np.argmax(force)) + 1) for _, force in records]
+    shown_depths = [depth[rows] for (depth, _), rows in zip(records, loads, strict=True)]
+    depth_unit = good_unit(np.concatenate(shown_depths), "m")
+    unit = good_unit(np.concatenate([force for _, force in records]), "N")
+    with styled():
+        figure = new_figure(9.2, 3.8)
+        left, right = figure.subplots(1, 2)
+        for i, ((depth, force), rows) in enumerate(zip(records, loads, strict=True)):
+            left.plot(
+                from_si(depth[rows], "m", depth_unit),
+                from_si(force[rows], "N", unit),
+                color=GREY,
+                lw=0.8,
+                label="" if i else "loading",
+            )
+        drawn = data.isel(indent=slice(0, len(records)))
+        left.plot(
+            from_si(drawn["pop_in_depth"].values, "m", depth_unit),
+            from_si(drawn["pop_in_force"].values, "N", unit),
+            "o",
+            color=ORANGE,
+            ms=4,
+            label="first pop-in",
+        )
+        left.set_xlabel(f"depth $h$ ({depth_unit})")
+        left.set_ylabel(f"normal force $F$ ({unit})")
+        force = np.sort(data["pop_in_force"].values)
+        force = np.asarray(from_si(force[np.isfinite(force)], "N", unit))
+        right.step(
+            np.append(force, force[-1:]),
+            np.arange(force.size + bool(force.size)) / max(force.size, 1),
+            color=BLUE,
+            where="post",
+            label="indents",
+        )
+        if "strength_force" in data:
+            right.axvline(
+                float(from_si(float(data["strength_force"]), "N", unit)),
+                color=ORANGE,
+                ls="--",
+                label="shear strength reached",
+            )
+        right.set_xlabel(f"force of the first pop-in ({unit})")
+        right.set_ylabel("fraction of the indents")
+        right.set_ylim(0.0, 1.02)
+        for axes in (left, right):
+            legend_above(axes)
+        letter_panels(figure)
+    return figure
+
+
+def _indents_on(axes: Axes, data: xr.Dataset) -> None:
+    """The numbers of indents along an axis."""
+    axes.set_xlabel("indent")
+    axes.set_xticks(data["indent"].values[:: 1 + data.sizes["indent"] // 12])
+    axes.set_xlim(0.5, data.sizes["indent"] + 0.5)

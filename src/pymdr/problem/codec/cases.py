@@ -259,6 +259,8 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
     cls = Ramp if kind in ONE_CHANNEL_LEGS else next(t[kind] for t in TABLES.values() if kind in t)
     if "parts" in arguments:
         arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
+    if "original" in arguments:
+        arguments["original"] = _decode(arguments["original"], f"{table}.original")
     if "interpolation" in arguments:
         arguments["interpolation"] = _decode(arguments["interpolation"], f"{table}.interpolation")
     if cls is Layered:

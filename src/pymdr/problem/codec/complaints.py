@@ -74,7 +74,7 @@ def _message(error: Any, plain: Mapping[str, Any]) -> str:
         full = [part for part in item["loc"] if not str(part).startswith("list[")]
         while len(full) > 1 and full[-1] in _ALTERNATIVES:
             full.pop()
-        # pydantic names the kind of every tagged table; users know the table
+        # pydantic names the kind of every tagged table; users see only the table
         loc = [part for i, part in enumerate(full) if i in (0, len(full) - 1) or part not in kinds()]
         if item["type"] == "missing" and tuple(loc) in suggested:
             continue

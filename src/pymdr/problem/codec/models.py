@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, PROFILES, TABLES
 from pymdr.problem.layers import BONDS, Layer, Layered
 from pymdr.problem.paths import CHANNELS, Ramp
-from pymdr.problem.profiles import ForceCurve, Shape, Sum
+from pymdr.problem.profiles import ForceCurve, Shape, Sum, Worn
 from pymdr.problem.profiles.shapes import MOST_SIDES
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import HeightsField
@@ -177,9 +177,9 @@ def _list_of(kind: Any) -> Any:
 def _union(table: str) -> Any:
     from pydantic import Field
 
-    # sums are not nested
+    # sums and worn profiles are not nested
     classes = (
-        {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape)}
+        {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape | Worn)}
         if table == "part"
         else TABLES[table]
     )
@@ -259,6 +259,8 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         )
     if f.name == "parts":
         return _list_of(_union("part")), Field(..., description="profiles to be added", min_length=1)
+    if cls is Worn and f.name == "original":
+        return _union("part") | _model("sum", Sum), Field(..., description="profile before wear")
     if f.name == "interpolation":
         text = "interpolation; by default a smoothing spline if there is a scatter, else a cubic spline"
         return _union("interpolation") | None, Field(None, description=text)

@@ -24,7 +24,7 @@ PLUGINS = "pymdr.plugins"
 _NOT_KINDS = ("case", "function", "rings", "solve")
 """Reserved words of cases and their schema."""
 
-_NOT_FIELDS = ("kind", "parts", "interpolation")
+_NOT_FIELDS = ("kind", "parts", "original", "interpolation")
 """Reserved keys of profiles."""
 
 _FAMILIES: dict[type, str] = {

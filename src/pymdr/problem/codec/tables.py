@@ -32,16 +32,19 @@ from pymdr.problem.profiles import (
     ShapePreserving,
     SmoothingSpline,
     Sphere,
+    SphereOnSphere,
     Sum,
     TruncatedCone,
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
+    Worn,
 )
 from pymdr.problem.rheology import KelvinVoigt, Maxwell, Prony, StandardSolid
 
 PROFILES: dict[str, type] = {
     "sphere": Sphere,
+    "sphere_on_sphere": SphereOnSphere,
     "paraboloid": Paraboloid,
     "cone": Cone,
     "power_law": PowerLaw,
@@ -64,6 +67,7 @@ PROFILES: dict[str, type] = {
     "elliptic_paraboloid": EllipticParaboloid,
     "pyramid": Pyramid,
     "sampled_2d": Sampled2D,
+    "worn": Worn,
 }
 
 MATERIALS: dict[str, type] = {

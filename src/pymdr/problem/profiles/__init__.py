@@ -14,6 +14,7 @@ from pymdr.problem.profiles.closed import FlatPunch as FlatPunch
 from pymdr.problem.profiles.closed import Paraboloid as Paraboloid
 from pymdr.problem.profiles.closed import PowerLaw as PowerLaw
 from pymdr.problem.profiles.closed import Sphere as Sphere
+from pymdr.problem.profiles.closed import SphereOnSphere as SphereOnSphere
 from pymdr.problem.profiles.forcecurve import ForceCurve as ForceCurve
 from pymdr.problem.profiles.function import Function as Function
 from pymdr.problem.profiles.function import Interpolated as Interpolated
@@ -32,3 +33,4 @@ from pymdr.problem.profiles.shapes import Function2D as Function2D
 from pymdr.problem.profiles.shapes import Pyramid as Pyramid
 from pymdr.problem.profiles.shapes import Sampled2D as Sampled2D
 from pymdr.problem.profiles.shapes import Shape as Shape
+from pymdr.problem.profiles.worn import Worn as Worn

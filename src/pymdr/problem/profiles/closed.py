@@ -62,6 +62,69 @@ class Sphere(Profile):
 
 
 @dataclass(frozen=True, eq=False)
+class SphereOnSphere(Profile):
+    """
+    A sphere on a spherical sample, such as a bead on a cell: the sum of both gaps.
+
+    Parameters
+    ----------
+    radius : quantity
+        Radius R_1 of the sphere in m, above 0.
+    sample_radius : quantity
+        Radius R_2 of the sample in m, above 0.
+
+    Notes
+    -----
+    Near the apex it is a paraboloid of the effective radius R = R_1 R_2/(R_1 + R_2) (Hertz 1882); the gap
+    is that of the true spheres, up to the smaller radius. Only the contact with the sphere is described: a sample that also deforms
+    on its support has another indentation there.
+
+    References
+    ----------
+    Hertz (1882), J. reine angew. Math. 92, 156-171.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> mdr.SphereOnSphere("3 um", sample_radius="6 um").tip_radius
+    2e-06
+    """
+
+    radius: SIField = SIField("m", above=0.0, description="radius of the sphere")
+    sample_radius: SIField = SIField("m", above=0.0, description="radius of the spherical sample")
+
+    @property
+    def parts(self) -> tuple[Sphere, Sphere]:
+        """Both spheres."""
+        return Sphere(self.radius), Sphere(self.sample_radius)
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m, the sum of both."""
+        one, other = self.parts
+        return np.asarray(one.gap(r) + other.gap(r))
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r), the sum of both."""
+        one, other = self.parts
+        return np.asarray(one.gap_slope(r) + other.gap_slope(r))
+
+    @property
+    def max_radius(self) -> float:
+        """The gap ends at the smaller radius."""
+        return min(self.radius, self.sample_radius)
+
+    @property
+    def curvature_radius(self) -> float | None:
+        """The effective radius R."""
+        return self.radius / (1.0 + self.radius / self.sample_radius)
+
+    @property
+    def tip_radius(self) -> float | None:
+        """The effective radius R."""
+        return self.curvature_radius
+
+
+@dataclass(frozen=True, eq=False)
 class Paraboloid(Profile):
     """
     A paraboloid, f = r^2 / (2 R).

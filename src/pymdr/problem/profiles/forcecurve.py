@@ -100,7 +100,7 @@ class ForceCurve(Profile):
     """
 
     whole: ClassVar[bool] = True
-    no_radius: ClassVar[str] = "a force curve does not know how wide its contacts are"
+    no_radius: ClassVar[str] = "a force curve has no contact radius"
 
     indentation: ArrayField = ArrayField("m", description="depths on approach")
     force: ArrayField = ArrayField("N", description="normal force at the depths")

@@ -18,7 +18,7 @@ from pymdr.problem.profiles.closed import Flanked, half_angle_field, slope_field
 from pymdr.problem.profiles.function import error_text, real_values
 from pymdr.problem.topography import HeightsField, Topography, as_topography
 from pymdr.problem.values import OptionalSIField, SidesField, SIField, with_named_callables, without_named
-from pymdr.units import FloatArray, metres, shown
+from pymdr.units import FloatArray, QuantityLike, metres, shown
 
 PlaneFunction: TypeAlias = Callable[[FloatArray, FloatArray], ArrayLike]
 
@@ -155,6 +155,27 @@ class Pyramid(Shape, Flanked):
     def vickers(cls) -> Pyramid:
         """The Vickers indenter: 4 sides, 136 degrees between opposite ones."""
         return cls(4, half_angle=math.radians(68.0))
+
+    @classmethod
+    def cube_corner(cls) -> Pyramid:
+        """The corner of a cube: 3 sides at 35.26 degrees from the axis, of slope sqrt(2)."""
+        return cls(3, slope=math.sqrt(2.0))
+
+    @classmethod
+    def four_sided_tip(cls, half_angle: QuantityLike = "35 deg") -> Pyramid:
+        """
+        The pyramid of a cantilever: 4 sides.
+
+        Parameters
+        ----------
+        half_angle : quantity
+            Angle between axis and face in rad; etched silicon nitride tips have 35 degrees, (111) planes of silicon 35.26 degrees.
+
+        Returns
+        -------
+        Pyramid
+        """
+        return cls(4, half_angle=half_angle)
 
     def gap_at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Gap f(x, y) in m, that of the nearest face."""

@@ -2,7 +2,18 @@
 
 from pymdr.solving.fits.comparing import LawComparison, compare_laws
 from pymdr.solving.fits.fitting import fit
+from pymdr.solving.fits.growing import RangeStudy, fit_over_indentation
 from pymdr.solving.fits.maps import FittedMap, fit_map
 from pymdr.solving.fits.results import FitResult, Fitted
 
-__all__ = ["FitResult", "Fitted", "FittedMap", "LawComparison", "compare_laws", "fit", "fit_map"]
+__all__ = [
+    "FitResult",
+    "Fitted",
+    "FittedMap",
+    "LawComparison",
+    "RangeStudy",
+    "compare_laws",
+    "fit",
+    "fit_map",
+    "fit_over_indentation",
+]

@@ -18,9 +18,10 @@ from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.best import best_end, refuse_few, refuse_unseen, soft_machine_text
 from pymdr.solving.fits.determining import refuse_noisy, refuse_undetermined
 from pymdr.solving.fits.loops import ShearRecord
-from pymdr.solving.fits.residuals import serial_correlation
+from pymdr.solving.fits.residuals import DECIDED, waves_of
 from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search, minimize_from, refuse_unsettled, samples_off_jumps
+from pymdr.solving.fits.spectrum import NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.unknowns import (
     ORIGINS,
@@ -42,6 +43,11 @@ _ROUNDED = 1e-12
 """Ratio to the largest singular value below which one is a rounding error."""
 _WIDER = 1.1
 """Ratio from which on errors of the search over a family, which account for a pull of a few samples, replace others."""
+_UNDECIDED = 0.5
+"""Probability of white noise from which on residuals are not called correlated."""
+_NORMAL_95 = 1.959963984540054
+_RAISED = 1.44
+"""Density at low frequencies relative to the variance from which on residuals are called correlated."""
 _AT_BOUND = 1e-4
 """Distance to a bound, relative to the free range, below which a number is at the bound."""
 
@@ -60,13 +66,17 @@ class Estimate(NamedTuple):
     """Free numbers with an effect on the record."""
     errors: FloatArray
     """Standard errors of the free numbers by noise; NaN for those without an effect."""
-    width: float
-    """Half width of a 95 % interval in standard errors."""
+    width: FloatArray
+    """Half widths of the 95 % intervals in standard errors."""
     moved: FloatArray
     """Largest change of the free numbers by a relative error of 1 of all forces of the model."""
     noise: float
     """In N."""
     correlated: float
+    widened: dict[str, float]
+    """As in :class:`FitResult`."""
+    correlation_length: float
+    """In samples; 0 for white noise."""
     waves: float
     aicc: float
 
@@ -105,31 +115,34 @@ def estimated(search: Search) -> Estimate:
 
 def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate:
     """The estimate at the end of a search."""
-    from scipy.special import stdtrit
-
     residuals = search.residuals(best)
     slopes = search.slopes(best)
     n, p = residuals.size, best.size
     noise = math.sqrt(float((residuals**2).sum()) / max(n - p, 1))
     models = search.models(best)
     span = max(float(np.ptp(one.force)) for one in models)
-    correlation = serial_correlation(residuals[None, :], np.array([span]))
-    correlated = float(correlation.correlated[0])
-    independent = n / correlated
-    refuse_noisy(search, best, slopes, noise * math.sqrt(correlated))
+    used = search.used or tuple(np.ones(one.model.size, dtype=bool) for one in models)
     scale = np.linalg.norm(slopes, axis=0)
     felt = scale > _UNFELT * scale.max()
     left, singular, rows = np.linalg.svd(slopes[:, felt] / scale[felt], full_matrices=False)
     # undetermined combinations have huge errors, limited by rounding
     scaled = rows / np.maximum(singular, _ROUNDED * singular.max())[:, None]
-    errors = np.full(p, math.nan)
-    errors[felt] = noise * np.sqrt(correlated) * np.linalg.norm(scaled, axis=0) / scale[felt]
-    used = search.used or tuple(np.ones(one.model.size, dtype=bool) for one in models)
+    spectra = noise_spectra(residuals[None], left.T[None], [int(part.sum()) for part in used], keep=True)
+    variances = np.einsum("ki,kl,li->i", scaled, spectra.covariance[0], scaled)
+    with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise
+        factors = np.sqrt(variances) / (noise * np.linalg.norm(scaled, axis=0))
+    correlated = _correlated(factors[: np.count_nonzero(felt[: len(search.unknowns)])])
+    independent = n / correlated
+    refuse_noisy(search, best, slopes, noise * math.sqrt(correlated))
+    errors, width = np.full(p, math.nan), np.full(p, math.nan)
+    errors[felt] = np.sqrt(variances) / scale[felt]
+    width[felt] = spectra.quantile(scaled.T)
     forces = np.concatenate([np.abs(one.model[part]) for one, part in zip(models, used, strict=True)])
     moved = np.zeros(p)
     moved[felt] = np.abs(scaled.T @ left.T) @ forces / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
-    width = float(stdtrit(max(independent - p, 1.0), 0.975))
+    decided = bool(spectra.white[0] < DECIDED)
+    waves = waves_of(residuals[None, :], np.array([span]), spectra.slow if decided else 0.0)
     inner, _ = search.from_free(best)
     return Estimate(
         search,
@@ -143,9 +156,35 @@ def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate
         moved,
         noise,
         correlated,
-        float(correlation.waves[0]),
+        dict(
+            zip(
+                np.array(search.names)[felt].tolist(),
+                (factors * width[felt] / _NORMAL_95).tolist(),
+                strict=True,
+            )
+        ),
+        _correlation_length(spectra, noise),
+        float(waves[0]),
         aicc(float((residuals**2).mean()), independent, p),
     )
+
+
+def _correlated(factors: FloatArray) -> float:
+    """Number of samples that are equivalent to one independent sample, of the ratios of errors to those under white noise."""
+    known = factors[np.isfinite(factors)]
+    return float(max(known.max(initial=1.0) ** 2, 1.0))
+
+
+def _correlation_length(spectra: NoiseSpectra, noise: float) -> float:
+    """
+    The correlation length of residuals in samples, 0 of white noise.
+
+    One that is short enough to look white at low frequencies raises their density by twice the length.
+    """
+    if spectra.white[0] < _UNDECIDED:
+        return float(spectra.length[0])
+    low = float(spectra.density[0, : spectra.bands.low].min())
+    return 0.5 * low / noise**2 if low > _RAISED * noise**2 else 0.0
 
 
 def solve_fitted(estimate: Estimate) -> Result:
@@ -165,8 +204,10 @@ def solve_fitted(estimate: Estimate) -> Result:
     return solve(contact, indent(estimate.deepest))
 
 
-def with_intervals(search: Search, best: FloatArray, errors: FloatArray, width: float) -> dict[str, Fitted]:
-    """Fitted numbers by name, with intervals from the errors of the free numbers."""
+def with_intervals(
+    search: Search, best: FloatArray, errors: FloatArray, width: FloatArray
+) -> dict[str, Fitted]:
+    """Fitted numbers by name, with intervals from the errors of the free numbers and their half widths in errors."""
     values, rest = {}, at_bounds(search, best)
     bounds = {u.name: (u.low, u.high) for u in search.unknowns}
     units = {u.name: u.unit for u in search.unknowns}
@@ -174,7 +215,7 @@ def with_intervals(search: Search, best: FloatArray, errors: FloatArray, width: 
         if math.isnan(errors[i]):
             continue
         ends = []
-        for side in (0.0, -width, width, 1.0):
+        for side in (0.0, -width[i], width[i], 1.0):
             moved = best.copy()
             moved[i] += side * errors[i]
             ends.append(search.named(moved)[name])

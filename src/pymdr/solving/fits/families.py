@@ -16,7 +16,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.parameters import parameters_of, with_parameters
-from pymdr.solving.fits.forces import AdhesiveForces, ElasticForces, bare_forces
+from pymdr.solving.fits.forces import BareForces, bare_forces
 from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
@@ -156,7 +156,7 @@ class Family:
     """Step of the free numbers of the rungs."""
     deepest: float
     """In m."""
-    members: tuple[ElasticForces | AdhesiveForces, ...]
+    members: tuple[BareForces, ...]
     ends: FloatArray
     """Depths in m at which the profile ends, and from which on the forces go on along their tangent; inf where it does not."""
 
@@ -182,7 +182,7 @@ class Family:
         return np.where(np.interp(number, rungs, beyond.astype(float)) > 0.0, np.inf, known)
 
 
-_Member = tuple[ElasticForces | AdhesiveForces, FloatArray, FloatArray, float]
+_Member = tuple[BareForces, FloatArray, FloatArray, float]
 """Forces, their values and slopes over the root, and the depth at which the profile ends."""
 
 
@@ -284,7 +284,7 @@ def whole_ladder(
     return Ladder(number.to_free(low), number.to_free(high), RUNGS)
 
 
-def _row(forces: ElasticForces | AdhesiveForces, deepest: float) -> tuple[FloatArray, FloatArray, float]:
+def _row(forces: BareForces, deepest: float) -> tuple[FloatArray, FloatArray, float]:
     """Forces, their slopes over the root, and the depth at which the profile ends."""
     r, span = np.linspace(0.0, 1.0, _CELLS + 1), deepest - forces.fold
     depth = forces.fold + span * r * r

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact
 from pymdr.result import labelled
 from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.fits.calibrations import with_uncertainty
 from pymdr.solving.fits.estimating import (
     Estimate,
     at_bounds,
@@ -22,9 +23,10 @@ from pymdr.solving.fits.estimating import (
     with_intervals,
 )
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
-from pymdr.solving.fits.results import FitResult, force_of
+from pymdr.solving.fits.ranges import estimated_within, limits_of
+from pymdr.solving.fits.results import FitResult, Fitted, force_of
 from pymdr.solving.fits.searching import Modelled, Search
-from pymdr.solving.fits.unexplained import unexplained
+from pymdr.solving.fits.unexplained import correlation_notes, unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -40,7 +42,7 @@ from pymdr.units import FloatArray, QuantityLike, written
 if TYPE_CHECKING:
     import xarray as xr
 
-LEVENBERG_MARQUARDT = "levenberg-marquardt"
+LEVENBERG_MARQUARDT, RESTRICTED = "levenberg-marquardt", "patterson-thompson"
 _NOTED = 0.1
 """Ratio of a systematic to a standard error from which on it is noted."""
 
@@ -53,6 +55,8 @@ def fit(
     contact_point: QuantityLike | None = None,
     shift_origin: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    fit_range: Mapping[str, QuantityLike] | None = None,
+    uncertainty: Mapping[str, QuantityLike] | None = None,
 ) -> FitResult:
     """
     Fit parameters of a contact to measured force curves, or to records of friction.
@@ -76,6 +80,11 @@ def fit(
         by default.
     baseline : quantity, optional
         The force of the record in N out of contact; unknown by default.
+    fit_range : mapping of str to quantity, optional
+        Largest ``indentation`` in m, ``force`` in N above the baseline, or both: samples beyond are left out. The whole record by default.
+    uncertainty : mapping of str to quantity, optional
+        Standard uncertainties of known numbers, in percent (``"10 %"``) or in their unit, which enter the intervals: of the ``spring_constant``,
+        of the ``sensitivity`` of the deflection, and of parameters of the contact, such as ``"profile.radius"``.
 
     Returns
     -------
@@ -94,8 +103,12 @@ def fit(
     The depth of a sample is its travel less the deflection of the machine; the weights account for the noise of the force,
     which is in both. With adhesion, samples between the depths of the jumps into contact and out of it belong to the nearer
     branch, and those adjacent to a jump are left out. The search starts from the best points of a grid over the nonlinear
-    unknowns. Errors come from the curvature of the misfit, times the root of the number of samples that are equivalent to one
-    independent sample.
+    unknowns. Errors are those of least squares under the spectrum of the noise that the residuals determine, white noise and a slow
+    part, by restricted likelihood (Patterson and Thompson 1971), averaged over its uncertainty.
+
+    References
+    ----------
+    Patterson and Thompson (1971), Biometrika 58, 545-554, doi:10.1093/biomet/58.3.545
 
     Examples
     --------
@@ -119,8 +132,15 @@ def fit(
         free,
         {CONTACT_POINT: contact_point, SHIFT_ORIGIN: shift_origin, BASELINE: baseline},
     )
-    result = _interpreted(estimated(search))
-    notes = (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
+    notes: tuple[str, ...] = (
+        (f"{marked} samples marked as outliers or saturated are left out",) if marked else ()
+    )
+    if fit_range is None:
+        end = estimated(search)
+    else:
+        end, range_note = estimated_within(search, limits_of(fit_range))
+        notes += (range_note,)
+    result = _interpreted(end, uncertainty)
     return replace(result, notes=(*notes, *unexplained(result), *result.notes))
 
 
@@ -161,15 +181,17 @@ def _search(
     return Search(contact, unknowns, records, known, used), 0
 
 
-def _interpreted(estimate: Estimate) -> FitResult:
+def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | None = None) -> FitResult:
     """The result of an estimate, with claims and notes."""
-    search, values = estimate.search, estimate.values
+    search, values, noise_errors = estimate.search, estimate.values, estimate.errors
     result = solve_fitted(estimate)
     systematic = _systematic(estimate, result.claims[force_of(estimate.contact)])
     if systematic.any():
-        values = with_intervals(
-            search, estimate.best, estimate.errors + systematic / estimate.width, estimate.width
-        )
+        estimate = estimate._replace(errors=estimate.errors + systematic / estimate.width)
+        values = with_intervals(search, estimate.best, estimate.errors, estimate.width)
+    shares: dict[str, dict[str, float]] = {}
+    if uncertainty is not None:
+        values, shares = with_uncertainty(estimate, uncertainty)
     left_out = sum(int((~part).sum()) for part in search.used)
     why = "marked in the record" if search.shears else "adjacent to jumps"
     notes: tuple[str, ...] = (f"{left_out} samples {why} are left out",) if left_out else ()
@@ -183,7 +205,9 @@ def _interpreted(estimate: Estimate) -> FitResult:
         for name, is_felt in zip(search.names, estimate.felt, strict=True)
         if not is_felt
     )
-    if np.any(systematic > _NOTED * estimate.errors):
+    notes += correlation_notes(estimate)
+    notes += _share_notes(search, values, shares)
+    if np.any(systematic > _NOTED * noise_errors):
         notes += ("the intervals include the error of the model, which is not small compared with the noise",)
     return FitResult(
         contact=estimate.contact,
@@ -193,14 +217,30 @@ def _interpreted(estimate: Estimate) -> FitResult:
         noise=estimate.noise,
         waves=estimate.waves,
         correlated=estimate.correlated,
+        widened=estimate.widened,
+        calibration=shares,
         aicc=estimate.aicc,
         claims=result.claims,
         assumptions=result.assumptions,
         notes=notes,
-        references=(*result.references, LEVENBERG_MARQUARDT),
+        references=(*result.references, LEVENBERG_MARQUARDT, RESTRICTED),
         search=search,
         free=estimate.best,
     )
+
+
+def _share_notes(
+    search: Search, values: Mapping[str, Fitted], shares: Mapping[str, Mapping[str, float]]
+) -> tuple[str, ...]:
+    """Where the standard error of each unknown of the contact comes from."""
+    notes = []
+    for one in (values[u.name] for u in search.unknowns if shares and u.name in values):
+        texts = [
+            f"{100.0 * part[one.name] / abs(one.value):.2g} % from {source}"
+            for source, part in shares.items()
+        ]
+        notes.append(f"standard error of {one.name}: {', '.join(texts)}")
+    return tuple(notes)
 
 
 def _systematic(estimate: Estimate, claim: Claim) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -21,10 +21,12 @@ from pymdr.line.memory import (
     follow_travels,
     tabulated,
 )
+from pymdr.line.shapes import ShapeLaw, shape_law
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.profiles import Profile
+from pymdr.problem.profiles import Profile, Shape
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.fits.touching import BoolArray, in_contact
 from pymdr.solving.reach import map_to_line
@@ -81,6 +83,31 @@ class ElasticForces:
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
         return np.asarray(states_at_depth(self.line, np.maximum(depth, 0.0)).contact_radius)
+
+
+@dataclass(frozen=True)
+class ShapeForces:
+    """Forces of elastic bodies whose profile is a pyramid or an elliptic paraboloid."""
+
+    law: ShapeLaw
+    modulus: float
+    """E* in Pa."""
+    fold: float = 0.0
+    end: float = math.inf
+
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and stiffness in N/m."""
+        states = self.law.at(depth, np.zeros_like(depth))
+        return self.modulus * states.force, self.modulus * states.stiffness
+
+    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over r at the depths span r^2, in m."""
+        force, stiffness = self.at(span * r * r)
+        return force, stiffness * 2.0 * r * span
+
+    def radius(self, depth: FloatArray) -> FloatArray:
+        """Longest distance in m of the edge of the contact from the apex at depths in m."""
+        return self.law.at(depth, np.zeros_like(depth)).longest
 
 
 @dataclass(frozen=True)
@@ -238,11 +265,28 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
     return bare if compliance == 0.0 else OnMachine(bare, compliance, rounded_up(deepest))
 
 
-def bare_forces(contact: Contact, deepest: float) -> ElasticForces | AdhesiveForces:
+BareForces: TypeAlias = ElasticForces | ShapeForces | AdhesiveForces
+"""Forces over depths of a contact without memory."""
+
+
+def bare_forces(contact: Contact, deepest: float) -> BareForces:
     """The forces of a contact without memory at depths up to one in m."""
+    if isinstance(contact.profile, Shape):
+        return _shape_forces(contact, contact.profile)
     if contact.adhesion is None:
         return ElasticForces(_line_of(contact))
     return _adhesive(contact, rounded_up(deepest))
+
+
+def _shape_forces(contact: Contact, shape: Shape) -> ShapeForces:
+    """The forces of a body that is not of revolution, if they are known and not only estimated."""
+    law = shape_law(shape)
+    if not law.known:
+        raise ProblemError(
+            f"fit: the force of {type(shape).__name__} is only bounded and estimated; fit a Pyramid or an EllipticParaboloid, or "
+            "azimuthal_mean(shape), whose force is a lower bound"
+        )
+    return ShapeForces(law, effective_moduli(contact.body, contact.counterbody).normal)
 
 
 def rounded_up(deepest: float) -> float:

@@ -20,14 +20,17 @@ from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.families import WORK
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED
 from pymdr.solving.fits.quick import depth_ranges
 from pymdr.solving.fits.records import Records, records_of
 from pymdr.solving.fits.request import (
+    DRIFT,
     ENDINGS,
     FITTED,
+    IN_CONTACT,
     OF_LIMIT,
     PLATEAU,
+    RESIDUAL,
     WAVES,
     Columns,
     FitRequest,
@@ -53,6 +56,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+_CORRELATED = 2.25
+"""Number of samples equivalent to one from which on the correlation of residuals is noted."""
 _SHOWN_REFUSALS = 5
 """Largest number of refusals in the notes."""
 
@@ -68,7 +73,8 @@ class FittedMap(Study):
     Over the grid of the curves: values by name and standard errors as ``..._error``, NaN where a fit failed;
     ``noise`` (N), ``waves`` (see :attr:`~pymdr.solving.fits.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
     largest ratio of a measure of the assumptions to its limit (not met above 1), ``plateau``, the number of samples at the largest
-    force while the depth changes, and ``ending``, a number with its meaning in the attributes. The claims are those of the curve
+    force while the depth changes, ``samples_in_contact``, ``relative_residual`` (standard deviation of the residuals) and ``baseline_rise`` (of the
+    force along the baseline of the approach, without a fitted tilt), both relative to the range of the force, ``good``, the mask of :meth:`mask` with its defaults, and ``ending``, a number with its meaning in the attributes. The claims are those of the curve
     with the largest indentation.
     """
     names: tuple[str, ...]
@@ -83,6 +89,45 @@ class FittedMap(Study):
         """Number of curves by ending."""
         number = np.bincount(self.data["ending"].values.ravel(), minlength=len(ENDINGS))
         return {text: int(n) for text, n in zip(ENDINGS, number, strict=True) if n}
+
+    def mask(
+        self,
+        *,
+        samples_in_contact: int = 10,
+        relative_residual: float = 0.1,
+        baseline_rise: float = 0.1,
+        of_limit: float = math.inf,
+    ) -> xr.DataArray:
+        """
+        Whether each curve is good enough: fitted, and within all limits.
+
+        Parameters
+        ----------
+        samples_in_contact : int
+            Smallest number of samples in contact.
+        relative_residual : float
+            Largest standard deviation of the residuals, relative to the range of the force.
+        baseline_rise : float
+            Largest rise or fall along the baseline, relative to the range of the force; curves without a baseline pass.
+        of_limit : float
+            Largest ratio of an assumption to its limit; any by default.
+
+        Returns
+        -------
+        xarray.DataArray
+            True for good curves; ``found["body.young"].where(found.mask())`` leaves the others out.
+        """
+        data = self.data
+        rise = data[DRIFT]
+        good = (
+            (data["ending"] == FITTED)
+            & (data[IN_CONTACT] >= samples_in_contact)
+            & (data[RESIDUAL] <= relative_residual)
+            & ((abs(rise) <= baseline_rise) | rise.isnull())
+        )
+        if math.isfinite(of_limit):
+            good &= data[OF_LIMIT] <= of_limit
+        return good.rename("good")
 
     def __repr__(self) -> str:
         return f"<pymdr.FittedMap {', '.join(self.names)}; {self._remarks()[0]}>"
@@ -243,6 +288,11 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
             "leave waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
         ),
         (
+            "correlated",
+            _CORRELATED,
+            f"have correlated residuals, which widen their errors by more than a factor of {math.sqrt(_CORRELATED):g} (correlated)",
+        ),
+        (
             PLATEAU,
             0.0,
             "have samples at their largest force while the depth changes (plateau): if the detector was saturated, set them to nan, or read the "
@@ -264,15 +314,20 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
     if request.axes is not None and request.families:
         worst = max(family.error for family in request.families.values())
         notes.append(f"tables of the forces have an error of {worst:.1g} of their largest value")
-    return FittedMap(
+    fitted_map = FittedMap(
         contact=request.contact,
         data=data,
         names=request.names,
         claims=claims,
         assumptions=assumed,
-        references=(*references, LEVENBERG_MARQUARDT),
+        references=(*references, LEVENBERG_MARQUARDT, RESTRICTED),
         notes=tuple(notes),
     )
+    good = fitted_map.mask().assign_attrs(
+        units="",
+        long_name="fitted, with enough samples in contact and small residuals and rise of the baseline",
+    )
+    return replace(fitted_map, data=data.assign(good=good))
 
 
 def _solve_deepest(request: FitRequest, columns: Columns, i: int) -> Result:

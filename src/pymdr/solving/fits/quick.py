@@ -39,13 +39,18 @@ from pymdr.solving.fits.request import (
     FittedStretch,
     empty_columns,
 )
-from pymdr.solving.fits.residuals import serial_correlation
+from pymdr.solving.fits.residuals import waves_of
 from pymdr.solving.fits.unknowns import BASELINE, CONTACT_POINT, TILT
 from pymdr.units import FloatArray, written
 
 _PLACES = {CONTACT_POINT: POINT, BASELINE: BASE, TILT: TILTED}
 """Indices of the origins among the numbers of the model."""
 _DEPTH = NUMBERS + 2
+_PLAINLY = 8.0
+"""Work of adhesion that a record with waves shows, in standard errors by the density of its residuals."""
+
+_SMALL_PART = 0.125
+"""Depth of a contact over the range of its table below which it is fitted again by a finer table."""
 
 _log = logging.getLogger("pymdr")
 
@@ -55,15 +60,55 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
     count, width = stretch.place.shape
     free = len(request.names)
     fits = CurveFits(
-        np.full((count, NUMBERS + 4), math.nan),
+        np.full((count, NUMBERS + 5), math.nan),
         np.full((count, free, free), math.nan),
+        np.full((count, free, free), math.nan),
+        np.full((count, free, free), math.nan),
+        np.full((count, free), math.nan),
         np.full((count, width), math.nan),
         np.full(count, UNREAD, dtype=np.int8),
     )
-    refusals = set()
+    refusals: set[str] = set()
     wanted, rates = _wanted(request, axes)
     engine = _compiled() if request.many else AS_IT_IS
     ranges = depth_ranges(stretch)
+    _fit_ranges(request, stretch, (wanted, engine), ranges, fits, refusals)
+    # a table to the length of the record is coarse for a contact that is a small part of it
+    depths = fits.numbers[:, _DEPTH]
+    small = np.flatnonzero((fits.ended == FITTED) & (depths < _SMALL_PART * ranges) & (depths > 0.0))
+    if small.size:
+        some, again = fits.of(small), fits.of(small)
+        finer = np.array([rounded_up(2.0 * depth) for depth in depths[small].tolist()])
+        part = stretch._replace(
+            place=stretch.place[small], force=stretch.force[small], softness=stretch.softness[small]
+        )
+        _fit_ranges(request, part, (wanted, engine), finer, again, set())
+        good = np.flatnonzero(again.ended == FITTED)
+        some.put(good, again.of(good))
+        fits.put(small, some)
+    if rates.shape[1] == 2:
+        back = np.eye(free)
+        back[:2, :2] = np.linalg.inv(rates)
+        with np.errstate(invalid="ignore"):  # curves that were not fitted have no covariances
+            fits = fits._replace(
+                covariances=back @ fits.covariances @ back.T,
+                spectral=back @ fits.spectral @ back.T,
+                unmodelled=back @ fits.unmodelled @ back.T,
+                asides=fits.asides @ back.T,
+            )
+    return FittedStretch(_columns(request, axes, fits, stretch), frozenset(refusals))
+
+
+def _fit_ranges(
+    request: FitRequest,
+    stretch: Stretch,
+    search: tuple[Wanted, Engine],
+    ranges: FloatArray,
+    fits: CurveFits,
+    refusals: set[str],
+) -> None:
+    """Fit curves by families of forces, one for every range of depths in m."""
+    wanted, engine = search
     for deepest in np.unique(ranges[ranges > 0.0]):
         chosen = np.flatnonzero(ranges == deepest)
         try:
@@ -88,13 +133,6 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
                 f"fit_map: the profile ends at {written(float(end.min()), 'm', 4)} of indentation, and a curve has "
                 f"{written(float(depths[beyond].max()), 'm', 4)}; extend the profile"
             )
-    if rates.shape[1] == 2:
-        back = np.eye(free)
-        back[:2, :2] = np.linalg.inv(rates)
-        with np.errstate(invalid="ignore"):  # curves that were not fitted have no covariances
-            fits = fits._replace(covariances=back @ fits.covariances @ back.T)
-    span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
-    return FittedStretch(_columns(request, axes, fits, span), frozenset(refusals))
 
 
 def _compiled() -> Engine:
@@ -137,22 +175,31 @@ def depth_ranges(stretch: Stretch) -> FloatArray:
     return np.array([rounded_up(span) for span in np.nan_to_num(spans).tolist()])
 
 
-def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, span: FloatArray) -> Columns:
+def _errors(fits: CurveFits, noise: FloatArray, unknowns: int) -> tuple[FloatArray, FloatArray]:
+    """Standard errors of the free numbers, and how many samples are equivalent to one, from the unknowns of the contact."""
+    white = noise[:, None] ** 2 * np.abs(np.einsum("ijj->ij", fits.covariances))
+    own = np.abs(np.einsum("ijj->ij", fits.spectral))
+    with np.errstate(invalid="ignore", divide="ignore"):  # a constant record has no noise
+        ratios = np.where(white[:, :unknowns] > 0.0, own[:, :unknowns] / white[:, :unknowns], 1.0)
+    correlated = ratios.max(axis=1, initial=1.0)
+    return np.sqrt(np.where(own > 0.0, own, white) + correlated[:, None] * fits.asides**2), correlated
+
+
+def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, stretch: Stretch) -> Columns:
     """Values and errors of every curve."""
+    span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
     numbers, ended = fits.numbers, fits.ended
     out = empty_columns(request, len(numbers))
     out["ending"][:] = ended
-    theta, (misfit, used, depth, grows) = numbers[:, :NUMBERS], numbers[:, NUMBERS:].T
+    theta, (misfit, used, depth, grows, slow) = numbers[:, :NUMBERS], numbers[:, NUMBERS:].T
     free = len(request.names)
     with np.errstate(invalid="ignore", divide="ignore"):
         noise = np.sqrt(misfit / np.maximum(used - free, 1.0))
-    correlated = np.ones(len(numbers))
     fitted = np.flatnonzero(np.isfinite(noise))
     if fitted.size:
         some = slice(None) if fitted.size == len(numbers) else fitted
-        correlated[some], out[WAVES][some] = serial_correlation(fits.residuals[some], span[some])
-    with np.errstate(invalid="ignore"):  # a constant record has no noise
-        error = noise[:, None] * np.sqrt(correlated[:, None] * np.abs(np.einsum("ijj->ij", fits.covariances)))
+        out[WAVES][some] = waves_of(fits.residuals[some], span[some], slow[some])
+    error, correlated = _errors(fits, noise, len(axes.unknowns))
     values, rates = axes.values(theta[:, 0], theta[:, 1])
     plain = {name: theta[:, place] for name, place in _PLACES.items()}
     for i, name in enumerate(request.names):
@@ -164,8 +211,13 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, span: Float
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FITTED)] = AT_END
     if WORK in out:
-        # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves
-        unseen = (grows < SEEN * correlated) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
+        # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves; where they are not
+        # stationary, which widens it too much, the density of the residuals themselves with a stricter limit
+        i = request.names.index(WORK)
+        plainly = np.abs(fits.unmodelled[:, i, i]) + correlated * fits.asides[:, i] ** 2
+        with np.errstate(invalid="ignore"):
+            unseen = (grows < SEEN) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
+            unseen &= out[WORK] < _PLAINLY * np.sqrt(plainly) * np.abs(rates[:, i])
         out["ending"][unseen & (ended == FITTED)] = AT_END
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     return out

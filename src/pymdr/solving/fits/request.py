@@ -41,7 +41,9 @@ _MANY = 64
 SEEN = 25.0
 """Increase of the sum of squares without an effect, in variances of the noise, from which on the effect is significant."""
 WAVES, OF_LIMIT, PLATEAU = "waves", "of_limit", "plateau"
+IN_CONTACT, RESIDUAL, DRIFT = "samples_in_contact", "relative_residual", "baseline_rise"
 _UNITS = {"noise": "N", WAVES: "", "correlated": "", "indentation": "m", OF_LIMIT: "", PLATEAU: ""}
+_UNITS |= {IN_CONTACT: "", RESIDUAL: "", DRIFT: ""}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from pymdr.errors import QuantityError
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _DIGITS, _ALL_DIGITS = 4, 16
 _STEP = 1e-6
+_CORRELATED = 1.44
+"""Number of samples equivalent to one from which on it is listed."""
 
 
 class Fitted(NamedTuple):
@@ -60,6 +62,12 @@ class Fitted(NamedTuple):
         return f"{self.name} = {value}, 95 % between {low} and {high}"
 
     @property
+    def interval(self) -> str:
+        """The value and the ends of its interval, as text."""
+        value, low, high = (written(one, self.unit, self.digits) for one in (self.value, self.low, self.high))
+        return f"{value} ({low} to {high})"
+
+    @property
     def digits(self) -> int:
         """Number of digits that distinguishes the ends of the interval."""
         width, largest = self.high - self.low, max(abs(self.low), abs(self.high))
@@ -92,9 +100,14 @@ class FitResult(Answer):
     waves: float
     """Correlated part of the residuals relative to the noise between neighbours; 0 for pure noise."""
     correlated: float
-    """Number of samples equivalent to one independent sample; its root is a factor of the errors."""
+    """Number of samples equivalent to one independent sample: the largest ratio of the variance of an unknown to that under white
+    noise, at least 1."""
+    widened: Mapping[str, float]
+    """Half widths of the 95 % intervals by name, relative to those of normal distributions under white noise."""
     aicc: float
     """Akaike's information criterion for small samples, with the independent samples."""
+    calibration: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Standard errors of the fitted numbers, in their units, from the ``record`` and from each uncertainty that was given."""
     search: Search
     free: FloatArray
     """The free numbers at the end of the search: logarithms of sizes, and origins relative to the ranges of the record."""
@@ -137,11 +150,8 @@ class FitResult(Answer):
         QuantityError
             If a name is not an unknown of the fit.
         """
-        from scipy.special import ndtr, stdtrit
-
         names = [u.name for u in self.search.unknowns] if names is None else list(names)
         samples = self.search.residuals(self.free).size - self.free.size
-        wide = stdtrit(samples, ndtr(sigma * math.sqrt(self.correlated)))
         ends = {}
         for name in names:
             fitted = self[name]
@@ -149,6 +159,7 @@ class FitResult(Answer):
                 ends[name] = (fitted.low, fitted.high)
                 continue
             i, values = self.search.names.index(name), []
+            wide = sigma * self.widened.get(name, 1.0)
             moved = self.free.copy()
             moved[i] += _STEP
             step = sigma * fitted.error * _STEP / (self.search.named(moved)[name] - fitted.value)
@@ -169,7 +180,7 @@ class FitResult(Answer):
     def _remarks(self) -> list[str]:
         used = int(self.data["used"].values.sum())
         line = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
-        if self.correlated > 1.0:
+        if self.correlated > _CORRELATED:
             line += f", {self.correlated:.3g} of which are equivalent to one independent sample"
         return [line]
 
@@ -183,6 +194,7 @@ class FitResult(Answer):
             "waves": self.waves,
             "correlated": self.correlated,
             "aicc": self.aicc,
+            "calibration": {source: dict(part) for source, part in self.calibration.items()},
             "contact": encode(self.contact),
             "references": self.cite(),
         }

@@ -19,6 +19,8 @@ from pymdr.line.foundation import states_at_depth
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.numerics.panels import IndexArray
 from pymdr.problem.parameters import with_parameters
+from pymdr.problem.paths import indent
+from pymdr.problem.profiles import Shape
 from pymdr.solving.curves.marking import FLAT, SHORTEST
 from pymdr.solving.fits.estimating import Estimate, estimate, solve_fitted
 from pymdr.solving.fits.families import WORK, FamilyAxes
@@ -26,10 +28,13 @@ from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quick import fit_by_family
 from pymdr.solving.fits.records import Records, Stretch
 from pymdr.solving.fits.request import (
+    DRIFT,
     FITTED,
+    IN_CONTACT,
     OF_LIMIT,
     PLATEAU,
     REFUSED,
+    RESIDUAL,
     UNDETERMINED,
     UNREAD,
     UNSETTLED,
@@ -43,13 +48,17 @@ from pymdr.solving.fits.request import (
 )
 from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
+    TILT,
 )
 from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
+from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
 _CHUNK = 2**19
 """Number of samples that are fitted and stored at a time."""
+_LEAST_FREE = 8
+"""Smallest number of samples of a baseline."""
 _JUDGED, _WIDER, _SIMILAR = 17, 1.0 + 1e-9, "elastic similarity"
 """Number of depths and of members of a family at which the assumptions are measured."""
 
@@ -123,6 +132,7 @@ def _fit_stretch(
     else:
         fitted = _fit_one_by_one(request, stretch, progress)
     fitted.columns[PLATEAU][:] = _plateaus(stretch)
+    _judge(request, fitted.columns, stretch)
     discard_undetermined(request, fitted.columns)
     return fitted
 
@@ -131,6 +141,39 @@ def _pressed(columns: Columns, stretch: Stretch) -> IndexArray:
     """Number of samples of each curve in contact, without adhesion: those beyond the contact point, also on a machine."""
     with np.errstate(invalid="ignore"):
         return np.asarray(np.count_nonzero(stretch.place > columns[CONTACT_POINT][:, None], axis=1))
+
+
+def _judge(request: FitRequest, columns: Columns, stretch: Stretch) -> None:
+    """What the quality of each curve is judged by: samples in contact, residuals and rise of the baseline, relative to the range of the force."""
+    known = request.known.get(CONTACT_POINT)
+    point = columns[CONTACT_POINT] if known is None else np.full(len(stretch.place), known)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
+        columns[IN_CONTACT][:] = np.count_nonzero(stretch.place > point[:, None], axis=1)
+        columns[RESIDUAL][:] = columns["noise"] / span
+        columns[DRIFT][:] = _rises(stretch, point) / span
+    if TILT in columns:  # a fitted tilt explains its rise
+        middle = np.nan_to_num(point - np.fmin.reduce(stretch.place, axis=1))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            columns[DRIFT][:] -= columns[TILT] * middle / span
+
+
+def _rises(stretch: Stretch, point: FloatArray) -> FloatArray:
+    """Rise in N of the force along the baseline of each approach, by a straight line; nan with fewer than 8 samples."""
+    rises = np.full(len(stretch.place), math.nan)
+    for i, (place, force, end) in enumerate(zip(stretch.place, stretch.force, point, strict=True)):
+        if not math.isfinite(end):
+            continue
+        approach = slice(0, int(np.nanargmax(place)) + 1)
+        x, y = place[approach], force[approach]
+        free = np.isfinite(x) & np.isfinite(y) & (x < end)
+        if np.count_nonzero(free) < _LEAST_FREE:
+            continue
+        x, y = x[free] - x[free].mean(), y[free] - y[free].mean()
+        power = float(x @ x)
+        if power > 0.0:
+            rises[i] = float(x @ y) / power * (end - float(np.nanmin(place)))
+    return rises
 
 
 def _plateaus(stretch: Stretch) -> FloatArray:
@@ -226,6 +269,9 @@ def of_limits(request: FitRequest, axes: FamilyAxes, columns: Columns, first: fl
         contact = with_parameters(
             replace(request.contact, adhesion=None), {k: v for k, v in value.items() if k != WORK}
         )
+        if isinstance(contact.profile, Shape):
+            row[:] = [_of_limit(solve(contact, indent(depth)).assumptions) for depth in depths.tolist()]
+            continue
         mapped, member = map_to_line(contact), family.members[rung]
         row[:] = [_of_limit(assumptions(contact, mapped, radius[None])) for radius in member.radius(depths)]
     at = np.column_stack([np.log(depth), rungs])

@@ -10,9 +10,13 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.line.adhesion import maugis_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
+from pymdr.solving.fits.estimating import Estimate
+from pymdr.solving.fits.residuals import is_rounding
 from pymdr.solving.fits.results import FitResult
 from pymdr.units import written
 
+WIDENED, _ENOUGH = 1.2, 50.0
+"""Smallest factor of the errors by correlated residuals that is noted, and correlation lengths for an accurate one."""
 _PULLS, _SMALL = 8.0, 0.02
 """Smallest pull that is noted, relative to the noise and to the range of the force."""
 WAVY = 1.0
@@ -28,6 +32,20 @@ def unexplained(result: FitResult) -> tuple[str, ...]:
         *range_of_law(result.contact),
         *_unexplained_waves(result),
     )
+
+
+def correlation_notes(estimate: Estimate) -> tuple[str, ...]:
+    """A note on correlated residuals that widen the intervals."""
+    factor, length = math.sqrt(estimate.correlated), estimate.correlation_length
+    models = estimate.models
+    span = max(float(np.ptp(one.force)) for one in models)
+    if not length or factor < WIDENED or is_rounding(np.array(estimate.noise), np.array(span)):
+        return ()
+    text = f"the residuals are correlated over about {length:.2g} samples: the intervals are widened by a factor of {factor:.2g}"
+    held = sum(one.force.size for one in models) / length
+    if held < _ENOUGH:
+        text += f"; the record holds {held:.2g} correlation lengths, and below {_ENOUGH:g} the 95 % intervals cover 85 to 95 %"
+    return (text,)
 
 
 def range_of_law(contact: Contact) -> tuple[str, ...]:

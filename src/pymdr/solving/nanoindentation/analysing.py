@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles import AreaFunction
+from pymdr.solving.nanoindentation.records import Record
 from pymdr.solving.nanoindentation.unloading import (
     Peak,
     Shape,
@@ -18,6 +19,7 @@ from pymdr.solving.nanoindentation.unloading import (
     fitted_power,
     fitted_shape,
     peak_of,
+    refitted,
     unloading_of,
 )
 from pymdr.units import FloatArray, metres, pascals
@@ -77,18 +79,18 @@ class Indent(NamedTuple):
     by: Mapping[str, Evaluated]
 
 
-def evaluated(depth: FloatArray, force: FloatArray, settings: Settings, who: str) -> Indent:
+def evaluated(record: Record, settings: Settings, who: str) -> Indent:
     """
     Evaluate one indent by the power law of Oliver and Pharr, and by the effective shape of its unloading.
 
     Parameters
     ----------
-    depth, force : ndarray
-        Measured depths in m, the frame included, and forces in N.
+    record : Record
+        With measured depths, the deflection of the frame included.
     who : str
         For messages.
     """
-    rows = unloading_of(depth - settings.frame * force, force, settings.limits, who)
+    rows = unloading_of(record, settings.frame, settings.limits, who)
     exact = replace(settings, beta=1.0, epsilon=None)
     return Indent(
         rows,
@@ -101,6 +103,10 @@ def evaluated(depth: FloatArray, force: FloatArray, settings: Settings, who: str
 
 def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -> dict[str, float]:
     """Hardness and moduli at the peak of an indent, whose frame is more compliant by `further` m/N than its rows were corrected for."""
+    if not further * peak.stiffness < 1.0:
+        raise ProblemError(
+            f"{who}: the stiffness is not above 0 N/m without the frame; check the frame compliance"
+        )
     stiffness = 1.0 / (1.0 / peak.stiffness - further)
     depth = peak.depth - further * peak.force
     contact_depth = depth - peak.epsilon * peak.force / stiffness
@@ -139,7 +145,7 @@ def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -
 def peak_with_covariance(
     rows: Unloading, shape: Shape, epsilon: float | None, read: Callable[[Peak], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """What is read of the peak, and its covariance from the noise of the rows."""
+    """What is read of the peak, and its covariance from the noise of the rows and the uncertainty of a drift."""
     centre = np.append(shape.parameters, rows.peak_force)
     covariance = np.zeros((centre.size, centre.size))
     covariance[:-1, :-1] = shape.covariance
@@ -149,7 +155,16 @@ def peak_with_covariance(
         return read(peak_of(shape.anchor, values[:-1], float(values[-1]), epsilon))
 
     slopes = differences(at, centre, covariance)
-    return at(centre), slopes @ covariance @ slopes.T
+    covariance = slopes @ covariance @ slopes.T
+    if rows.elapsed is not None and rows.rate_error > 0.0:
+        less, more = (
+            at(np.append(refitted(rows, shape, sign * STEP * rows.rate_error), rows.peak_force))
+            for sign in (-1.0, 1.0)
+        )
+        # a deviation of the rate by one standard deviation
+        deviation = (more - less) / (2.0 * STEP)
+        covariance = covariance + np.outer(deviation, deviation)
+    return at(centre), covariance
 
 
 def differences(

@@ -17,14 +17,13 @@ from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.problem.profiles.area import MOST_COEFFICIENTS
-from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.nanoindentation.analysing import STEP, differences, peak_with_covariance
-from pymdr.solving.nanoindentation.unloading import Peak, columns_of, fit_limits, fitted_power, unloading_of
+from pymdr.solving.nanoindentation.records import Record, Records, records_of
+from pymdr.solving.nanoindentation.unloading import Peak, fit_limits, fitted_power, unloading_of
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 _WHO = "calibrate_area"
@@ -103,7 +102,7 @@ class AreaCalibration(Study):
 
 
 def calibrate_area(
-    records: Sequence[MeasuredCurve] | Sequence[xr.Dataset],
+    records: Records,
     reference: Elastic = SILICA,
     *,
     tip: Material = DIAMOND,
@@ -121,8 +120,9 @@ def calibrate_area(
 
     Parameters
     ----------
-    records : sequence of MeasuredCurve or xarray.Dataset
-        Indents with their unloading, of several depths; as measured, the deflection of the frame included.
+    records : sequence of MeasuredCurve or xarray.Dataset, or ThermalDrift
+        Indents with their unloading, of several depths; the deflection of the frame included. Those that :func:`pymdr.thermal_drift` corrected bring
+        the uncertainty of their rates.
     reference : Elastic, optional
         The indented body; fused silica, 72 GPa and 0.17, unless given.
     tip : Elastic or Rigid, optional
@@ -172,7 +172,7 @@ def calibrate_area(
     >>> bool(abs(result.frame_compliance / 0.5e-6 - 1) < 0.02)
     True
     """
-    listed = [columns_of(record, _WHO) for record in records]
+    listed = records_of(records, _WHO)
     if isinstance(terms, bool) or not isinstance(terms, int) or not 1 <= terms <= MOST_COEFFICIENTS:
         raise ProblemError(
             f"{_WHO}: terms = {shown(terms)}; a whole number from 1 to {MOST_COEFFICIENTS} is needed"
@@ -240,7 +240,7 @@ class _Peaks(NamedTuple):
 
 
 def _peaks(
-    listed: Sequence[tuple[FloatArray, FloatArray]],
+    listed: Sequence[Record],
     frame: float,
     epsilon: float | None,
     limits: tuple[float, float],
@@ -251,9 +251,9 @@ def _peaks(
         return np.array([peak.depth, 1.0 / peak.stiffness, peak.force, peak.epsilon])
 
     result = []
-    for i, (depth, force) in enumerate(listed):
+    for i, record in enumerate(listed):
         who = f"{_WHO}, indent {i + 1}"
-        rows = unloading_of(depth - frame * force, force, limits, who)
+        rows = unloading_of(record, frame, limits, who)
         result.append(peak_with_covariance(rows, fitted_power(rows, who), epsilon, read))
     values = np.array([centre for centre, _ in result]).T
     return _Peaks(values[2], values[0], 1.0 / values[1], values[3], np.array([c for _, c in result]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -13,12 +13,10 @@ from scipy.special import stdtrit
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.equivalent import power_factor
-from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.residuals import serial_correlation
+from pymdr.solving.fits.bands import orthonormal
+from pymdr.solving.fits.spectrum import noise_spectra
+from pymdr.solving.nanoindentation.records import Record
 from pymdr.units import FloatArray, shown
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _FEWEST = 12
 """Rows to which a curve is fitted."""
@@ -44,22 +42,10 @@ class Unloading(NamedTuple):
     """Rows of the range of the fit by a power law."""
     complete: slice
     """Rows down to where the contact ends."""
-
-
-def columns_of(record: MeasuredCurve | xr.Dataset, who: str) -> tuple[FloatArray, FloatArray]:
-    """Depths in m and forces in N of a record."""
-    from xarray import Dataset
-
-    if isinstance(record, MeasuredCurve):
-        return record.depth, record.force
-    if not isinstance(record, Dataset):
-        raise ProblemError(
-            f"{who}: {shown(record)} is not a record; give a MeasuredCurve or what read_record returns"
-        )
-    for name in ("indentation", "normal_force"):
-        if name not in record:
-            raise ProblemError(f"{who}: the record has no {name}; indentation and normal_force are needed")
-    return np.asarray(record["indentation"].values), np.asarray(record["normal_force"].values)
+    elapsed: FloatArray | None = None
+    """Times in s, in proportion to which drift was subtracted from the depths."""
+    rate_error: float = 0.0
+    """Standard deviation in m/s of its rate."""
 
 
 def fit_limits(fit_range: Sequence[float], who: str) -> tuple[float, float]:
@@ -75,14 +61,15 @@ def fit_limits(fit_range: Sequence[float], who: str) -> tuple[float, float]:
     return low, high
 
 
-def unloading_of(depth: FloatArray, force: FloatArray, limits: tuple[float, float], who: str) -> Unloading:
+def unloading_of(record: Record, frame: float, limits: tuple[float, float], who: str) -> Unloading:
     """
     The unloading from the largest force of a record.
 
     Parameters
     ----------
-    depth, force : ndarray
-        In m and N, in the order of measurement.
+    record : Record
+    frame : float
+        Compliance in m/N for which its depths are corrected.
     limits : tuple of float
         Range of the fit by a power law, in parts of the largest force.
     who : str
@@ -93,10 +80,12 @@ def unloading_of(depth: FloatArray, force: FloatArray, limits: tuple[float, floa
     ProblemError
         If no force is above 0, or fewer than 12 rows are in the range of the fit.
     """
+    force = record.force
+    depth = record.depth - frame * force
     largest = float(np.max(force))
     if not largest > 0.0:
         raise ProblemError(f"{who}: no force is above 0 N; compressive forces must be positive")
-    noise = _noise(force)
+    noise = noise_of(force)
     last = int(np.flatnonzero(force >= largest - _TOP * noise)[-1])
     peak, error = _peak(force, last, largest, noise)
     after = force[last:]
@@ -112,11 +101,18 @@ def unloading_of(depth: FloatArray, force: FloatArray, limits: tuple[float, floa
         )
     rows = slice(begin, max(end, low))
     return Unloading(
-        depth[rows], force[rows], peak, error, slice(0, low - begin), slice(0, max(end, low) - begin)
+        depth[rows],
+        force[rows],
+        peak,
+        error,
+        slice(0, low - begin),
+        slice(0, max(end, low) - begin),
+        None if record.elapsed is None else record.elapsed[rows],
+        record.rate_error,
     )
 
 
-def _noise(values: FloatArray) -> float:
+def noise_of(values: FloatArray) -> float:
     """Standard deviation of the noise of rows, from their second differences."""
     return float(np.median(np.abs(np.diff(values, 2)))) / (0.6745 * math.sqrt(6.0))
 
@@ -183,6 +179,24 @@ def fitted_power(rows: Unloading, who: str) -> Shape:
     return _power(rows, rows.fitted, who)
 
 
+def refitted(rows: Unloading, shape: Shape, rate: float) -> FloatArray:
+    """Parameters of a shape, at its own anchor depth, fitted to its rows with a drift in m/s that is larger by `rate`."""
+    assert rows.elapsed is not None
+    stretch = slice(0, shape.rows)
+    z = shape.anchor - rows.depth[stretch] + rate * rows.elapsed[stretch]
+    force = rows.force[stretch]
+    return np.asarray(
+        least_squares(
+            lambda p: np.nan_to_num(forces(p, z) - force) / rows.peak_force,
+            shape.parameters,
+            jac=lambda p: _slopes(p, z) / rows.peak_force,
+            method="lm",
+            xtol=1e-12,
+            ftol=1e-12,
+        ).x
+    )
+
+
 def fitted_shape(rows: Unloading, who: str) -> Shape:
     """The two powers through the complete unloading, or the one that noise lets it determine."""
     power = _power(rows, rows.complete, who)
@@ -212,13 +226,23 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     result = least_squares(
         lambda p: np.nan_to_num(forces(p, z) - force), start - unit, jac=lambda p: _slopes(p, z), method="lm"
     )
-    p = result.x + _attenuation(result.x, z, _noise(rows.depth[stretch]))
+    p = result.x + _attenuation(result.x, z, noise_of(rows.depth[stretch]))
     residuals = np.nan_to_num(forces(p, z) - force)
     n = force.size
-    correlated = float(serial_correlation(residuals[None], np.ones(1)).correlated[0])
-    inverse = np.linalg.pinv(_slopes(p, z))
+    slopes = _slopes(p, z)
+    inverse = np.asarray(np.linalg.pinv(slopes), dtype=np.float64)
+    correlated = correlated_rows(residuals, slopes, inverse)
     covariance = (inverse * residuals**2) @ inverse.T * (n / (n - p.size) * correlated)
     return Shape(anchor, p + unit, covariance, n, correlated, float(np.sqrt(np.mean(residuals**2))))
+
+
+def correlated_rows(residuals: FloatArray, slopes: FloatArray, inverse: FloatArray) -> float:
+    """How many rows are worth one independent row: the largest ratio of the variances of parameters to those under white noise."""
+    basis, coefficients = orthonormal(slopes.T[None])
+    own = np.diag(coefficients[0] @ noise_spectra(residuals[None], basis).covariance[0] @ coefficients[0].T)
+    white = (inverse**2).sum(axis=1) * (residuals @ residuals) / max(residuals.size - len(inverse), 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return float(np.max(own / white, initial=1.0, where=white > 0.0))
 
 
 def _first_guess(z: FloatArray, force: FloatArray, peak: float) -> FloatArray:

@@ -8,22 +8,16 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import AreaFunction
-from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.nanoindentation.analysing import PROCEDURES, UNITS, Indent, Settings, evaluated
-from pymdr.solving.nanoindentation.calibrating import (
-    DIAMOND,
-    AreaCalibration,
-    check_factors,
-    frame_of,
-    tip_compliance,
-)
-from pymdr.solving.nanoindentation.unloading import columns_of, fit_limits, forces
+from pymdr.solving.nanoindentation.arguments import Known, settings_of
+from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
+from pymdr.solving.nanoindentation.records import Records, records_of
+from pymdr.solving.nanoindentation.unloading import fit_limits, forces
 from pymdr.solving.study import Column, Study
-from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
+from pymdr.units import FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,7 +85,7 @@ class Nanoindentation(Study):
 
 
 def oliver_pharr(
-    records: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
+    records: Records,
     area: AreaFunction | AreaCalibration,
     *,
     frame_compliance: QuantityLike | None = None,
@@ -111,8 +105,9 @@ def oliver_pharr(
 
     Parameters
     ----------
-    records : MeasuredCurve or xarray.Dataset, or a sequence of them
-        Indents with their unloading, such as of :func:`pymdr.read_record`. Depths count from the first contact.
+    records : MeasuredCurve, xarray.Dataset or mapping of str to array_like, a sequence of them, or ThermalDrift
+        Indents with their unloading, such as of :func:`pymdr.read_record`. Depths count from the first contact. Those that
+        :func:`pymdr.thermal_drift` corrected bring the uncertainty of their rates.
     area : AreaFunction or AreaCalibration
         Area function of the tip. That of :func:`pymdr.calibrate_area` brings its frame compliance and its uncertainty.
     frame_compliance : quantity, optional
@@ -142,6 +137,8 @@ def oliver_pharr(
     See Also
     --------
     calibrate_area : area function and frame compliance.
+    thermal_drift : records without their drift.
+    continuous_stiffness : hardness and modulus over depth.
 
     Notes
     -----
@@ -169,18 +166,12 @@ def oliver_pharr(
     >>> study["epsilon"].sel(procedure="effective_shape").values.round(3)
     array([0.75])
     """
-    from xarray import Dataset
-
-    given: tuple[MeasuredCurve | Dataset, ...] = (
-        (records,) if isinstance(records, MeasuredCurve | Dataset) else tuple(records)
-    )
-    listed = [columns_of(record, _WHO) for record in given]
-    if not listed:
-        raise ProblemError(f"{_WHO}: no record is given")
-    settings = _settings(area, frame_compliance, tip, poisson, beta, epsilon, fit_limits(fit_range, _WHO))
+    listed = records_of(records, _WHO)
+    known = Known(area, frame_compliance, tip, poisson, beta, epsilon)
+    settings = settings_of(known, fit_limits(fit_range, _WHO), _WHO)
     indents = tuple(
-        evaluated(depth, force, settings, _WHO if len(listed) == 1 else f"{_WHO}, indent {i + 1}")
-        for i, (depth, force) in enumerate(listed)
+        evaluated(record, settings, _WHO if len(listed) == 1 else f"{_WHO}, indent {i}")
+        for i, record in enumerate(listed, 1)
     )
     return Nanoindentation(
         data=_data(indents, settings),
@@ -190,36 +181,6 @@ def oliver_pharr(
         references=("oliver-pharr", "pharr-bolshakov", "bolshakov-pharr", "popov-hess"),
         indents=indents,
     )
-
-
-def _settings(
-    area: AreaFunction | AreaCalibration,
-    frame_compliance: QuantityLike | None,
-    tip: Material,
-    poisson: QuantityLike | None,
-    beta: float,
-    epsilon: float | None,
-    limits: tuple[float, float],
-) -> Settings:
-    check_factors(beta, epsilon, _WHO)
-    nu = None if poisson is None else to_si(poisson, "", name="poisson")
-    if nu is not None and not -1.0 < nu <= 0.5:
-        raise ProblemError(f"{_WHO}: poisson = {shown(poisson)}; it must be above -1 and at most 0.5")
-    compliance = tip_compliance(tip, _WHO)
-    if isinstance(area, AreaFunction):
-        frame = 0.0 if frame_compliance is None else frame_of(frame_compliance, _WHO)
-        return Settings(area, frame, None, compliance, nu, beta, epsilon, limits)
-    if not isinstance(area, AreaCalibration):
-        raise ProblemError(
-            f"{_WHO}: area = {shown(area)}; an AreaFunction or what calibrate_area returns is needed"
-        )
-    if frame_compliance is not None:
-        raise ProblemError(f"{_WHO}: the calibration has a frame compliance; leave frame_compliance out")
-    if area.data.attrs["beta"] != beta:
-        raise ProblemError(
-            f"{_WHO}: beta = {beta:g}, but the area function was calibrated with {area.data.attrs['beta']:g}; use the same"
-        )
-    return Settings(area.area, area.frame_compliance, area.covariance, compliance, nu, beta, epsilon, limits)
 
 
 def _data(indents: Sequence[Indent], settings: Settings) -> xr.Dataset:

@@ -57,6 +57,23 @@ def fit(
     baseline: Annotated[
         str | None, typer.Option(help="Force of the record out of contact; fitted by default.")
     ] = None,
+    max_indentation: Annotated[
+        str | None, typer.Option(help="Largest fitted indentation, such as '500 nm'; one curve.")
+    ] = None,
+    max_force: Annotated[
+        str | None, typer.Option(help="Largest fitted force above the baseline, such as '1 nN'; one curve.")
+    ] = None,
+    uncertainty: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Standard uncertainty in the intervals, such as 'spring_constant=10 %', sensitivity or profile.radius; repeatable.",
+        ),
+    ] = None,
+    over_indentation: Annotated[
+        int | None,
+        typer.Option(min=2, help="Number of growing fit ranges; writes the parameters over them."),
+    ] = None,
     segment: Annotated[
         str | None,
         typer.Option(
@@ -87,7 +104,7 @@ def fit(
             _read(
                 curve,
                 {
-                    "spring_constant": spring_constant,
+                    "spring_constant": _parted(spring_constant)[0],
                     "sensitivity": sensitivity,
                     "leave_out_missing": leave_out_missing,
                 },
@@ -101,11 +118,27 @@ def fit(
         if isinstance(curves, list):
             from pymdr.solving.fits import fit as fit_curves
 
-            fitted = fit_curves(contact, curves, free, **origins)
+            ranges = {"indentation": max_indentation, "force": max_force}
+            options: dict[str, Any] = {
+                **origins,
+                "fit_range": {name: limit for name, limit in ranges.items() if limit is not None} or None,
+                "uncertainty": _uncertainties(uncertainty, spring_constant) or None,
+            }
+            fitted = fit_curves(contact, curves, free, **options)
             written = write_study(fitted, output, "fit")
+            if over_indentation is not None:
+                written += _over_indentation(contact, curves, free, origins, over_indentation, output)
             plain = _plain_fit(fitted)
         else:
             with stages(quiet or as_json) as stage:
+                for name, given in (
+                    ("--max-indentation", max_indentation),
+                    ("--max-force", max_force),
+                    ("--uncertainty", uncertainty),
+                    ("--over-indentation", over_indentation),
+                ):
+                    if given:
+                        raise ProblemError(f"{name} is for single records; fit one curve of the map")
                 if origins.pop("shift_origin") is not None:
                     raise ProblemError(
                         "--shift-origin needs a case with friction; use --contact-point for force curves"
@@ -121,6 +154,51 @@ def fit(
         )
     elif not quiet:
         print_report(title or str(case), fitted.summary(), written)
+
+
+def _parted(given: str | None) -> tuple[str | None, str | None]:
+    """A value and its uncertainty of ``VALUE +- UNCERTAINTY``."""
+    value, sign, uncertainty = (given or "").replace("±", "+-").partition("+-")
+    return (value.strip() if sign else given), (uncertainty.strip() if sign else None)
+
+
+def _uncertainties(given: Sequence[str] | None, spring_constant: str | None) -> dict[str, str]:
+    """Standard uncertainties by name."""
+    from pymdr.errors import ProblemError
+
+    found: dict[str, str] = {}
+    own = _parted(spring_constant)[1]
+    if own is not None:
+        found["spring_constant"] = own
+    for text in given or ():
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not sign or not name or not value or name in found:
+            raise ProblemError(
+                f"--uncertainty {text}: write each name once, with a value, such as --uncertainty 'profile.radius=5 %'"
+            )
+        found[name] = value
+    return found
+
+
+def _over_indentation(
+    contact: Contact,
+    curves: Sequence[Any],
+    free: Sequence[str],
+    origins: dict[str, str | None],
+    steps: int,
+    output: Path | None,
+) -> list[Path]:
+    """Fit growing ranges of one curve; print them, or write them into a folder."""
+    from pymdr.errors import ProblemError
+    from pymdr.solving.fits import fit_over_indentation
+
+    if len(curves) != 1 or output is None:
+        raise ProblemError(
+            "--over-indentation needs one curve, and a folder for its table and figure: -o DIR"
+        )
+    known = {name: origins[name] for name in ("contact_point", "baseline")}
+    study = fit_over_indentation(contact, curves[0], free, steps=steps, **known)
+    return write_study(study, output, "over_indentation")
 
 
 def _read(
@@ -225,6 +303,7 @@ def _plain_fit(result: FitResult) -> dict[str, Any]:
         "waves": result.waves,
         "correlated": result.correlated,
         "aicc": result.aicc,
+        "calibration": {source: dict(part) for source, part in result.calibration.items()},
     }
     return {"rows": result.data.sizes["step"], "fit": plain}
 

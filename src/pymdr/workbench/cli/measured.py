@@ -1,4 +1,4 @@
-"""``pymdr loops`` and ``topography``: measured records and surfaces."""
+"""``pymdr loops``, ``fretting`` and ``topography``: measured records and surfaces."""
 
 from __future__ import annotations
 
@@ -56,6 +56,51 @@ def loops(
         print_json(report("loops", record, written, status="COMPLETED", rows=rows, loops=table, **claims))
     elif not quiet:
         print_report(str(record), study.summary(), written)
+
+
+def fretting(
+    record: Annotated[
+        Path, typer.Argument(metavar="RECORD", help="CSV of tangential force and shift, or a result.nc.")
+    ],
+    case: Annotated[Path | None, typer.Option(help="Case of the contact, whose loops are compared.")] = None,
+    normal_force: Annotated[
+        str | None, typer.Option(help="Constant load, if the record has none, such as '10 N'.")
+    ] = None,
+    machine_stiffness: Annotated[
+        str | None, typer.Option(help="Tangential stiffness of the machine to take off.")
+    ] = None,
+    worn_volume: Annotated[
+        str | None, typer.Option(help="Worn volume after the record, such as '0.01 mm^3'.")
+    ] = None,
+    cycles: Annotated[
+        float | None, typer.Option(help="Number of cycles that wore it, if not all are recorded.")
+    ] = None,
+    least: Annotated[
+        str | None,
+        typer.Option(help="Smallest swing that counts as a turn; by default a tenth of the range."),
+    ] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Friction, stiffness and slip regime of every measured cycle."""
+    from pymdr.workbench.casefile import read_contact
+    from pymdr.workbench.fretting import fretting_log
+
+    def studied() -> tuple[str, Study]:
+        contact = None if case is None else read_contact(case)[1]
+        study = fretting_log(
+            _read_cycles(record),
+            contact=contact,
+            normal_force=normal_force,
+            machine_stiffness=machine_stiffness,
+            worn_volume=worn_volume,
+            cycles=cycles,
+            least=least,
+        )
+        return str(record), study
+
+    report_study("fretting", record, studied, output, quiet, as_json)
 
 
 def _read_cycles(record: Path) -> xr.Dataset | Result:

@@ -12,11 +12,11 @@ from pymdr.workbench.cli.curves import curves
 from pymdr.workbench.cli.fits import fit
 from pymdr.workbench.cli.indents import nanoindent
 from pymdr.workbench.cli.laws import law, table
-from pymdr.workbench.cli.measured import loops, topography
+from pymdr.workbench.cli.measured import fretting, loops, topography
 from pymdr.workbench.cli.options import Once
 from pymdr.workbench.cli.reporting import OK, error_text, exit_status, print_error
 from pymdr.workbench.cli.starting import info, new, schema
-from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding, yields
+from pymdr.workbench.cli.studies import heat, impact, joule, rolling, sliding, wear, yields
 from pymdr.workbench.cli.surfaces import press, rough
 from pymdr.workbench.cli.sweep import sweep
 from pymdr.workbench.cli.verify import verify
@@ -37,6 +37,8 @@ for command in (
     check,
     verify,
     loops,
+    fretting,
+    wear,
     impact,
     rolling,
     sliding,

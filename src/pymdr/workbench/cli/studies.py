@@ -1,4 +1,4 @@
-"""``pymdr impact``, ``yield``, ``rolling``, ``sliding``, ``heat`` and ``joule``: studies without a path."""
+"""``pymdr impact``, ``yield``, ``rolling``, ``sliding``, ``heat`` and ``joule``, and ``wear`` along one cycle: studies of cases."""
 
 from __future__ import annotations
 
@@ -109,6 +109,9 @@ def yields(
         list[str], typer.Option(help="Yield strength, such as '1.2 GPa'; repeatable, one per layer.")
     ],
     side: Annotated[str | None, typer.Option(help="Which yields: body or counterbody.")] = None,
+    force_ratio: Annotated[
+        float | None, typer.Option(help="With friction: tangential over normal force; sliding unless given.")
+    ] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -119,7 +122,7 @@ def yields(
     _study(
         "yield",
         case,
-        lambda contact: first_yield(contact, strength=strength, side=side),
+        lambda contact: first_yield(contact, strength=strength, side=side, force_ratio=force_ratio),
         output,
         quiet,
         as_json,
@@ -192,6 +195,44 @@ def heat(
 
     studied = _at_speeds(frictional_heat, speed, points, normal_force=normal_force, indentation=indentation)
     _study("heat", case, studied, output, quiet, as_json)
+
+
+def wear(
+    case: CaseFile,
+    coefficient: Annotated[
+        str,
+        typer.Option(help="Wear coefficient, such as '1e-6 mm^3/(N m)', for energy '1e-6 mm^3/J'."),
+    ],
+    cycles: Annotated[
+        list[str], typer.Option(help="Number of cycles, or the numbers at which rows are wanted.")
+    ],
+    law: Annotated[str, typer.Option(help="archard (load times path) or energy.")] = "archard",
+    profile: Annotated[
+        Path | None, typer.Option(help="CSV for the worn profile, radius and height, that [profile] reads.")
+    ] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Fretting wear over many cycles; [[path]] is one cycle."""
+    from pymdr.solving.wear import wear as wear_out
+    from pymdr.workbench.casefile import read_case
+    from pymdr.workbench.worn import write_worn_profile
+
+    def studied() -> tuple[str, Study]:
+        problem = read_case(case)
+        study = wear_out(
+            problem.contact,
+            problem.path,
+            coefficient=coefficient,
+            cycles=values_of(cycles),
+            law=law,
+        )
+        if profile is not None:
+            write_worn_profile(study, profile)
+        return problem.title, study
+
+    report_study("wear", case, studied, output, quiet, as_json)
 
 
 def joule(

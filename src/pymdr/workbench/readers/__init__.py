@@ -1,4 +1,4 @@
-"""Readers of files of instruments; each gives records, columns in SI units with what the file says of its instrument."""
+"""Readers of files of instruments; each returns records: columns in SI units and the instrument's metadata."""
 
 from pymdr.workbench.readers.finding import GROUP, is_user_table, records_of
 from pymdr.workbench.readers.record import Calibration, ForceFormat, ForceRecord, calibration_of, curves_of

@@ -52,7 +52,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
         ) from error
     except broken as error:
         raise FileError(
-            f"cannot read {source}: {maker}, by its name, but afmformats knows no such format, or the file is damaged or cut off "
+            f"cannot read {source}: {maker}, by its name, but afmformats has no such format, or the file is damaged or cut off "
             f"({type(error).__name__}: {str(error)[:200]}); copy it again from the instrument, or export it as a table with units in its header"
         ) from error
     if not records:
@@ -98,7 +98,7 @@ def _afmformats(source: Path) -> Any:
             "(.csv, .tsv) are read without it"
         ) from error
     logger = logging.getLogger("afmformats")
-    if not logger.handlers:  # our errors say what it cannot read
+    if not logger.handlers:  # pymdr's errors name what cannot be read
         logger.addHandler(logging.NullHandler())
     return afmformats
 
@@ -136,7 +136,7 @@ def _record(record: Any, maker: str) -> ForceRecord:
     elif "tip position" in columns:
         used["indentation"] = -columns["tip position"]
     numbers = columns.get("segment")
-    if numbers is not None and np.ptp(numbers) > 0.0:  # one number for all says nothing
+    if numbers is not None and np.ptp(numbers) > 0.0:  # a constant index does not divide the record
         used["segment"] = numbers
     constants = {key: facts.pop(key, None) for key in _IN_VOLTS}
     own = {key: float(value) for key, value in constants.items() if value is not None}

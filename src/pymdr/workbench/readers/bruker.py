@@ -73,15 +73,15 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
         )
     sensor = _channel(channels, "Height Sensor")
     if sensor is None:
-        heights, said = [_ramp(source, deflection, merged, counts)] * len(signals), "ramp"
+        heights, source_name = [_ramp(source, deflection, merged, counts)] * len(signals), "ramp"
     else:
         scale = _sensitivity(merged, "ZsensSens")
         if scale is None:
             raise ProblemError(f"{source}: {_MAKER}, whose height sensor has no sensitivity in m/V")
         heights = [one * scale for one in _curves(source, content, sensor, counts)]
-        said = "height sensor"
+        source_name = "height sensor"
     along = int(_number(merged.get("force/line", "").split(" ")[0]) or 1.0)
-    facts: dict[str, str | float] = {"position": said}
+    facts: dict[str, str | float] = {"position": source_name}
     records = []
     for k, (signal, height) in enumerate(zip(signals, heights, strict=True)):
         pixel = {} if len(signals) == 1 else _pixel(merged, k, along, len(signals))

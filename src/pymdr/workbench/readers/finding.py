@@ -214,7 +214,7 @@ def _is_workshop(source: Path) -> bool:
             with archive.open(names[0]) as first:
                 return b"Force-Distance Curve" in first.read(4096)
     except (zipfile.BadZipFile, OSError, RuntimeError, EOFError):
-        return True  # afmformats says what is wrong with it
+        return True  # afmformats reports the defect
 
 
 def _unpacked(

@@ -23,7 +23,7 @@ _EXAMPLES = {"m/V": "50 nm/V", "m/A": "50 nm/nA"}
 
 
 class Calibration(NamedTuple):
-    """What a user says of the cantilever: spring constant in N/m, and sensitivity in m/V or m/A, each None if not given."""
+    """The user's calibration of the cantilever: spring constant in N/m and sensitivity in m/V or m/A, None if not given."""
 
     spring_constant: float | None = None
     sensitivity: float | None = None
@@ -47,7 +47,7 @@ class ForceRecord:
     sensitivity : float, optional
         Of the file, in m/V or m/A.
     metadata : mapping of str to str or float
-        What else the file says, in SI units.
+        Further metadata of the file, in SI units.
     """
 
     maker: str
@@ -69,7 +69,7 @@ class ForceFormat:
     suffixes : tuple of str
         Ends of names of its files, in lower case, such as ``(".nid",)``.
     read : callable
-        ``read(path, calibration)`` gives the records; an error that is not one of pymdr is told as that of a damaged file.
+        ``read(path, calibration)`` gives the records; any error that is not a PymdrError is reported as a damaged file.
     detect : callable, optional
         ``detect(path)`` is whether a file with such a name has this format; by default all have.
     """
@@ -121,7 +121,7 @@ def curves_of(
     turn: Callable[[MeasuredCurve], MeasuredCurve] = lambda curve: curve,
 ) -> Iterator[MeasuredCurve]:
     """
-    The curves of a record, one for each segment, told by the travel of the probe.
+    The curves of a record, one for each segment, separated by the travel of the probe.
 
     Parameters
     ----------
@@ -149,11 +149,11 @@ def curves_of(
     whole, numbers = _whole(where, record, calibration, leave_out_missing)
     whole = turn(whole)
     name = next(name for name in _POSITIONS if name in record.columns)
-    said = {} if name != "height" else {"position": f"minus {record.metadata.get('height', 'height')}"}
+    origin = {} if name != "height" else {"position": f"minus {record.metadata.get('height', 'height')}"}
     facts = {key: value for key, value in record.metadata.items() if key != "height"}
     own = {"spring constant": record.spring_constant, "sensitivity": record.sensitivity}
     known = {key: value for key, value in own.items() if value is not None}
-    metadata = Facts({"record": float(number), **known, **facts, **said, "file": source.name})
+    metadata = Facts({"record": float(number), **known, **facts, **origin, "file": source.name})
     for segment in segments_in(whole.position, whole.time, numbers):
         yield _part(whole, segment, metadata)
 
@@ -275,7 +275,7 @@ def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple
             first = int(np.argmax(lost))
             raise CaseError(
                 f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(lost)} of {values.size} samples that are not numbers; every "
-                "sample must be finite: read_curves(..., leave_out_missing=True) leaves them out and says so"
+                "sample must be finite: read_curves(..., leave_out_missing=True) omits them and records their number"
             )
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
     if np.count_nonzero(kept) < _FEWEST and not kept.all():

@@ -16,7 +16,6 @@ from pymdr.solving.fits.kernels.model import (
     CLOSE,
     LEAST_ROOT,
     NEWTON,
-    NUMBERS,
     OUTSIDE,
     POINT,
     SCALE,
@@ -166,11 +165,10 @@ def _compared(
     return result, left, misfit
 
 
-def _normal_equations(
-    place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """As :func:`pymdr.solving.fits.kernels.descent.normal_equations`, without unneeded sums."""
-    m, rows = directions.shape[0], np.empty((NUMBERS, place.size))
+def _tangents(place: FloatArray, model: Model, used: BoolArray, directions: FloatArray) -> FloatArray:
+    """As :func:`pymdr.solving.fits.kernels.descent.tangents`, without unneeded sums."""
+    m = directions.shape[0]
+    rows = np.empty((m, place.size))
     for p in range(m):
         for i in range(place.size):
             rows[p, i] = directions[p, BASE] + directions[p, TILT] * place[i] if used[i] else 0.0
@@ -178,6 +176,14 @@ def _normal_equations(
             if directions[p, j] != 0.0:
                 for i in range(place.size):
                     rows[p, i] += directions[p, j] * model.rates[j, i] if used[i] else 0.0
+    return rows
+
+
+def _normal_equations(
+    place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """As :func:`pymdr.solving.fits.kernels.descent.normal_equations`."""
+    m, rows = directions.shape[0], descent.tangents(place, model, used, directions)
     square, side = np.zeros((m, m)), np.zeros(m)
     for p in range(m):
         side[p] = np.dot(rows[p], left)
@@ -235,6 +241,7 @@ def _let_compile() -> None:
         descent.put: _put,
         descent.compared: _compared,
         descent.normal_equations: _normal_equations,
+        descent.tangents: _tangents,
         starts.fitted_at: _fitted_at,
     }
     options: Any = _FUSED
@@ -247,5 +254,6 @@ _STAMP = compiling.stamp_of(__file__)
 ENGINE = starts.Engine(
     compiling.compiled(descent.descend_all, _STAMP, fastmath={"contract"}),
     compiling.compiled(starts.best_points, _STAMP, fastmath={"contract"}),
+    compiling.compiled(descent.tangents_all, _STAMP, fastmath={"contract"}),
 )
 """The search of :mod:`pymdr.solving.fits.kernels`, compiled when it is first used."""

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.numerics.panels import IndexArray
+from pymdr.solving.fits.bands import orthonormal
 from pymdr.solving.fits.kernels.descent import (
     ITERATIONS,
     ROUGHLY,
     Ends,
     Wanted,
     descend_all,
+    tangents_all,
     without_shape,
 )
 from pymdr.solving.fits.kernels.model import (
@@ -29,11 +31,15 @@ from pymdr.solving.fits.kernels.model import (
 from pymdr.solving.fits.kernels.pulls import FEW, OfFamily, point_across_samples, start_near
 from pymdr.solving.fits.kernels.starts import Engine, best_points, few_of, starts_at_tilts, tilts_of
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNSETTLED
+from pymdr.solving.fits.residuals import DECIDED
+from pymdr.solving.fits.spectrum import noise_spectra
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 
 _POLISH, _GAIN, _MANY = 100, 1e-3, 8
 """Steps of the last search, its gain relative to the sum of squares times the samples, and samples per start sample."""
+_TOGETHER = 256
+"""Number of curves whose tangents are computed together, because of memory."""
 _ROUNDED = 1e-14
 """Rounding error of a constant record, relative to its largest force."""
 _CROSSINGS = 4
@@ -41,7 +47,7 @@ _CROSSINGS = 4
 _POORLY, _ASIDES, _NORMAL_95 = 20, np.array([-0.8, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5, 0.8]), 1.96
 """Number of samples of a pull that are few; other starts there, in the logarithm of the number of the family."""
 
-AS_IT_IS = Engine(descend_all, best_points)
+AS_IT_IS = Engine(descend_all, best_points, tangents_all)
 
 
 class CurveFits(NamedTuple):
@@ -49,20 +55,40 @@ class CurveFits(NamedTuple):
 
     numbers: FloatArray
     """Numbers of the model, with the baseline in the middle of the places, sum of squares in N^2, samples used, largest depth in m,
-    and the growth of the sum with the smallest number of the family, in variances of the noise."""
+    the growth of the squares with the smallest number of the family, over the density of the noise at each frequency, and the covariance of neighbours
+    in N^2 by the slow part of the noise."""
     covariances: FloatArray
     """Inverse of the normal equations of the free numbers."""
+    spectral: FloatArray
+    """Covariances of the free numbers by the spectrum of the noise."""
+    unmodelled: FloatArray
+    """Those if the density of the noise is that of the residuals in every band."""
+    asides: FloatArray
+    """Standard errors by other ends that fit as well under white noise, with the signs of their common change."""
     residuals: FloatArray
     """Residuals in N of the used samples."""
     ended: NDArray[np.int8]
 
     def of(self, rows: IndexArray) -> CurveFits:
         """Copies of some rows."""
-        return CurveFits(self.numbers[rows], self.covariances[rows], self.residuals[rows], self.ended[rows])
+        return CurveFits(
+            self.numbers[rows],
+            self.covariances[rows],
+            self.spectral[rows],
+            self.unmodelled[rows],
+            self.asides[rows],
+            self.residuals[rows],
+            self.ended[rows],
+        )
 
     def put(self, rows: IndexArray, some: CurveFits) -> None:
         """Write into some rows."""
-        self.numbers[rows], self.covariances[rows] = some.numbers, some.covariances
+        self.numbers[rows], self.covariances[rows], self.spectral[rows] = (
+            some.numbers,
+            some.covariances,
+            some.spectral,
+        )
+        self.unmodelled[rows], self.asides[rows] = some.unmodelled, some.asides
         self.residuals[rows], self.ended[rows] = some.residuals, some.ended
 
 
@@ -172,26 +198,51 @@ def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: floa
         moving = moving[better]
 
 
-def _grown_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
-    """Growth of the sums of squares with the smallest number of the family, in variances of the noise."""
+def _left_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
+    """Residuals with the smallest number of the family."""
     bare = ends.theta.copy()
     bare[:, SHAPE] = search.family.first
-    larger = search.at_shape(batch, bare, ROUGHLY).misfit
-    with np.errstate(divide="ignore", invalid="ignore"):
-        grows = (larger / ends.misfit - 1.0) * batch.place.shape[1]
-    return np.where(ends.misfit > 0.0, grows, math.inf)
+    return search.at_shape(batch, bare, ROUGHLY).left
 
 
-def _covariances(
-    ends: Ends, distance: FloatArray, directions: FloatArray, variance: FloatArray
-) -> FloatArray:
-    """Inverses of the normal equations, widened by other ends that fit as well."""
+def _asides(distance: FloatArray, directions: FloatArray) -> FloatArray:
+    """Standard errors of the free numbers by other ends that fit as well."""
     first = np.argmax(np.abs(directions) > 0.0, axis=1)
-    moved = distance[:, first] / directions[np.arange(len(first)), first]
-    wide = (distance[:, SHAPE] != 0.0) & (variance > 0.0)
-    size = np.where(wide, _NORMAL_95**2 * variance, math.inf)
-    widened: FloatArray = ends.covariance + moved[:, :, None] * moved[:, None, :] / size[:, None, None]
-    return widened
+    return np.asarray(distance[:, first] / directions[np.arange(len(first)), first] / _NORMAL_95)
+
+
+def _put_spectral(
+    search: _Search, batch: Batch, ends: Ends, used: BoolArray, bare: FloatArray | None, fits: CurveFits
+) -> None:
+    """
+    Write what depends on the spectra of the noise, of curves with equal numbers of used samples together.
+
+    The residuals `bare` are those with the smallest number of the family.
+    """
+    counted, directions = used.sum(axis=1), search.wanted.directions
+    for size in np.unique(counted):
+        group = np.flatnonzero(counted == size)
+        for rows in np.array_split(group, -(-group.size // _TOGETHER)):
+            rates = np.zeros((rows.size, len(directions), used.shape[1]))
+            search.engine.tangents_all(
+                _of(batch, rows), directions, search.family, ends.theta[rows], used[rows], rates
+            )
+            if size < used.shape[1]:
+                rates = np.swapaxes(np.swapaxes(rates, 1, 2)[used[rows]].reshape(rows.size, size, -1), 1, 2)
+            left = ends.left[rows][used[rows]].reshape(rows.size, size)
+            good = np.isfinite(rates).all(axis=(1, 2)) & np.isfinite(left).all(axis=1)
+            if not good.any():
+                continue
+            basis, coefficients = orthonormal(rates[good])
+            spectra = noise_spectra(left[good], basis)
+            fits.spectral[rows[good]] = coefficients @ spectra.covariance @ np.swapaxes(coefficients, 1, 2)
+            if bare is not None:
+                fits.unmodelled[rows[good]] = (
+                    coefficients @ spectra.unmodelled() @ np.swapaxes(coefficients, 1, 2)
+                )
+                others = bare[rows][used[rows]].reshape(rows.size, size)
+                fits.numbers[rows[good], NUMBERS + 3] = spectra.growth(others[good])
+            fits.numbers[rows[good], NUMBERS + 4] = np.where(spectra.white < DECIDED, spectra.slow, 0.0)
 
 
 def _show_contact(
@@ -250,7 +301,7 @@ def _descend_from(
     search: _Search, batch: Batch, starts: FloatArray, sizes: IndexArray, fits: CurveFits
 ) -> None:
     """Fit curves from their starts."""
-    wanted, (count, n), m = search.wanted, batch.place.shape, len(search.wanted.directions)
+    wanted, (count, n) = search.wanted, batch.place.shape
     long = np.flatnonzero(n > _MANY * sizes)
     if long.size:
         # an intermediate number of samples first saves steps over all of them
@@ -263,11 +314,11 @@ def _descend_from(
     ends = search.from_places(batch, starts, (_POLISH, enough))
     if wanted.pulled and wanted.free[POINT]:
         _move_across_samples(search, batch, ends, enough)
-    distance, grows = np.zeros((count, NUMBERS)), np.full(count, math.inf)
+    distance, bare = np.zeros((count, NUMBERS)), None
     if wanted.adhesive:
         if wanted.free[SHAPE] and not wanted.tied:
             distance = _try_other_ends(search, batch, ends, enough)
-            grows = _grown_without_family(search, batch, ends)
+            bare = _left_without_family(search, batch, ends)
         jumps = ends.touches[:, 1:] != ends.touches[:, :-1]
         used[:, :-1] &= ~jumps
         used[:, 1:] &= ~jumps
@@ -279,8 +330,12 @@ def _descend_from(
     at_end = several & ((shape <= search.family.first) | (shape >= search.last))
     fits.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FITTED)
     fits.numbers[:, :NUMBERS] = ends.theta
-    fits.numbers[:, NUMBERS:] = np.column_stack([ends.misfit, counted, deepest, grows])
-    fits.covariances[:] = _covariances(ends, distance, wanted.directions, ends.misfit / (counted - m))
+    fits.numbers[:, NUMBERS : NUMBERS + 4] = np.column_stack(
+        [ends.misfit, counted, deepest, np.full(count, math.inf)]
+    )
+    fits.covariances[:], fits.asides[:] = ends.covariance, _asides(distance, wanted.directions)
+    fits.asides[ends.misfit <= 0.0] = 0.0
+    _put_spectral(search, batch, ends, used, bare, fits)
     fits.residuals[np.arange(fits.residuals.shape[1]) < counted[:, None]] = ends.left[used]
 
 

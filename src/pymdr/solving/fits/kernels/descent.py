@@ -150,9 +150,14 @@ def normal_equations(
     place: FloatArray, model: Model, left: FloatArray, used: BoolArray, directions: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """The normal equations of the free numbers."""
-    rates = np.dot(directions[:, :BASE], model.rates) + directions[:, BASE : BASE + 1]
-    rates = (rates + directions[:, TILT:] * place) * used
+    rates = tangents(place, model, used, directions)
     return np.dot(rates, rates.T), np.dot(rates, left)
+
+
+def tangents(place: FloatArray, model: Model, used: BoolArray, directions: FloatArray) -> FloatArray:
+    """Rates of the model over the free numbers, one in each row; 0 where a sample is not used."""
+    rates = np.dot(directions[:, :BASE], model.rates) + directions[:, BASE : BASE + 1]
+    return np.asarray((rates + directions[:, TILT:] * place) * used)
 
 
 def fixed_at_end(
@@ -225,6 +230,23 @@ def descend_all(
             unit = np.zeros(m)
             unit[p] = 1.0
             put(ends.covariance[i, p], solved(end.square, 0.0, unit))
+
+
+def tangents_all(
+    batch: Batch,
+    directions: FloatArray,
+    family: FamilyTable,
+    thetas: FloatArray,
+    used: BoolArray,
+    rates: FloatArray,
+) -> None:
+    """:func:`tangents` in curves at numbers of the model, written into `rates`, shape (curves, free, samples)."""
+    for i in range(batch.place.shape[0]):
+        record = Record(batch.place[i], batch.force[i], batch.softness[i])
+        model, _, _ = compared(record, thetas[i], member_at(family, thetas[i, SHAPE]), used[i])
+        rows = tangents(record.place, model, used[i], directions)
+        for p in range(directions.shape[0]):
+            put(rates[i, p], rows[p])
 
 
 def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:

@@ -59,6 +59,8 @@ class Engine(NamedTuple):
     """:func:`pymdr.solving.fits.kernels.descent.descend_all`."""
     best_points: Callable[[Trials, FamilyTable, FloatArray, FloatArray], None]
     """:func:`best_points`."""
+    tangents_all: Callable[[Batch, FloatArray, FamilyTable, FloatArray, BoolArray, FloatArray], None]
+    """:func:`pymdr.solving.fits.kernels.descent.tangents_all`."""
 
     def descents(
         self,

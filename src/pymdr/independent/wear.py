@@ -1,0 +1,187 @@
+"""Fretting wear by rings of uniform pressure, solved anew after every block of cycles, without the method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ellipkm1
+
+from pymdr.errors import ConvergenceError
+from pymdr.units import FloatArray
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_TURNS = 200
+
+
+@dataclass(frozen=True)
+class WornRings:
+    """A worn surface."""
+
+    radii: FloatArray
+    """Middles of the rings in m."""
+    worn: FloatArray
+    """Depth of wear in m, shape (rows, rings)."""
+    volume: FloatArray
+    """In m^3, shape (rows,)."""
+    indentation: FloatArray
+    """In m, shape (rows,)."""
+    pressure: FloatArray
+    """In Pa, shape (rows, rings)."""
+
+
+def ring_matrix(edges: FloatArray) -> FloatArray:
+    """
+    Displacement in m at the middles of rings by unit pressure on each, for E* = 1 Pa.
+
+    u(r) = (4/(pi E*)) int p(s) s K(m)/(r + s) ds with m = 4 r s/(r + s)^2.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (n + 1,)
+        Rising radii in m, from 0.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+
+    Notes
+    -----
+    Timoshenko and Goodier (1951). The shear of equal bodies with nu = 0 has the same kernel.
+
+    Examples
+    --------
+    >>> edges = np.linspace(0.0, 1.0, 101)
+    >>> force = math.pi * np.diff(edges**2) @ np.linalg.solve(ring_matrix(edges), np.ones(100))  # a flat punch
+    >>> bool(abs(force / 2.0 - 1) < 6e-3)
+    True
+    """
+    r = (edges[1:] + edges[:-1]) / 2.0
+    half = (_NODES + 1.0) / 2.0
+    low, width = edges[:-1, None], np.diff(edges)[:, None]
+    s, weights = low + width * half, width * _WEIGHTS / 2.0
+    matrix = np.array([np.sum(_kernel(x, s) * weights, axis=1) for x in r])
+    # the ring of the point itself: a logarithm at s = r
+    own = np.zeros(r.size)
+    for end, sense in ((edges[1:] - r, 1.0), (r - edges[:-1], -1.0)):
+        near = r[:, None] + sense * end[:, None] * half**2
+        own += np.sum(_kernel(r[:, None], near) * half * end[:, None] * _WEIGHTS, axis=1)
+    matrix[np.diag_indices(r.size)] = own
+    return matrix
+
+
+def _kernel(r: FloatArray | float, s: FloatArray) -> FloatArray:
+    return np.asarray(4.0 / math.pi * s / (r + s) * ellipkm1(((r - s) / (r + s)) ** 2))
+
+
+def wear_by_rings(
+    edges: FloatArray,
+    profile: Callable[[FloatArray], FloatArray],
+    moduli: tuple[float, float, float],
+    load: tuple[float | None, float | None],
+    amplitude: float,
+    coefficient: float,
+    cycles: FloatArray,
+) -> WornRings:
+    """
+    Wear of a profile on a half-space, in blocks that end at given cycles, each by the implicit Euler method.
+
+    Parameters
+    ----------
+    edges : ndarray
+        Radii in m between the rings, from 0, beyond the contact.
+    profile : callable
+        f(r) in m.
+    moduli : tuple of float
+        E* and G* in Pa, and mu.
+    load : tuple
+        The indentation in m, or the normal force in N; the other is None.
+    amplitude : float
+        Of the shift in m.
+    coefficient : float
+        Archard's, in m^2/N.
+    cycles : ndarray
+        Ends of blocks.
+
+    Returns
+    -------
+    WornRings
+
+    Raises
+    ------
+    ConvergenceError
+        If contact or stick do not settle.
+    """
+    normal, tangential, mu = moduli
+    matrix = ring_matrix(edges)
+    r, areas = (edges[1:] + edges[:-1]) / 2.0, math.pi * np.diff(edges**2)
+    f = np.asarray(profile(r), dtype=float)
+    worn, now = np.zeros(r.size), 0.0
+    slip = np.zeros(r.size)
+    rows = []
+    for stop in np.append(0.0, cycles):
+        weight = coefficient * 4.0 * (stop - now)
+        for _ in range(_TURNS):
+            p, d = _pressed(matrix / normal, areas, f + worn, weight * slip, load)
+            new = _slip(matrix / tangential, mu * p, amplitude)
+            change = float(np.max(np.abs(new - slip))) / amplitude
+            slip = 0.5 * (slip + new) if weight > 0.0 else new
+            if change < 1e-9:
+                break
+        else:
+            raise ConvergenceError(f"wear_by_rings: slip does not settle at {stop:g} cycles")
+        worn, now = worn + weight * slip * p, float(stop)
+        rows.append((worn, float(areas @ worn), d, p))
+    columns = [np.array([row[i] for row in rows]) for i in range(4)]
+    return WornRings(r, *columns)
+
+
+def _pressed(
+    matrix: FloatArray,
+    areas: FloatArray,
+    gap: FloatArray,
+    wear: FloatArray,
+    load: tuple[float | None, float | None],
+) -> tuple[FloatArray, float]:
+    """Pressure and indentation, by the rings in contact: u + f + wear p = d on them."""
+    depth, force = load
+    inside = gap < (np.quantile(gap, 0.5) if depth is None else depth)
+    d = 0.0 if depth is None else depth
+    for _ in range(_TURNS):
+        n = int(inside.sum())
+        system = matrix[np.ix_(inside, inside)] + np.diag(wear[inside])
+        p = np.zeros(gap.size)
+        if depth is None:
+            assert force is not None
+            bordered = np.zeros((n + 1, n + 1))
+            bordered[:n, :n], bordered[:n, n], bordered[n, :n] = system, -1.0, areas[inside]
+            found = np.linalg.solve(bordered, np.append(-gap[inside], force))
+            p[inside], d = found[:n], float(found[n])
+        else:
+            p[inside] = np.linalg.solve(system, d - gap[inside])
+        overlap = d - gap - matrix @ p
+        new = np.where(inside, p > 0.0, overlap > 1e-12 * abs(d))
+        if np.array_equal(new, inside):
+            return p, d
+        inside = new
+    raise ConvergenceError("wear_by_rings: the contact does not settle")
+
+
+def _slip(matrix: FloatArray, cap: FloatArray, amplitude: float) -> FloatArray:
+    """Slip between rest and a turning point: rings stick where their traction stays below the cap."""
+    loaded = cap > 0.0
+    stuck = np.zeros(cap.size, dtype=bool)
+    for _ in range(_TURNS):
+        q = np.where(stuck, 0.0, cap)
+        if stuck.any():
+            rest = amplitude - matrix[np.ix_(stuck, ~stuck)] @ cap[~stuck]
+            q[stuck] = np.linalg.solve(matrix[np.ix_(stuck, stuck)], rest)
+        slip = amplitude - matrix @ q
+        new = np.where(stuck, q <= cap, slip < 0.0) & loaded
+        if np.array_equal(new, stuck):
+            return np.where(loaded & ~stuck, np.maximum(slip, 0.0), 0.0)
+        # rings that turned back to slip stay there, so that the search ends
+        stuck = new
+    raise ConvergenceError("wear_by_rings: stick and slip do not settle")

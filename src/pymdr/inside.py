@@ -1,0 +1,306 @@
+"""Fields inside a body as labelled arrays, and their largest values; the requests of users in their units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
+
+import numpy as np
+
+from pymdr.errors import NotValidError, ProblemError, QuantityError
+from pymdr.interpretation.interior import (
+    INTERIOR_COMPONENTS,
+    SPATIAL_COMPONENTS,
+    Background,
+    Interior,
+)
+from pymdr.interpretation.searching import Largest
+from pymdr.quantities import ACROSS, ALONG, DEPTH, RADIUS, Quantity, one_name, quantity
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_POINTS = 101
+"""Points of an axis that is not given."""
+_TENSOR = SPATIAL_COMPONENTS["stress"]
+
+Superposed: TypeAlias = Mapping[str, QuantityLike | Callable[[FloatArray], Any]]
+"""Components of a stress by name, each a quantity or a function of the depths in m that gives Pa."""
+
+
+class Inside(TypedDict, total=False):
+    """Where a field inside a body is read."""
+
+    x: ArrayQuantityLike | None
+    """Positions in m in the direction of the shift."""
+    y: ArrayQuantityLike | None
+    """Positions in m across it."""
+    z: ArrayQuantityLike | None
+    """Depths in m, at least 0."""
+    side: str | None
+    """"body" or "counterbody"."""
+    superposed: Superposed | None
+    """A stress that the contact does not cause."""
+
+
+def checked(inside: Inside, name: str, *, within: bool) -> Inside:
+    """The places that are given; an error if one is unknown, or for a field that is not inside a body."""
+    known = Inside.__optional_keys__
+    for key in inside:
+        if key not in known:
+            raise TypeError(f"field() got an unexpected keyword argument {key!r}")
+    given: Inside = {}
+    for key, value in inside.items():
+        if value is not None:
+            given[key] = value  # type: ignore[literal-required]
+    if given and not within:
+        raise QuantityError(
+            f"field: {', '.join(f'{key}=' for key in given)} {'is' if len(given) == 1 else 'are'} for fields inside a body; "
+            f"{shown(name)} is none"
+        )
+    return given
+
+
+def background_of(superposed: Superposed | None) -> Background | None:
+    """
+    A superposed stress as a function of depth.
+
+    Parameters
+    ----------
+    superposed : mapping or None
+        Components xx, yy, zz, xz, xy, yz by name: each a quantity in Pa, or a function of an array of depths in m that
+        gives Pa. Components that are not named are 0.
+
+    Returns
+    -------
+    callable or None
+
+    Raises
+    ------
+    ProblemError
+        If a name is unknown, or the values of a function are not one finite number per depth.
+    """
+    if superposed is None:
+        return None
+    if not isinstance(superposed, Mapping) or not superposed or not set(superposed) <= set(_TENSOR):
+        raise ProblemError(
+            f"superposed = {shown(superposed)}: components by name are needed ({', '.join(_TENSOR)}), such as "
+            '{"xx": "100 MPa"}'
+        )
+    parts = {
+        name: value if callable(value) else to_si(value, "Pa", name=f"superposed[{name!r}]")
+        for name, value in superposed.items()
+    }
+
+    def added(z: FloatArray) -> FloatArray:
+        tensor = np.zeros((len(_TENSOR), *z.shape))
+        for name, value in parts.items():
+            values = np.asarray(value(z) if callable(value) else value, dtype=float)
+            if values.shape not in ((), z.shape) or not np.isfinite(values).all():
+                raise ProblemError(
+                    f"superposed[{name!r}]: one finite stress in Pa is needed for each of {z.size} depths, or one for all; the "
+                    f"function gives the shape {values.shape}"
+                )
+            tensor[_TENSOR.index(name)] = values
+        return tensor
+
+    return added
+
+
+def interior_field(
+    interior: Interior,
+    name: str,
+    r: ArrayQuantityLike | None,
+    inside: Inside,
+    rows: tuple[list[int], bool],
+) -> xr.DataArray:
+    """
+    A field inside a body.
+
+    Parameters
+    ----------
+    interior : Interior
+    name : str
+    r : array_like, quantity or None
+        Radii in m, for fields of revolution.
+    inside : Inside
+    rows : list of int, bool
+        Steps, and whether they become a dimension.
+
+    Returns
+    -------
+    xarray.DataArray
+        Over ``z`` and ``r``, or over ``z``, ``y`` if it is given, and ``x``.
+
+    Raises
+    ------
+    QuantityError
+        If radii are given where the field is not of revolution, or with x or y; if a depth is negative, or an axis is not one row.
+    """
+    import xarray as xr
+
+    (chosen, several), row = rows, quantity(name)
+    background = background_of(inside.get("superposed"))
+    if background is not None and name == "interior_displacement":
+        raise QuantityError(
+            "field: superposed= is a stress; leave it out, or read stress instead of interior_displacement"
+        )
+    planar = "x" in inside or "y" in inside
+    if r is not None and (planar or background is not None or not interior.revolves):
+        reason = (
+            "r= and x=, y= are given; give one of them"
+            if planar
+            else "with friction or a superposed stress the field is not of revolution; give x= (and y=) instead of r="
+        )
+        raise QuantityError(f"field: {reason}")
+    flat = interior.revolves and not planar and background is None
+    end = 2.0 * interior.load(chosen[-1]).radius or 1.0
+    depth = _axis(inside.get("z"), DEPTH, interior.depths(end))
+    if not np.all(depth >= 0.0):
+        raise QuantityError(
+            f"field: z = {shown(inside['z'])}; depths of at least 0 m are needed, in either body"
+        )
+    scalars: dict[str, Any] = {}
+    if flat:
+        radius = _axis(r, RADIUS, np.linspace(0.0, end, _POINTS))
+        axes = {"z": depth, "r": radius}
+        grid = np.meshgrid(depth, np.abs(radius), indexing="ij")
+        values = np.array([interior.field(name, grid[1], grid[0], i) for i in chosen])
+        components = INTERIOR_COMPONENTS
+    else:
+        x = _axis(inside.get("x"), ALONG, np.linspace(-end, end, 2 * _POINTS - 1))
+        y = _axis(inside.get("y"), ACROSS, np.zeros(1))
+        z, across, along = np.meshgrid(depth, y, x, indexing="ij")
+        axes = {"z": depth, "y": y, "x": x}
+        values = np.array([interior.spatial(name, (along, across, z), i, background) for i in chosen])
+        if "y" not in inside:
+            values, scalars = (
+                values[..., 0, :],
+                {"y": ((), 0.0, {"units": "m", "long_name": ACROSS.long_name})},
+            )
+            del axes["y"]
+        components = SPATIAL_COMPONENTS
+    labels = {axis.name: axis.long_name for axis in (DEPTH, RADIUS, ALONG, ACROSS)}
+    coords: dict[str, Any] = {
+        axis: (axis, at, {"units": "m", "long_name": labels[axis]}) for axis, at in axes.items()
+    }
+    coords |= scalars
+    layers = interior.layers_at(depth[:, None])
+    if layers is not None:
+        coords["layer"] = ("z", layers[:, 0], {"long_name": "layer, from 0 at the surface"})
+    coords["step"] = ("step", np.array(chosen)) if several else chosen[0]
+    dims: tuple[str, ...] = ("step",) * several
+    if name in components:
+        coords["component"] = ("component", list(components[name]))
+        dims = (*dims, "component")
+    return xr.DataArray(
+        values if several else values[0],
+        dims=(*dims, *axes),
+        coords=coords,
+        name=name,
+        attrs={"units": row.unit, "long_name": row.long_name, "symbol": row.symbol},
+    )
+
+
+def _axis(given: ArrayQuantityLike | None, axis: Quantity, otherwise: FloatArray) -> FloatArray:
+    values = otherwise if given is None else np.atleast_1d(to_si_array(given, "m", name=axis.name))
+    if values.ndim != 1:
+        raise QuantityError(f"field: {axis.name} has the shape {values.shape}; one row is needed")
+    return values
+
+
+def largest_in(
+    interior: Interior,
+    name: str,
+    superposed: Superposed | None,
+    rows: tuple[list[int], bool],
+    valid: np.ndarray,
+) -> xr.DataArray:
+    """
+    The largest value of a measure of stress in rows, with its place.
+
+    Parameters
+    ----------
+    interior : Interior
+    name : str
+        One of :attr:`Interior.measures <pymdr.interpretation.interior.Interior.measures>`.
+    superposed : mapping or None
+    rows : list of int, bool
+        Steps, and whether they become a dimension.
+    valid : ndarray of bool
+        Per step of the result.
+
+    Returns
+    -------
+    xarray.DataArray
+
+    Raises
+    ------
+    NotValidError
+        If the stress has no bound in all of the rows.
+    """
+    import xarray as xr
+
+    if one_name(name) not in interior.measures:
+        raise QuantityError(f"largest: {shown(name)}; known are {', '.join(interior.measures)}")
+    (chosen, several), background = rows, background_of(superposed)
+    found = np.full((len(chosen), len(Largest._fields)), np.nan)
+    known = [k for k, i in enumerate(chosen) if valid[i]]
+    if known:
+        found[known] = interior.largest_of(name, [chosen[k] for k in known], background)
+    unbounded = np.isinf(found[:, 0])
+    touching = (found[:, 0] != 0.0) & ~np.isnan(found[:, 0])
+    if touching.any() and unbounded[touching].all():
+        why = interior.unbounded(chosen[int(np.flatnonzero(touching)[-1])])
+        raise NotValidError(f"the largest {quantity(name).long_name} is not valid here: {why}")
+    dims = ("step",) * several
+    values, r, z, angle, layer = found.T if several else found[0]
+    places = {"r": (r, "radius"), "z": (z, "depth")}
+    if background is not None or not interior.revolves:
+        # the sine of pi is not exactly 0
+        across = np.where(np.abs(angle) == np.pi, 0.0, r * np.sin(angle))
+        places = {"x": (r * np.cos(angle), "x"), "y": (across, "y"), "z": (z, "depth")}
+    coords: dict[str, Any] = {
+        axis: (dims, at, {"units": "m", "long_name": f"{words} of the largest value"})
+        for axis, (at, words) in places.items()
+    }
+    if interior.layers_at(np.zeros(1)) is not None:
+        coords["layer"] = (dims, layer, {"long_name": "layer of the largest value, from 0 at the surface"})
+    return xr.DataArray(
+        values,
+        dims=dims,
+        coords={"step": (dims, np.array(chosen) if several else chosen[0]), **coords},
+        name=name,
+        attrs={"units": "Pa", "long_name": f"largest {quantity(name).long_name}"},
+    )
+
+
+def drawn_section(interior: Interior, name: str, row: int, superposed: Superposed | None = None) -> Figure:
+    """
+    A measure of stress in section along the shift, with the contact and the place of its largest value.
+
+    Parameters
+    ----------
+    interior : Interior
+    name : str
+        ``"von_mises"``, ``"tresca"`` or ``"principal_stress"``.
+    row : int
+    superposed : mapping, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from pymdr.presentation.plot import stress_section
+
+    places = Inside() if superposed is None else Inside(superposed=superposed)
+    rows = [row], False
+    field = interior_field(interior, name, None, places, rows)
+    if name == "principal_stress":
+        field = field.sel(component="1")
+    load, largest = interior.load(row), None
+    if interior.singular_radius(row) is None:
+        largest = largest_in(interior, name, superposed, rows, np.ones(row + 1, dtype=bool))
+    return stress_section(field, load.edge_radius, load.radius, largest)

@@ -1,0 +1,46 @@
+"""A contact under a tangential force in proportion to the normal force: its shear traction is a multiple of the pressure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pymdr.interpretation.stress import Loads, Punches
+from pymdr.interpretation.surface import Surface
+from pymdr.units import FloatArray
+
+
+@dataclass(frozen=True)
+class Dragged:
+    """A surface whose shear traction is everywhere the same share of the pressure, in sticking and in sliding."""
+
+    normal: Surface
+    ratio: float
+    """Tangential over normal force, above 0."""
+
+    @property
+    def revolves(self) -> bool:
+        """Whether nothing depends on the direction: without a tangential force."""
+        return self.ratio == 0.0
+
+    def loads(self, step: int) -> Loads:
+        """The load on the line, and its share."""
+        normal = self.normal.loads(step).normal
+        if self.revolves:
+            return Loads(normal)
+        pieces = tuple(self._shared(piece) for piece in normal.pieces)
+        scale = abs(self.ratio) * normal.scale
+        return Loads(normal, replace(normal, pieces=pieces, edge=self.ratio * normal.edge, scale=scale))
+
+    def _shared(self, piece: Punches) -> Punches:
+        return piece._replace(density=lambda distance: self.ratio * piece.density(distance))
+
+    def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
+        """Values of a field on the surface at radii in m."""
+        if name == "shear_traction":
+            return self.ratio * self.normal.field("pressure", position, step)
+        return self.normal.field(name, position, step)
+
+    def marks(self, step: int) -> Sequence[float]:
+        """As those of the normal contact."""
+        return self.normal.marks(step)

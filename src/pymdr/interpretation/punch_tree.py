@@ -1,0 +1,185 @@
+"""A line load resolved once into series on intervals and their punches, so that its sums cost little at any point."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from pymdr.numerics.panels import basis, nodes, to_coefficients
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from pymdr.interpretation.punch_kernel import Cells
+
+_TERMS = 20
+_RESOLVED = 3e-14
+"""Last terms of a series over its largest; what follows them is smaller still."""
+_NOTHING = 1e-16
+"""Stress under an interval over the typical one that needs no resolution."""
+_SHORTEST = 1e-32
+"""Of the loaded radius: an interval at the end of a load that needs no resolution, at a root in its denominator."""
+_LEVELS = 130
+_MOST = 4000
+"""Intervals, beyond which a load is not resolved."""
+
+
+class Punches(NamedTuple):
+    """Punches whose radii fill an interval; their density may have a root at its anchor, one of its ends."""
+
+    anchor: float
+    """In m."""
+    extent: float
+    """Distance in m from the anchor to the other end, negative if that lies below."""
+    density: Callable[[FloatArray], FloatArray]
+    """Weight per radius in Pa at distances in m from the anchor."""
+
+
+class _Sizes(NamedTuple):
+    """The loaded radius in m, a typical stress in Pa, and the error of the load over that."""
+
+    radius: float
+    scale: float
+    noise: float
+
+
+def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: float) -> Cells | None:
+    """
+    The intervals of a load.
+
+    Parameters
+    ----------
+    pieces : sequence of Punches
+    radius : float
+        The loaded radius in m.
+    scale : float
+        A typical stress in Pa.
+    noise : float
+        Error of the load over that.
+
+    Returns
+    -------
+    Cells or None
+        Lengths in the unit of :func:`unit_of` and weights over its typical stress; None where its density cannot be resolved.
+    """
+    from pymdr.interpretation.punch_kernel import Cells
+
+    anchor, low, high, series = (
+        np.concatenate(parts) for parts in _leaves(pieces, _Sizes(radius, scale, noise))
+    )
+    if anchor.size == 0 or anchor.size > _MOST or np.isnan(series).any():
+        return None
+    order = np.lexsort((low, anchor + low))
+    anchor, low, high, series = (values[order] for values in (anchor, low, high, series))
+    x, w = _gauss()
+    weights = 0.5 * (high - low)[:, None] * w * (series @ _values().T)
+    tree: list[tuple[float, float, float, FloatArray, FloatArray, int, int, int]] = []
+
+    def grow(first: int, last: int) -> int:
+        """Add the interval of some leaves, its halves after it."""
+        own = len(tree)
+        if last - first == 1:
+            most = np.max(np.abs(series[first]), initial=0.0)
+            terms = 1 + int(np.max(np.flatnonzero(np.abs(series[first]) > 1e-17 * most), initial=0))
+            tree.append(
+                (anchor[first], low[first], high[first], weights[first], series[first], terms, -1, -1)
+            )
+            return own
+        tree.append((0.0, 0.0, 0.0, x, x, 0, -1, -1))
+        split = (first + last) // 2
+        halves = grow(first, split), grow(split, last)
+        # next to an anchor the radii themselves have no digits left
+        shared = anchor[first] if anchor[first] == anchor[last - 1] else 0.0
+        ends = (anchor[first] - shared) + low[first], (anchor[last - 1] - shared) + high[last - 1]
+        centre, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
+        own_weights = np.zeros(_TERMS)
+        for child in halves:
+            at, start, stop, carried, *_ = tree[child]
+            middle = (at - shared) + (0.5 * (start + stop) - centre)
+            own_weights += carried @ _interpolation((middle + 0.5 * (stop - start) * x) / half)
+        tree[own] = (shared, *ends, own_weights, x, 0, *halves)
+        return own
+
+    grow(0, anchor.size)
+    columns = [np.array(column) for column in zip(*tree, strict=True)]
+    return Cells(*columns)
+
+
+def _leaves(pieces: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], ...]:
+    """Anchors, ends counted from them, and series of the intervals of all pieces."""
+    found: tuple[list[FloatArray], ...] = (
+        [np.zeros(0)],
+        [np.zeros(0)],
+        [np.zeros(0)],
+        [np.zeros((0, _TERMS))],
+    )
+    count, unit = 0, unit_of(load.radius)
+    for piece in pieces:
+        low, high, series = _of_piece(piece, load)
+        count += low.size
+        if count > _MOST:
+            return ([np.full(1, np.nan)],) * 3 + ([np.full((1, _TERMS), np.nan)],)
+        low, high = low / unit, high / unit
+        if piece.extent < 0.0:
+            low, high, series = -high, -low, series * (-1.0) ** np.arange(_TERMS)
+        values = np.full(low.size, piece.anchor / unit), low, high, series
+        for parts, own in zip(found, values, strict=True):
+            parts.append(own)
+    return found
+
+
+def unit_of(radius: float) -> float:
+    """The power of 2 next to a radius in m: dividing by it rounds nothing."""
+    return math.ldexp(1.0, math.frexp(radius)[1])
+
+
+def _of_piece(piece: Punches, load: _Sizes) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Ends of intervals as distances in m from the anchor, and their series over the typical stress."""
+    low, high = np.zeros(1), np.full(1, abs(piece.extent))
+    kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    for _ in range(_LEVELS):
+        at = low[:, None] + (high - low)[:, None] * nodes(_TERMS)
+        series = piece.density(at.ravel()).reshape(at.shape) / load.scale @ to_coefficients(_TERMS).T
+        largest = np.max(np.abs(series), axis=1)
+        tail = np.max(np.abs(series[:, -2:]), axis=1)
+        # closed forms grow as 1 / s at the axis, and elsewhere as 1 / sqrt(s - r)
+        share = (high - low) / load.radius
+        small = largest * (1.0 if piece.anchor == 0.0 else np.sqrt(share)) <= _NOTHING
+        small |= share <= _SHORTEST
+        done = (tail <= np.maximum(_RESOLVED * largest, load.noise)) | small
+        kept.append((low[done], high[done], series[done]))
+        low, high = low[~done], high[~done]
+        if low.size == 0 or low.size > _MOST:
+            break
+        middle = 0.5 * (low + high)
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+    if low.size:
+        kept.append((low, high, np.full((low.size, _TERMS), np.nan)))
+    return tuple(np.concatenate(parts) for parts in zip(*kept, strict=True))  # type: ignore[return-value]
+
+
+@lru_cache(maxsize=1)
+def _gauss() -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of Gauss and Legendre on (-1, 1)."""
+    x, w = np.polynomial.legendre.leggauss(_TERMS)
+    return x, w
+
+
+@lru_cache(maxsize=1)
+def _values() -> FloatArray:
+    """Matrix from coefficients to values at the nodes."""
+    return np.asarray(chebyshev.chebvander(_gauss()[0], _TERMS - 1))
+
+
+@lru_cache(maxsize=1)
+def _from_values() -> FloatArray:
+    return np.asarray(np.linalg.inv(_values()))
+
+
+def _interpolation(x: FloatArray) -> FloatArray:
+    """Lagrange's polynomials of the nodes at places, shape (places, nodes)."""
+    return np.asarray(basis(0.5 * (x + 1.0), _TERMS) @ _from_values())

@@ -1,0 +1,130 @@
+"""Stress and displacement inside an elastic half-space under a shear traction in one direction, from its load on the line.
+
+The load is a sum of tangential punches, whose closed forms are those of normal ones and three more. Around the axis every component
+is the cosine or the sine of the angle times one number (frame of Cattaneo and Mindlin: the traction is parallel to x).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.interpretation.stress import LineLoad, integrated, punch_forms, quick_sums
+from pymdr.units import FloatArray
+
+
+class ShearSums(NamedTuple):
+    """Imaginary parts of sums over punches, in Pa (`log` in N/m); R and P as in :mod:`pymdr.interpretation.stress`."""
+
+    inverse: FloatArray
+    """1 / R."""
+    cubed: FloatArray
+    """z zeta / R^3."""
+    mean: FloatArray
+    """1 / P."""
+    mixed: FloatArray
+    """z / (R P)."""
+    shear: FloatArray
+    """z r / R^3."""
+    across: FloatArray
+    """r / (R P)."""
+    squared: FloatArray
+    """r / P^2."""
+    deep: FloatArray
+    """z r / (R P^2)."""
+    log: FloatArray
+    """ln P."""
+
+
+def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True) -> ShearSums:
+    """
+    The integrals at points inside the body.
+
+    Parameters
+    ----------
+    load : LineLoad
+        Of the shear traction.
+    r, z : ndarray
+        Radius and depth in m, at least 0, of one shape.
+    logarithm : bool
+        Whether that of ln P, which only displacements need, is computed.
+
+    Returns
+    -------
+    ShearSums
+        Arrays of that shape.
+
+    Raises
+    ------
+    ConvergenceError
+        If two levels of the rule do not agree.
+    """
+    found = quick_sums(load, r, z, logarithm)
+    if found is None:
+        found = integrated(
+            load, r, z, punch_forms, np.append(np.ones(len(ShearSums._fields) - 1), load.radius)
+        )
+    return ShearSums(*found)
+
+
+def shear_stress(found: ShearSums, poisson: float) -> FloatArray:
+    """
+    Stress in Pa under a traction in +x on the body, tension positive, shape (6, ...).
+
+    Parameters
+    ----------
+    found : ShearSums
+    poisson : float
+        nu of the body.
+
+    Returns
+    -------
+    ndarray
+        Amplitudes of rr, tt, zz and rz, times the cosine of the angle from x, and of rt and tz, times its sine.
+
+    Notes
+    -----
+    From the potentials of Cerruti (Johnson 1985, section 3.6); under a sliding Hertz contact they are Hamilton's (1983).
+    """
+    nu = poisson
+    return (
+        np.array(
+            [
+                2.0 * found.across + nu * found.squared + found.deep - found.shear,
+                nu * (2.0 * found.across - found.squared) - found.deep,
+                found.shear,
+                found.inverse + found.mixed - found.cubed,
+                nu * found.squared - found.across + found.deep,
+                found.mixed - found.inverse,
+            ]
+        )
+        / math.pi
+    )
+
+
+def shear_displacement(
+    found: ShearSums, r: FloatArray, z: FloatArray, poisson: float, shear: float
+) -> FloatArray:
+    """
+    Displacements in m under a traction in +x on the body, shape (3, ...).
+
+    Parameters
+    ----------
+    found : ShearSums
+    r, z : ndarray
+        Radius and depth in m.
+    poisson, shear : float
+        nu, and G in Pa, of the body.
+
+    Returns
+    -------
+    ndarray
+        Amplitudes of u_r, times the cosine of the angle from x, of u_t, times its sine, and of u_z, times its cosine.
+    """
+    even = (2.0 - poisson) * found.log + z * found.mean
+    odd = 0.5 * poisson * r * found.squared
+    along = even - odd - r * found.deep
+    inward = -z * found.across - (1.0 - 2.0 * poisson) * r * found.mean
+    return np.array([along, -even - odd, inward]) / (2.0 * math.pi * shear)

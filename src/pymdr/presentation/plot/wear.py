@@ -1,0 +1,194 @@
+"""Figures of fretting wear, of fretting logs and of running conditions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    lengths,
+    letter_panels,
+    new_figure,
+    styled,
+)
+from pymdr.units import from_si, good_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SHOWN = 6
+"""Largest number of worn profiles in a panel."""
+
+
+def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
+    """
+    Worn profile and pressure at some numbers of cycles, and volume and radii over cycles.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over ``cycles``: ``worn_volume`` (m^3), ``contact_radius``, ``stick_radius`` and ``indentation`` (m).
+    surface : xarray.Dataset
+        Over ``cycles`` and ``node``: ``r``, ``profile`` and ``limiting_profile`` (m), ``pressure`` (Pa).
+    """
+    from matplotlib import colormaps
+
+    with styled():
+        figure = new_figure(10.4, 6.2)
+        shape, pressed, volume, radii = figure.subplots(2, 2).ravel()
+        r, f = surface["r"].values, surface["profile"].values
+        unit, high = good_unit(r, "m"), good_unit(f, "m")
+        rows = _telling_rows(data["worn_volume"].values)
+        for row, colour in zip(rows, colormaps["viridis"](np.linspace(0.0, 0.85, len(rows))), strict=True):
+            label = f"{data['cycles'].values[row]:.3g} cycles"
+            x = lengths(r[row], unit)
+            shape.plot(x, lengths(f[row], high), color=colour, lw=1.4, label=label)
+            pressed.plot(x, surface["pressure"].values[row] * 1e-6, color=colour, lw=1.4, label=label)
+        limit = surface["limiting_profile"].values[-1]
+        if np.isfinite(limit).all():
+            shape.plot(
+                lengths(r[-1], unit), lengths(limit, high), color=ORANGE, lw=1.2, ls="--", label="end of wear"
+            )
+        # beyond the worn ring both profiles are the original one
+        end = 1.1 * float(data["worn_radius"].values.max() or r.max())
+        inside = r[-1] <= end
+        shape.set_xlim(float(lengths(r.min(), unit)), float(lengths(np.array(end), unit)))
+        span = lengths(np.array([f[:, inside].min(), f[:, inside].max()]), high)
+        shape.set_ylim(float(span[0] - 0.05 * np.ptp(span)), float(span[1] + 0.05 * np.ptp(span)))
+        pressed.set_xlim(*shape.get_xlim())
+        shape.set_ylabel(f"worn profile f ({high})")
+        pressed.set_ylabel("pressure where it slips (MPa)")
+        shape.legend()
+        pressed.legend()
+        for axes in (shape, pressed):
+            axes.set_xlabel(f"radius r ({unit})")
+        _over_cycles(volume, data, {"worn_volume": "worn volume"}, "m^3")
+        if "limit_volume" in data.attrs:
+            cubic = good_unit(data["worn_volume"].values, "m^3")
+            end_volume = float(from_si(np.array(data.attrs["limit_volume"]), "m^3", cubic))
+            volume.axhline(end_volume, color=ORANGE, lw=1.2, ls="--", label="end of wear")
+            volume.legend()
+        volume.set_yscale("log")
+        _over_cycles(radii, data, {"contact_radius": "contact radius", "stick_radius": "stick radius"}, "m")
+        radii.legend()
+        letter_panels(figure)
+    return figure
+
+
+def _telling_rows(volume: np.ndarray) -> list[int]:
+    """Rows whose worn volumes are spaced evenly."""
+    wanted = np.linspace(volume[0], volume[-1], _SHOWN)
+    return sorted({int(np.argmin(np.abs(volume - v))) for v in wanted})
+
+
+def _over_cycles(axes: Axes, data: xr.Dataset, names: dict[str, str], si: str) -> None:
+    """Columns over cycles, from the first row that has any."""
+    cycles = data["cycles"].values
+    counted = cycles > 0.0
+    values = np.concatenate([data[name].values for name in names])
+    unit = good_unit(values, si)
+    for (name, label), colour in zip(names.items(), (BLUE, GREEN), strict=False):
+        y = np.asarray(from_si(data[name].values, si, unit))
+        axes.plot(cycles[counted], y[counted], color=colour, lw=1.5, label=label)
+    axes.set_xscale("log")
+    axes.set_xlabel("number of cycles")
+    what = next(iter(names.values())) if len(names) == 1 else "radius"
+    axes.set_ylabel(f"{what} ({unit})")
+
+
+def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dataset) -> Figure:
+    """
+    Loops of force against shift over cycles, with friction coefficient, stiffness and regime of every cycle.
+
+    Parameters
+    ----------
+    loops : list of (cycle, shift, force)
+        Some of the cycles, in m and N.
+    data : xarray.Dataset
+        Over ``cycle``: ``friction_coefficient``, ``tangential_stiffness`` (N/m) and ``regime``.
+    """
+    from matplotlib import colormaps
+
+    colours = {"partial": BLUE, "mixed": PURPLE, "gross": ORANGE, "unknown": GREY}
+    with styled():
+        figure = new_figure(10.4, 4.2)
+        log = figure.add_subplot(1, 2, 1, projection="3d")
+        unit = good_unit(np.concatenate([u for _, u, _ in loops]), "m")
+        force = good_unit(np.concatenate([f for _, _, f in loops]), "N")
+        for (cycle, u, f), colour in zip(
+            loops, colormaps["viridis"](np.linspace(0.0, 0.85, len(loops))), strict=True
+        ):
+            log.plot(lengths(u, unit), np.full(u.size, cycle), from_si(f, "N", force), color=colour, lw=1.0)
+        log.set_xlabel(f"shift ({unit})")
+        log.set_ylabel("cycle")
+        log.set_zlabel(f"force ({force})")
+        log.set_box_aspect((1.0, 1.3, 0.8), zoom=0.85)
+        friction = figure.add_subplot(2, 2, 2)
+        stiffness = figure.add_subplot(2, 2, 4)
+        numbers, regime = data["cycle"].values, data["regime"].values
+        name = "friction_coefficient" if "friction_coefficient" in data else "force_amplitude"
+        label = "largest $F_x/F_N$" if name == "friction_coefficient" else "force amplitude (N)"
+        per = good_unit(data["tangential_stiffness"].values, "N/m")
+        steep = np.asarray(from_si(data["tangential_stiffness"].values, "N/m", per))
+        for kind, colour in colours.items():
+            of = regime == kind
+            if of.any():
+                friction.plot(numbers[of], data[name].values[of], ".", color=colour, ms=4, label=kind)
+                stiffness.plot(numbers[of], steep[of], ".", color=colour, ms=4)
+        friction.set_ylabel(label)
+        friction.set_xlabel("cycle")
+        friction.legend(title="regime", ncols=2)
+        stiffness.set_ylabel(f"tangential stiffness ({per})")
+        stiffness.set_xlabel("cycle")
+    return figure
+
+
+def running_conditions_map(data: xr.Dataset, record: tuple[np.ndarray, np.ndarray] | None = None) -> Figure:
+    """
+    Load against amplitude of the shift, with the boundary of gross slip, and the path of a record.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over ``normal_force`` (N): ``sliding_shift`` (m), the amplitude from which all slips.
+    record : (amplitude, normal force), optional
+        Of the cycles of a record, in m and N.
+    """
+    with styled():
+        figure = new_figure(5.6, 4.0)
+        axes = figure.subplots()
+        load, limit = data["normal_force"].values, data["sliding_shift"].values
+        all_shifts = limit if record is None else np.append(limit, record[0])
+        all_loads = load if record is None else np.append(load, record[1])
+        unit, force = good_unit(all_shifts, "m"), good_unit(all_loads, "N")
+        x, y = lengths(limit, unit), np.asarray(from_si(load, "N", force))
+        right = 1.25 * float(lengths(all_shifts.max(), unit))
+        axes.fill_betweenx(y, 0.0, x, color=BLUE, alpha=0.15, lw=0)
+        axes.fill_betweenx(y, x, right, color=ORANGE, alpha=0.15, lw=0)
+        axes.plot(x, y, color=GREY, lw=1.5)
+        axes.text(0.05, 0.92, "partial slip", color=BLUE, transform=axes.transAxes)
+        axes.text(0.95, 0.06, "gross slip", color=ORANGE, ha="right", transform=axes.transAxes)
+        if record is not None:
+            axes.plot(
+                lengths(record[0], unit),
+                from_si(record[1], "N", force),
+                ".-",
+                color=GREEN,
+                lw=0.8,
+                ms=4,
+                label="record",
+            )
+            axes.legend(loc="center right")
+        axes.set_xlim(0.0, right)
+        axes.set_ylim(0.0, float(np.max(from_si(all_loads, "N", force))))
+        axes.set_xlabel(f"amplitude of the shift ({unit})")
+        axes.set_ylabel(f"normal force ({force})")
+    return figure

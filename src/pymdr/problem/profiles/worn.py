@@ -1,0 +1,116 @@
+"""Profiles that have worn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pymdr.errors import ProblemError
+from pymdr.problem.profiles.base import Profile
+from pymdr.problem.values import ArrayField
+from pymdr.units import FloatArray, metres, shown
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
+
+_FEWEST = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Worn(Profile):
+    """
+    A profile that has lost material, f = f0(r) + h(r) - h(0), with the depth of wear h on a ring or a disk.
+
+    The depth is a monotone cubic between the radii, constant within the first and 0 beyond the last.
+
+    Parameters
+    ----------
+    original : Profile
+        The profile f0 before wear, on which bodies touch in a disk.
+    radius : array_like or quantity
+        Radii in m, rising strictly, at least 0; at least 3.
+    depth : array_like or quantity
+        Depth of wear h in m at those radii, of both bodies together, at least 0, and 0 at the last.
+
+    Raises
+    ------
+    ProblemError
+        If the original is no profile of revolution, the lengths differ, the radii do not rise, or a depth is below 0.
+
+    See Also
+    --------
+    wear : computes it.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> ball = mdr.Worn(mdr.Paraboloid("10 mm"), ["0.1 mm", "0.2 mm", "0.3 mm"], ["0 um", "1 um", "0 um"])
+    >>> round(float(ball.gap(0.2e-3)) * 1e6, 12)
+    3.0
+    """
+
+    whole: ClassVar[bool] = True
+
+    original: Profile
+    radius: ArrayField = ArrayField("m", description="radii, rising")
+    depth: ArrayField = ArrayField("m", description="depth of wear at the radii")
+
+    def __post_init__(self) -> None:
+        r, h = self.radius, self.depth
+        if not isinstance(self.original, Profile) or self.original.whole or self.original.no_radius:
+            raise ProblemError(
+                f"Worn.original = {shown(self.original)}: a profile of revolution is needed, such as Sphere('10 mm')"
+            )
+        if r.size < _FEWEST or h.shape != r.shape:
+            raise ProblemError(
+                f"Worn: {r.size} radii and {h.size} depths; give as many of both, at least {_FEWEST}"
+            )
+        if not r[0] >= 0.0 or not np.all(np.diff(r) > 0.0):
+            raise ProblemError("Worn.radius must rise strictly from 0 m or more; sort the radii")
+        if np.any(h < 0.0) or h[-1] != 0.0:
+            raise ProblemError(
+                f"Worn.depth: the least is {metres(h.min())}, the last {metres(h[-1])}; depths are at least 0 m, and the last is 0 m"
+            )
+
+    @cached_property
+    def _spline(self) -> PPoly:
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.radius, self.depth)
+
+    @property
+    def max_radius(self) -> float:
+        """That of the original."""
+        return self.original.max_radius
+
+    @property
+    def edge(self) -> float:
+        """That of the original."""
+        return self.original.edge
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """The radii, between which the depth is a cubic, and the breakpoints of the original."""
+        return tuple(sorted({*self.original.breakpoints, *self.radius[self.radius > 0.0].tolist()}))
+
+    def gap(self, r: ArrayLike) -> FloatArray:
+        """Gap f(r) in m."""
+        r = np.asarray(r, dtype=float)
+        return np.asarray(self.original.gap(r) + self.depth_at(r) - self.depth[0])
+
+    def gap_slope(self, r: ArrayLike) -> FloatArray:
+        """Slope f'(r)."""
+        r = np.asarray(r, dtype=float)
+        inside = (r >= self.radius[0]) & (r <= self.radius[-1])
+        slope = np.where(inside, self._spline(np.clip(r, self.radius[0], self.radius[-1]), 1), 0.0)
+        return np.asarray(self.original.gap_slope(r) + slope)
+
+    def depth_at(self, r: ArrayLike) -> FloatArray:
+        """Depth of wear h(r) in m."""
+        r = np.asarray(r, dtype=float)
+        inside = self._spline(np.clip(r, self.radius[0], self.radius[-1]))
+        return np.asarray(np.where(r <= self.radius[-1], inside, 0.0))

@@ -1,0 +1,182 @@
+"""Uncertainties of what is known, such as spring constants and tip radii, in the intervals of fits."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.problem.parameters import parameter_of, with_parameters
+from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.fits.estimating import Estimate, with_intervals
+from pymdr.solving.fits.results import Fitted
+from pymdr.solving.fits.searching import Search, minimize_from, refuse_unsettled
+from pymdr.solving.fits.unknowns import BASELINE
+from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
+
+RECORD = "record"
+"""Name of what the noise of the record and the numerics of the model contribute."""
+SPRING_CONSTANT, SENSITIVITY = "spring_constant", "sensitivity"
+_PERCENT = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*%\s*\Z")
+_LARGEST = 0.5
+"""Largest relative uncertainty; errors are propagated by one step to either side."""
+_NORMAL_95 = 1.959963984540054
+_STEP = 1e-6
+
+
+def relative_uncertainty(given: QuantityLike, value: float, unit: str, name: str) -> float:
+    """
+    A standard uncertainty relative to a value.
+
+    Parameters
+    ----------
+    given : quantity
+        In percent, such as "10 %", or in the unit of the value.
+    value : float
+        In the unit.
+    unit : str
+        The SI unit; "" for a value that has no unit.
+    name : str
+        For messages.
+
+    Raises
+    ------
+    ProblemError
+        If it is not above 0 and at most half of the value.
+
+    Examples
+    --------
+    >>> relative_uncertainty("10 %", 0.05, "N/m", "spring_constant")
+    0.1
+    >>> round(relative_uncertainty("2 mN/m", 0.05, "N/m", "spring_constant"), 12)
+    0.04
+    """
+    percent = _PERCENT.match(given) if isinstance(given, str) else None
+    if percent is not None:
+        relative = float(percent[1]) / 100.0
+    else:
+        relative = to_si(given, unit, name=f"uncertainty[{name!r}]") / abs(value) if value else math.inf
+    if not 0.0 < relative <= _LARGEST:
+        raise ProblemError(
+            f"uncertainty of {name}: {shown(given)} is {100.0 * relative:.3g} % of {written(value, unit, 4)} (limits: above 0, at most 50 %); "
+            "fit it as an unknown, or measure it better"
+        )
+    return relative
+
+
+def with_uncertainty(
+    estimate: Estimate, uncertainty: Mapping[str, QuantityLike]
+) -> tuple[dict[str, Fitted], dict[str, dict[str, float]]]:
+    """
+    Fitted numbers whose intervals contain the uncertainties of known numbers, and the standard errors that come from each.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        With the errors by noise.
+    uncertainty : mapping of str to quantity
+        Standard uncertainties by name: ``spring_constant``, ``sensitivity``, or a known parameter of the contact.
+
+    Notes
+    -----
+    The record or the contact is changed by one standard uncertainty to either side, and fitted again; half the difference is the
+    standard error. Uncertainties are independent of one another and of the noise, so that squares add up (JCGM 100:2008, 5.1.2).
+    """
+    search, best = estimate.search, estimate.best
+    if not isinstance(uncertainty, Mapping) or not uncertainty:
+        raise ProblemError(
+            f"uncertainty = {shown(uncertainty)}; give standard uncertainties by name, such as {{'spring_constant': '10 %'}}"
+        )
+    if search.shears:
+        raise ProblemError("uncertainty= is for force curves; records of friction have none")
+    rates = _rates(search, best)
+    own = np.abs(rates) * estimate.errors
+    shares = {RECORD: dict(zip(search.names, own.tolist(), strict=True))}
+    squares = np.zeros(best.size)
+    for name, given in uncertainty.items():
+        ends = [_moved(search, best, name, given, side) for side in (1.0, -1.0)]
+        here = np.array([search.named(best)[one] for one in search.names])
+        known = [end - here for end in ends if end is not None]
+        if not known:
+            raise ProblemError(
+                f"uncertainty of {name}: {shown(given)} leaves the limits of {name} to both sides; give a smaller one"
+            )
+        # at a limit, such as Poisson's ratio 0.5, only one side exists
+        moved = 0.5 * (known[0] - known[1]) if len(known) == 2 else known[0]
+        shares[name] = dict(zip(search.names, np.abs(moved).tolist(), strict=True))
+        squares += (moved / rates) ** 2
+    total = np.sqrt(estimate.errors**2 + squares)
+    with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise, and unknowns at a bound
+        half = np.sqrt((estimate.width * estimate.errors) ** 2 + _NORMAL_95**2 * squares)
+        width = np.where(total > 0.0, half / total, estimate.width)
+    return with_intervals(search, best, total, width), shares
+
+
+def _moved(
+    search: Search, best: FloatArray, name: str, given: QuantityLike, side: float
+) -> FloatArray | None:
+    """The fitted numbers with a known number one standard uncertainty off; None if it would leave its limits."""
+    changed = _changed(search, name, given, side)
+    if changed is None:
+        return None
+    minimum = minimize_from(changed, best)
+    refuse_unsettled(minimum)
+    named = changed.named(minimum.free)
+    return np.array([named[one] for one in search.names])
+
+
+def _rates(search: Search, best: FloatArray) -> FloatArray:
+    """Rates of the fitted numbers over the free ones."""
+    rates = np.empty(best.size)
+    for i, name in enumerate(search.names):
+        step = np.zeros(best.size)
+        step[i] = _STEP
+        rates[i] = (search.named(best + step)[name] - search.named(best - step)[name]) / (2.0 * _STEP)
+    return rates
+
+
+def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Search | None:
+    """The search with a known number that is one standard uncertainty off; None if it would leave its limits."""
+    if name in (SPRING_CONSTANT, SENSITIVITY):
+        constants = [curve.spring_constant for curve in search.measured]
+        value, unit = (constants[0] or 1.0, "N/m") if name == SPRING_CONSTANT else (1.0, "")
+        factor = 1.0 + side * relative_uncertainty(given, value, unit, name)
+        known = {k: v * factor if k == BASELINE else v for k, v in search.known.items()}
+        change = _recalibrated if name == SPRING_CONSTANT else _with_sensitivity
+        return replace(search, curves=tuple(change(one, factor) for one in search.measured), known=known)
+    if name in search.names:
+        raise ProblemError(f"uncertainty of {name}: it is fitted, and its interval says how well it is known")
+    parameter = parameter_of(search.contact, name)
+    relative = relative_uncertainty(given, parameter.value, parameter.unit, name)
+    moved = parameter.value * (1.0 + side * relative)
+    try:
+        return replace(search, contact=with_parameters(search.contact, {name: moved}))
+    except ProblemError:
+        return None
+
+
+def _recalibrated(curve: MeasuredCurve, factor: float) -> MeasuredCurve:
+    """The record of a cantilever of another spring constant; its deflection is kept."""
+    constant = curve.spring_constant
+    return replace(
+        curve, force=factor * curve.force, spring_constant=None if constant is None else factor * constant
+    )
+
+
+def _with_sensitivity(curve: MeasuredCurve, factor: float) -> MeasuredCurve:
+    """The record of another sensitivity: deflection and force are multiplied, the travel is kept."""
+    if curve.indentation is None:
+        return replace(curve, force=factor * curve.force)
+    if curve.spring_constant is None:
+        raise ProblemError(
+            "uncertainty of sensitivity: the record has indentations and no spring constant, from which its deflection follows; "
+            "give travel and spring_constant"
+        )
+    deflection = curve.force / curve.spring_constant
+    return replace(
+        curve, force=factor * curve.force, indentation=curve.indentation - (factor - 1.0) * deflection
+    )

@@ -1,0 +1,151 @@
+"""Statistics of values that come in groups, such as curves of samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.solving.study import Study, TextTable
+from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroupedValues(Study):
+    """Medians of groups, and of all groups together."""
+
+    data: xr.Dataset
+    """
+    Over ``group``: ``count``, ``median``, and ``median_low`` and ``median_high``, the ends of its interval, NaN with too few values;
+    ``typical``, ``typical_low`` and ``typical_high``, the geometric mean of the medians of all groups and its interval, and ``spread``, the standard deviation of the
+    logarithms of these medians.
+    """
+
+    subject: ClassVar = "this study"
+    claims_of_rows: ClassVar = False
+
+    def _table(self) -> TextTable:
+        unit = str(self.data["median"].attrs["units"])
+
+        def text(value: float) -> str:
+            return written(value, unit, 4) if math.isfinite(value) else "-"
+
+        rows = [
+            [
+                str(group),
+                str(int(self.data["count"][i])),
+                *(text(float(self.data[name][i])) for name in ("median", "median_low", "median_high")),
+            ]
+            for i, group in enumerate(self.data["group"].values)
+        ]
+        ends = (text(float(self.data[name])) for name in ("typical", "typical_low", "typical_high"))
+        rows.append(["all groups", str(int(self.data["count"].sum())), *ends])
+        header = ["group", "values", "median", "95 % from", "to"]
+        return (header, [""] * len(header)), rows
+
+
+def _si_values(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:
+    """Values in SI units; NaN of numbers that are missing."""
+    if isinstance(values, np.ndarray) or all(
+        isinstance(one, int | float) for one in np.atleast_1d(np.array(values, dtype=object))
+    ):
+        return np.asarray(values, dtype=float)
+    return to_si_array(values, unit, name=name)
+
+
+def summarize_groups(
+    values: ArrayQuantityLike, groups: Sequence[str], *, unit: str = "Pa", name: str = "values"
+) -> GroupedValues:
+    """
+    Medians of values in groups, such as moduli of the curves of several samples, with intervals that respect the groups.
+
+    Parameters
+    ----------
+    values : array_like of quantity
+        Above 0, in the unit; NaN are left out.
+    groups : sequence of str
+        The group of each value: the sample, the animal, the day.
+    unit : str
+        The SI unit.
+    name : str
+        For messages.
+
+    Returns
+    -------
+    GroupedValues
+
+    Raises
+    ------
+    ProblemError
+        If there are other numbers of values than of groups, no value, or a value is not above 0.
+
+    Notes
+    -----
+    Curves of one sample are not independent samples. Within a group the interval of the median is that of order statistics, for any
+    distribution (Thompson 1936). Over groups each counts once: with y_i the logarithms of their medians, the interval is
+    mean(y) +- t s / sqrt(k) for k groups, with Student's t of k - 1 degrees of freedom, which contains the variation within as well as between groups (a random effect).
+    With one group there is none, and the interval over groups is NaN.
+
+    References
+    ----------
+    Thompson (1936), Ann. Math. Stat. 7, 122-128, doi:10.1214/aoms/1177732502
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> study = mdr.summarize_groups([1e3, 1.1e3, 1.2e3, 4e3, 4.2e3, 4.4e3], ["a", "a", "a", "b", "b", "b"])
+    >>> study["median"].values.tolist()
+    [1100.0, 4200.0]
+    >>> round(float(study["typical"]))
+    2149
+    """
+    import xarray as xr
+    from scipy.special import bdtr, stdtrit
+
+    flat = np.ravel(_si_values(values, unit, name))
+    labels = np.array([str(group) for group in groups])
+    if flat.size != labels.size:
+        raise ProblemError(
+            f"summarize_groups: {flat.size} {name} and {labels.size} groups; give one group for each"
+        )
+    known = np.isfinite(flat)
+    if not known.any() or not (flat[known] > 0.0).all():
+        raise ProblemError(f"summarize_groups: {name} = {shown(values)}; numbers above 0 {unit} are needed")
+    distinct = list(dict.fromkeys(labels[known].tolist()))
+    rows = []
+    for group in distinct:
+        own = np.sort(flat[known & (labels == group)])
+        # the rank below which the number of values under the median falls with at most 2.5 %
+        ranks = bdtr(np.arange(own.size // 2), own.size, 0.5)
+        rank = int(np.count_nonzero(ranks <= 0.025)) - 1
+        ends = (own[rank], own[-1 - rank]) if rank >= 0 else (math.nan, math.nan)
+        rows.append((float(own.size), float(np.median(own)), *(float(end) for end in ends)))
+    count, median, low, high = np.array(rows).T
+    logs, k = np.log(median), len(distinct)
+    mean, spread = float(logs.mean()), float(logs.std(ddof=1)) if k > 1 else math.nan
+    half = float(stdtrit(k - 1.0, 0.975)) * spread / math.sqrt(k) if k > 1 else math.nan
+    attributes = {"units": unit}
+    notes = () if k > 1 else ("one group: the variation between groups is unknown",)
+    return GroupedValues(
+        data=xr.Dataset(
+            {
+                "count": ("group", count, {"units": ""}),
+                "median": ("group", median, attributes),
+                "median_low": ("group", low, attributes),
+                "median_high": ("group", high, attributes),
+                "typical": ((), math.exp(mean), attributes),
+                "typical_low": ((), math.exp(mean - half), attributes),
+                "typical_high": ((), math.exp(mean + half), attributes),
+                "spread": ((), spread, {"units": ""}),
+            },
+            coords={"group": distinct},
+        ),
+        notes=notes,
+    )

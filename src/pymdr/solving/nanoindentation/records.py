@@ -1,0 +1,129 @@
+"""Records of indents as arrays in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.solving.curves import MeasuredCurve
+from pymdr.units import FloatArray, shown, to_si_array
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_FEWEST = 8
+_UNITS = {"indentation": "m", "normal_force": "N", "time": "s", "harmonic_stiffness": "N/m"}
+
+
+class Record(NamedTuple):
+    """One indent, in the order of measurement."""
+
+    depth: FloatArray
+    """In m, the deflection of the frame included."""
+    force: FloatArray
+    """In N."""
+    time: FloatArray | None = None
+    """In s."""
+    stiffness: FloatArray | None = None
+    """Harmonic stiffness in N/m, nan where it was not measured."""
+    elapsed: FloatArray | None = None
+    """Time in s since contact, in proportion to which drift was subtracted from the depth."""
+    rate_error: float = 0.0
+    """Standard deviation in m/s of the rate of that drift."""
+
+    def without(self, rows: slice) -> Record:
+        """The record without some rows."""
+        kept = np.ones(self.depth.size, dtype=bool)
+        kept[rows] = False
+
+        def some(column: FloatArray | None) -> FloatArray | None:
+            return None if column is None else column[kept]
+
+        return Record(
+            self.depth[kept],
+            self.force[kept],
+            some(self.time),
+            some(self.stiffness),
+            some(self.elapsed),
+            self.rate_error,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CorrectedRecords:
+    """Records whose depths were corrected, which evaluations take in place of records."""
+
+    corrected: tuple[Record, ...]
+    """Indents whose depths are corrected for drift, without the hold."""
+
+
+One: TypeAlias = "MeasuredCurve | xr.Dataset | Mapping[str, Any]"
+Records: TypeAlias = (
+    "One | CorrectedRecords | Sequence[MeasuredCurve] | Sequence[xr.Dataset] | Sequence[Mapping[str, Any]]"
+)
+
+
+def records_of(given: Records, who: str) -> tuple[Record, ...]:
+    """
+    Indents in SI units.
+
+    Parameters
+    ----------
+    given : MeasuredCurve, xarray.Dataset, mapping of str to array_like of quantity, a sequence of them, or CorrectedRecords
+    who : str
+        For messages.
+
+    Raises
+    ------
+    ProblemError
+        If there is none, or one has no depth and force, columns of different lengths, fewer than 8 rows, or times that do not rise.
+    UnitError
+        If an entry is not a finite number with its unit.
+    """
+    if isinstance(given, CorrectedRecords):
+        return given.corrected
+    listed: Sequence[Any] = (
+        [given]
+        if isinstance(given, MeasuredCurve | Mapping | str) or not isinstance(given, Sequence)
+        else given
+    )
+    if not len(listed):
+        raise ProblemError(f"{who}: no record is given")
+    several = len(listed) > 1
+    return tuple(_record(one, f"{who}, indent {i}" if several else who) for i, one in enumerate(listed, 1))
+
+
+def _record(given: Any, who: str) -> Record:
+    if isinstance(given, MeasuredCurve):
+        return Record(given.depth, given.force, given.time)
+    if not isinstance(given, Mapping):
+        raise ProblemError(
+            f"{who}: {shown(given)} is not a record; give a MeasuredCurve or what read_record returns"
+        )
+    for name in ("indentation", "normal_force"):
+        if name not in given:
+            raise ProblemError(f"{who}: the record has no {name}; indentation and normal_force are needed")
+    columns = {
+        name: to_si_array(given[name], unit, name=name, missing=name == "harmonic_stiffness")
+        for name, unit in _UNITS.items()
+        if name in given
+    }
+    shapes = {name: column.shape for name, column in columns.items()}
+    if len(set(shapes.values())) > 1 or len(shapes["indentation"]) != 1:
+        text = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ProblemError(f"{who}: columns of the shapes {text}; rows of equal length are needed")
+    if columns["indentation"].size < _FEWEST:
+        raise ProblemError(
+            f"{who}: {columns['indentation'].size} rows; at least {_FEWEST} are needed for an indent"
+        )
+    time = columns.get("time")
+    if time is not None and not np.all(np.diff(time) > 0.0):
+        i = int(np.argmin(np.diff(time)))
+        raise ProblemError(
+            f"{who}: time[{i + 1}] = {time[i + 1]:g} s is not above {time[i]:g} s: times must rise"
+        )
+    return Record(columns["indentation"], columns["normal_force"], time, columns.get("harmonic_stiffness"))

@@ -1,0 +1,293 @@
+"""Fretting wear of a contact over cycles of shift at constant load or indentation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.wear import small_amplitude, wear_claims
+from pymdr.line.foundation import rises_to
+from pymdr.line.wear import History
+from pymdr.machine import one_thread
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath
+from pymdr.problem.profiles import Profile, Worn
+from pymdr.solving.frictional import frictional_assumptions, pressed_joint
+from pymdr.solving.study import Column, Study
+from pymdr.solving.wearing import (
+    UNITS,
+    WearCase,
+    columns_of,
+    followed,
+    limit_of,
+    one_cycle,
+    refuse_unknown_wear,
+    remarched,
+    surface_of_wear,
+)
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_ROWS, _DECADES = 31, 5.0
+_FOOT = 0.01
+"""Of the largest depth: below it the edge of a worn ring is left to the curve through the others."""
+_COUNTED = 100.0
+"""Cycles above which the rows are at whole numbers of them."""
+LAWS = ("archard", "energy")
+"""Laws of wear: proportional to pressure or to shear traction times slip."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wear(Study):
+    """Fretting wear over cycles, by :func:`wear`."""
+
+    data: xr.Dataset
+    """
+    Over ``cycles``: worn_volume (m^3), worn_depth (m), the largest, worn_radius (m), contact_radius, stick_radius and indentation
+    (m), normal_force (N), normal_stiffness (N/m), force_amplitude (N) of the tangential force, dissipated_per_cycle (J).
+    """
+    surface: xr.Dataset
+    """
+    Over ``cycles`` and ``node``, with the radii ``r`` (m) beyond the first stick radius: profile (m), f(r) of the worn gap from the original apex, worn_depth (m), pressure (Pa) and slip (m)
+    between a turning point and the middle of the motion, and limiting_profile (m) at constant indentation. Where springs stick the pressure is
+    not given: it is infinite at the stick radius in the end.
+    """
+    original: Profile
+    """The profile before wear."""
+
+    subject: ClassVar = "wear"
+    columns: ClassVar = {
+        "cycles": Column("cycles", ""),
+        "worn_volume": Column("volume", "m^3"),
+        "worn_depth": Column("depth", "m"),
+        "contact_radius": Column("contact", "m"),
+        "stick_radius": Column("stick", "m"),
+        "indentation": Column("indentation", "m"),
+        "normal_force": Column("force", "N"),
+        "normal_stiffness": Column("stiffness", "N/m"),
+        "dissipated_per_cycle": Column("dissipated", "J"),
+    }
+    summary_claims: ClassVar = ("worn_volume", "contact_radius")
+
+    def worn(self, row: int = -1) -> Worn:
+        """
+        The worn profile of a row, for :func:`pymdr.solve`, files and figures.
+
+        Parameters
+        ----------
+        row : int
+            Row of the data; the last by default.
+
+        Returns
+        -------
+        Worn
+
+        Raises
+        ------
+        ProblemError
+            If nothing has worn in that row.
+        """
+        r, depth = self.surface["r"].values[row], self.surface["worn_depth"].values[row]
+        if not depth.max() > 0.0:
+            raise ProblemError(f"wear: nothing has worn in row {row}; use the original profile")
+        last = int(np.flatnonzero(depth > 0.0)[-1]) + 1
+        known = np.flatnonzero(np.append(True, np.diff(r[: last + 1]) > 0.0))
+        r, depth = r[known], depth[known]
+        # at its edge the ring has a foot of a cell or two, which the mesh does not resolve
+        kept = depth > _FOOT * depth.max()
+        kept[[0, -1]] = True
+        r, depth = r[kept], depth[kept]
+        if isinstance(self.original, Worn):
+            before = self.original
+            radii = np.union1d(r, before.radius)
+            inside = np.interp(radii, r, depth, right=0.0)
+            return Worn(before.original, radii, before.depth_at(radii) + inside)
+        return Worn(self.original, r, depth)
+
+    def _figure(self) -> Figure:
+        """The worn profile, the pressure, the worn volume and the radii over cycles."""
+        from pymdr.presentation.plot import wear_study
+
+        return wear_study(self.data, self.surface)
+
+    def groups(self) -> dict[str, dict[str, float]]:
+        """The end of wear at constant indentation."""
+        names = {"limit_volume": "worn_volume", "limit_radius": "worn_radius", "limit_force": "normal_force"}
+        known = {
+            short: float(self.data.attrs[name]) for name, short in names.items() if name in self.data.attrs
+        }
+        return {"at the end of wear": known} if known else {}
+
+    def _stored(self) -> xr.Dataset:
+        fields = self.surface.rename({name: f"surface_{name}" for name in self.surface.data_vars})
+        whole = super()._stored()
+        return whole.merge(fields, combine_attrs="override")
+
+
+def wear(
+    contact: Contact,
+    path: LoadingPath,
+    *,
+    coefficient: QuantityLike,
+    cycles: ArrayQuantityLike,
+    law: str = "archard",
+    progress: Callable[[int, int], None] | None = None,
+) -> Wear:
+    """
+    Fretting wear of a contact over many cycles of equal amplitude, at constant indentation or load.
+
+    In every cycle the gap grows by k p(r) s(r) (Archard) or k tau(r) s(r) (energy), with the pressure p, the shear traction tau = mu p
+    and the slip path s = 4 |U0 - u_x| of the cycle. Blocks of cycles are implicit, and the springs, their slip and
+    the stick radius belong to the worn profile.
+
+    Parameters
+    ----------
+    contact : Contact
+        With ``friction=Coulomb(mu)`` and homogeneous elastic bodies, without adhesion. Wear of both bodies adds up.
+    path : LoadingPath
+        One cycle: ``indent(...)`` or ``load(...)``, which is kept, and then a shift to and fro, such as ``cycle(shift="1 um")``.
+    coefficient : quantity
+        Wear coefficient k in m^2/N (volume per load and path, such as "1e-6 mm^3/(N m)"), or in m^3/J for the energy law; above 0.
+    cycles : array_like
+        Number of cycles, or the rising numbers at which rows are wanted.
+    law : {"archard", "energy"}
+        The coefficients have the same unit, so the law has to be named.
+    progress : callable, optional
+        Called with the number of finished rows and of all rows.
+
+    Returns
+    -------
+    Wear
+
+    Raises
+    ------
+    ProblemError
+        If a value is not above 0, the path is no such cycle, the amplitude of gross slip is above a tenth of the contact radius, or the
+        contact has adhesion, memory, grading, layers, a force curve or a sharp edge.
+    ConvergenceError
+        If a block of cycles has no solution.
+
+    See Also
+    --------
+    friction_loop : the loop of one cycle.
+    Worn : a worn profile.
+
+    Notes
+    -----
+    Archard (1953); Fouvry, Kapsa and Vincent (1996). At constant indentation wear ends at the shape of Popov (2014), which the
+    summary shows; at constant load the stick radius grows, and the end has no closed form. Wear particles are not known to the model.
+
+    References
+    ----------
+    - Archard (1953), J. Appl. Phys. 24, 981-988, doi:10.1063/1.1721448.
+    - Fouvry, Kapsa and Vincent (1996), Wear 200, 186-205, doi:10.1016/S0043-1648(96)07306-1.
+    - Popov (2014), Phys. Mesomech. 17, 163-172.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.0), friction=mdr.Coulomb(0.5))
+    >>> one = mdr.indent("1 um") >> mdr.cycle(shift="0.1 um")
+    >>> worn = mdr.wear(ball, one, coefficient="1e-5 mm^3/(N m)", cycles=1e6)
+    >>> bool(0.99 < worn["worn_volume"][-1] / worn.data.attrs["limit_volume"] < 1.0)
+    True
+    """
+    import xarray as xr
+
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"wear: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    refuse_unknown_wear(contact)
+    if law not in LAWS:
+        raise ProblemError(f"wear: law = {shown(law)}; it must be 'archard' or 'energy'")
+    k = to_si(coefficient, "m^2/N", name="coefficient")
+    if not 0.0 < k < math.inf:
+        raise ProblemError(f"wear: coefficient = {shown(coefficient)}; it must be above 0 m^2/N and finite")
+    rows = _counted(cycles)
+    request = one_cycle(path)
+    mapped, d, mu, _ = pressed_joint("wear", "wear", contact, request.normal_force, request.indentation)
+    if not rises_to(mapped.line, d):
+        raise ProblemError(
+            "wear: g(x) of the profile falls within the contact; only profiles that rise from the axis are followed"
+        )
+    case = WearCase(
+        contact, mapped.line.equivalent, mapped.moduli, d, mu, request, k * (mu if law == "energy" else 1.0)
+    )
+    # systems of a few hundred unknowns are slower in several threads
+    with one_thread():
+        history, wearing = followed(case, rows, progress)
+        halved = remarched(wearing, history, rows)
+    fine, coarse = columns_of(case, wearing, history), columns_of(case, *halved)
+    errors = {name: _difference(fine[name], coarse[name], history) for name in fine}
+    limit = limit_of(case)
+    surface = surface_of_wear(case, history)
+    contact_radius = case.radius
+    return Wear(
+        data=xr.Dataset(
+            {name: ("cycles", values, {"units": UNITS[name]}) for name, values in fine.items()},
+            coords={"cycles": ("cycles", rows, {"long_name": "number of cycles", "units": ""})},
+            attrs={"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
+            | limit,
+        ),
+        surface=xr.Dataset(
+            {
+                name: (("cycles", "node"), values, {"units": "Pa" if name == "pressure" else "m"})
+                for name, values in surface.items()
+            },
+            coords={"cycles": rows},
+        ).set_coords("r"),
+        original=contact.profile,
+        claims=wear_claims(contact, mapped.moduli, law, errors),
+        assumptions=(
+            *frictional_assumptions(
+                contact, mapped, np.array([contact_radius, float(fine["contact_radius"].max())])
+            ),
+            small_amplitude(request.amplitude, contact_radius),
+        ),
+        notes=(*mapped.notes, *_notes(case, history)),
+        contact=contact,
+        references=("archard", "fouvry", "popov-wear", "cattaneo-mindlin"),
+    )
+
+
+def _counted(cycles: ArrayQuantityLike) -> FloatArray:
+    """Numbers of cycles of the rows, from 0."""
+    given = np.atleast_1d(to_si_array(cycles, "", name="cycles"))
+    if given.ndim != 1 or given.size == 0 or not np.all(given >= 0.0) or not np.all(np.diff(given) > 0.0):
+        raise ProblemError(
+            f"wear: cycles = {shown(cycles)}; a number above 0, or rising numbers of at least 0, are needed"
+        )
+    last = float(given[-1])
+    if not last > 0.0:
+        raise ProblemError(f"wear: cycles = {shown(cycles)}; the last number must be above 0")
+    if given.size > 1:
+        return given
+    spaced = np.geomspace(last * 10.0**-_DECADES, last, _ROWS)
+    return np.unique(np.append(0.0, np.where(spaced > _COUNTED, np.round(spaced), spaced)))
+
+
+def _difference(fine: FloatArray, coarse: FloatArray, history: History) -> FloatArray:
+    """Relative error of a column, from half the cells and from the blocks."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart = np.abs(coarse - fine) / np.abs(fine)
+    return np.asarray(np.where(fine == 0.0, 0.0, apart) + np.array(history.missed))
+
+
+def _notes(case: WearCase, history: History) -> tuple[str, ...]:
+    """How the cycles were followed."""
+    regime = "gross slip" if case.gross else "partial slip"
+    control = "indentation" if case.request.normal_force is None else "load"
+    return (
+        f"{regime} at constant {control}; {len(history.blocks)} blocks of cycles, {_cells(history)} cells",
+    )
+
+
+def _cells(history: History) -> int:
+    return int(history.states[0][0].rings.size)

@@ -1,0 +1,374 @@
+"""A contact that wears in its own units, and what its states are in those of users."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.wear import SMALL
+from pymdr.line.wear import History, Wearing, march, outer_radius, wear_limit
+from pymdr.line.wear.limits import limiting_profile
+from pymdr.line.wear.march import State, contact_edge
+from pymdr.line.wear.mesh import Mesh
+from pymdr.mapping.equivalent import EquivalentProfile
+from pymdr.mapping.moduli import EffectiveModuli
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Graded
+from pymdr.problem.paths import Cycle, Hold, Leg, LoadingPath, Path, Ramp, legs, named_channels
+from pymdr.problem.profiles import ForceCurve
+from pymdr.units import FloatArray, metres
+
+_CELLS, _TOLERANCE = 160, 1e-4
+_FULL, _WIDER, _TRIES = 0.97, 1.6, 8
+"""Part of the mesh that the contact may fill, and how often the mesh is made wider by what factor."""
+_ROOM = 1.3
+_FAINT = 1e-9
+"""Pressure over E* d/a below which the bodies only touch."""
+_HALVINGS = 80
+
+UNITS = {
+    "worn_volume": "m^3",
+    "worn_depth": "m",
+    "worn_radius": "m",
+    "contact_radius": "m",
+    "stick_radius": "m",
+    "indentation": "m",
+    "normal_force": "N",
+    "normal_stiffness": "N/m",
+    "force_amplitude": "N",
+    "dissipated_per_cycle": "J",
+}
+
+
+class WearCycle(NamedTuple):
+    """One cycle: exactly one of the first two is given."""
+
+    indentation: float | None
+    normal_force: float | None
+    amplitude: float
+
+
+def refuse_unknown_wear(contact: Contact) -> None:
+    """
+    Refuse contacts whose wear is not known.
+
+    Raises
+    ------
+    ProblemError
+        If the contact has adhesion, memory, grading, layers, a force curve, another shape or a sharp edge.
+    """
+    bodies = (contact.body, contact.counterbody)
+    profile = contact.profile
+    why = ""
+    if contact.adhesion is not None:
+        why = "the contact has adhesion, whose friction in partial slip is unknown; leave adhesion out"
+    elif contact.is_viscoelastic:
+        why = "a body has memory, and wear of a viscoelastic contact is unknown; give Elastic bodies"
+    elif any(isinstance(body, Graded) or not body.homogeneous for body in bodies):
+        why = "a body is graded or layered; give homogeneous bodies such as Elastic"
+    elif isinstance(profile, ForceCurve):
+        why = "a force curve has no shape that could wear; give the profile itself"
+    elif profile.no_radius:
+        why = "the profile is not of revolution; give one that is, such as Paraboloid"
+    elif math.isfinite(profile.edge):
+        why = (
+            f"the profile has a sharp edge at r = {metres(profile.edge)}, where the pressure is infinite; give a rounded one, such as "
+            "RoundedFlat"
+        )
+    if why:
+        raise ProblemError(f"wear: {why}")
+
+
+def one_cycle(path: LoadingPath) -> WearCycle:
+    """
+    The constant load and the amplitude of a path of one cycle.
+
+    Raises
+    ------
+    ProblemError
+        If the path does not press first and then only shift to and fro.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> one_cycle(mdr.load("2 N") >> mdr.cycle(shift="1 um"))
+    WearCycle(indentation=None, normal_force=2.0, amplitude=1e-06)
+    """
+    pressed: tuple[str, float] | None = None
+    shifts = [0.0]
+    if not isinstance(path, LoadingPath):
+        raise ProblemError(f"wear: {path!r} is not a path; write load('10 N') >> cycle(shift='1 um')")
+    for number, leg in enumerate(legs(path), 1):
+        names = named_channels(leg)
+        if isinstance(leg, Hold):
+            continue
+        if not names or not set(names) <= {"indentation", "normal_force", "shift"}:
+            raise ProblemError(
+                f"wear: leg {number} moves {', '.join(names) or 'nothing'}; only indentation or normal_force, and then shift, are followed"
+            )
+        normal = [name for name in names if name != "shift"]
+        if normal:
+            pressed = _pressed(leg, number, normal[0], pressed, moved=len(shifts) > 1)
+        if "shift" in names:
+            shifts += _shifts(leg, shifts[-1])
+    moved = np.array(shifts[1:] if len(shifts) > 2 else shifts)
+    amplitude = 0.5 * float(np.ptp(moved))
+    if pressed is None or not amplitude > 0.0:
+        missing = "press the bodies together" if pressed is None else "shift them to and fro"
+        raise ProblemError(f"wear: the path does not {missing}; write load('10 N') >> cycle(shift='1 um')")
+    depth = pressed[1] if pressed[0] == "indentation" else None
+    return WearCycle(depth, None if depth is not None else pressed[1], amplitude)
+
+
+def _pressed(
+    leg: Leg, number: int, name: str, before: tuple[str, float] | None, moved: bool
+) -> tuple[str, float]:
+    """The channel and its constant value after a leg."""
+    values = np.atleast_1d(np.asarray(getattr(leg, name), dtype=float))
+    last = float(values[-1])
+    varied = isinstance(leg, Cycle) or (isinstance(leg, Path) and np.ptp(values) > 0.0)
+    if varied or (moved and before != (name, last)):
+        raise ProblemError(
+            f"wear: leg {number} changes {name} while the bodies shift; wear is followed at constant load or indentation"
+        )
+    return name, last
+
+
+def _shifts(leg: Leg, here: float) -> list[float]:
+    if isinstance(leg, Cycle):
+        assert leg.shift is not None
+        return [here + leg.shift, here - leg.shift, here]
+    assert isinstance(leg, Ramp | Path)
+    return [float(u) for u in np.atleast_1d(np.asarray(leg.shift, dtype=float))]
+
+
+@dataclass(frozen=True, eq=False)
+class WearCase:
+    """A contact that is to wear."""
+
+    contact: Contact
+    equivalent: EquivalentProfile
+    moduli: EffectiveModuli
+    depth: float
+    """Indentation before wear in m."""
+    mu: float
+    request: WearCycle
+    coefficient: float
+    """Archard's, in m^2/N."""
+
+    @cached_property
+    def radius(self) -> float:
+        """Contact radius before wear in m."""
+        return float(np.atleast_1d(self.equivalent.inverse(np.array([self.depth])))[0])
+
+    @property
+    def caps(self) -> float:
+        """Longest shift of a spring over its length, mu E*/G*."""
+        return self.mu * self.moduli.normal / self.moduli.tangential
+
+    @property
+    def gross(self) -> bool:
+        """Whether the whole contact slips."""
+        return self.request.amplitude >= self.caps * self.depth
+
+    @cached_property
+    def stick(self) -> float:
+        """Stick radius before wear in m; 0 in gross slip."""
+        if self.gross:
+            return 0.0
+        left = self.depth - self.request.amplitude / self.caps
+        return float(np.atleast_1d(self.equivalent.inverse(np.array([left])))[0])
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Where g' jumps within the first contact, in m."""
+        return tuple(self.equivalent.kinks(self.radius))
+
+    def gap(self, x: FloatArray) -> FloatArray:
+        """g(x) in m."""
+        return np.asarray(self.equivalent.g(np.asarray(x)))
+
+    def profile(self, r: FloatArray) -> FloatArray:
+        """f(r) in m from the apex; infinite beyond the end of the profile."""
+        values = self.contact.profile.gap(r)
+        first = float(np.ravel(self.contact.profile.gap(np.zeros(1)))[0])
+        return np.where(np.isnan(values), math.inf, values - first)
+
+
+def followed(
+    case: WearCase, rows: FloatArray, progress: Callable[[int, int], None] | None
+) -> tuple[History, Wearing]:
+    """
+    The history of a case, on a mesh that the contact does not outgrow.
+
+    Raises
+    ------
+    ProblemError
+        If gross slip is too wide, or the contact outgrows the profile.
+    """
+    if case.gross and case.request.amplitude > SMALL * case.radius:
+        raise ProblemError(
+            f"wear: gross slip with an amplitude of {metres(case.request.amplitude)} (limit {metres(SMALL * case.radius)}, a tenth of the "
+            "contact radius): the track is not of revolution; give a smaller amplitude"
+        )
+    most, farthest = _bound(case, rows), case.contact.profile.max_radius
+    a, d = case.radius, case.depth
+    end = min(most, farthest)
+    for _ in range(_TRIES):
+        wearing = Wearing(
+            gap=lambda x: case.gap(x * a) / d,
+            profile=lambda r: case.profile(r * a) / d,
+            kinks=tuple(k / a for k in case.kinks),
+            stick=case.stick / a,
+            amplitude=case.request.amplitude / (case.caps * d),
+            rate=4.0 * case.coefficient * case.caps * case.moduli.normal * d / a,
+            force=None if case.request.normal_force is None else _half_load(case) / (d * a),
+            end=end / a,
+            cells=_CELLS,
+        )
+        history = march(wearing, rows, _TOLERANCE, progress)
+        if case.request.normal_force is None or contact_edge(*history.states[-1]) < _FULL * wearing.end:
+            return history, wearing
+        if end >= farthest:
+            break
+        end = min(end * _WIDER, farthest)
+    raise ProblemError(
+        f"wear: after {rows[-1]:g} cycles the contact reaches r = {metres(end)}, up to which the profile is known; give fewer cycles"
+    )
+
+
+def _half_load(case: WearCase) -> float:
+    """int_0^a (d - g) dx in m^2."""
+    assert case.request.normal_force is not None
+    return case.request.normal_force / (2.0 * case.moduli.normal)
+
+
+def _bound(case: WearCase, rows: FloatArray) -> float:
+    """A radius in m that the contact hardly exceeds."""
+    if case.request.normal_force is None:
+        return outer_radius(case.depth, case.stick, case.gap, case.profile, case.kinks)
+    most = 4.0 * case.coefficient * case.request.normal_force * case.request.amplitude * float(rows[-1])
+    flat = _flat_of(case, most)
+    by_volume = _ROOM * math.hypot(flat, 1.2 * case.radius)
+    if case.gross:
+        return by_volume
+    # beyond the first stick radius the springs are not negative
+    deepest = (_half_load(case) + float(case.equivalent.integral(np.array([case.stick]))[0])) / case.stick
+    by_depth = outer_radius(deepest, case.stick, case.gap, case.profile, case.kinks)
+    return min(by_volume, by_depth)
+
+
+def _flat_of(case: WearCase, volume: float) -> float:
+    """The radius in m at which a flat on the profile has a volume in m^3."""
+    part: FloatArray = np.linspace(0.0025, 0.9975, 200)
+
+    def of(b: float) -> float:
+        r = b * part
+        top = float(case.profile(np.array([b]))[0])
+        if not math.isfinite(top):
+            return math.inf
+        return 2.0 * math.pi * b / 200.0 * float(np.sum((top - case.profile(r)) * r))
+
+    low, high = 0.0, case.radius
+    while of(high) < volume:
+        low, high = high, 1.5 * high
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if of(middle) < volume else (low, middle)
+    return high
+
+
+def remarched(wearing: Wearing, history: History, rows: FloatArray) -> tuple[Wearing, History]:
+    """The same blocks on half the cells."""
+    half = replace(wearing, cells=wearing.cells // 2)
+    return half, march(half, rows, _TOLERANCE, blocks=np.array(history.blocks))
+
+
+def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, FloatArray]:
+    """The quantities of all rows in SI units."""
+    a, d, e = case.radius, case.depth, case.moduli.normal
+    rows = []
+    for mesh, state in history.states:
+        edge = _contact(mesh, state)
+        half = state.depth * mesh.stick - mesh.inner_load + float(mesh.loading @ state.springs)
+        pulled = np.minimum(state.springs, wearing.amplitude)
+        sheared = wearing.amplitude * mesh.stick + float(mesh.loading @ pulled)
+        lost = float(np.sum(mesh.areas * state.pressure * state.slip))
+        radii, depth = mesh.whole(state.worn)
+        worn = depth.max()
+        last = radii[min(int(np.flatnonzero(depth)[-1]) + 1, depth.size - 1)] if worn > 0.0 else 0.0
+        rows.append(
+            (
+                mesh.volume(state.worn) * a * a * d,
+                worn * d,
+                last * a,
+                edge * a,
+                mesh.stick * a,
+                state.depth * d,
+                2.0 * e * half * d * a,
+                2.0 * e * edge * a,
+                2.0 * case.moduli.tangential * case.caps * d * a * sheared,
+                4.0 * case.mu * e * case.caps * d * d * a * lost,
+            )
+        )
+    return dict(zip(UNITS, np.array(rows).T, strict=True))
+
+
+def _contact(mesh: Mesh, state: State) -> float:
+    """The contact radius, up to the edge of wear where the bodies only touch."""
+    if state.pressure.max() > _FAINT:
+        return contact_edge(mesh, state)
+    worn = np.flatnonzero(state.worn > 0.0)
+    return float(mesh.nodes[worn[-1] + 1]) if worn.size else mesh.stick
+
+
+def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
+    """Radii, worn profile, depth of wear, pressure and slip of all rows in SI units, over nodes."""
+    a, d, e = case.radius, case.depth, case.moduli.normal
+    rows: dict[str, list[FloatArray]] = {
+        name: [] for name in ("r", "profile", "worn_depth", "pressure", "slip", "limiting_profile")
+    }
+    for mesh, state in history.states:
+        radii, depth = mesh.whole(state.worn)
+        inner = radii.size - mesh.rings.size - 1
+        r = radii * a
+        rows["r"].append(r)
+        rows["worn_depth"].append(depth * d)
+        still = case.request.normal_force is None
+        rows["limiting_profile"].append(limiting_shape(case, r) if still else np.full(r.size, math.nan))
+        rows["profile"].append(case.profile(r) + depth * d)
+        unknown = np.full(inner, math.nan)
+        rows["pressure"].append(np.concatenate([unknown, state.pressure * (e * d / a), [0.0]]))
+        rows["slip"].append(np.concatenate([np.zeros(inner), state.slip * (case.caps * d), [math.nan]]))
+    size = max(values.size for values in rows["r"])
+    return {
+        name: np.array([np.pad(v, (0, size - v.size), mode="edge") for v in values])
+        for name, values in rows.items()
+    }
+
+
+def limit_of(case: WearCase) -> dict[str, float]:
+    """Volume, radius and load at the end of wear at constant indentation; empty at constant load."""
+    if case.request.normal_force is not None:
+        return {}
+    end = wear_limit(case.depth, case.stick, case.gap, case.profile, case.kinks)
+    return {
+        "limit_volume": end.volume,
+        "limit_radius": end.radius,
+        "limit_force": 2.0 * case.moduli.normal * end.half_load,
+    }
+
+
+def limiting_shape(case: WearCase, r: FloatArray) -> FloatArray:
+    """The limiting profile in m at constant indentation at radii in m."""
+    f = case.profile(r)
+    if case.stick == 0.0:
+        return np.maximum(f, case.depth)
+    beyond = limiting_profile(np.maximum(r, case.stick), case.depth, case.stick, case.gap, case.kinks)
+    return np.where(r > case.stick, np.maximum(f, beyond), f)

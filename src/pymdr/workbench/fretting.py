@@ -1,0 +1,293 @@
+"""From a record of fretting to friction, stiffness, slip regime and wear rate of its cycles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import Coulomb
+from pymdr.result import Result
+from pymdr.solving.loops import friction_loop
+from pymdr.solving.study import Column, Study
+from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
+from pymdr.workbench.records import measured_loops
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_HERTZ = 0.2
+"""Energy ratio W/(4 F u) of a paraboloid at the limit of gross slip, 8 (1 - 2/5) - 4 over 4."""
+_BAND = 0.15
+"""Around the limit, relative to it: the cycles in between are mixed."""
+_STRAIGHT = 0.6
+"""Part of the swing of the force over which the stiffness after a turn is fitted."""
+_FEWEST = 4
+_DRAWN = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrettingLog(Study):
+    """Cycles of a record of fretting, by :func:`fretting_log`."""
+
+    data: xr.Dataset
+    """
+    Over ``cycle``: amplitude (m), force_amplitude (N), dissipated_per_cycle (J), tangential_stiffness (N/m) after the turns, energy_ratio
+    and regime ("partial", "mixed" or "gross"); with a load normal_force (N) and friction_coefficient, the largest force over it; with a
+    contact also model_dissipated (J) and model_force (N) of its loop at that amplitude and load.
+    """
+    loops: tuple[tuple[float, FloatArray, FloatArray], ...]
+    """Number, shift in m and force in N of some cycles."""
+
+    subject: ClassVar = "a fretting log"
+    columns: ClassVar = {
+        "cycle": Column("cycle", ""),
+        "amplitude": Column("amplitude", "m"),
+        "force_amplitude": Column("force", "N"),
+        "friction_coefficient": Column("mu", ""),
+        "tangential_stiffness": Column("stiffness", "N/m"),
+        "dissipated_per_cycle": Column("dissipated", "J"),
+        "energy_ratio": Column("W/(4 F u)", ""),
+        "regime": Column("regime", ""),
+        "model_dissipated": Column("of the model", "J"),
+    }
+
+    def _remarks(self) -> list[str]:
+        regimes, counts = np.unique(self.data["regime"].values, return_counts=True)
+        shares = ", ".join(f"{kind} {count}" for kind, count in zip(regimes, counts, strict=True))
+        lines = [
+            f"cycles by regime: {shares}; the limit of gross slip is W/(4 F u) = {self.data.attrs['limit']:.3g}"
+        ]
+        if "wear_coefficient" in self.data.attrs:
+            rate = written(float(self.data.attrs["wear_coefficient"]) * 1e9, "mm^3/J")
+            lines.append(f"energy wear coefficient: {rate}")
+        return lines
+
+    def _figure(self) -> Figure:
+        """Loops over cycles, friction and stiffness."""
+        from pymdr.presentation.plot import fretting_log as draw
+
+        return draw(list(self.loops), self.data)
+
+
+def fretting_log(
+    record: xr.Dataset | Result,
+    *,
+    contact: Contact | None = None,
+    normal_force: QuantityLike | None = None,
+    machine_stiffness: QuantityLike | None = None,
+    worn_volume: QuantityLike | None = None,
+    cycles: float | None = None,
+    least: QuantityLike | None = None,
+) -> FrettingLog:
+    """
+    Friction coefficient, tangential stiffness and slip regime of every cycle of a record.
+
+    Parameters
+    ----------
+    record : xarray.Dataset or Result
+        With ``shift`` and ``tangential_force``, as :func:`pymdr.measured_loops` takes it; with ``normal_force`` if it was recorded.
+    contact : Contact, optional
+        Its loop at every amplitude and load is compared; without friction it takes the median coefficient of gross cycles.
+    normal_force : quantity, optional
+        Constant load in N, if the record has none.
+    machine_stiffness : quantity, optional
+        Tangential stiffness in N/m of what holds the bodies: F/k is taken off the shift.
+    worn_volume : quantity, optional
+        Measured worn volume in m^3, from which the energy wear coefficient follows.
+    cycles : float, optional
+        Number of cycles that wore it, if the record has only some of them; their mean dissipation counts for all.
+    least : quantity, optional
+        As for :func:`pymdr.measured_loops`.
+
+    Returns
+    -------
+    FrettingLog
+
+    Raises
+    ------
+    ProblemError
+        If the record has no shift and tangential force or no whole cycle, a value is not above 0, or a contact is given without load.
+
+    See Also
+    --------
+    running_conditions : load against amplitude, with the cycles of the record.
+    wear : with the coefficient found here.
+
+    Notes
+    -----
+    Fouvry, Kapsa and Vincent (1995) tell the regimes by the energy ratio A = W/(4 F u) of dissipation, force and amplitude.
+    A paraboloid that begins to slip everywhere has A = 0.2; with a contact the limit is that of its own profile. Within 15 % of it a
+    cycle is called mixed. The stiffness is the slope after a turn, from a parabola of the shift over the force.
+
+    References
+    ----------
+    Fouvry, Kapsa and Vincent (1995), Wear 185, 35-46, doi:10.1016/0043-1648(94)06582-9.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3), friction=mdr.Coulomb(0.5))
+    >>> test = mdr.solve(ball, mdr.load("10 N") >> mdr.cycle(shift="2 um", cycles=3, steps=300))
+    >>> log = mdr.fretting_log(test)
+    >>> log.data["regime"].values.tolist()[-1], round(float(log["friction_coefficient"][-1]), 6)
+    ('gross', 0.5)
+    """
+    import xarray as xr
+
+    data = record.data if isinstance(record, Result) else record
+    if not isinstance(data, xr.Dataset) or "shift" not in data or "tangential_force" not in data:
+        raise ProblemError(
+            "fretting_log: a record with shift and tangential_force is needed; see read_record"
+        )
+    shift, force = _column(data, "shift", "m"), _column(data, "tangential_force", "N")
+    if machine_stiffness is not None:
+        shift = shift - force / _above_zero("machine_stiffness", machine_stiffness, "N/m")
+    dim = data["shift"].dims
+    clean = xr.Dataset(
+        {"shift": (dim, shift, {"units": "m"}), "tangential_force": (dim, force, {"units": "N"})}
+    )
+    found = measured_loops(clean, least=least).data
+    first, last = found["first_row"].values - 1, found["last_row"].values - 1
+    spans = [slice(int(begin), int(end) + 1) for begin, end in zip(first, last, strict=True)]
+    amplitude, loss = found["amplitude"].values, found["dissipated_per_cycle"].values
+    swing = np.array([0.5 * np.ptp(force[span]) for span in spans])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = loss / (4.0 * swing * amplitude)
+    columns: dict[str, tuple[np.ndarray, str]] = {
+        "amplitude": (amplitude, "m"),
+        "force_amplitude": (swing, "N"),
+        "dissipated_per_cycle": (loss, "J"),
+        "tangential_stiffness": (np.array([_stiffness(shift[span], force[span]) for span in spans]), "N/m"),
+        "energy_ratio": (ratio, ""),
+    }
+    load = _loads(data, normal_force, spans)
+    if load is not None:
+        columns |= {"normal_force": (load, "N"), "friction_coefficient": (swing / load, "")}
+    limit = _HERTZ
+    if contact is not None:
+        if load is None:
+            raise ProblemError(
+                "fretting_log: a contact needs the load; give normal_force, or a record that has it"
+            )
+        limit, model = _model(contact, amplitude, load, ratio, swing)
+        columns |= model
+    regime = np.where(
+        ratio < limit * (1.0 - _BAND), "partial", np.where(ratio > limit * (1.0 + _BAND), "gross", "mixed")
+    )
+    attrs = {"limit": limit}
+    if worn_volume is not None:
+        attrs["wear_coefficient"] = _rate(worn_volume, loss, cycles)
+    number = found["cycle"].values
+    few = np.unique(np.linspace(0, number.size - 1, min(number.size, _DRAWN)).round().astype(int))
+    return FrettingLog(
+        data=xr.Dataset(
+            {name: ("cycle", values, {"units": unit}) for name, (values, unit) in columns.items()}
+            | {"regime": ("cycle", np.where(np.isfinite(ratio), regime, "unknown"), {"units": ""})},
+            coords={"cycle": ("cycle", number, {"units": ""})},
+            attrs=attrs,
+        ),
+        contact=contact,
+        loops=tuple((float(number[i]), shift[spans[i]], force[spans[i]]) for i in few),
+    )
+
+
+def _column(data: xr.Dataset, name: str, unit: str) -> FloatArray:
+    own = data[name].attrs.get("units", unit)
+    return to_si(f"1 {own}", unit, name=name) * np.asarray(data[name].values, dtype=float)
+
+
+def _above_zero(name: str, given: QuantityLike, unit: str) -> float:
+    value = to_si(given, unit, name=name)
+    if not value > 0.0:
+        raise ProblemError(f"fretting_log: {name} = {shown(given)}; it must be above 0 {unit}")
+    return value
+
+
+def _loads(data: xr.Dataset, given: QuantityLike | None, spans: list[slice]) -> FloatArray | None:
+    """Mean load in N of every cycle."""
+    if given is not None:
+        return np.full(len(spans), _above_zero("normal_force", given, "N"))
+    if "normal_force" not in data:
+        return None
+    force = _column(data, "normal_force", "N")
+    loads = np.array([float(np.mean(force[span])) for span in spans])
+    if not np.all(loads > 0.0):
+        row = int(np.argmin(loads > 0.0)) + 1
+        raise ProblemError(
+            f"fretting_log: the normal force of cycle {row} is {loads[row - 1]:.4g} N; it must be above 0 N"
+        )
+    return loads
+
+
+def _stiffness(shift: FloatArray, force: FloatArray) -> float:
+    """Slope of the force in N/m after the turns of a cycle: of parabolas of the shift over the force."""
+    middle = int(np.argmax(np.abs(shift - shift[0])))
+    slopes = []
+    for u, f in ((shift[: middle + 1], force[: middle + 1]), (shift[middle:], force[middle:])):
+        turned = f - f[0]
+        swing = float(np.ptp(f))
+        near = np.abs(turned) <= _STRAIGHT * swing
+        # only up to where it is exceeded first
+        near[int(np.argmin(near)) :] = near.all()
+        if near.sum() < _FEWEST or swing == 0.0:
+            continue
+        x = turned[near] / swing
+        fitted = np.linalg.lstsq(
+            np.stack([x, x * np.abs(x), np.ones(x.size)], axis=1), u[near] - u[0], rcond=None
+        )[0]
+        if fitted[0] > 0.0:
+            slopes.append(swing / fitted[0])
+    return float(np.mean(slopes)) if slopes else math.nan
+
+
+def _model(
+    contact: Contact, amplitude: FloatArray, load: FloatArray, ratio: FloatArray, swing: FloatArray
+) -> tuple[float, dict[str, tuple[FloatArray, str]]]:
+    """The energy ratio of a contact at the limit of gross slip, and its loops at the amplitudes and loads of cycles."""
+    from dataclasses import replace
+
+    if contact.friction is None:
+        slides = ratio > _HERTZ * (1.0 + _BAND)
+        if not slides.any():
+            raise ProblemError(
+                "fretting_log: no cycle slides grossly, so the record does not give mu; give Contact(..., friction=Coulomb(mu))"
+            )
+        contact = replace(contact, friction=Coulomb(float(np.median((swing / load)[slides]))))
+    at_limit = friction_loop(contact, float(amplitude[0]), normal_force=float(np.mean(load)))
+    edge = friction_loop(
+        contact, float(at_limit.data["sliding_shift"]), normal_force=float(np.mean(load))
+    ).data
+    limit = float(
+        (edge["dissipated_per_cycle"] / (4.0 * edge["force_amplitude"] * edge["amplitude"])).values[0]
+    )
+    constant = np.ptp(load) == 0.0
+    if constant:
+        loop = friction_loop(contact, amplitude, normal_force=float(load[0])).data
+        losses, forces = loop["dissipated_per_cycle"].values, loop["force_amplitude"].values
+    else:
+        each = [
+            friction_loop(contact, float(u), normal_force=float(f)).data
+            for u, f in zip(amplitude, load, strict=True)
+        ]
+        losses = np.array([float(loop["dissipated_per_cycle"][0]) for loop in each])
+        forces = np.array([float(loop["force_amplitude"][0]) for loop in each])
+    return limit, {"model_dissipated": (losses, "J"), "model_force": (forces, "N")}
+
+
+def _rate(worn_volume: QuantityLike, loss: FloatArray, cycles: float | None) -> float:
+    """Energy wear coefficient in m^3/J."""
+    volume = _above_zero("worn_volume", worn_volume, "m^3")
+    if cycles is not None and not cycles > 0.0:
+        raise ProblemError(f"fretting_log: cycles = {cycles!r}; it must be above 0")
+    total = float(loss.sum()) if cycles is None else float(loss.mean()) * cycles
+    if not total > 0.0:
+        raise ProblemError(
+            f"fretting_log: the cycles dissipate {total:.4g} J in all, which must be above 0 J for a wear rate"
+        )
+    return volume / total

@@ -1,0 +1,99 @@
+"""Drift, continuous stiffness, films and pop-ins: what records were made of is found, and bad input is refused."""
+
+import numpy as np
+import pytest
+
+import pymdr as mdr
+from legibility import faults
+
+TIP = mdr.AreaFunction([24.5], unit="1 nm")
+
+
+def record_of_depth(size=1.0, rows=600):
+    """Loading with E_r = 70 GPa and H = 9 GPa over 20 to 300 nm times a size."""
+    contact_depth = size * np.linspace(20e-9, 300e-9, rows)
+    area = TIP.area_at(contact_depth)
+    force, stiffness = 9e9 * area, 2 * 70e9 * np.sqrt(area / np.pi)
+    return {
+        "indentation": contact_depth + 0.75 * force / stiffness,
+        "normal_force": force,
+        "harmonic_stiffness": stiffness,
+    }
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 1e3])
+def test_hardness_and_modulus_are_those_of_the_record(size):
+    study = mdr.continuous_stiffness(record_of_depth(size), TIP, poisson=0.17, points=6)
+    np.testing.assert_allclose(
+        study["hardness"].values, 9e9, rtol=1e-4
+    )  # quadratics through rows of up to 30 % of the depth
+    np.testing.assert_allclose(
+        study["reduced_modulus"].values, 70e9, rtol=1e-4
+    )  # quadratics through rows of up to 30 % of the depth
+
+
+def test_noise_of_the_stiffness_is_within_the_intervals():
+    record = record_of_depth()
+    noise = np.random.default_rng(3)
+    record["harmonic_stiffness"] = record["harmonic_stiffness"] * (1 + 0.01 * noise.normal(size=600))
+    study = mdr.continuous_stiffness(record, TIP, poisson=0.17, points=20)
+    low, high = (study[f"reduced_modulus_{end}"].values for end in ("low", "high"))
+    assert np.mean((low < 70e9) & (high > 70e9)) > 0.8
+    assert np.median((high - low) / 70e9) < 0.05
+    figure = study.plot().figure if hasattr(study.plot(), "figure") else study.plot()
+    assert not faults(figure)
+
+
+def drifting(rate, noise=0.0, seed=1):
+    part = np.concatenate(
+        [np.linspace(0, 1, 100), np.linspace(1, 0.1, 90), np.full(200, 0.1), np.linspace(0.1, 0, 10)]
+    )
+    time = 0.25 * np.arange(400)
+    depth = 150e-9 + 50e-9 * part**0.7 + rate * time
+    depth[:100] = 200e-9 * np.sqrt(part[:100]) + rate * time[:100]
+    depth += noise * np.random.default_rng(seed).normal(size=400)
+    return mdr.MeasuredCurve(force=1e-3 * part, indentation=depth, time=time)
+
+
+@pytest.mark.parametrize("rate", [-0.3e-9, 0.0, 0.1e-9, 2e-9])
+def test_the_drift_of_a_hold_is_found_and_taken_off(rate):
+    study = mdr.thermal_drift(drifting(rate))
+    assert float(study["rate"][0]) == pytest.approx(rate, rel=1e-9, abs=1e-20)
+    noisy = [drifting(rate, 0.2e-9, seed) for seed in range(20)]
+    study = mdr.thermal_drift(noisy)
+    low, high = (study[f"rate_{end}"].values for end in ("low", "high"))
+    assert np.mean((low < rate) & (rate < high)) > 0.8
+
+
+def jumping(jump, noise, seed):
+    force = np.linspace(0, 1e-3, 401)
+    depth = 100e-9 * (force / 1e-3) ** (2 / 3) + np.where(force > 0.4e-3, jump, 0.0)
+    return mdr.MeasuredCurve(
+        force=force, indentation=depth + noise * np.random.default_rng(seed).normal(size=401)
+    )
+
+
+def test_pop_ins_are_found_and_noise_makes_none():
+    study = mdr.first_pop_in([jumping(8e-9, 0.05e-9, seed) for seed in range(10)])
+    np.testing.assert_allclose(study["pop_in_force"].values, 0.4e-3, rtol=0.02)
+    np.testing.assert_allclose(study["pop_in_jump"].values, 8e-9, rtol=0.05)
+    quiet = mdr.first_pop_in([jumping(0.0, 0.05e-9, seed) for seed in range(10)])
+    with pytest.raises(mdr.NotValidError, match="no jump above"):
+        quiet["pop_in_force"]
+
+
+def test_bad_records_are_refused():
+    record = record_of_depth()
+    with pytest.raises(mdr.ProblemError, match="harmonic"):
+        mdr.continuous_stiffness({k: v for k, v in record.items() if k != "harmonic_stiffness"}, TIP)
+    part = np.sin(np.linspace(0.0, np.pi, 60))
+    without_hold = mdr.MeasuredCurve(force=1e-3 * part, indentation=1e-7 * part, time=np.arange(60.0))
+    with pytest.raises(mdr.ProblemError, match="hold"):
+        mdr.thermal_drift(without_hold)
+    with pytest.raises(mdr.ProblemError, match="at least 20"):
+        mdr.first_pop_in(
+            mdr.MeasuredCurve(force=np.linspace(0, 1e-3, 9), indentation=np.linspace(0, 1e-7, 9))
+        )
+    profile = mdr.continuous_stiffness(record, TIP, poisson=0.3, points=6)
+    with pytest.raises(mdr.ProblemError, match="thickness"):
+        mdr.film_modulus(profile, "-1 um", mdr.Elastic("165 GPa", 0.22))

@@ -1,0 +1,378 @@
+"""Fretting wear: closed form of its end, balances, rings, scaling, worn profiles, records."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import pymdr as mdr
+from pymdr.independent.wear import wear_by_rings
+from pymdr.line.wear import outer_radius, wear_limit
+from pymdr.line.wear.limits import limiting_profile
+from pymdr.solving.wearing import one_cycle
+from pymdr.workbench.cli.program import app
+
+REFS = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text())["refs"]
+K = "1e-5 mm^3/(N m)"
+BODY = mdr.Elastic("210 GPa", 0.0)
+BALL = mdr.Contact(mdr.Paraboloid("10 mm"), BODY, BODY, friction=mdr.Coulomb(0.5))
+HELD = mdr.indent("1 um") >> mdr.cycle(shift="0.2 um")
+LOADED = mdr.load("20 N") >> mdr.cycle(shift="0.4 um")
+
+
+@pytest.fixture(scope="module")
+def held() -> mdr.solving.wear.Wear:
+    return mdr.wear(BALL, HELD, coefficient=K, cycles=1e7)
+
+
+@pytest.fixture(scope="module")
+def loaded() -> mdr.solving.wear.Wear:
+    return mdr.wear(BALL, LOADED, coefficient=K, cycles=1e7)
+
+
+def test_limiting_shape_of_reference() -> None:
+    """Popov (2014): f, b and F of the reference."""
+    (ref,) = [r for r in REFS if r["topic"] == "13 wear"]
+    d, c = ref["inputs"]["d"], ref["inputs"]["c"]
+    gap, profile = (lambda x: x**2), (lambda r: 0.5 * r**2)
+    expected = ref["expected"]
+    assert limiting_profile(np.array([0.4]), d, c, gap)[0] == pytest.approx(expected["f_inf_04"], rel=1e-12)
+    assert outer_radius(d, c, gap, profile) == pytest.approx(expected["b"], rel=1e-12)
+    assert 2.0 * wear_limit(d, c, gap, profile).half_load == pytest.approx(
+        expected["F_over_Estar"], rel=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [mdr.Paraboloid("10 mm"), mdr.Cone(slope=0.01), mdr.PowerLaw(4.0, "1 um", "0.1 mm"), mdr.Sphere("10 mm")],
+)
+def test_wear_at_constant_indentation_ends_at_the_limit(profile: mdr.problem.profiles.Profile) -> None:
+    contact = mdr.Contact(profile, BODY, BODY, friction=mdr.Coulomb(0.5))
+    worn = mdr.wear(contact, HELD, coefficient=K, cycles=[1e9])
+    limit = worn.data.attrs
+    # the mesh of 160 cells: measured 4e-5 for the paraboloid
+    assert float(worn["worn_volume"][-1]) == pytest.approx(limit["limit_volume"], rel=3e-4)
+    assert float(worn["normal_force"][-1]) == pytest.approx(limit["limit_force"], rel=1e-6)
+    f, end = worn.surface["profile"].values[-1], worn.surface["limiting_profile"].values[-1]
+    assert np.max(np.abs(f - end)) < 2e-3 * np.ptp(end)
+
+
+def test_first_cycle_dissipates_the_loop(held: mdr.solving.wear.Wear) -> None:
+    loop = mdr.friction_loop(BALL, "0.2 um", indentation="1 um")
+    assert float(held["dissipated_per_cycle"][0]) == pytest.approx(
+        float(loop["dissipated_per_cycle"][0]), rel=1e-3
+    )
+    assert float(held["force_amplitude"][0]) == pytest.approx(float(loop["force_amplitude"][0]), rel=1e-4)
+
+
+def test_worn_volume_is_dissipated_energy_times_the_energy_coefficient() -> None:
+    rows = np.concatenate([[0.0], np.linspace(2.5e3, 2e5, 80)])
+    worn = mdr.wear(BALL, LOADED, coefficient="2e-5 mm^3/J", cycles=rows, law="energy")
+    lost = worn["dissipated_per_cycle"].values
+    # Simpson's rule over the cycles
+    total = np.sum(np.diff(rows)[::2] / 3.0 * (lost[:-2:2] + 4.0 * lost[1:-1:2] + lost[2::2]))
+    assert float(worn["worn_volume"][-1]) == pytest.approx(2e-14 * total, rel=1e-3)
+
+
+def test_energy_law_is_archard_with_mu(loaded: mdr.solving.wear.Wear) -> None:
+    energy = mdr.wear(BALL, LOADED, coefficient="2e-5 mm^3/J", cycles=1e7, law="energy")
+    assert np.allclose(energy["worn_volume"], loaded["worn_volume"], rtol=1e-10)
+
+
+def test_constant_load_is_kept_and_the_stick_radius_grows(loaded: mdr.solving.wear.Wear) -> None:
+    assert np.allclose(loaded["normal_force"], 20.0, rtol=1e-9)
+    stick, depth = loaded["stick_radius"].values, loaded["indentation"].values
+    assert np.all(np.diff(stick) >= 0.0)
+    assert np.all(np.diff(depth) > -1e-9 * depth[0])
+    assert stick[-1] > 1.005 * stick[0]
+
+
+def test_end_at_constant_load() -> None:
+    """c0 = 0.6 a0: the stick radius and indentation of an independent evolution, 0.623 and 1.199 (three digits)."""
+    d = 1e-6
+    moduli = mdr.effective_moduli(BODY, BODY)
+    load = 4.0 / 3.0 * moduli.normal * math.sqrt(10e-3) * d**1.5
+    shift = 0.64 * 0.5 * moduli.normal / moduli.tangential * d
+    worn = mdr.wear(BALL, mdr.load(load) >> mdr.cycle(shift=shift), coefficient=K, cycles=[1e9])
+    assert float(worn["stick_radius"][-1]) == pytest.approx(0.623e-4, rel=1.5e-3)
+    assert float(worn["indentation"][-1]) == pytest.approx(1.199e-6, rel=1.5e-3)
+
+
+def test_doubled_cells_move_less_than_the_claim(
+    monkeypatch: pytest.MonkeyPatch, loaded: mdr.solving.wear.Wear
+) -> None:
+    monkeypatch.setattr("pymdr.solving.wearing._CELLS", 320)
+    monkeypatch.setattr("pymdr.solving.wearing._TOLERANCE", 3e-5)
+    fine = mdr.wear(BALL, LOADED, coefficient=K, cycles=loaded["cycles"].values[::10])
+    for name in ("worn_volume", "indentation", "stick_radius", "dissipated_per_cycle"):
+        coarse, error = loaded[name].values[::10], loaded.claims[name].error[::10]
+        assert np.all(np.abs(fine[name].values - coarse) <= error * np.abs(coarse)), name
+        assert np.allclose(fine[name].values, coarse, rtol=2e-3, atol=1e-6 * coarse.max()), name
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_rings_wear_alike(force: bool) -> None:
+    soft, depth = mdr.Elastic("1 GPa", 0.0), 1e-6
+    moduli = mdr.effective_moduli(soft, soft)
+    contact = mdr.Contact(mdr.Paraboloid("10 mm"), soft, soft, friction=mdr.Coulomb(0.5))
+    load = 4.0 / 3.0 * moduli.normal * 0.1 * depth**1.5
+    path = (mdr.load(load) if force else mdr.indent(depth)) >> mdr.cycle(shift="0.3 um")
+    ends = np.unique(np.append(np.geomspace(1e4, 1e7, 40), [1e6]))
+    rings = wear_by_rings(
+        np.linspace(0.0, 1.45e-4, 61),
+        lambda r: 0.5 * r**2 / 10e-3,
+        (moduli.normal, moduli.tangential, 0.5),
+        (None, load) if force else (depth, None),
+        0.3e-6,
+        1e-14,
+        ends,
+    )
+    worn = mdr.wear(contact, path, coefficient=K, cycles=[0.0, 1e6, 1e7])
+    at = [1 + int(np.searchsorted(ends, n)) for n in (1e6, 1e7)]
+    # first order in 40 blocks; 60 rings
+    assert np.allclose(rings.volume[at], worn["worn_volume"][1:], rtol=6e-3)
+    assert np.allclose(rings.indentation[at], worn["indentation"][1:], rtol=1e-3)
+
+
+def test_lengths_scale(held: mdr.solving.wear.Wear) -> None:
+    """A thousand times larger: the same cycles, a thousandth of the coefficient over the size of nothing else."""
+    large = mdr.Contact(mdr.Paraboloid("10 m"), BODY, BODY, friction=mdr.Coulomb(0.5))
+    path = mdr.indent("1 mm") >> mdr.cycle(shift="0.2 mm")
+    worn = mdr.wear(large, path, coefficient=K, cycles=held["cycles"].values)
+    assert np.allclose(worn["worn_volume"], 1e9 * held["worn_volume"], rtol=1e-8)
+
+
+def test_cycles_and_coefficient_trade(held: mdr.solving.wear.Wear) -> None:
+    worn = mdr.wear(BALL, HELD, coefficient="1e-4 mm^3/(N m)", cycles=held["cycles"].values / 10.0)
+    assert np.allclose(worn["worn_volume"], held["worn_volume"], rtol=1e-8)
+
+
+def test_gross_slip_follows_archard_in_the_whole() -> None:
+    path = mdr.load("20 N") >> mdr.cycle(shift="2 um")
+    worn = mdr.wear(BALL, path, coefficient=K, cycles=1e5)
+    most = 1e-14 * 20.0 * 4.0 * 2e-6 * worn["cycles"].values
+    assert np.all(worn["worn_volume"].values <= most)
+    # slip is the amplitude less the elastic shift, which the worn flat makes small
+    assert worn["worn_volume"].values[-1] > 0.8 * most[-1]
+    assert np.all(worn["stick_radius"].values == 0.0)
+    apex = worn.worn()
+    assert apex.gap(0.0) == 0.0
+    assert np.ptp(apex.depth[apex.radius < 0.3 * apex.radius[-1]]) < 0.2 * apex.depth[0]
+
+
+def test_worn_profile_is_solved_saved_and_worn_again(held: mdr.solving.wear.Wear, tmp_path: Path) -> None:
+    row = 15
+    worn = held.worn(row)
+    contact = mdr.Contact(worn, BODY, BODY, friction=mdr.Coulomb(0.5))
+    result = mdr.solve(contact, HELD)
+    assert float(result["normal_force"][0]) == pytest.approx(float(held["normal_force"][row]), rel=2e-4)
+    assert float(result["stick_radius"][0]) > 0.0
+    result.save(tmp_path / "worn.nc")
+    assert mdr.open_result(tmp_path / "worn.nc").contact.profile == worn
+    held.save(tmp_path / "study.nc")
+    with xr.open_dataset(tmp_path / "study.nc", engine="h5netcdf") as saved:
+        assert saved["surface_profile"].shape == held.surface["profile"].shape
+    with pytest.raises(mdr.ProblemError, match="nothing has worn"):
+        held.worn(0)
+
+
+def test_wear_in_two_parts_is_wear_in_one() -> None:
+    half = mdr.wear(BALL, HELD, coefficient=K, cycles=[1e4]).worn()
+    again = mdr.wear(
+        mdr.Contact(half, BODY, BODY, friction=mdr.Coulomb(0.5)), HELD, coefficient=K, cycles=[1e4]
+    )
+    whole = mdr.wear(BALL, HELD, coefficient=K, cycles=[1e4, 2e4])
+    volume = float(whole["worn_volume"][0]) + float(again["worn_volume"][-1])
+    assert volume == pytest.approx(float(whole["worn_volume"][1]), rel=5e-3)
+    assert isinstance(again.worn().original, mdr.Paraboloid)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"coefficient": 0.0}, "coefficient"),
+        ({"coefficient": "-1e-6 mm^3/(N m)"}, "coefficient"),
+        ({"cycles": 0.0}, "cycles"),
+        ({"cycles": [3.0, 2.0]}, "cycles"),
+        ({"law": "fleischer"}, "law"),
+        ({"path": mdr.load("1 N")}, "shift"),
+        ({"path": mdr.cycle(shift="1 um")}, "press"),
+        ({"path": mdr.load("1 N") >> mdr.cycle(twist="1 mrad")}, "twist"),
+        ({"path": mdr.load("1 N") >> mdr.ramp(shift="1 um") >> mdr.load("2 N")}, "constant"),
+        ({"path": mdr.load("1 N") >> mdr.cycle(shift="50 um")}, "tenth"),
+        ({"contact": mdr.Contact(mdr.Paraboloid("1 mm"), BODY)}, "friction"),
+        ({"contact": mdr.Contact(mdr.FlatPunch("1 mm"), BODY, friction=mdr.Coulomb(0.3))}, "edge"),
+        (
+            {
+                "contact": mdr.Contact(
+                    mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR(0.05)
+                )
+            },
+            "adhesion",
+        ),
+        (
+            {
+                "contact": mdr.Contact(
+                    mdr.Paraboloid("1 mm"),
+                    mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), poisson=0.5),
+                    friction=mdr.Coulomb(0.3),
+                )
+            },
+            "memory",
+        ),
+    ],
+)
+def test_bad_input_is_refused(change: dict[str, object], message: str) -> None:
+    given: dict[str, object] = {"contact": BALL, "path": HELD, "coefficient": K, "cycles": 10.0} | change
+    with pytest.raises(mdr.ProblemError, match=message):
+        mdr.wear(given.pop("contact"), given.pop("path"), **given)
+
+
+def test_bad_worn_profiles_are_refused() -> None:
+    ball = mdr.Paraboloid("1 mm")
+    for original, radius, depth in (
+        (mdr.Worn(ball, [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 0.0]), [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 0.0]),
+        (ball, [0.0, 1e-5], [1e-8, 0.0]),
+        (ball, [1e-5, 0.0, 2e-5], [1e-8, 1e-8, 0.0]),
+        (ball, [0.0, 1e-5, 2e-5], [1e-8, -1e-8, 0.0]),
+        (ball, [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 1e-9]),
+    ):
+        with pytest.raises(mdr.ProblemError, match="Worn"):
+            mdr.Worn(original, radius, depth)
+
+
+def test_paths_of_one_cycle_in_other_words() -> None:
+    ways = [
+        mdr.load("2 N") >> mdr.cycle(shift="1 um"),
+        mdr.load("2 N") >> mdr.shift("1 um") >> mdr.shift("-1 um") >> mdr.shift("1 um"),
+        mdr.Path(normal_force=[2.0, 2.0, 2.0], shift=[0.0, 1e-6, -1e-6]),
+        mdr.ramp(normal_force="2 N", shift="1 um") >> mdr.shift("-1 um") >> mdr.shift("1 um"),
+    ]
+    assert [one_cycle(path) for path in ways] == [(None, 2.0, 1e-6)] * 4
+
+
+def record(amplitudes: list[float], steps: int = 200) -> mdr.result.Result:
+    path = mdr.load("50 N")
+    for u in amplitudes:
+        path = path >> mdr.cycle(shift=u, steps=steps)
+    return mdr.solve(BALL, path)
+
+
+def test_log_of_a_solved_record() -> None:
+    test = record([0.3e-6, 0.6e-6, 0.9e-6, 1.5e-6, 2.0e-6, 2.5e-6])
+    log = mdr.fretting_log(test, contact=BALL)
+    assert log.data["regime"].values[0] == "partial"
+    assert log.data["regime"].values[-1] == "gross"
+    assert log.data.attrs["limit"] == pytest.approx(0.2, rel=1e-9)
+    assert float(log["friction_coefficient"][-1]) == pytest.approx(0.5, rel=1e-9)
+    stuck = 2.0 * mdr.effective_moduli(BODY, BODY).tangential * float(test["contact_radius"][0])
+    # a parabola through Mindlin's curve
+    assert np.allclose(log["tangential_stiffness"], stuck, rtol=0.05)
+    steady = mdr.fretting_log(record([0.9e-6] * 3, steps=1000), contact=BALL)
+    assert np.allclose(steady["model_dissipated"], steady["dissipated_per_cycle"], rtol=1e-4)
+    assert np.allclose(steady["model_force"], steady["force_amplitude"], rtol=1e-9)
+
+
+def test_machine_is_taken_off() -> None:
+    test = record([2.0e-6, 2.0e-6, 2.0e-6])
+    data = test.data[["shift", "tangential_force", "normal_force"]]
+    soft = data.assign(shift=data["shift"] + data["tangential_force"] / 2e7)
+    bare, log = mdr.fretting_log(data), mdr.fretting_log(soft, machine_stiffness="20 MN/m")
+    for name in ("amplitude", "dissipated_per_cycle", "tangential_stiffness"):
+        assert np.allclose(log[name], bare[name], rtol=1e-9), name
+    assert (
+        mdr.fretting_log(soft)["tangential_stiffness"].values[0]
+        < 0.7 * bare["tangential_stiffness"].values[0]
+    )
+    assert np.allclose(
+        mdr.fretting_log(soft)["dissipated_per_cycle"], bare["dissipated_per_cycle"], rtol=1e-6
+    )
+
+
+def test_wear_coefficient_of_a_record_returns() -> None:
+    """The volume that the model wears gives back its coefficient."""
+    test = record([0.9e-6, 0.9e-6, 0.9e-6], steps=2000)
+    path = mdr.load("50 N") >> mdr.cycle(shift="0.9 um")
+    worn = mdr.wear(BALL, path, coefficient="1e-6 mm^3/J", cycles=[1000.0], law="energy")
+    volume = float(worn["worn_volume"][-1])
+    log = mdr.fretting_log(test, worn_volume=volume, cycles=1000.0)
+    assert log.data.attrs["wear_coefficient"] == pytest.approx(1e-15, rel=5e-3)
+    assert "energy wear coefficient" in log.summary()
+
+
+def test_map_of_running_conditions() -> None:
+    log = mdr.fretting_log(record([0.5e-6, 2.0e-6, 2.0e-6]))
+    chart = mdr.running_conditions(BALL, ["10 N", "50 N", "80 N"], record=log)
+    begins = float(mdr.friction_loop(BALL, "1 um", normal_force="50 N").data["sliding_shift"])
+    assert float(chart["sliding_shift"][1]) == pytest.approx(begins, rel=1e-12)
+    assert chart.plot().axes
+    data = xr.Dataset(
+        {"shift": ("step", np.sin(np.arange(100.0))), "tangential_force": ("step", np.cos(np.arange(100.0)))}
+    )
+    with pytest.raises(mdr.ProblemError, match="normal_force"):
+        mdr.running_conditions(BALL, [1.0], record=mdr.fretting_log(data))
+    with pytest.raises(mdr.ProblemError, match="above 0 N"):
+        mdr.running_conditions(BALL, [0.0])
+
+
+def test_bad_records_are_refused() -> None:
+    test = record([2.0e-6, 2.0e-6])
+    bare = test.data[["shift", "tangential_force"]]
+    slow = record([0.3e-6, 0.3e-6])
+    free = mdr.Contact(mdr.Paraboloid("10 mm"), BODY, BODY)
+    for wrong, message in (
+        (lambda: mdr.fretting_log(test.data[["shift"]]), "tangential_force"),
+        (lambda: mdr.fretting_log(bare, machine_stiffness=0.0), "machine_stiffness"),
+        (lambda: mdr.fretting_log(bare, normal_force="0 N"), "normal_force"),
+        (lambda: mdr.fretting_log(bare, worn_volume="-1 mm^3"), "worn_volume"),
+        (lambda: mdr.fretting_log(bare, worn_volume="1 mm^3", cycles=0.0), "cycles"),
+        (lambda: mdr.fretting_log(bare, contact=BALL), "load"),
+        (lambda: mdr.fretting_log(slow, contact=free), "no cycle slides"),
+    ):
+        with pytest.raises(mdr.ProblemError, match=message):
+            wrong()
+
+
+def test_shell(tmp_path: Path) -> None:
+    case = tmp_path / "fretting.toml"
+    case.write_text(
+        """
+[profile]
+kind = "paraboloid"
+radius = "10 mm"
+[body]
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+[friction]
+kind = "coulomb"
+coefficient = 0.5
+[[path]]
+kind = "indent"
+indentation = "1 um"
+[[path]]
+kind = "cycle"
+shift = "0.2 um"
+"""
+    )
+    table, profile = tmp_path / "worn.csv", tmp_path / "profile.csv"
+    command = ["wear", str(case), "--coefficient", K, "--cycles", "1000, 100000"]
+    done = CliRunner().invoke(app, [*command, "--profile", str(profile), "--output", str(table)])
+    assert done.exit_code == 0, done.output
+    assert "at the end of wear" in done.output
+    assert table.exists()
+    tip = mdr.read_profile(profile)
+    assert tip.gap(0.05e-3) == pytest.approx(0.05e-3**2 / 20e-3, rel=1e-3)
+    refused = CliRunner().invoke(app, [*command[:-3], "0 mm^3/(N m)", "--cycles", "10"])
+    assert refused.exit_code != 0
+    measured = tmp_path / "record.csv"
+    record([2.0e-6, 2.0e-6]).to_csv(measured)
+    logged = CliRunner().invoke(app, ["fretting", str(measured), "--case", str(case), "--json"])
+    assert logged.exit_code == 0, logged.output
