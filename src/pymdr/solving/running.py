@@ -73,7 +73,9 @@ def running_conditions(
 
     References
     ----------
-    Vingsbo and Soderberg (1988), Wear 126, 131-147, doi:10.1016/0043-1648(88)90134-2.
+    - Vingsbo and Soderberg (1988), Wear 126, 131-147, doi:10.1016/0043-1648(88)90134-2.
+    - Cattaneo (1938), Rend. Accad. Naz. Lincei 27, 342-348; Mindlin (1949), J. Appl. Mech. 16, 259-268.
+    - Jaeger (1995), Arch. Appl. Mech. 65, 478-487.
 
     Examples
     --------
