@@ -591,3 +591,26 @@ def test_first_rows_of_histories_that_go_far_deeper_err_as_claimed(seed):
         crept = 1e-6 * force[i] - moved * branch / (1.0 + branch)
         truth = (0.1875 * crept) ** (2.0 / 3.0)
         assert abs(float(found["indentation"].values[i]) / truth - 1.0) <= claim.error[i] + 1e-9
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [
+        mdr.FlatPunch("1 mm"),
+        mdr.RoundedFlat("1 mm", "10 mm"),
+        mdr.TruncatedCone("1 mm", slope=0.1),
+        mdr.TruncatedParaboloid("1 mm", "10 mm"),
+        mdr.Sphere("10 mm"),
+    ],
+)
+@pytest.mark.parametrize("loads", [[1.0], [1.0, 2.0, 1.5]])
+def test_a_load_in_no_time_on_a_dashpot_rests_on_the_flat_end(profile, loads):
+    """Its radius is that of the flat; the pressure of such a row has no indentation, and is not claimed."""
+    body = mdr.Viscoelastic(mdr.KelvinVoigt("1 MPa", "1 MPa s"), 0.5)
+    path = mdr.Path(time=np.arange(len(loads)), normal_force=loads)
+    result = mdr.solve(mdr.Contact(profile, body), path)
+    flat = getattr(profile, "flat_radius", profile.radius if isinstance(profile, mdr.FlatPunch) else 0.0)
+    assert result["indentation"].values[0] == 0.0
+    assert result["contact_radius"].values[0] == pytest.approx(flat, rel=1e-12)
+    assert not (flat and result.claims["pressure"].where[0])
+    assert result.claims["pressure"].where[1:].all()

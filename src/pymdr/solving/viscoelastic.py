@@ -169,11 +169,15 @@ def rows_met(
     # a series of exponentials for a power of time gives way at once where its first term ends
     rigid = (stretch.time == stretch.begin) & relaxation.instantly_rigid & (fine.indentation > 0.0)
     k = task.machine_stiffness or 0.0  # all of a travel bends the machine
-    is_flat = line.equivalent.g(0.5 * fine.contact_radius) == 0.0
+    depth = np.where(rigid, 0.0, fine.indentation)
+    force = stretch.normal if stretch.by_force else np.where(rigid, k * stretch.normal, fine.force)
+    # a load that has not indented rests on the flat end, if there is one
+    resting = rigid | ((depth == 0.0) & (force > 0.0))
+    flat = _flat_radius(line, deepest.indentation[0]) if resting.any() else 0.0
     rows = MemoryRows(
-        np.where(rigid, 0.0, fine.indentation),
-        stretch.normal if stretch.by_force else np.where(rigid, k * stretch.normal, fine.force),
-        np.where(rigid & ~is_flat, 0.0, fine.contact_radius),
+        depth,
+        force,
+        np.where(resting, flat, fine.contact_radius),
         np.where(rigid, 0.0, fine.stored),
         np.where(rigid, 0.0, fine.dissipated),
         np.where(rigid, 0.0, fine.work),
@@ -182,7 +186,15 @@ def rows_met(
         np.full(fine.force.size, stretch.controls.normal == "indentation"),
         *(np.stack([getattr(one, name) for name in _COMPARED], axis=1) for one in others),
     )
+    for fewer in (rows.coarse, rows.coarsest):
+        fewer[resting, _COMPARED.index("contact_radius")] = flat
     return rows, channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
+
+
+def _flat_radius(line: ElasticLine, depth: float) -> float:
+    """Radius in m of a flat end, on which bodies rest without indentation; 0 of a pointed or round one."""
+    radius = float(states_at_depth(line, [max(1e-30 * depth, 1e-60)]).contact_radius[0])
+    return radius if line.equivalent.g(np.array([0.5 * radius]))[0] == 0.0 else 0.0
 
 
 def untouched_states(
@@ -316,7 +328,9 @@ def interpreted(
             "dissipated_energy": rows.dissipated,
         },
     )
-    surface = surface_with_memory(task.contact, relaxation, time, depth, radius)
+    # the fields of a load that rests on a flat end without indentation are not computed: no spring bears it
+    indented = (depth > 0.0) | (force <= 0.0) | (radius == 0.0)
+    surface = surface_with_memory(task.contact, relaxation, time, depth, np.where(indented, radius, 0.0))
     if isinstance(task.contact.profile, ForceCurve):  # whose line has neither pressure nor gap
         check = NOT_CHECKED
     else:
@@ -332,6 +346,7 @@ def interpreted(
     claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
     claims["mean_pressure"] = _where(claims["mean_pressure"], (radius > 0.0) | (force <= 0.0))
+    claims |= {name: _where(claims[name], indented) for name in NORMAL_FIELDS}
     errors |= {name: check.error(name, force.size) + relaxation.error for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,

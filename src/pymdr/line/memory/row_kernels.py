@@ -385,7 +385,8 @@ def follow(
     (state, old, new, half), body, known, row = states, run.body, run.body.known, run.row
     divides, noted = division.tolerance > 0.0, notes.shape[1] > 0
     deepest = float(_DEEPEST)  # numbers: kernels are compiled once more for constants
-    work, lost, parts, moved, ended = 0.0, 0.0, 0, active, False
+    parts = int(0.0)
+    work, lost, moved, ended = 0.0, 0.0, active, False
     for r in range(course.shape[1]):
         whole, rise, done, size = course[TIME, r] - now, course[TARGET, r] - target, 0.0, 1.0
         long, short = int(0.0), int(deepest)
