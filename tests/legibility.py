@@ -27,6 +27,8 @@ NUMBERS = {
     "layer over half-space",
     "fraction of the force",
     "fraction of the indents",
+    "number of cycles",
+    "largest $F_x/F_N$",
     "contact radius over thickness $a/t$",
     "relative error against solve",
     "claimed relative error",

@@ -250,7 +250,7 @@ def test_heights_without_a_wave_in_the_range():
     x, y = coordinates(32, 32)
     assert mdr.power_spectrum(mdr.Topography(np.cos(math.pi * x / 16), 1.0), periodic=True).data.sizes
     for heights, words in (
-        (np.cos(math.pi * x / 16), "or say periodic=True"),
+        (np.cos(math.pi * x / 16), "or pass periodic=True"),
         (np.cos(math.pi * (x - 0.5)) * np.cos(math.pi * (y - 0.5)), "no waves from"),
     ):
         with pytest.raises(mdr.ProblemError, match=words):

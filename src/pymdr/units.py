@@ -466,6 +466,7 @@ _UNITY = _PREFIXES.index("")
 _SCALED: dict[str, tuple[int, str, str]] = {
     "m": (1, "f", "k"),
     "m^2": (2, "n", ""),
+    "m^3": (3, "n", ""),
     "N": (1, "a", "G"),
     "Pa": (1, "µ", "G"),
     "J": (1, "a", "G"),

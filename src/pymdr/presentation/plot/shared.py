@@ -304,7 +304,13 @@ def typeset(value: float, unit: str = "", digits: int = 4) -> str:
 
 def typeset_unit(unit: str) -> str:
     """A unit with typographic powers and products."""
-    powers = unit.replace("*m^0.5", " m$^{1/2}$").replace("^2", "²").replace("^4", "⁴").replace("m^-1", "1/m")
+    powers = (
+        unit.replace("*m^0.5", " m$^{1/2}$")
+        .replace("^2", "²")
+        .replace("^3", "³")
+        .replace("^4", "⁴")
+        .replace("m^-1", "1/m")
+    )
     return powers.replace("*", " ").replace("ohm", "Ω")
 
 

@@ -16,6 +16,7 @@ from pymdr.presentation.plot.shared import (
     letter_panels,
     new_figure,
     styled,
+    typeset_unit,
 )
 from pymdr.units import from_si, good_unit
 
@@ -101,7 +102,7 @@ def _over_cycles(axes: Axes, data: xr.Dataset, names: dict[str, str], si: str) -
     axes.set_xscale("log")
     axes.set_xlabel("number of cycles")
     what = next(iter(names.values())) if len(names) == 1 else "radius"
-    axes.set_ylabel(f"{what} ({unit})")
+    axes.set_ylabel(f"{what} ({typeset_unit(unit)})")
 
 
 def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dataset) -> Figure:
@@ -127,8 +128,8 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
             loops, colormaps["viridis"](np.linspace(0.0, 0.85, len(loops))), strict=True
         ):
             log.plot(lengths(u, unit), np.full(u.size, cycle), from_si(f, "N", force), color=colour, lw=1.0)
-        log.set_xlabel(f"shift ({unit})")
-        log.set_ylabel("cycle")
+        log.set_xlabel(f"shift ({unit})", labelpad=12.0)
+        log.set_ylabel("cycle", labelpad=12.0)
         log.set_zlabel(f"force ({force})")
         log.set_box_aspect((1.0, 1.3, 0.8), zoom=0.85)
         friction = figure.add_subplot(2, 2, 2)

@@ -174,12 +174,16 @@ class AreaFunction(Profile):
 
     def _logarithms(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Logarithm of A and d ln A / d ln h over s = ln h, in the unit of the coefficients; nan where the area is not above 0."""
-        powers = s[..., None] * self.exponents
+        coefficients = np.asarray(self.coefficients)
+        # beside a power that is not there the others vanish at depths far below or above the unit
+        present = coefficients != 0.0
+        exponents = self.exponents[present]
+        powers = s[..., None] * exponents
         largest = powers.max(axis=-1)
-        terms = self.coefficients * np.exp(powers - largest[..., None])
+        terms = coefficients[present] * np.exp(powers - largest[..., None])
         area = terms.sum(axis=-1)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return largest + np.log(area), (terms @ self.exponents) / area
+            return largest + np.log(area), (terms @ exponents) / area
 
     @cached_property
     def _rising(self) -> tuple[FloatArray, FloatArray]:
