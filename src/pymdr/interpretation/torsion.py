@@ -27,8 +27,9 @@ TORSIONAL_QUANTITIES = (
     "stored_torsional_energy",
     "dissipated_energy",
 )
-_MEASURED_ERROR = 0.02
-"""Bound of the torque's error over the largest frictional torque where an inner ring slips, measured with boundary elements on rings."""
+_MEASURED_ERROR = 0.1
+"""Error of the torque over the largest frictional torque where an inner ring slips: twice the 0.046 that boundary elements on rings gave at most in 871
+rows of 827 random histories of a paraboloid."""
 
 
 def torsional_modulus(contact: Contact) -> float:
@@ -71,8 +72,8 @@ def torsional_claims(
         first = int(np.argmax(excess > 0.0))
         reason = (
             f"from step {first} on an inner ring would slip too (its traction exceeds mu p by up to {np.max(excess):.2g} of it), "
-            "which the springs do not resolve. Compared with boundary elements on rings the torque errs by at most "
-            f"{_MEASURED_ERROR:g} of the largest frictional torque"
+            "which the springs do not resolve. Compared with boundary elements on rings the torque erred by at most 0.046 of the largest "
+            f"frictional torque in 871 such rows; {_MEASURED_ERROR:g} is claimed"
         )
         turned = Claim(Level.APPROXIMATE, reason, SOURCES["lubkin"], everywhere, error)
     return {
