@@ -17,8 +17,8 @@ from pymdr.mapping.equivalent import equivalent_profile
 Floats = NDArray[np.float64]
 STEPS, INSTABILITIES = 100_000, 50
 WAVE_NUMBER, WAVE_HEIGHT, WORK = 400.0, 2e-4, 1e-4
-TOP, APART, REACH = 1.0, -0.1, 1.2
-LOADING = np.linspace(APART, TOP, STEPS // 2)
+TOP, SEPARATED, MAX_RADIUS = 1.0, -0.1, 1.2
+LOADING = np.linspace(SEPARATED, TOP, STEPS // 2)
 PATH = np.concatenate([LOADING, LOADING[::-1]])
 
 
@@ -44,7 +44,7 @@ def law() -> JKR:
 
 def traced() -> Track:
     """All branches and jumps under displacement control."""
-    return trace(under_machine(law(), REACH))
+    return trace(under_machine(law(), MAX_RADIUS))
 
 
 def following() -> Iterator[Ratio]:
@@ -57,7 +57,7 @@ def following() -> Iterator[Ratio]:
     error = np.max(np.abs(states.indentation - PATH[history.attached])) / TOP
     require(error <= 1e-10, f"states are off the curve by {error:.0e}")
 
-    known = np.linspace(APART, TOP, 1000)
+    known = np.linspace(SEPARATED, TOP, 1000)
     values = known**2
 
     def everything() -> object:
@@ -77,10 +77,10 @@ def following() -> Iterator[Ratio]:
     yield compare(
         "the same with radii, forces, energies and work", everything, against, interpolated, "no aim"
     )
-    map_time = median_time(lambda: equivalent_profile(wavy()).squared(np.array(REACH)), 1)
+    map_time = median_time(lambda: equivalent_profile(wavy()).squared(np.array(MAX_RADIUS)), 1)
     once = "following the path once"
     per_path = median_time(lambda: follow(track, PATH), 5)
-    waves = f"{REACH * WAVE_NUMBER / (2 * np.pi):.0f} waves"
+    waves = f"{MAX_RADIUS * WAVE_NUMBER / (2 * np.pi):.0f} waves"
     yield Ratio(f"apart from it, once: the map of {waves}", once, map_time, per_path, "no aim")
     trace_time = median_time(traced, 1)
     branches = f"{track.low.size} branches and {track.turning.size - 2} folds"

@@ -28,7 +28,7 @@ NOISE, DRIFT, POINT, SEED = 0.01, 0.2, 3e-7, 16
 """The first two in parts of the range of the force."""
 WAY = np.concatenate([np.linspace(-1e-6, 1.5e-6, 120), np.linspace(1.5e-6, -2.5e-6, 180)])
 TIME = np.linspace(0.0, 4.0, 161)
-HELD = np.interp(TIME, [0.0, 0.5, 1.0, 3.0, 4.0], [-0.5e-6, 0.0, 1e-6, 1e-6, -0.5e-6])
+DEPTHS = np.interp(TIME, [0.0, 0.5, 1.0, 3.0, 4.0], [-0.5e-6, 0.0, 1e-6, 1e-6, -0.5e-6])
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def records(study, count, seed):
     """Curves of one contact, each with noise of its own, an origin and a baseline that nobody knows."""
     rng = np.random.default_rng(seed)
     slow = study.true.is_viscoelastic
-    way = HELD if slow else WAY
+    way = DEPTHS if slow else WAY
     path = mdr.Path(**{"travel" if study.machine else "indentation": way}, **({"time": TIME} if slow else {}))
     force = mdr.solve(study.true, path, machine_stiffness=study.machine)["normal_force"].values
     noisy = (
@@ -245,8 +245,8 @@ def print_coloured(fits, count, seed, samples=SAMPLES):
             by_fit, by_map, factor, noted = coloured(colour.noise, fits, count, n, seed)
             one, other = (", ".join(f"{share:.1%}" for share in part.values()) for part in (by_fit, by_map))
             lengths = colour.lengths(n)
-            held = f"{lengths:.3g}" if math.isfinite(lengths) else "-"
-            print(f"| {name} | {n} | {held} | {one} | {other} | {factor:.3g} | {noted:.0%} |", flush=True)
+            number = f"{lengths:.3g}" if math.isfinite(lengths) else "-"
+            print(f"| {name} | {n} | {number} | {one} | {other} | {factor:.3g} | {noted:.0%} |", flush=True)
 
 
 def main(words=None):

@@ -122,11 +122,11 @@ def measured() -> Iterator[Ratio]:
             return mdr.fit_map(start, curves, ["body.young"], contact_point=point)["body.young"].values[0]
 
         times = median_times((ours, 5), (other, 5))
-        apart = abs(other() / ours() - 1.0)
-        told = f"differ by {apart:.0e}" if np.isfinite(apart) else "which finds nothing"
+        difference = abs(other() / ours() - 1.0)
+        remark = f"differ by {difference:.0e}" if np.isfinite(difference) else "which finds nothing"
         yield Ratio(
             f"Hertz, the measured {name}, {record.force.size} samples, a curve of a map on one core",
-            f"nanite with the same contact point ({told})",
+            f"nanite with the same contact point ({remark})",
             times[0] / _COPIES,
             times[1],
             "aim 0.1 %",
@@ -145,10 +145,10 @@ def ratios() -> Iterator[Ratio]:
         ours = float(
             mdr.fit_map(contact(TIP, 1e4), approach.isel(curve=[0]), ["body.young"])["body.young"][0]
         )
-        apart = abs(other() / ours - 1.0)
+        difference = abs(other() / ours - 1.0)
         yield Ratio(
             what,
-            f"nanite (differ by {apart:.0e})",
+            f"nanite (differ by {difference:.0e})",
             hertz,
             median_times((other, 15))[0],
             "aim 10 times faster",
@@ -236,8 +236,8 @@ def whole_map(law, curves, samples, place):
     """Lines that tell how a whole map was fitted, and how one that was killed went on."""
     store, whole, broken = (str(pathlib.Path(place) / name) for name in ("curves", "whole", "broken"))
     store_of(law, curves, samples, store)
-    told = _process(law, store, whole).communicate()[0].splitlines()[-1]
-    yield f"{law}, {curves} curves of {samples} samples on {CORES} cores: {told}"
+    last_line = _process(law, store, whole).communicate()[0].splitlines()[-1]
+    yield f"{law}, {curves} curves of {samples} samples on {CORES} cores: {last_line}"
     process = _process(law, store, broken)
     for line in process.stdout:
         if line.startswith("done") and int(line.split()[1]) >= curves // 2:
@@ -245,9 +245,9 @@ def whole_map(law, curves, samples, place):
             break
     process.communicate()
     done = int((xr.open_zarr(broken, consolidated=False)["ending"] >= 0).sum())
-    told = _process(law, store, broken).communicate()[0].splitlines()
+    lines = _process(law, store, broken).communicate()[0].splitlines()
     same = xr.open_zarr(broken, consolidated=False).identical(xr.open_zarr(whole, consolidated=False))
-    yield f"{law}, killed after {done} curves, went on from {told[0]}: {told[-1]}; {'the same numbers' if same else 'OTHER NUMBERS'}"
+    yield f"{law}, killed after {done} curves, went on from {lines[0]}: {lines[-1]}; {'the same numbers' if same else 'OTHER NUMBERS'}"
 
 
 def main(words=None):

@@ -138,14 +138,14 @@ def tables() -> Iterator[Ratio]:
         for name, time_of in zip(curves, times, strict=False):
             what = f"1e7 rows of {kind} on {name} ({time_of / STEPS * 1e9:.0f} ns a row)"
             yield Ratio(what, "the closed form", time_of, times[-1], "aim 1.5 times as long")
-    asked: list[Floats] = []
+    targets: list[Floats] = []
 
     def sphere(d: Floats) -> Floats:
-        asked.append(d)
+        targets.append(d)
         return np.sqrt(d * (2.0 - d))
 
     tabulated_curves(sphere, 0.9, MODULUS)
-    count = sum(d.size for d in asked)
+    count = sum(d.size for d in targets)
     build, radii = median_times(
         (partial(tabulated_curves, lambda d: np.sqrt(d * (2.0 - d)), 0.9, MODULUS), 20),
         (partial(time.sleep, 1e-6 * count), 20),
@@ -213,7 +213,7 @@ def _busy(count: int) -> int:
     return total
 
 
-def held() -> Iterator[Ratio]:
+def by_force() -> Iterator[Ratio]:
     """A shift under a constant load from the first row on, against a load before the shift."""
     steel = mdr.Elastic("200 GPa", 0.3)
     joint = mdr.Contact(mdr.Paraboloid("5 mm"), steel, friction=mdr.Coulomb(0.3))
@@ -234,7 +234,7 @@ def held() -> Iterator[Ratio]:
 
 
 def ratios() -> Iterator[Ratio]:
-    yield from held()
+    yield from by_force()
     yield from per_step()
     yield from flatness()
     yield from tables()

@@ -59,10 +59,10 @@ def springs_with_memory(contact: mdr.Contact, speeds: np.ndarray) -> np.ndarray:
         q = soft * w + h
         # a free spring keeps q = 0 as it creeps back; one that is touched follows the mass
         creep = h / time / (soft + modulus)
-        held = (d - profile >= w) & ((q > 0.0) | (v > creep))
-        rate = np.where(held, v, creep)
+        touching = (d - profile >= w) & ((q > 0.0) | (v > creep))
+        rate = np.where(touching, v, creep)
         return np.concatenate(
-            [[v, -2.0 * width / MASS * float(q[held].clip(0.0).sum())], rate, modulus * rate - h / time]
+            [[v, -2.0 * width / MASS * float(q[touching].clip(0.0).sum())], rate, modulus * rate - h / time]
         )
 
     def parted(t: float, state: np.ndarray) -> float:

@@ -24,9 +24,9 @@ def surface(hurst, pixels):
 
 def rows(found):
     """Lines of the table."""
-    told = found.data.attrs
-    low, high = told["coefficients"]
-    head = f"{told['hurst']:g},{told['bandwidth']:g},{told['realisations']},{found.coefficient:.3f},{low:.3f},{high:.3f},{told['misfit']:.4f}"
+    attrs = found.data.attrs
+    low, high = attrs["coefficients"]
+    head = f"{attrs['hurst']:g},{attrs['bandwidth']:g},{attrs['realisations']},{found.coefficient:.3f},{low:.3f},{high:.3f},{attrs['misfit']:.4f}"
     columns = ("load", "stiffness", "stiffness_low", "stiffness_high", *CURVES)
     numbers = zip(*(found.data[name].values for name in columns), strict=True)
     return [f"{head}," + ",".join(f"{value:.4g}" for value in row) for row in numbers]
@@ -52,14 +52,14 @@ def main(words=None):
         for hurst, pixels in works:
             name, size = f"H{hurst:g}_{pixels}", pixels**2.3
 
-            def told(done, of, name=name, size=size, before=before):
+            def report(done, of, name=name, size=size, before=before):
                 bar.update(task, description=name, completed=before + size * done / of)
 
             found = mdr.calibrate_coefficient(
                 surface(hurst, pixels),
                 realisations=given.realisations,
                 keep=given.out / name,
-                progress=told,
+                progress=report,
             )
             before += size
             bar.console.print(str(found), markup=False, soft_wrap=True)

@@ -74,7 +74,7 @@ def cpu_time(work: Callable[[], object], repeats: int = 7) -> float:
     return statistics.median(times)
 
 
-def beside_other_work() -> Iterator[Ratio]:
+def with_other_work() -> Iterator[Ratio]:
     """CPU time of a wide contact while other processes keep all cores busy: threads that wait for one another would spin."""
     g, kernel = equivalent_profile(mdr.Paraboloid(1.0)), kernel_of(FILM)
     outline = Outline(g, 1.0, as_place(np.array([100.0])))
@@ -174,7 +174,7 @@ def maps() -> Iterator[Ratio]:
 
 def ratios() -> Iterator[Ratio]:
     yield from single()
-    yield from beside_other_work()
+    yield from with_other_work()
     yield from against_rings()
     yield from paths()
     yield from maps()

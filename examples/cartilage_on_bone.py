@@ -29,6 +29,6 @@ assert abs(factor / 4.59 - 1) < 2e-3
 
 # %%
 # The bone hardly changes the pull-off under a dead load; for a paraboloid on a half-space it is (3/2) pi R w:
-lost = mdr.pull_off(ball, machine_stiffness=0.0)
-print(f"pull-off at {lost.normal_force * 1e3:.3f} mN, a = {lost.contact_radius * 1e3:.3f} mm")
-assert abs(lost.normal_force / (-1.5 * math.pi * 10e-3 * 0.1) - 1) < 0.05
+pull_off = mdr.pull_off(ball, machine_stiffness=0.0)
+print(f"pull-off at {pull_off.normal_force * 1e3:.3f} mN, a = {pull_off.contact_radius * 1e3:.3f} mm")
+assert abs(pull_off.normal_force / (-1.5 * math.pi * 10e-3 * 0.1) - 1) < 0.05

@@ -63,7 +63,7 @@ begin, turn, end = (record.time[record.segment == part].iloc[at] for part, at in
 parts = np.concatenate([np.linspace(begin, turn, 33), turn + np.geomspace(0.05, end - turn, 60)])
 rows = record[record.segment > 0].groupby(np.digitize(record.time[record.segment > 0], parts)).mean()
 
-time, force, held = rows.time.values - begin, rows.force.values, rows.segment.values > 1.5
+time, force, in_hold = rows.time.values - begin, rows.force.values, rows.segment.values > 1.5
 path = mdr.Path(time=time, indentation=rows.depth.values)
 
 
@@ -75,7 +75,9 @@ def solved(body):
 # During the hold the force over that of an elastic body with a shear modulus of 1 Pa is nearly a relaxation test, from which
 # ``fit_prony`` finds the times. Its moduli are too low, because of relaxation during the ramp:
 unit = solved(mdr.Elastic(3.0, poisson=0.5))["normal_force"].values
-apparent = mdr.fit_prony({"time": (time - (turn - begin))[held], "modulus": (force / unit)[held]}, terms=3)
+apparent = mdr.fit_prony(
+    {"time": (time - (turn - begin))[in_hold], "modulus": (force / unit)[in_hold]}, terms=3
+)
 print(apparent)
 
 # %%
@@ -83,7 +85,7 @@ print(apparent)
 # moduli fitted to the force of the hold.
 times = apparent.series.times
 terms = [solved(mdr.Viscoelastic(mdr.Maxwell(1.0, tau), poisson=0.5))["normal_force"].values for tau in times]
-moduli, _ = nnls(1e9 * np.column_stack([unit, *terms])[held], 1e9 * force[held])
+moduli, _ = nnls(1e9 * np.column_stack([unit, *terms])[in_hold], 1e9 * force[in_hold])
 there = moduli[1:] > 0.0
 cell = mdr.Viscoelastic(mdr.Prony(moduli[0], moduli[1:][there], times[there]), poisson=0.5)
 result = solved(cell)

@@ -28,6 +28,6 @@ assert abs(float(at_half[0]) / (0.3 * 100) - 0.5) < 1e-12
 # %%
 # A suddenly applied brake is fully effective after the contact has rolled its own length:
 length = 2 * creep.data.attrs["contact_radius"]
-ways = np.linspace(0.05, 1.5, 30) * length
-braked = mdr.rolling(ball, np.full(30, -2e-3), normal_force="100 N", path=ways)
+distances = np.linspace(0.05, 1.5, 30) * length
+braked = mdr.rolling(ball, np.full(30, -2e-3), normal_force="100 N", path=distances)
 print(braked["creep_force"].values / braked["creep_force"].values[-1])

@@ -83,8 +83,8 @@ def depth(logs):
 
 def off(logs):
     """What is left in µm when the surface is where it fits best."""
-    apart = 1e6 * (depth(logs) + rows.tip.values)
-    return apart - apart.mean()
+    difference = 1e6 * (depth(logs) + rows.tip.values)
+    return difference - difference.mean()
 
 
 # %%

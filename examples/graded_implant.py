@@ -44,5 +44,5 @@ assert float(homogeneous.field("pressure", 0.0)[0]) > peak
 # %%
 # With adhesion the pull-off force under a dead load is (3 + k) / 2 pi R work, for any modulus:
 sticky = mdr.Contact(mdr.Paraboloid(R), implant, adhesion=mdr.JKR("50 mJ/m^2"))
-lost = mdr.pull_off(sticky, machine_stiffness=0.0)
-assert abs(lost.normal_force / (-(3.0 + k) / 2.0 * math.pi * R * 50e-3) - 1) < 1e-12
+pull_off = mdr.pull_off(sticky, machine_stiffness=0.0)
+assert abs(pull_off.normal_force / (-(3.0 + k) / 2.0 * math.pi * R * 50e-3) - 1) < 1e-12

@@ -40,8 +40,8 @@ creep = mdr.solve(
     mdr.Contact(curve, rubber), mdr.load("3 mN", steps=10, duration="10 ms") >> mdr.hold("0.3 s", steps=60)
 )
 depths = creep.to("indentation", "um").values
-told = np.isfinite(depths)
-assert told[9:].all()
+known = np.isfinite(depths)
+assert known[9:].all()
 print(f"creep from {depths[9]:.2f} to {depths[-1]:.2f} um")
 
 # %%
@@ -58,4 +58,4 @@ except mdr.NotValidError as refusal:
     print(refusal)
 else:
     raise AssertionError("a curve knows no radius")
-assert np.all(np.diff(depths[told]) > 0)
+assert np.all(np.diff(depths[known]) > 0)

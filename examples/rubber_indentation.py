@@ -32,6 +32,6 @@ assert abs(float(result["normal_force"][59]) / (spring + branch) - 1) < 1e-9
 
 # %%
 # The contact is lost in the retraction, while the ball is still below the surface:
-lost = np.flatnonzero((result["normal_force"].values == 0) & (result["indentation"].values > 0))
-print(f"no contact from {1e6 * float(result['indentation'][lost[0]]):.0f} um on")
-assert lost.size > 0
+separated = np.flatnonzero((result["normal_force"].values == 0) & (result["indentation"].values > 0))
+print(f"no contact from {1e6 * float(result['indentation'][separated[0]]):.0f} um on")
+assert separated.size > 0

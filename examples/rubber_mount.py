@@ -28,8 +28,8 @@ def shaken(mu, frequency, cycles=3, rows=80):
 
 def last_cycle(result, name, rows=80):
     """What is lost in the last cycle."""
-    lost = result[name].values
-    return float(lost[-1] - lost[-1 - rows])
+    dissipated = result[name].values
+    return float(dissipated[-1] - dissipated[-1 - rows])
 
 
 for frequency in (0.5, 5.0, 50.0):

@@ -41,7 +41,7 @@ assert abs(-np.trapezoid(2 * np.pi * far * axial, far) / 10.0 - 1) < 1e-3
 # %%
 # The whole stress in section, with the largest value and the interface. The ball has the same pressure on its surface.
 
-result.plot_stress()
+figure = result.plot_stress()
 print(result.largest("von_mises"), result.largest("von_mises", side="counterbody"))
 
 # %%

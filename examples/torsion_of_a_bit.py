@@ -12,7 +12,7 @@ import pymdr as mdr
 steel = mdr.Elastic(young="210 GPa", poisson=0.3)
 bit = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
 result = mdr.solve(bit, mdr.load("50 N") >> mdr.cycle(twist="2 mrad", cycles=2, steps=160))
-result.plot()
+figure = result.plot()
 
 # %%
 # Lubkin's sphere: at G phi = 0.98280513 mu p0 the stick radius is a fifth of the contact radius, and the torque 0.99404795 of the largest.
@@ -27,7 +27,7 @@ assert abs(float(turned["torque"][-1]) / largest / 0.9940479391686872 - 1) < 1e-
 # %%
 # The traction is mu p where it slips.
 
-turned.plot()
+figure = turned.plot()
 traction, pressure = (
     turned.field(name, r=["60 um", "100 um"]) for name in ("torsional_traction", "pressure")
 )

@@ -29,5 +29,5 @@ right.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 # %%
 # Energy balance: work is stored or dissipated by friction. The last two cycles are steady.
-lost = result["dissipated_energy"].values
-assert abs((lost[-1] - lost[-301]) / (lost[-301] - lost[-601]) - 1) < 1e-9
+dissipated = result["dissipated_energy"].values
+assert abs((dissipated[-1] - dissipated[-301]) / (dissipated[-301] - dissipated[-601]) - 1) < 1e-9

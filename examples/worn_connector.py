@@ -13,7 +13,7 @@ pin = mdr.Contact(mdr.Sphere("2 mm"), bronze, bronze, friction=mdr.Coulomb(0.6))
 cycle = mdr.indent("0.5 um") >> mdr.cycle(shift="0.15 um")
 worn = mdr.wear(pin, cycle, coefficient="2e-5 mm^3/(N m)", cycles=1e6)
 print(worn)
-worn.plot()
+figure = worn.plot()
 
 # %%
 # The load that is left is that of the closed form (Popov 2014).

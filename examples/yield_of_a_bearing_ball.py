@@ -12,7 +12,7 @@ steel = mdr.Elastic(young="210 GPa", poisson=0.3)
 contact = mdr.Contact(mdr.Sphere("5 mm"), steel, steel)
 yields = mdr.first_yield(contact, strength="2 GPa")
 print(yields)
-yields.plot()
+figure = yields.plot()
 
 # %%
 # Hertz and Huber give the same load for a paraboloid; that of the true sphere differs by the square of its slope.
@@ -27,4 +27,4 @@ assert abs(yields.to("normal_force", "N").sel(criterion="von Mises").item() / ex
 
 result = mdr.solve(contact, mdr.load(2 * exact))
 print(result.to("largest_mises", "GPa"))
-result.plot_stress()
+figure = result.plot_stress()

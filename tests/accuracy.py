@@ -209,14 +209,14 @@ def one_profile(mdr, rng, index, effort):
     contact = mdr.Contact(profile, mdr.Elastic(YOUNG, POISSON))
     solving = 0.0
     for control in ("indentation", "normal_force"):
-        asked = np.asarray(found.g if control == "indentation" else 2 * MODULUS * found.moment, dtype=float)
+        targets = np.asarray(found.g if control == "indentation" else 2 * MODULUS * found.moment, dtype=float)
         began = time.process_time()
-        result = ask(outcome, mdr, contact, mdr.Path(**{control: asked}))
+        result = ask(outcome, mdr, contact, mdr.Path(**{control: targets}))
         solving += time.process_time() - began
         if result is not None:
             outcome.exact.append(is_exact(result))
             try:
-                judge(outcome, rng, drawn, curve, result, control, asked, panel, offset, effort)
+                judge(outcome, rng, drawn, curve, result, control, targets, panel, offset, effort)
             except mdr.errors.PymdrError as error:
                 outcome.refusals.append(without_numbers(error))
             except ArithmeticError as error:
@@ -251,12 +251,12 @@ def askable(rng, drawn, curve, rows):
     return panel[good], offset[good], kept
 
 
-def judge(outcome, rng, drawn, curve, result, control, asked, panel, offset, effort):
+def judge(outcome, rng, drawn, curve, result, control, targets, panel, offset, effort):
     """Hold every row of a result against the truth."""
     of = "g" if control == "indentation" else "moment"
-    target = asked.astype(LONG) if of == "g" else asked.astype(LONG) / (2 * MODULUS)
+    target = targets.astype(LONG) if of == "g" else targets.astype(LONG) / (2 * MODULUS)
     offset = quadrature.polish(curve, target, panel, offset, of)
-    rows = asked.size
+    rows = targets.size
     found_radius = column(result, "contact_radius", rows)
     outcome.invalid += int(np.isnan(found_radius).sum())
     if drawn.kind == "samples":
@@ -479,7 +479,7 @@ def study(seed, count, processes=1, only=None, progress=False, effort=Effort(), 
     """
     jobs = [(seed, int(i), effort, tuple(kinds)) for i in (range(count) if only is None else only)]
     outcomes = []
-    start = told = time.monotonic()
+    start = reported = time.monotonic()
     if processes > 1:
         pool = multiprocessing.get_context("spawn").Pool(processes)
         found = pool.imap_unordered(one_problem, jobs, chunksize=4)
@@ -488,11 +488,11 @@ def study(seed, count, processes=1, only=None, progress=False, effort=Effort(), 
     try:
         for outcome in found:
             outcomes.append(outcome)
-            if progress and time.monotonic() - told > 10.0:
-                told = time.monotonic()
+            if progress and time.monotonic() - reported > 10.0:
+                reported = time.monotonic()
                 bad = [o.index for o in outcomes if any(v.violated for v in o.values)]
                 print(
-                    f"{len(outcomes)} of {len(jobs)} after {told - start:.0f} s, violated: {bad}",
+                    f"{len(outcomes)} of {len(jobs)} after {reported - start:.0f} s, violated: {bad}",
                     file=sys.stderr,
                     flush=True,
                 )

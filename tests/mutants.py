@@ -137,7 +137,7 @@ def recorded():
     return passing, breadth
 
 
-def asked(found):
+def selected(found):
     """The tests that pass its lines, those with the fewest lines first, every so many of very many; of compiled code those of its folder."""
     passing, breadth = recorded()
     lines = passing.get(str(found.file), {})
@@ -161,7 +161,7 @@ def survives(found, place):
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-m", "", "-p", "no:cacheprovider"]
     command += ["--rootdir", str(ROOT), "-c", str(ROOT / "pyproject.toml")]
     # doctests of the source itself would import that, and not the copy
-    command += [str(place / test) if test.startswith("src/") else test for test in asked(found)]
+    command += [str(place / test) if test.startswith("src/") else test for test in selected(found)]
     environment = {**os.environ, "PYTHONPATH": str(place / "src"), "CI": "1", "NUMBA_CACHE_DIR": str(kept)}
     try:
         ended = subprocess.run(

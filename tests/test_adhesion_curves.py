@@ -178,11 +178,11 @@ def test_references_of_jkr(entry):
         n, c, E, gamma = (given_[key] for key in ("n", "c", "Estar", "gamma"))
         law = JKR(power_law(n, c), E, gamma)
         for name, k in (("F", 0.0), ("D", np.inf), ("km", given_["km"])):
-            lost = power_law_pull_off(n, c, E, gamma, k)
-            agree(float(lost.contact_radius), f"a_{name}")
-            agree(float(lost.normal_force), f"F_{name}")
-            agree(float(lost.indentation), f"d_{name}")
-            state = law.states(lost.contact_radius)
+            pull_off = power_law_pull_off(n, c, E, gamma, k)
+            agree(float(pull_off.contact_radius), f"a_{name}")
+            agree(float(pull_off.normal_force), f"F_{name}")
+            agree(float(pull_off.indentation), f"d_{name}")
+            state = law.states(pull_off.contact_radius)
             agree(float(state.normal_force), f"F_{name}")
             agree(float(state.indentation), f"d_{name}")
     elif "a" in given_:
@@ -418,8 +418,8 @@ def test_a_punch_smaller_than_the_zone():
     assert law.ends[0] == b
     assert law.ends[1] > b
     assert law.ends[2] == law.ends[1]
-    held = law.states(0.5 * (law.ends[0] + law.ends[1]))
-    assert float(held.normal_force) == pytest.approx(-np.pi * strength * b**2, rel=1e-14)
+    states = law.states(0.5 * (law.ends[0] + law.ends[1]))
+    assert float(states.normal_force) == pytest.approx(-np.pi * strength * b**2, rel=1e-14)
     full = law.states(law.ends[3] + 0.1)
     assert float(full.normal_force) == pytest.approx(2 * b * 0.1, rel=1e-12)
     assert float(full.contact_radius) == b
@@ -565,14 +565,14 @@ def test_pull_off_of_many_power_laws():
     N = 100_000
     n, c, E, gamma = (rng.uniform(*span, N) for span in ((0.8, 6), (0.3, 3), (0.5, 5), (0.1, 2)))
     k = 10.0 ** rng.uniform(-3, 3, N)
-    lost = power_law_pull_off(n, c, E, gamma, k)
-    a = lost.contact_radius
+    pull_off = power_law_pull_off(n, c, E, gamma, k)
+    a = pull_off.contact_radius
     kappa = power_law_factor(n)
     opening = np.sqrt(2 * np.pi * a * gamma / E)
     s = k / (2 * E * a)
     residual = n * kappa * c * a**n / (0.5 * (3 + s) / (1 + s) * opening) - 1
     assert np.max(np.abs(residual)) < 1e-13
-    assert np.allclose(lost.indentation, kappa * c * a**n - opening, rtol=1e-12, atol=1e-12)
+    assert np.allclose(pull_off.indentation, kappa * c * a**n - opening, rtol=1e-12, atol=1e-12)
     with pytest.raises(ProblemError, match="above 1/2"):
         power_law_pull_off([2.0, 0.5], 1.0, 1.0, 1.0)
     with pytest.raises(ProblemError, match=r"0\.768"):
@@ -611,17 +611,17 @@ def test_jkr_forces_in_closed_form(metre):
 def test_jkr_forces_of_power_laws(n):
     E, gamma, c = 2.0, 0.3, 0.6
     law = JKR(power_law(n, c), E, gamma)
-    lost = power_law_pull_off(n, c, E, gamma)
-    a = lost.contact_radius * np.array([1 + 1e-4, 1.001, 1.03, 1.4, 3.0, 1e2 if n < 20 else 4.0])
+    pull_off = power_law_pull_off(n, c, E, gamma)
+    a = pull_off.contact_radius * np.array([1 + 1e-4, 1.001, 1.03, 1.4, 3.0, 1e2 if n < 20 else 4.0])
     states = law.states(a)
     force = jkr_power_law_force(states.indentation, n, c, E, gamma)
-    scale = np.maximum(np.abs(states.normal_force), np.abs(lost.normal_force))
-    fold = np.minimum(1.0, a / lost.contact_radius - 1)
+    scale = np.maximum(np.abs(states.normal_force), np.abs(pull_off.normal_force))
+    fold = np.minimum(1.0, a / pull_off.contact_radius - 1)
     assert np.max(np.abs(force - states.normal_force) / scale * fold) < 1e-12
-    below = lost.indentation - 1e-6 * abs(lost.indentation)
+    below = pull_off.indentation - 1e-6 * abs(pull_off.indentation)
     assert jkr_power_law_force(below, n, c, E, gamma) == 0.0
     if n == 2.0:
-        d = np.linspace(float(lost.indentation) * 0.999, 9.0, 400)
+        d = np.linspace(float(pull_off.indentation) * 0.999, 9.0, 400)
         ball = jkr_force(d, 1.0 / (2 * c), E, gamma)
         assert np.allclose(jkr_power_law_force(d, 2.0, c, E, gamma), ball, rtol=1e-12, atol=1e-12)
 
@@ -687,22 +687,22 @@ def test_any_scale(line, gamma, metre, pascal):
 @settings(max_examples=examples(30), deadline=None)
 @given(st.floats(1.0, 5.0), st.floats(-9.0, 1.0), st.lists(st.floats(0.01, 0.9), min_size=2, max_size=6))
 def test_zones_that_are_read_again_ask_the_profile_nothing(power, decade, shares):
-    size, asked = 10.0**decade, 0
+    size, count = 10.0**decade, 0
 
     def gap(r):
-        nonlocal asked
-        asked += 1
+        nonlocal count
+        count += 1
         return 0.1 * size * (r / size) ** power
 
     line = equivalent_profile(Function(gap))
     a = size * np.array([0.0, *shares])
     width = np.full(a.size, 0.1 * size)
     first = zone_integrals(line, a, width, third=True)
-    before = asked
+    before = count
     np.testing.assert_array_equal(zone_integrals(line, a, width, third=True), first)
     for i in range(1, a.size):
         zone_integrals(line, a[i:], width[i:])
-    assert asked == before
+    assert count == before
 
 
 def test_zone_integrals_on_panels():
@@ -739,10 +739,10 @@ def test_zone_integrals_on_panels():
     exponent=st.floats(0.8, 6.0),
     flat=st.sampled_from([0.0, 0.3]),
     edge=st.sampled_from([np.inf, 1.0]),
-    reach=st.floats(0.01, 1.0),
+    decades=st.floats(0.01, 1.0),
     seed=st.integers(0, 2**31),
 )
-def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed):
+def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, decades, seed):
     """Tables, which serve many parameters, against parameters that are asked for in small groups."""
     tip = PowerLaw(exponent, 1.0, 1.0)
     if flat:
@@ -751,18 +751,18 @@ def test_many_cohesive_states_are_those_of_few(exponent, flat, edge, reach, seed
         )
     elif edge == 1.0:
         tip = tip + FlatPunch(1.0)
-    curve, fresh = (maugis_dugdale(equivalent_profile(tip), 1.0, 0.05, 0.05 / reach) for _ in range(2))
+    curve, fresh = (maugis_dugdale(equivalent_profile(tip), 1.0, 0.05, 0.05 / decades) for _ in range(2))
     rng = np.random.default_rng(seed)
     most = min(1.2 * max(curve.ends[3], 3.0) if np.isfinite(curve.ends[3]) else 3.0, curve.limit)
     knots = np.array([k for k in curve.knots if k < most])
-    beside = np.concatenate(
+    nearby = np.concatenate(
         [knots, (knots[:, None] * (1.0 + 10.0 ** -rng.uniform(1, 12, (knots.size, 4)))).ravel()]
     )
     s = np.sort(
-        np.concatenate([rng.uniform(0.0, most, 7000), most * 10.0 ** -rng.uniform(0, 8, 2000), beside])
+        np.concatenate([rng.uniform(0.0, most, 7000), most * 10.0 ** -rng.uniform(0, 8, 2000), nearby])
     )
     s = s[s < most]
-    chosen = np.unique(np.concatenate([np.arange(0, s.size, 97), np.searchsorted(s, beside[beside < most])]))
+    chosen = np.unique(np.concatenate([np.arange(0, s.size, 97), np.searchsorted(s, nearby[nearby < most])]))
     for name in ("states", "slopes", "energies"):
         many, few = getattr(curve, name)(s), getattr(fresh, name)(s[chosen])
         if name == "states":

@@ -68,8 +68,8 @@ def test_references_of_power_laws(references, n):
     body = contact(mdr.PowerLaw(n, 1.0, 1.0))
     for name, channel, k in (("F", "normal_force", None), ("D", "indentation", None), ("km", "travel", km)):
         a, force, d = (expected[f"{key}_{name}"] for key in "aFd")
-        lost = mdr.pull_off(body, machine_stiffness={"F": 0.0, "D": math.inf, "km": km}[name])
-        assert [lost.contact_radius, lost.normal_force, lost.indentation] == pytest.approx(
+        pull_off = mdr.pull_off(body, machine_stiffness={"F": 0.0, "D": math.inf, "km": km}[name])
+        assert [pull_off.contact_radius, pull_off.normal_force, pull_off.indentation] == pytest.approx(
             [a, force, d], rel=1e-12
         )
         # by a path: the contact is lost between two rows that are 2e-11 apart
@@ -97,12 +97,12 @@ def test_references_of_a_paraboloid(references):
     assert last(unloaded, "contact_radius") == pytest.approx(expected["a_at_F0"], rel=1e-12)
     assert last(unloaded, "contact_radius") == pytest.approx((4.5 * math.pi) ** (1 / 3), rel=1e-12)
     assert last(unloaded, "indentation") == pytest.approx(expected["d_at_F0"], rel=1e-12)
-    dead, held = (mdr.pull_off(contact(), machine_stiffness=k) for k in (0.0, math.inf))
-    for lost, names in (
+    dead, by_depth = (mdr.pull_off(contact(), machine_stiffness=k) for k in (0.0, math.inf))
+    for pull_off, names in (
         (dead, ("a_forcecontrol", "F_pulloff", "d_at_pulloff")),
-        (held, ("a_dispcontrol", "F_at_snapoff", "d_snapoff")),
+        (by_depth, ("a_dispcontrol", "F_at_snapoff", "d_snapoff")),
     ):
-        found = (lost.contact_radius, lost.normal_force, lost.indentation)
+        found = (pull_off.contact_radius, pull_off.normal_force, pull_off.indentation)
         assert found == pytest.approx([expected[name] for name in names], rel=1e-12)
     # 2e-13 above and below the two folds
     for channel, fold in (("normal_force", "F_pulloff"), ("indentation", "d_snapoff")):
@@ -134,11 +134,11 @@ def test_work_keeps_no_rounding_of_a_far_larger_load_before(back, steps):
     deep = 1e3
     path = mdr.indent(deep, steps=3) >> mdr.indent(deep * 10.0**back, steps=steps)
     result = mdr.solve(contact(), path)
-    stored, surface, lost, work = (
+    stored, surface, dissipated, work = (
         last(result, name)
         for name in ("elastic_energy", "surface_energy", "dissipated_energy", "external_work")
     )
-    assert work == pytest.approx(stored + surface + lost, abs=1e-15 * (stored - surface + lost))
+    assert work == pytest.approx(stored + surface + dissipated, abs=1e-15 * (stored - surface + dissipated))
 
 
 def test_references_of_a_maugis_state(references):
@@ -387,8 +387,8 @@ def test_energy_of_mixed_control():
 def test_an_unstable_state_under_a_new_control_jumps():
     """A state that is held by its indentation is lost when its force is held instead."""
     path = mdr.indent(1.0) >> mdr.indent(-1.5) >> mdr.load(-4.0)
-    held = mdr.solve(contact(), mdr.indent(1.0) >> mdr.indent(-1.5))
-    assert last(held, "normal_stiffness") < 0.0
+    by_depth = mdr.solve(contact(), mdr.indent(1.0) >> mdr.indent(-1.5))
+    assert last(by_depth, "normal_stiffness") < 0.0
     result = mdr.solve(contact(), path)
     assert column(result, "jumped").tolist() == [1.0, 0.0, 1.0]
     assert math.isnan(last(result, "indentation"))
@@ -619,13 +619,13 @@ def test_fields_of_a_punch_that_is_pressed_at_its_edge(law):
     radius=st.floats(-8.0, -5.0),
     modulus=st.floats(6.0, 11.0),
     work=st.floats(-3.0, -1.0),
-    reach=st.floats(-9.6, -7.5),
+    range_=st.floats(-9.6, -7.5),
     strain=st.floats(-5.0, -1.0),
 )
-def test_sharp_punches_of_any_size_under_a_load(radius, modulus, work, reach, strain):
-    b, modulus, work, reach = (10.0**x for x in (radius, modulus, work, reach))
+def test_sharp_punches_of_any_size_under_a_load(radius, modulus, work, range_, strain):
+    b, modulus, work, range_ = (10.0**x for x in (radius, modulus, work, range_))
     force = modulus * b * b * 10.0**strain
-    for law in (mdr.JKR(work), mdr.MaugisDugdale(work, range=reach)):
+    for law in (mdr.JKR(work), mdr.MaugisDugdale(work, range=range_)):
         result = mdr.solve(contact(mdr.FlatPunch(b), law, modulus), mdr.load(0.0) >> mdr.load(force, steps=2))
         assert balance(result).met
         assert last(result, "contact_radius") == b
@@ -671,16 +671,16 @@ def test_rows_after_a_dead_load_has_won_are_not_a_number():
     assert any(note.startswith("pulled off at d = -773.4") for note in result.notes)
     with pytest.raises(mdr.NotValidError, match="2 of 11 steps: a dead load has pulled the bodies apart"):
         result.field("pressure", [0.0, 1.0])
-    for told in (result.summary(), result._repr_html_()):
-        last = told.partition("Claims")[0]
+    for text in (result.summary(), result._repr_html_()):
+        last = text.partition("Claims")[0]
         assert (
             last.count("not valid") == np.count_nonzero([not c.where[-1] for c in result.claims.values()]) - 4
         )
-    lost = mdr.load(0.0) >> mdr.load(-6.0)
+    path = mdr.load(0.0) >> mdr.load(-6.0)
     for leg in (mdr.indent(1.0), mdr.cycle(indentation=1.0)):
         with pytest.raises(mdr.PathError, match=r"lost under a prescribed force.* begin the leg with Path\("):
-            mdr.solve(contact(), lost >> leg)
-    again = mdr.solve(contact(), lost >> mdr.Path(indentation=[0.5, 1.0]))
+            mdr.solve(contact(), path >> leg)
+    again = mdr.solve(contact(), path >> mdr.Path(indentation=[0.5, 1.0]))
     fresh = mdr.solve(contact(), mdr.Path(indentation=[0.5, 1.0]))
     for name in ("normal_force", "contact_radius", "indentation"):
         assert column(again, name)[2:].tolist() == column(fresh, name).tolist()
@@ -689,18 +689,18 @@ def test_rows_after_a_dead_load_has_won_are_not_a_number():
 
 
 def test_loads_go_on_after_a_contact_was_lost():
-    lost = mdr.load(0.0) >> mdr.load(-6.0)
-    held = mdr.solve(contact(), lost >> mdr.hold(steps=3))
-    assert held.status is mdr.Status.PULLED_OFF
-    assert np.isnan(column(held, "normal_force")[1:]).all()
-    back = mdr.solve(contact(), lost >> mdr.load(2.0, steps=8))
+    pulled = mdr.load(0.0) >> mdr.load(-6.0)
+    after = mdr.solve(contact(), pulled >> mdr.hold(steps=3))
+    assert after.status is mdr.Status.PULLED_OFF
+    assert np.isnan(column(after, "normal_force")[1:]).all()
+    back = mdr.solve(contact(), pulled >> mdr.load(2.0, steps=8))
     fresh = mdr.solve(contact(), mdr.load(2.0, steps=2))
     rows = -6.0 + np.arange(1, 9)
     assert np.isfinite(column(back, "normal_force")[2:]).tolist() == (rows >= 0.0).tolist()
     for name in ("normal_force", "indentation", "contact_radius"):
         assert column(back, name)[-2:] == pytest.approx(column(fresh, name), rel=1e-12)
     assert column(back, "jumped").tolist() == [1.0, 1.0] + [0.0] * 5 + [1.0, 0.0, 0.0]
-    shaken = mdr.solve(contact(), lost >> mdr.cycle(normal_force=8.0, steps=8))
+    shaken = mdr.solve(contact(), pulled >> mdr.cycle(normal_force=8.0, steps=8))
     assert np.isfinite(column(shaken, "normal_force")[2:]).tolist() == [False, True, True] + [False] * 5
 
 
@@ -723,9 +723,9 @@ def test_what_a_dead_load_loses_is_the_area_above_it(profile, law, young):
     area = float(np.trapezoid((force - fall.normal_force)[::-1], d[::-1]))
     assert fall.dissipated_energy == pytest.approx(torn.dissipated_energy + area, rel=1e-5)
     loads = mdr.load(0.0) >> mdr.load(2.0 * fall.normal_force, steps=3)
-    lost = mdr.solve(body, loads)
-    assert column(lost, "jump_dissipation").max() >= 0.0
-    assert column(lost, "jump_dissipation")[1:].sum() == pytest.approx(fall.dissipated_energy, rel=1e-9)
+    torn_away = mdr.solve(body, loads)
+    assert column(torn_away, "jump_dissipation").max() >= 0.0
+    assert column(torn_away, "jump_dissipation")[1:].sum() == pytest.approx(fall.dissipated_energy, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -947,14 +947,14 @@ def test_a_wavy_profile_against_a_table(control):
     )
     rows = table.follow(level, values)
     a, force = column(result, "contact_radius"), column(result, "normal_force")
-    held = rows > 0
+    positive = rows > 0
     assert np.count_nonzero(np.abs(np.diff(rows)) > 2000) >= 4
-    assert (np.nan_to_num(a) > 0.0).tolist() == held.tolist()
+    assert (np.nan_to_num(a) > 0.0).tolist() == positive.tolist()
     # a row of the table is 1e-5 wide, and the force changes by 1.6 times that: its size is 0.03
-    assert a[held] == pytest.approx(table.a[rows[held]], abs=1.1e-5)
-    assert force[held] == pytest.approx(table.force[rows[held]], abs=2e-5)
+    assert a[positive] == pytest.approx(table.a[rows[positive]], abs=1.1e-5)
+    assert force[positive] == pytest.approx(table.force[rows[positive]], abs=2e-5)
     # a body that a dead load has torn off is nowhere
-    gone = ~held if control == "normal_force" else np.zeros(held.shape, dtype=bool)
+    gone = ~positive if control == "normal_force" else np.zeros(positive.shape, dtype=bool)
     assert result.claims["normal_force"].where.tolist() == (~gone).tolist()
 
 
@@ -1003,8 +1003,8 @@ def test_a_tip_pulls_most_where_a_dead_load_would_lose_it(exponent, height, work
     dead = float(power_law_pull_off(exponent, height, 1.0, work, 0.0).normal_force)
     found = mdr.pull_off(tip, machine_stiffness=stiffness)
     assert found.largest_pull == pytest.approx(dead, rel=1e-10)
-    held = float(power_law_pull_off(exponent, height, 1.0, work, stiffness).normal_force)
-    assert found.normal_force == pytest.approx(held, rel=1e-9)
+    least_force = float(power_law_pull_off(exponent, height, 1.0, work, stiffness).normal_force)
+    assert found.normal_force == pytest.approx(least_force, rel=1e-9)
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -1053,8 +1053,8 @@ def test_a_bump_that_touches_again_is_not_certified():
     # every state between the rows too, by a table of its own: nothing is claimed after the first that touches
     table = tabulated(h, k, work, 1.0)
     fine = 0.15 * np.arange(1, 201) / 200
-    held = table.follow(table.d, fine)
-    gaps = np.array([lowest_gap(table, table.a[row], d, 0.9) for row, d in zip(held, fine, strict=True)])
+    followed = table.follow(table.d, fine)
+    gaps = np.array([lowest_gap(table, table.a[row], d, 0.9) for row, d in zip(followed, fine, strict=True)])
     first = fine[np.flatnonzero(gaps < -1e-8)[0]]
     assert claim.where.tolist() == [i < 20 and 0.15 * (i + 1) / 20 < first for i in range(40)]
 
@@ -1075,8 +1075,8 @@ def test_claims_do_not_depend_on_the_steps_and_no_jump_gains_energy(depth, wave,
     assert few.claims[name].where.tolist() == whole.claims[name].where[7::8].tolist()
     for result in (whole, few):
         if result.claims[name].readable:
-            lost = result.data[name].values
-            assert np.nanmin(lost, initial=0.0) >= -1e-12 * work
+            dissipated = result.data[name].values
+            assert np.nanmin(dissipated, initial=0.0) >= -1e-12 * work
             # nothing comes back after the first row that is refused
             assert np.all(np.diff(result.claims[name].where.astype(int)) <= 0)
 
@@ -1220,11 +1220,11 @@ def test_a_soft_machine_pulls_a_sampled_tip_by_maugis():
 @pytest.mark.parametrize("law", [None, mdr.JKR("5 mJ/m^2"), mdr.DMT("5 mJ/m^2", range="1 nm")])
 def test_an_indentation_by_the_height_of_a_corner(law):
     """f of the corner is the indentation itself, a round number: no sliver of a panel is left beside it."""
-    at, beside = (
+    at, nearby = (
         column(mdr.solve(mdr.Contact(BLUNT, STIFF, adhesion=law), mdr.indent(d)), "normal_force")[-1]
         for d in (1e-8, 1e-8 * (1.0 + 1e-7))
     )
-    assert at == pytest.approx(beside, rel=1e-6)
+    assert at == pytest.approx(nearby, rel=1e-6)
 
 
 @pytest.mark.parametrize("short", [1e-3, 1e-6, 1e-12])
@@ -1257,8 +1257,8 @@ def rounded_flat(b, radius, n, *, derivative=True):
 @pytest.mark.parametrize("size", [1e-9, 1e-3])
 @pytest.mark.parametrize("n", first_of([1.0, 2.37, 1.5, 2.0, 3.0], 2))
 def test_flats_with_rounded_edges_under_every_law(n, size):
-    work, reach = 1e6 * size, 0.3 * size
-    for law in (mdr.JKR(work), mdr.MaugisDugdale(work, range=reach), mdr.DMT(work, range=reach)):
+    work, range_ = 1e6 * size, 0.3 * size
+    for law in (mdr.JKR(work), mdr.MaugisDugdale(work, range=range_), mdr.DMT(work, range=range_)):
         tip = mdr.Contact(rounded_flat(10 * size, 20 * size, n), STIFF, adhesion=law)
         result = mdr.solve(tip, mdr.indent(0.5 * size) >> mdr.indent(-10 * size, steps=3))
         assert balance(result).measure < 1e-8
@@ -1297,19 +1297,19 @@ def test_a_short_range_on_a_rounded_flat_is_that_of_jkr(n):
 def test_states_beside_the_pull_off_at_a_corner(short):
     """The flat comes off as a punch: the force is straight in the indentation there."""
     tip = mdr.Contact(rounded_flat(1e-7, 1e-7, 1.0), STIFF, adhesion=mdr.JKR(0.05))
-    lost = mdr.pull_off(tip)
-    near = mdr.solve(tip, mdr.indent("10 nm") >> mdr.indent((1.0 - short) * lost.indentation))
+    pull_off = mdr.pull_off(tip)
+    near = mdr.solve(tip, mdr.indent("10 nm") >> mdr.indent((1.0 - short) * pull_off.indentation))
     stiffness = 2.0 * 1e9 / (1.0 - 0.3**2) * 1e-7
     assert last(near, "normal_stiffness") == pytest.approx(stiffness, rel=1e-8)
-    expected = lost.normal_force + (last(near, "indentation") - lost.indentation) * stiffness
+    expected = pull_off.normal_force + (last(near, "indentation") - pull_off.indentation) * stiffness
     # the root in the stretch behind the corner ends with rounding of the depth
     assert last(near, "normal_force") == pytest.approx(expected, rel=2e-14 + 1e-5 * short)
 
 
 def test_adhesive_claims_carry_the_errors_of_the_map():
-    told = mdr.Function(lambda r: np.sqrt(1e-12 + r * r) - 1e-6)
+    function = mdr.Function(lambda r: np.sqrt(1e-12 + r * r) - 1e-6)
     path = mdr.indent("1 um", steps=3) >> mdr.load(0.0)
-    result = mdr.solve(mdr.Contact(told, mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("5 mJ/m^2")), path)
+    result = mdr.solve(mdr.Contact(function, mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("5 mJ/m^2")), path)
     error = result.claims["normal_force"].error
     assert np.all((error[:3] > 0.0) & (error[:3] < 1e-9))
     assert error[3] == 0.0
@@ -1375,9 +1375,9 @@ def adhesive_contacts(draw):
         mdr.load(3.07e-9, steps=4) >> mdr.indent(-6.78e-9, steps=4),
     )
 )
-def test_what_was_solved_is_drawn_with_all_its_equilibria(asked):
+def test_what_was_solved_is_drawn_with_all_its_equilibria(case):
     try:
-        result = mdr.solve(*asked)
+        result = mdr.solve(*case)
     except PymdrError:
         return
     figure = result.plot()
@@ -1389,10 +1389,10 @@ def test_a_figure_without_equilibria_shows_the_rows_and_says_why(monkeypatch):
     result = mdr.solve(contact(), mdr.indent(1.0, steps=5))
     everything = result.plot()
 
-    def lost(*_, **__):
+    def fail(*_, **__):
         raise ConvergenceError("the curve did not settle at 3 m")
 
-    monkeypatch.setattr(drawing, "branches_of", lost)
+    monkeypatch.setattr(drawing, "branches_of", fail)
     figure = result.plot()
     assert f"{UNKNOWN}: the curve did not settle at 3 m" in words_in(figure)
     assert UNKNOWN not in words_in(everything)
@@ -1445,14 +1445,14 @@ def test_a_small_energy_that_is_a_difference_of_large_ones_says_how_good_it_is(
         return math.sqrt(2.0 * math.pi * (1.0 + e) * work)
 
     # the rim comes off where d = -opening(0)
-    asked = sorted(
+    places = sorted(
         {0.0, *(work**0.5 * s * 10.0**k for k in depths for s in (0.1, -0.1) if s * 10.0**k > -0.5)}
     )[::-1]
-    result = mdr.solve(contact(profile, mdr.JKR(work)), mdr.Path(indentation=asked))
+    result = mdr.solve(contact(profile, mdr.JKR(work)), mdr.Path(indentation=places))
     node, weight = np.polynomial.legendre.leggauss(40)
     claim = result.claims["elastic_energy"]
-    claimed = np.zeros(len(asked)) if claim.error is None else claim.error
-    for i, d in enumerate(asked):
+    claimed = np.zeros(len(places)) if claim.error is None else claim.error
+    for i, d in enumerate(places):
         if not column(result, "contact_radius")[i] > 1.0:
             continue
         edge = brentq(

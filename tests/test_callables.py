@@ -207,17 +207,17 @@ def test_rounding_is_not_taken_for_state(scale, count, seed):
 
 
 def test_nothing_is_asked_beyond_the_reach():
-    asked = []
+    calls = []
 
     def f(r):
-        asked.append(r.max())
+        calls.append(r.max())
         return r * r
 
     profile = mdr.Function(f, derivative=lambda r: 2 * np.sqrt(r * r), max_radius=0.3)
     gap = profile.gap(np.array([0.1, 0.3, 0.3 * (1 + 1e-13), 0.4, 1e9]))
     np.testing.assert_allclose(gap[:3], [0.01, 0.09, 0.09], rtol=1e-15)
     assert np.all(np.isnan(gap[3:]))
-    assert max(asked) <= 0.3
+    assert max(calls) <= 0.3
     assert np.isnan(profile.gap_slope(1.0))
 
 
@@ -434,7 +434,7 @@ BASES = {
 }
 
 
-def apart(rng, low, high, count):
+def separated(rng, low, high, count):
     marks = np.sort(rng.uniform(low, high, count))
     return marks[np.concatenate([[True], np.diff(marks) > 1e-3 * high])]
 
@@ -452,7 +452,7 @@ def test_jumps_of_the_slope_are_followed_to_the_last_float(name, R, c, count, ju
     rng = np.random.default_rng(seed)
     low = rng.uniform(0.5, 1.0) * R
     high = low * 2**0.25
-    marks, n = apart(rng, low, high, count), rng.uniform(0.5, 5.0)
+    marks, n = separated(rng, low, high, count), rng.uniform(0.5, 5.0)
     jumps = c * 10.0**jump * rng.choice([-1.0, 1.0], marks.size)
     slope = BASES[name][1]
 
@@ -477,7 +477,7 @@ def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
     rng = np.random.default_rng(seed)
     low = rng.uniform(0.5, 1.0) * R
     high = low * 2**0.25
-    marks, n = apart(rng, low, high, count), rng.uniform(0.5, 5.0)
+    marks, n = separated(rng, low, high, count), rng.uniform(0.5, 5.0)
     jumps = c * 10.0**jump * rng.choice([-1.0, 1.0], marks.size)
     gap = BASES[name][0]
 

@@ -47,9 +47,9 @@ def test_quiet_and_json(case, tmp_path, shell):
     status, out, _ = shell("run", case, "-o", tmp_path / "out", "--quiet")
     assert (status, out) == (0, "")
     status, out, _ = shell("run", case, "-o", tmp_path / "out", "--json")
-    told = json.loads(out)
-    assert told["last"]["normal_force"]["value"] == pytest.approx(50.0, rel=1e-12)
-    assert told["claims"]["pressure"]["level"] == "EXACT"
+    data = json.loads(out)
+    assert data["last"]["normal_force"]["value"] == pytest.approx(50.0, rel=1e-12)
+    assert data["claims"]["pressure"]["level"] == "EXACT"
 
 
 def test_check_solves_nothing(case, tmp_path, shell):
@@ -83,10 +83,10 @@ def test_verify_follows_a_body_that_remembers(tmp_path, shell):
         'shear = { kind = "maxwell", modulus = "1 MPa", time = "1 s" }\n'
     )
     status, out, _ = shell("verify", case, "-o", tmp_path / "v", "--rings", "40", "--steps", "2", "--json")
-    told = json.loads(out)["verification"]
+    data = json.loads(out)["verification"]
     assert status == 0
-    assert told["largest_difference"] < 1e-3
-    assert {"time", "row", "normal_force_rings"} <= set(told["table"])
+    assert data["largest_difference"] < 1e-3
+    assert {"time", "row", "normal_force_rings"} <= set(data["table"])
     assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000
     status, _, err = shell("verify", case, "-o", tmp_path / "none", "--steps", "0")
     assert status == 1
@@ -220,10 +220,10 @@ def test_files_are_written_whole_with_ordinary_permissions(case, shell, tmp_path
 
 
 def test_a_case_reads_as_the_python_values(case):
-    asked = read_case(case)
-    assert asked.contact == mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
-    assert asked.path == mdr.load("50 N", steps=3)
-    assert asked.title == "A ball"
+    request = read_case(case)
+    assert request.contact == mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    assert request.path == mdr.load("50 N", steps=3)
+    assert request.title == "A ball"
 
 
 def test_sum_of_profiles_hold_ramp_and_arrays(tmp_path):
@@ -251,9 +251,9 @@ def test_sum_of_profiles_hold_ramp_and_arrays(tmp_path):
         indentation = ["2 um", 3e-6]
         """
     )
-    asked = read_case(file)
-    assert asked.contact.profile == mdr.FlatPunch(1e-3) + mdr.Cone(half_angle="85 deg")
-    assert mdr.solve(asked.contact, asked.path)["indentation"].values.tolist() == pytest.approx(
+    request = read_case(file)
+    assert request.contact.profile == mdr.FlatPunch(1e-3) + mdr.Cone(half_angle="85 deg")
+    assert mdr.solve(request.contact, request.path)["indentation"].values.tolist() == pytest.approx(
         [0.5e-6, 1e-6, 1e-6, 1e-6, 2e-6, 3e-6], rel=1e-12
     )
 
@@ -340,12 +340,12 @@ def test_schema_and_info(shell):
 
 
 def test_notebook_forms(case):
-    asked = read_case(case)
-    result = mdr.solve(asked.contact, asked.path)
+    request = read_case(case)
+    result = mdr.solve(request.contact, request.path)
     html = result._repr_html_()
     assert html.count("<table>") == html.count("</table>") == 3
     assert "exact" in html
-    assert "Sphere" in asked.contact._repr_html_()
+    assert "Sphere" in request.contact._repr_html_()
     assert "exact" in result.claims["pressure"]._repr_html_()
 
 
@@ -512,12 +512,12 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
         (("plot", broken), 1, "FAILED"),
     ):
         found, text, _ = shell(*arguments, "--json")
-        told = json.loads(text)
-        assert (found, told["status"], set(told)) == (status, ended, KEYS), arguments
-        assert told["command"] == arguments[0]
-        assert (told["error"] is not None) == (ended == "FAILED")
+        data = json.loads(text)
+        assert (found, data["status"], set(data)) == (status, ended, KEYS), arguments
+        assert data["command"] == arguments[0]
+        assert (data["error"] is not None) == (ended == "FAILED")
         if ended == "FAILED":
-            assert set(told["error"]) == {"kind", "message"}
+            assert set(data["error"]) == {"kind", "message"}
 
 
 def test_plot_takes_the_folder_and_run_writes_a_table(case, tmp_path, shell):
@@ -579,10 +579,10 @@ def test_what_cannot_be_a_case_is_refused_as_json_too(command, name, shell):
 
 def test_a_case_named_twice_fails_as_json(case, shell):
     status, out, _ = shell("run", str(case), str(case), "--json")
-    told = json.loads(out)
+    data = json.loads(out)
     assert status == 1
-    assert [one["status"] for one in told] == ["FAILED", "FAILED"]
-    assert "give each case once" in told[0]["error"]["message"]
+    assert [one["status"] for one in data] == ["FAILED", "FAILED"]
+    assert "give each case once" in data[0]["error"]["message"]
 
 
 def test_channels_without_a_file(case, shell):
@@ -595,27 +595,27 @@ def test_channels_without_a_file(case, shell):
 
 def test_rolling_from_the_shell(tmp_path, shell):
     case = EXAMPLES / "bolted_joint_loop.toml"
-    asked = ("rolling", case, "--creepage", "1e-4", "--creepage", "1e-3", "--normal-force", "100 N")
-    status, out, error = shell(*asked, "-o", tmp_path / "out")
+    arguments = ("rolling", case, "--creepage", "1e-4", "--creepage", "1e-3", "--normal-force", "100 N")
+    status, out, error = shell(*arguments, "-o", tmp_path / "out")
     assert (status, error) == (0, "")
     assert "33 to 49 % below" in out
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["rolling.csv", "rolling.png"]
     assert (tmp_path / "out" / "rolling.csv").read_text().startswith("creepage,creep_force [N]")
-    status, out, _ = shell(*asked, "--law", "calibrated", "--direction", "lateral", "--json")
-    told = json.loads(out)
+    status, out, _ = shell(*arguments, "--law", "calibrated", "--direction", "lateral", "--json")
+    data = json.loads(out)
     found = mdr.rolling(
         read_case(case).contact, [1e-4, 1e-3], normal_force=100.0, law="calibrated", direction="lateral"
     )
     force = {"values": found["creep_force"].values.tolist(), "unit": "N"}
-    assert told["study"]["creep_force"] == force
-    assert told["rows"] == 2
-    assert told["claims"]["slip"]["level"] == "NOT_VALID"
+    assert data["study"]["creep_force"] == force
+    assert data["rows"] == 2
+    assert data["claims"]["slip"]["level"] == "NOT_VALID"
     for bad, words in (
         (("--law", "carter"), "'plain' or 'calibrated'"),
         (("--indentation", "1 um"), "exactly one"),
         (("--points", "1"), "--points 1"),
     ):
-        status, _, error = shell(*asked, *bad)
+        status, _, error = shell(*arguments, *bad)
         assert status == 1
         assert words in error
         assert len(error.splitlines()) == 1
@@ -647,20 +647,20 @@ def test_questions_without_a_path_need_none(tmp_path, shell, question, words):
 
 def test_sliding_from_the_shell(tmp_path, shell):
     case = EXAMPLES / "rubber_indentation.toml"
-    asked = ("sliding", case, "--speed", "1 um/s", "--speed", "1 m/s", "--points", "7")
+    arguments = ("sliding", case, "--speed", "1 um/s", "--speed", "1 m/s", "--points", "7")
     load = ("--normal-force", "10 mN")
-    status, out, error = shell(*asked, *load, "-o", tmp_path / "out")
+    status, out, error = shell(*arguments, *load, "-o", tmp_path / "out")
     assert (status, error) == (0, "")
     assert "twice the exact value in slow sliding" in out
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["sliding.csv", "sliding.png"]
-    status, out, _ = shell(*asked, *load, "--json")
-    told = json.loads(out)
+    status, out, _ = shell(*arguments, *load, "--json")
+    data = json.loads(out)
     speeds = np.geomspace(1e-6, 1.0, 7)
     found = mdr.sliding_friction(read_case(case).contact, speeds, normal_force="10 mN")
-    assert told["study"]["friction_coefficient"]["values"] == found["friction_coefficient"].values.tolist()
-    assert told["study"]["speed"] == {"values": speeds.tolist(), "unit": "m/s"}
-    assert told["claims"]["slow_limit"]["steps_valid"] < 7
-    assert told["claims"]["friction_coefficient"]["error"] == 1.0
+    assert data["study"]["friction_coefficient"]["values"] == found["friction_coefficient"].values.tolist()
+    assert data["study"]["speed"] == {"values": speeds.tolist(), "unit": "m/s"}
+    assert data["claims"]["slow_limit"]["steps_valid"] < 7
+    assert data["claims"]["friction_coefficient"]["error"] == 1.0
     status, out, _ = shell("sliding", case, "--speed", "1 mm/s", "--indentation", "1 um", "--quiet")
     assert (status, out) == (0, "")
     for bad, words in (
@@ -684,13 +684,13 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["rough.csv", "rough.png"]
     assert (tmp_path / "out" / "rough.csv").read_text().startswith("normal_force [N],indentation [m]")
     status, out, _ = shell("rough", rough, *loads, "--workers", "2", "--json")
-    told = json.loads(out)
+    data = json.loads(out)
     steel, glass = mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.22)
     surface = mdr.RoughSurface(0.8, "0.5 um", "1 mm", "50 um", seed=3)
     found = mdr.press_rough(surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4)
-    assert told["study"]["normal_stiffness"]["values"] == found["normal_stiffness"].values.tolist()
-    assert told["claims"]["contact_area"]["level"] == "NOT_VALID"
-    assert {one["name"] for one in told["assumptions"]} == {"small slope", "measured bandwidth"}
+    assert data["study"]["normal_stiffness"]["values"] == found["normal_stiffness"].values.tolist()
+    assert data["claims"]["contact_area"]["level"] == "NOT_VALID"
+    assert {one["name"] for one in data["assumptions"]} == {"small slope", "measured bandwidth"}
     status, out, _ = shell("rough", rough, *loads, "--coefficient", "4.6", "--json")
     found = mdr.press_rough(
         surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4, coefficient=4.6
@@ -769,14 +769,14 @@ def test_surfaces_are_pressed_from_the_shell(tmp_path, shell):
     ]
     kept = mdr.open_pressed_surface(tmp_path / "out" / "press.nc")
     assert len(list((tmp_path / "kept").glob("parts-*.nc"))) == 3
-    told = json.loads(shell("press", case, *loads, "--json")[1])
+    data = json.loads(shell("press", case, *loads, "--json")[1])
     found = mdr.press(
         mdr.Topography(heights * 1e-6, "1 mm"),
         mdr.Elastic("1 MPa", 0.5),
         indentation=np.geomspace(1e-6, 1e-5, 3),
     )
-    assert told["study"]["normal_force"]["values"] == pytest.approx(found["normal_force"].values, rel=1e-9)
-    assert kept.data["normal_force"].values.tolist() == told["study"]["normal_force"]["values"]
+    assert data["study"]["normal_force"]["values"] == pytest.approx(found["normal_force"].values, rel=1e-9)
+    assert kept.data["normal_force"].values.tolist() == data["study"]["normal_force"]["values"]
     rough = """
 [surface]
 hurst = 0.8
@@ -818,10 +818,10 @@ def test_what_the_method_refuses_is_no_failure(case, hollow, tmp_path, shell):
         ("check", rubbed),
     ):
         status, out, err = shell(*arguments, "--json")
-        told = json.loads(out)
-        assert (status, told["status"], told["error"]["kind"]) == (3, "REFUSED", "RefusedError"), arguments
-        assert "disk" in told["error"]["message"]
-        assert err == f"pymdr: {told['error']['message']}\n"
+        data = json.loads(out)
+        assert (status, data["status"], data["error"]["kind"]) == (3, "REFUSED", "RefusedError"), arguments
+        assert "disk" in data["error"]["message"]
+        assert err == f"pymdr: {data['error']['message']}\n"
     assert shell("run", rubbed, case, "-o", tmp_path / "both", "--quiet")[0] == 3
     assert shell("impact", hollow, "--mass", "0 g", "--speed", "0.1 m/s")[0] == 1
 
@@ -841,11 +841,11 @@ def test_how_a_sweep_ends(case, values, status, ended, words, shell):
 
 
 def test_a_sweep_tells_which_points_the_method_refuses(hollow, shell):
-    asked = ("sweep", hollow, "--over", "body.young = 100 GPa, 200 GPa")
-    status, out, err = shell(*asked)
+    arguments = ("sweep", hollow, "--over", "body.young = 100 GPa, 200 GPa")
+    status, out, err = shell(*arguments)
     assert (status, "2 of 2 points REFUSED: the contact is a disk at no step" in out) == (3, True)
     assert "refuses the contact at all points" in err
-    assert json.loads(shell(*asked, "--json")[1])["status"] == "REFUSED"
+    assert json.loads(shell(*arguments, "--json")[1])["status"] == "REFUSED"
 
 
 def test_a_remedy_of_a_sweep_is_a_sweep(case, shell):
@@ -863,12 +863,12 @@ def test_more_workers_than_points(case, shell):
 
 def test_a_unit_is_given_once(case, tmp_path, shell):
     assert shell("run", case, "-o", tmp_path / "out", "--quiet")[0] == 0
-    asked = ("table", tmp_path / "out", "-o", tmp_path / "ball.csv")
-    status, _, err = shell(*asked, "--unit", "indentation=um", "--unit", "indentation=mm")
+    arguments = ("table", tmp_path / "out", "-o", tmp_path / "ball.csv")
+    status, _, err = shell(*arguments, "--unit", "indentation=um", "--unit", "indentation=mm")
     assert (status, "indentation has a unit already" in err) == (1, True)
     assert not (tmp_path / "ball.csv").exists()
-    told = json.loads(shell(*asked, "--unit", "indentation=um", "--json")[1])
-    assert (told["status"], told["written"]) == ("COMPLETED", [str(tmp_path / "ball.csv")])
+    data = json.loads(shell(*arguments, "--unit", "indentation=um", "--json")[1])
+    assert (data["status"], data["written"]) == ("COMPLETED", [str(tmp_path / "ball.csv")])
 
 
 def test_folders_that_were_made_go_again_with_their_parents(case, tmp_path, shell):

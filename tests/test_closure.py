@@ -191,17 +191,17 @@ def test_any_convex_points_are_met_by_a_rising_stiffness_and_dissipate(points, s
     own = np.interp(depth, np.append(0.0, d), np.append(0.0, load))
     assert np.all(force(curve, depth) <= own + 1e-9 * load[-1])  # chords lie above
 
-    def told(name):
+    def known_values(name):
         """NaN where the points do not tell it."""
         return solved.data[name].values if name in solved.data else np.full(12, np.nan)
 
-    bears = np.isfinite(told("normal_force"))
-    assert np.allclose(told("normal_force")[bears], force(curve, depth)[bears], rtol=1e-10)
-    lost = told("dissipated_energy")
-    lost = lost[np.isfinite(lost)]
-    assert np.all(np.diff(lost, prepend=0.0) >= -1e-9 * np.max(lost, initial=1e-300))
-    carried = (0.3 + 1e-9) * told("normal_force") + 1e-12 * load[-1]
-    assert not np.any(np.abs(told("tangential_force")) > carried)
+    bears = np.isfinite(known_values("normal_force"))
+    assert np.allclose(known_values("normal_force")[bears], force(curve, depth)[bears], rtol=1e-10)
+    dissipated = known_values("dissipated_energy")
+    dissipated = dissipated[np.isfinite(dissipated)]
+    assert np.all(np.diff(dissipated, prepend=0.0) >= -1e-9 * np.max(dissipated, initial=1e-300))
+    carried = (0.3 + 1e-9) * known_values("normal_force") + 1e-12 * load[-1]
+    assert not np.any(np.abs(known_values("tangential_force")) > carried)
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -224,16 +224,16 @@ def test_units_of_length_and_force_change_nothing(lengths, forces, noise):
 def test_noise_of_a_hundredth_leaves_the_stiffness_within_a_few():
     """Raw differences err by 3.8 there, and isotonic regression of them by 0.16."""
     d = np.linspace(0.0, 1.0, 401)[1:]
-    off, apart = [], []
+    off, differences = [], []
     for seed in range(12):
         noise = 0.01 * np.random.default_rng(seed).standard_normal(d.size)
         curve = mdr.ForceCurve(d, d**1.5 + noise, modulus=1.0)
         off.append(np.sqrt(np.mean((stiffness(curve, d) / 1.5 - np.sqrt(d)) ** 2)))
-        apart.append(np.sqrt(np.mean((force(curve, d) - d**1.5) ** 2)))
+        differences.append(np.sqrt(np.mean((force(curve, d) - d**1.5) ** 2)))
         assert closure_of(curve).noise == pytest.approx(0.01, rel=0.3)
     assert np.mean(off) < 0.02
     assert np.max(off) < 0.05
-    assert np.mean(apart) < 2.5e-3
+    assert np.mean(differences) < 2.5e-3
 
 
 @pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2])
@@ -275,11 +275,11 @@ def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, 
     rows = mdr.solve(mdr.Contact(curve, body, body), mdr.load(most, steps=3))
     claim = rows.claims["indentation"]
     if claim.readable:
-        told = claim.where
+        known = claim.where
         loads = most * np.arange(1, 4) / 3
         depths = rows["indentation"].values
-        assert np.allclose(found.stiffness.at(depths[told])[1], loads[told], rtol=1e-10)
-        assert np.isnan(depths[~told]).all()
+        assert np.allclose(found.stiffness.at(depths[known])[1], loads[known], rtol=1e-10)
+        assert np.isnan(depths[~known]).all()
     else:
         assert claim.level is mdr.Level.NOT_VALID
 
@@ -295,8 +295,8 @@ def test_claimed_errors_of_what_slip_loses_are_those_that_are_found(noise):
     )
     rows, found = [80, 160], []
     for other in others:
-        lost, own = (result["dissipated_energy"].values[rows] for result in (other, true))
-        found.append(np.abs(lost / own - 1.0) / other.claims["dissipated_energy"].error[rows])
+        dissipated, own = (result["dissipated_energy"].values[rows] for result in (other, true))
+        found.append(np.abs(dissipated / own - 1.0) / other.claims["dissipated_energy"].error[rows])
     assert np.median(found) < 1.0
     assert np.max(found) < 3.0
 
@@ -611,8 +611,8 @@ def test_results_are_saved_and_read_back(fretted, tmp_path):
 
 
 def test_an_assessment_has_the_same_claims(fretted):
-    told = mdr.assess(fretted.contact, fretted.path)
-    assert {name: claim.level for name, claim in told.claims.items()} == {
+    assessed = mdr.assess(fretted.contact, fretted.path)
+    assert {name: claim.level for name, claim in assessed.claims.items()} == {
         name: claim.level for name, claim in fretted.claims.items()
     }
 
@@ -688,7 +688,7 @@ def test_a_stiffness_that_falls_throughout_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("asked", "words"),
+    ("quantity", "words"),
     [
         (lambda c: mdr.Contact(c, STEEL, adhesion=mdr.JKR("1 J/m^2")), "a ForceCurve cannot have adhesion"),
         (lambda c: mdr.Contact(c, mdr.Graded("1 GPa", "1 mm", 0.3, 0.3)), "homogeneous"),
@@ -736,9 +736,9 @@ def test_a_stiffness_that_falls_throughout_is_refused():
         (lambda c: mdr.equivalent_profile(c, 0.3), "homogeneous"),
     ],
 )
-def test_what_a_curve_does_not_know_is_refused(asked, words):
+def test_what_a_curve_does_not_know_is_refused(quantity, words):
     with pytest.raises(mdr.PymdrError, match=words):
-        asked(curve_of_ball(40))
+        quantity(curve_of_ball(40))
 
 
 @settings(max_examples=examples(10), deadline=None)
@@ -763,10 +763,10 @@ def test_rows_that_the_points_do_not_tell_are_left_out(decades, seed, by_force):
             assert claim.where.all()
             assert np.isfinite(result[name].values).all()
         elif claim.readable:
-            told = np.isfinite(result[name].values)
-            assert np.array_equal(told, claim.where)
-            assert np.all(claim.error[told] < 1.0)
-            assert np.all(claim.error[~told] >= 1.0)
+            known = np.isfinite(result[name].values)
+            assert np.array_equal(known, claim.where)
+            assert np.all(claim.error[known] < 1.0)
+            assert np.all(claim.error[~known] >= 1.0)
         else:
             assert claim.level is mdr.Level.NOT_VALID
             with pytest.raises(mdr.NotValidError, match="press deeper, or measure more points"):

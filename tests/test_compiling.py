@@ -85,8 +85,8 @@ def test_memory_and_fits_without_compiling():
     assert "Compiling" not in plain.stderr
 
 
-@pytest.mark.parametrize(("module", "told"), [("pymdr.of.any", True), ("elsewhere", False)])
-def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch):
+@pytest.mark.parametrize(("module", "announced"), [("pymdr.of.any", True), ("elsewhere", False)])
+def test_any_kernel_that_is_compiled_says_so(module, announced, monkeypatch):
     from numba import njit
 
     from pymdr import compiling
@@ -106,7 +106,7 @@ def test_any_kernel_that_is_compiled_says_so(module, told, monkeypatch):
     inner.py_func.__module__ = kernel.__module__ = module
     assert njit(kernel)(1.0) == 3.0
     expected = ["Compiling of.any.kernel", "Compiled of.any.kernel in "]
-    assert len(messages) == (2 if told else 0)
+    assert len(messages) == (2 if announced else 0)
     assert all(text.startswith(words) for text, words in zip(messages, expected, strict=False))
 
 

@@ -72,8 +72,8 @@ def potential(flux, radius, r, kinks=()):
     weight = (half * WEIGHTS).ravel()
     s = radius * np.sin(angle)
     # a ring of q dA / (2 pi R): K(m) / (r + s), m = 4 r s / (r + s)^2
-    apart = ((r - s) / (r + s)) ** 2
-    ring = 2.0 / math.pi * ellipkm1(np.maximum(apart, 1e-300)) / (r + s)
+    distance = ((r - s) / (r + s)) ** 2
+    ring = 2.0 / math.pi * ellipkm1(np.maximum(distance, 1e-300)) / (r + s)
     return float(np.sum(weight * flux(s) * s * radius * np.cos(angle) * ring))
 
 
@@ -268,8 +268,8 @@ def test_a_force_curve_conducts_as_its_slope():
     whole = mdr.solve(replace(rings, body=bodies[0], counterbody=SINK), mdr.indent("3 um", steps=4))
     for name in ("thermal_conductance", "electrical_resistance"):
         claim = result.claims[name]
-        told = np.abs(result[name].values / whole[name].values - 1.0)
-        assert np.all(told <= np.maximum(claim.error, 1e-9))
+        difference = np.abs(result[name].values / whole[name].values - 1.0)
+        assert np.all(difference <= np.maximum(claim.error, 1e-9))
         assert "Barber (2003)" in claim.source
     with pytest.raises(mdr.NotValidError, match="not determined by a force curve"):
         result.field("heat_flux")
@@ -562,7 +562,7 @@ def test_the_current_through_a_result(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("asked", "words"),
+    ("arguments", "words"),
     [
         ({"resistance": 1e-3, "current": 200.0, "temperature": 293.15}, r"reduce the current below 143\.9 A"),
         ({"voltage": 0.1, "temperature": 0.0}, "above 0 K"),
@@ -577,9 +577,9 @@ def test_the_current_through_a_result(tmp_path):
         ({"voltage": math.nan, "temperature": 300.0}, "not finite"),
     ],
 )
-def test_bad_currents_are_refused(asked, words):
+def test_bad_currents_are_refused(arguments, words):
     with pytest.raises(mdr.PymdrError, match=words):
-        mdr.joule_heating(**asked)
+        mdr.joule_heating(**arguments)
 
 
 def test_an_open_contact_carries_nothing():
@@ -620,8 +620,8 @@ def test_frictional_heat_is_the_potential_of_what_rubs(shape, one, other, share)
 
     def heat(s):
         # the logarithm of a kink is infinite at the kink itself, where a node may fall by rounding
-        beside = np.where(np.isin(s, profile.breakpoints), s * (1.0 - 1e-15), s)
-        return 0.3 * 2e-9 * pressed.field("pressure", beside).values
+        nearby = np.where(np.isin(s, profile.breakpoints), s * (1.0 - 1e-15), s)
+        return 0.3 * 2e-9 * pressed.field("pressure", nearby).values
 
     assert u[row] == pytest.approx(potential(heat, a, r[row], profile.breakpoints) / (one + other), rel=1e-7)
     mean = 0.0
@@ -675,8 +675,8 @@ def test_moving_takes_heat_away_as_it_says():
             return heat * (1.0 - i0e(speed * s / (2.0 * 12e-6))) / 45.0
 
         share = quad(lacks, 0.0, a, epsabs=0.0)[0] / rubbed["largest_temperature_rise"].item()
-        told = re.search(r"carries away ([0-9.e+-]+) of", rubbed.claims["largest_temperature_rise"].reason)
-        assert float(told[1]) == pytest.approx(share, rel=max(tolerance, 0.02))
+        quoted = re.search(r"carries away ([0-9.e+-]+) of", rubbed.claims["largest_temperature_rise"].reason)
+        assert float(quoted[1]) == pytest.approx(share, rel=max(tolerance, 0.02))
     (slow,) = (one for one in rubbed.assumptions if one.name == "slow sliding")
     assert slow.met
     fast = mdr.frictional_heat(contact, [1e-3, 10.0], normal_force="1 N")
@@ -691,8 +691,8 @@ def test_frictional_heat_of_a_rough_callable_says_what_its_numbers_err_by():
     found, true = (mdr.frictional_heat(one, 1e-3, normal_force=1.0) for one in (contact, exact))
     for name in ("largest_temperature_rise", "mean_temperature_rise", "heat"):
         claim = found.claims[name]
-        told = 0.0 if claim.error is None else claim.error[0]
-        assert abs(found[name].item() / true[name].item() - 1.0) <= max(told, 1e-9)
+        claimed = 0.0 if claim.error is None else claim.error[0]
+        assert abs(found[name].item() / true[name].item() - 1.0) <= max(claimed, 1e-9)
     assert found.claims["mean_temperature_rise"].error[0] > 0.0
 
 
@@ -721,7 +721,7 @@ def test_frictional_heat_of_a_curve_and_its_words(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "asked", "words"),
+    ("change", "arguments", "words"),
     [
         ({"friction": None}, {}, "no friction"),
         ({"friction": mdr.Coulomb(0.0)}, {}, "has no heat"),
@@ -734,10 +734,10 @@ def test_frictional_heat_of_a_curve_and_its_words(tmp_path):
         ({"body": RUBBER}, {}, "depends on the history"),
     ],
 )
-def test_bad_sliding_is_refused(change, asked, words):
+def test_bad_sliding_is_refused(change, arguments, words):
     contact = mdr.Contact(mdr.Paraboloid(0.01), DISK, PIN, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.PymdrError, match=words):
-        mdr.frictional_heat(replace(contact, **change), **{"speed": 1e-3, "indentation": "1 um"} | asked)
+        mdr.frictional_heat(replace(contact, **change), **{"speed": 1e-3, "indentation": "1 um"} | arguments)
 
 
 CASE = """

@@ -219,10 +219,13 @@ def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
     clipped = np.minimum(force, limit)
     found = mdr.MeasuredCurve(force=clipped, indentation=x).mark_saturated()
     assert np.array_equal(found.force, clipped)
-    lost = force >= limit
+    saturated = force >= limit
     if share < 1.0:
         assert np.all(clipped[found.saturated] >= clipped.max() - 1.1e-3 * np.ptp(clipped))
-        assert np.count_nonzero(found.saturated) > 0.8 * np.count_nonzero(lost) or np.count_nonzero(lost) < 20
+        assert (
+            np.count_nonzero(found.saturated) > 0.8 * np.count_nonzero(saturated)
+            or np.count_nonzero(saturated) < 20
+        )
     else:
         assert not found.saturated.any()
 
@@ -233,8 +236,8 @@ def test_a_hold_is_no_plateau_and_quantised_forces_are_no_outliers():
     )
     position = np.concatenate([np.linspace(0.0, 1e-6, 400), np.full(400, 1e-6)])
     force = np.concatenate([np.linspace(0.0, 1e-9, 400), np.full(400, 1e-9)])
-    held = mdr.MeasuredCurve(force=force, indentation=position)
-    assert not held.mark_saturated().saturated.any()
+    curve = mdr.MeasuredCurve(force=force, indentation=position)
+    assert not curve.mark_saturated().saturated.any()
     assert not hold.mark_outliers().outliers.any()
     x, force = made()
     coarse = np.round(force / 4e-10) * 4e-10
@@ -561,10 +564,10 @@ def test_files_that_are_damaged_are_refused(afmformats, tmp_path, capfd):
     with pytest.raises(CaseError, match="not a header of columns"):
         mdr.read_curves(words)
     assert capfd.readouterr() == ("", "")
-    lost = recorded()
-    lost.pop("height (measured)")
+    curve = recorded()
+    curve.pop("height (measured)")
     with pytest.raises(ProblemError, match="without height of the cantilever"):
-        mdr.read_curves(exported(afmformats, tmp_path / "lost.h5", [(lost, {})]))
+        mdr.read_curves(exported(afmformats, tmp_path / "lost.h5", [(curve, {})]))
 
 
 RECORDS = {
@@ -610,9 +613,9 @@ def test_the_shell_lists_draws_and_refuses(tmp_path, shell):
     assert "1 outlier marked" in out
     assert (tmp_path / "out" / "curve.png").stat().st_size > 10_000
     status, out, _ = shell("curves", file, "--spring-constant", "0.1 N/m", "--json")
-    told = json.loads(out)
-    assert (status, told["command"], told["rows"]) == (0, "curves", 1600)
-    (record,) = told["curves"]
+    data = json.loads(out)
+    assert (status, data["command"], data["rows"]) == (0, "curves", 1600)
+    (record,) = data["curves"]
     assert set(record["contact_point"]["methods"]) == {
         "deviation",
         "gradient",

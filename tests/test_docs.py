@@ -129,8 +129,8 @@ def test_a_profile_of_ones_own_in_cases_and_batches(quartic, tmp_path, shell):
     assert status == 1
     assert "did you mean 'height'" in error
     contacts = [result.contact, mdr.Contact(quartic("1 um", "1 mm"), result.contact.body)]
-    apart = mdr.solve_batch(contacts, mdr.indent("1 um"), workers=2)
-    assert [r.data.identical(mdr.solve(r.contact, r.path).data) for r in apart] == [True, True]
+    separate = mdr.solve_batch(contacts, mdr.indent("1 um"), workers=2)
+    assert [r.data.identical(mdr.solve(r.contact, r.path).data) for r in separate] == [True, True]
 
 
 def test_first_steps_print_what_is_shown(capsys):

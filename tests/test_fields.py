@@ -131,7 +131,7 @@ def panel_nodes(low, high):
     return q, (widths[:, None] * weights / 2).ravel()
 
 
-def pressure_beside_corners(result, r, corners):
+def pressure_near_corners(result, r, corners):
     """The pressure; closer than 1e-8 to a corner it is continued in the logarithm of the distance."""
     p = np.empty(r.shape)
     away = np.ones(r.shape, dtype=bool)
@@ -171,9 +171,7 @@ def test_pressure_over_the_disk_is_the_force(name, solved):
         q, w, r = q[keep], w[keep], r[keep]
         K = float(result.field("pressure", r=r[0])["edge_amplitude"])
         singular = K * math.sqrt(2 * a) / np.sqrt((a - r) * (a + r))
-        total += (
-            2 * math.pi * (w * q * (pressure_beside_corners(result, r, SHAPES[name][2]) - singular)).sum()
-        )
+        total += 2 * math.pi * (w * q * (pressure_near_corners(result, r, SHAPES[name][2]) - singular)).sum()
     total += 2 * math.pi * a * K * math.sqrt(2 * a)
     assert total == pytest.approx(force, rel=1e-10)
 
@@ -365,15 +363,15 @@ def test_tractions_of_many_disks_are_the_sum_of_their_pressures(profile, frictio
 def test_springs_that_nothing_presses_bear_nothing_whatever_the_profile_is_farther_out(size, share, law):
     """A profile whose waves are many where nobody has touched would take long to be mapped there."""
     radius = 10.0**size
-    asked = []
+    calls = []
 
     def wavy(r):
-        asked.append(float(np.max(r)))
+        calls.append(float(np.max(r)))
         return r**2 / (2 * radius) + 1e-4 * radius * (1 - np.cos(r / (share * radius)))
 
     contact = mdr.Contact(mdr.Function(wavy), mdr.Elastic(1e9, 0.3), **law)
-    apart = mdr.solve(contact, mdr.indent(-1e-2 * radius, steps=3))
-    asked.clear()
-    assert not apart.field("spring_force").values.any()
+    separated = mdr.solve(contact, mdr.indent(-1e-2 * radius, steps=3))
+    calls.clear()
+    assert not separated.field("spring_force").values.any()
     # where the bodies might touch is read from a few arrays of heights; nothing is mapped out there
-    assert len(asked) <= 4
+    assert len(calls) <= 4

@@ -63,13 +63,13 @@ def test_errors_come_back_from_files(solved, rough, tmp_path):
 
 def test_equal_errors_are_saved_once_and_one_number_as_one(rough):
     packed = rough.to_dataset()
-    told = json.loads(packed.attrs["pymdr_claims"])
+    claims = json.loads(packed.attrs["pymdr_claims"])
     holders = {str(name) for name in packed if str(name).startswith("pymdr_error_")}
     arrays = [claim.error for claim in rough.claims.values() if claim.error is not None]
     changing = {error.tobytes() for error in arrays if np.ptp(error) > 0.0}
     assert len(holders) == len(changing)
-    assert told["pressure"]["error"] == 3e-8
-    assert told["contact_radius"]["error"] == told["normal_stiffness"]["error"]
+    assert claims["pressure"]["error"] == 3e-8
+    assert claims["contact_radius"]["error"] == claims["normal_stiffness"]["error"]
 
 
 def test_closed_forms_save_no_errors():
@@ -83,10 +83,10 @@ def test_closed_forms_save_no_errors():
 def test_files_without_errors_still_open(solved):
     packed = solved.to_dataset()
     packed = packed.drop_vars([name for name in packed if str(name).startswith("pymdr_error_")])
-    told = json.loads(packed.attrs["pymdr_claims"])
-    for claim in told.values():
+    claims = json.loads(packed.attrs["pymdr_claims"])
+    for claim in claims.values():
         claim.pop("error", None)
-    old = result_from_dataset(packed.assign_attrs(pymdr_claims=json.dumps(told)))
+    old = result_from_dataset(packed.assign_attrs(pymdr_claims=json.dumps(claims)))
     assert all(not claim.error.any() for claim in old.claims.values())
     assert np.array_equal(old["normal_force"], solved["normal_force"])
     assert old.claims["pressure"].level is solved.claims["pressure"].level
@@ -94,9 +94,9 @@ def test_files_without_errors_still_open(solved):
 
 def test_a_file_whose_errors_are_gone_is_damaged(rough):
     packed = rough.to_dataset()
-    lost = packed.drop_vars([name for name in packed if str(name).startswith("pymdr_error_")])
+    without = packed.drop_vars([name for name in packed if str(name).startswith("pymdr_error_")])
     with pytest.raises(FileError, match="damaged pymdr result"):
-        result_from_dataset(lost)
+        result_from_dataset(without)
     holder = next(name for name in packed if str(name).startswith("pymdr_error_"))
     shorter = packed.drop_vars(holder).assign({holder: ("other", np.zeros(3))})
     with pytest.raises(FileError, match="wrong number of steps in the claims of"):
@@ -137,8 +137,8 @@ def test_html_tells_every_error_to_those_who_unfold_it(rough):
 
 
 def test_assessments_tell_errors(rough):
-    asked = mdr.assess(rough.contact, rough.path)
-    assert "normal_force 2.5e-07" in replace(asked, claims=rough.claims).summary()
+    assessed = mdr.assess(rough.contact, rough.path)
+    assert "normal_force 2.5e-07" in replace(assessed, claims=rough.claims).summary()
 
 
 def test_errors_outside_a_claim_are_not_told():
@@ -161,9 +161,9 @@ def test_json_holds_the_errors(tmp_path):
     )
     ran = CliRunner().invoke(app, ["run", str(tmp_path / "case.toml"), "--json", "-o", str(tmp_path / "out")])
     assert ran.exit_code == 0, ran.output
-    told = json.loads(ran.output)
-    assert 0.0 <= told["claims"]["normal_force"]["error"] < 1e-9
-    assert any("the profile is a cubic spline" in note for note in told["notes"])
+    data = json.loads(ran.output)
+    assert 0.0 <= data["claims"]["normal_force"]["error"] < 1e-9
+    assert any("the profile is a cubic spline" in note for note in data["notes"])
     ball = CliRunner().invoke(app, ["check", "examples/ball_on_glass.toml", "--json"])
     assert json.loads(ball.output)["claims"]["normal_force"]["error"] == 0.0
 

@@ -45,13 +45,13 @@ def mindlin(shift, turns, slides, most):
     log_young=st.floats(4.0, 11.0),
     log_press=st.floats(-4.0, -1.5),
     mu=st.floats(0.05, 1.5),
-    reach=st.floats(0.35, 1.8),
+    log_reach=st.floats(0.35, 1.8),
     offset=st.floats(-1.0, 1.0),
     log_start=st.floats(-2.0, 2.0),
     by_force=st.booleans(),
 )
 def test_friction_and_modulus_of_any_size_are_found_again(
-    log_size, log_young, log_press, mu, reach, offset, log_start, by_force
+    log_size, log_young, log_press, mu, log_reach, offset, log_start, by_force
 ):
     radius, young, poisson = 10.0**log_size, 10.0**log_young, 0.3
     depth = radius * 10.0**log_press
@@ -59,7 +59,7 @@ def test_friction_and_modulus_of_any_size_are_found_again(
     load = 4.0 / 3.0 * modulus * math.sqrt(radius) * depth**1.5
     # G* of one body on a rigid one, 4 G / (2 - nu)
     slides = mu * modulus * depth / (2.0 * young / (1.0 + poisson) / (2.0 - poisson))
-    top = reach * slides
+    top = log_reach * slides
     n = 40
     shift = np.concatenate(
         [np.linspace(0, top, n)[1:], *(np.linspace(a, -a, 2 * n)[1:] for a in (top, -top))]
@@ -116,10 +116,10 @@ def test_a_loop_of_a_file_by_python_and_by_the_shell(tmp_path):
         "[profile]\nkind = 'sphere'\nradius = '10 mm'\n[body]\nkind = 'elastic'\nyoung = '100 GPa'\npoisson = 0.3\n"
         "[counterbody]\nkind = 'elastic'\nyoung = '210 GPa'\npoisson = 0.3\n[friction]\nkind = 'coulomb'\ncoefficient = 0.5\n"
     )
-    asked = ["fit", str(case), str(DATA / "joint_record.csv"), "--free", free[0], "--free", free[1]]
-    told = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "out"), "--json"])
-    assert told.exit_code == 0, told.output
-    values = json.loads(told.stdout)["fit"]["values"]
+    arguments = ["fit", str(case), str(DATA / "joint_record.csv"), "--free", free[0], "--free", free[1]]
+    run = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "out"), "--json"])
+    assert run.exit_code == 0, run.output
+    values = json.loads(run.stdout)["fit"]["values"]
     assert values["friction.coefficient"]["value"] == pytest.approx(found["friction.coefficient"].value)
     assert (tmp_path / "out" / "fit.png").exists()
     assert (
@@ -128,7 +128,7 @@ def test_a_loop_of_a_file_by_python_and_by_the_shell(tmp_path):
         .splitlines()[0]
         .startswith("shift [m],tangential_force [N]")
     )
-    wrong = CliRunner().invoke(app, [*asked, "--spring-constant", "1 N/m"])
+    wrong = CliRunner().invoke(app, [*arguments, "--spring-constant", "1 N/m"])
     assert isinstance(wrong.exception, ProblemError)
     assert "force curves" in str(wrong.exception)
 
@@ -191,8 +191,8 @@ def test_what_a_loop_cannot_tell():
         mdr.fit(joint(), record, ["friction.coefficient", "body.young", "body.poisson"])
     with pytest.raises(ProblemError, match="shows no slip"):
         mdr.fit(joint(), small_loop(), ["friction.coefficient", "body.young"])
-    held = mdr.fit(joint(), small_loop(), ["body.young"])
-    assert held["body.young"].error < 0.1 * held["body.young"].value
+    fitted = mdr.fit(joint(), small_loop(), ["body.young"])
+    assert fitted["body.young"].error < 0.1 * fitted["body.young"].value
 
 
 @pytest.mark.parametrize(

@@ -187,11 +187,11 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     start = contact_of("paraboloid", 1e4, 1e-4)
     listed = mdr.fit_map(start, curves, FREE)
     data = stored(curves, (6, 5), tmp_path / "map.zarr")
-    told, first = [], None
+    reports, first = [], None
     for found in (
         mdr.fit_map(start, data, FREE),
         mdr.fit_map(start, tmp_path / "map.zarr", FREE, workers=2),
-        mdr.fit_map(start, data, FREE, folder=tmp_path / "fits", progress=lambda *done: told.append(done)),
+        mdr.fit_map(start, data, FREE, folder=tmp_path / "fits", progress=lambda *done: reports.append(done)),
     ):
         assert found.data["ending"].dims == ("y", "x")
         first = first or found
@@ -201,7 +201,7 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
         for name in FREE:
             off = np.abs(found[name].values.ravel() - listed[name].values)
             assert np.all(off < 1e-3 * listed[f"{name}_error"].values)
-    assert told[-1] == (30, 30)
+    assert reports[-1] == (30, 30)
     assert (
         np.abs(found["body.young"].values.ravel() - young).max()
         < 5.0 * found["body.young_error"].values.max()
@@ -243,9 +243,11 @@ def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):
 
     with pytest.raises(KeyboardInterrupt):
         mdr.fit_map(start, data, FREE, folder=tmp_path / "fits", progress=killed)
-    told = []
-    found = mdr.fit_map(start, data, FREE, folder=tmp_path / "fits", progress=lambda *done: told.append(done))
-    assert told == [(20, 30), (30, 30)]
+    reports = []
+    found = mdr.fit_map(
+        start, data, FREE, folder=tmp_path / "fits", progress=lambda *done: reports.append(done)
+    )
+    assert reports == [(20, 30), (30, 30)]
     for name in whole.data:
         assert np.array_equal(found.data[name].values, whole.data[name].values)
     with pytest.raises(FileError, match="another fit"):
@@ -379,7 +381,7 @@ def test_a_map_from_the_shell(gel, tmp_path, shell):
         "[profile]\nkind = 'paraboloid'\nradius = '5 um'\n[body]\nkind = 'elastic'\nyoung = '1 MPa'\npoisson = 0.5\n"
         "[adhesion]\nkind = 'jkr'\nwork = '10 mJ/m^2'\n"
     )
-    asked = [
+    arguments = [
         "fit",
         tmp_path / "case.toml",
         tmp_path / "map.zarr",
@@ -388,15 +390,15 @@ def test_a_map_from_the_shell(gel, tmp_path, shell):
         "--free",
         "adhesion.work",
     ]
-    status, out, _ = shell(*asked, "--workers", "2", "-o", tmp_path / "out", "--json")
+    status, out, _ = shell(*arguments, "--workers", "2", "-o", tmp_path / "out", "--json")
     assert status == 0
-    told = json.loads(out)
-    assert told["fit"]["endings"] == {"fitted": 30}
-    assert told["fit"]["values"]["body.young"]["median"] == pytest.approx(np.median(young), rel=0.1)
+    data = json.loads(out)
+    assert data["fit"]["endings"] == {"fitted": 30}
+    assert data["fit"]["values"]["body.young"]["median"] == pytest.approx(np.median(young), rel=0.1)
     assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.csv", "fit.png", "fit.zarr"}
-    status, out, _ = shell(*asked)
+    status, out, _ = shell(*arguments)
     assert "30 of 30 curves fitted" in out
-    status, _, err = shell(*asked, "--spring-constant", "0.1 N/m")
+    status, _, err = shell(*arguments, "--spring-constant", "0.1 N/m")
     assert status == 1
     assert "a stored map has its own" in err
 
@@ -550,16 +552,16 @@ def test_every_curve_says_how_far_it_is_from_the_limits():
         for i, (depth, E, w) in enumerate(zip(depths, youngs, works, strict=True))
     ]
     found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-3), curves, FREE)
-    told, good = found["of_limit"].values, np.isfinite(found["body.young"].values)
+    of_limit, good = found["of_limit"].values, np.isfinite(found["body.young"].values)
     assert good.sum() > 90
     for i in np.flatnonzero(good)[::9]:
         made = contact_of("paraboloid", float(found["body.young"][i]), float(found["adhesion.work"][i]))
         radius = mdr.solve(made, mdr.indent(float(found["indentation"][i])))["contact_radius"].values[0]
-        assert told[i] == pytest.approx(radius / 5e-6 / 0.3, rel=0.03)
-    beyond = int((told[good] > 1.0).sum())
+        assert of_limit[i] == pytest.approx(radius / 5e-6 / 0.3, rel=0.03)
+    beyond = int((of_limit[good] > 1.0).sum())
     assert f"{beyond} of {good.sum()} curves exceed a limit" in found.summary()
     few = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-3), curves[:20], FREE)
-    assert few["of_limit"].values == pytest.approx(told[:20], rel=0.03, nan_ok=True)
+    assert few["of_limit"].values == pytest.approx(of_limit[:20], rel=0.03, nan_ok=True)
 
 
 def test_a_store_that_was_begun_only_is_made_anew(gel, tmp_path, monkeypatch):
@@ -568,8 +570,8 @@ def test_a_store_that_was_begun_only_is_made_anew(gel, tmp_path, monkeypatch):
     curves, _ = gel
     start, make = contact_of("paraboloid", 1e4, 1e-4), Kept._make
 
-    def killed(self, asked, *rest):
-        make(self, asked, *rest)
+    def killed(self, request, *rest):
+        make(self, request, *rest)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Kept, "_make", killed)
@@ -605,16 +607,16 @@ def test_maps_of_bodies_with_memory_tell_of_every_curve():
             "time": ("sample", time),
         }
     )
-    told = []
+    reports = []
     found = mdr.fit_map(
         contact,
         data,
         ["body.shear.time"],
         contact_point=0.0,
         baseline=0.0,
-        progress=lambda *done: told.append(done),
+        progress=lambda *done: reports.append(done),
     )
-    assert told == [(1, 3), (2, 3), (3, 3)]
+    assert reports == [(1, 3), (2, 3), (3, 3)]
     assert found.counts == {"fitted": 3}
 
 
@@ -649,9 +651,9 @@ def test_a_map_tells_of_detectors_that_ran_out_of_range():
         force=data["force"].values[1], indentation=data["indentation"].values[1]
     ).mark_saturated()
     found = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
-    told = found["plateau"].values
-    assert told[0] == 0.0 or float(curves[0].force.max()) > limit
-    assert told[1] == alone.marked.sum() > 5
+    plateau = found["plateau"].values
+    assert plateau[0] == 0.0 or float(curves[0].force.max()) > limit
+    assert plateau[1] == alone.marked.sum() > 5
     assert any("plateau" in note for note in found.notes)
     left_out = data.assign(force=data["force"].where(data["force"] < limit))
     again = mdr.fit_map(contact_of("paraboloid", 1e4), left_out, ["body.young"])
@@ -852,6 +854,6 @@ def test_the_compiled_search_ends_where_the_array_formulas_do():
         many, few = mdr.fit_map(start, curves, free), mdr.fit_map(start, curves[::10], free)
         assert many.counts == {"fitted": 70}
         for name in many.names:
-            apart = np.abs(many[name].values[::10] - few[name].values)
-            assert np.all(apart < 1e-3 * few[f"{name}_error"].values)
+            difference = np.abs(many[name].values[::10] - few[name].values)
+            assert np.all(difference < 1e-3 * few[f"{name}_error"].values)
             assert many[f"{name}_error"].values[::10] == pytest.approx(few[f"{name}_error"].values, rel=1e-3)

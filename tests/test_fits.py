@@ -154,9 +154,9 @@ def test_a_fit_is_shown_cited_and_saved(tmp_path):
     with xr.open_dataset(tmp_path / "fit.nc") as again:
         assert again.drop_attrs().equals(found.data.drop_attrs())
         assert again["model"].attrs["units"] == "N"
-        told = json.loads(again.attrs["pymdr_fit"])
-    assert told["values"]["body.young"]["value"] == found["body.young"].value
-    assert decode_contact(told["contact"])[1] == found.contact
+        data = json.loads(again.attrs["pymdr_fit"])
+    assert data["values"]["body.young"]["value"] == found["body.young"].value
+    assert decode_contact(data["contact"])[1] == found.contact
     with pytest.raises(FileError, match="NetCDF"):
         found.save(tmp_path / "fit.txt")
 
@@ -175,9 +175,9 @@ def test_what_fits_find_is_shown_and_written_as_a_study(tmp_path, kind):
     assert isinstance(found, Answer)
     found.save(tmp_path / "found.nc")
     with xr.open_dataset(tmp_path / "found.nc") as kept:
-        told = json.loads(kept.attrs["pymdr_metadata"])
+        data = json.loads(kept.attrs["pymdr_metadata"])
         assert kept.drop_attrs().equals(found.data.drop_attrs())
-    assert {name: claim["level"] for name, claim in told["claims"].items()} == {
+    assert {name: claim["level"] for name, claim in data["claims"].items()} == {
         name: claim.level.name for name, claim in found.claims.items()
     }
     found.to_csv(tmp_path / "found.csv")
@@ -406,16 +406,16 @@ def test_a_curve_from_a_file_by_the_shell(tmp_path):
         "[profile]\nkind = 'paraboloid'\nradius = '5 um'\n[body]\nkind = 'elastic'\nyoung = '1 MPa'\npoisson = 0.5\n"
         "[adhesion]\nkind = 'jkr'\nwork = '10 mJ/m^2'\n"
     )
-    asked = ["fit", str(tmp_path / "case.toml"), str(tmp_path / "curve.csv"), "--free", "body.young"]
-    asked += ["--free", "adhesion.work", "-o", str(tmp_path / "out"), "--json"]
-    done = CliRunner().invoke(app, [*asked, "--spring-constant", "0.05 N/m"])
+    arguments = ["fit", str(tmp_path / "case.toml"), str(tmp_path / "curve.csv"), "--free", "body.young"]
+    arguments += ["--free", "adhesion.work", "-o", str(tmp_path / "out"), "--json"]
+    done = CliRunner().invoke(app, [*arguments, "--spring-constant", "0.05 N/m"])
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert told["fit"]["values"]["body.young"]["value"] == pytest.approx(3e3, rel=1e-4)
-    assert any("Marquardt" in source for source in told["references"])
+    data = json.loads(done.stdout)
+    assert data["fit"]["values"]["body.young"]["value"] == pytest.approx(3e3, rel=1e-4)
+    assert any("Marquardt" in source for source in data["references"])
     assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.csv", "fit.png"}
     assert (tmp_path / "out/fit.csv").read_text().startswith("indentation [m],normal_force [N],model [N]")
-    without = CliRunner().invoke(app, asked)
+    without = CliRunner().invoke(app, arguments)
     assert without.exit_code != 0
     assert json.loads(without.stdout)["error"]["message"].count("spring_constant") >= 1
     (tmp_path / "bad.csv").write_text("travel [um]\n1\n")
@@ -472,8 +472,8 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
     )
     soft = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("2 kPa", 0.5))
     record = mdr.MeasuredCurve(force=force, indentation=depth)
-    told = any("saturated" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
-    assert told == (share < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < share < 1.0 + 5.0 * noise
+    noted = any("saturated" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
+    assert noted == (share < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < share < 1.0 + 5.0 * noise
     cut = mdr.fit(soft, record.mark_saturated(), ["body.young"])
     assert not any("detector was saturated" in note for note in cut.notes)
     assert cut["body.young"].value == pytest.approx(1e3, abs=6.0 * cut["body.young"].error + 1e-3)
@@ -495,10 +495,10 @@ def test_the_range_of_a_law_of_adhesion_is_told(law, words):
     curve = recorded(true, np.linspace(1.0e-6, -2e-6, 300), None, 0.005, 1)
     free = ["body.young", "adhesion.work"]
     for found in (mdr.fit(start, curve, free), mdr.fit_map(start, [curve], free)):
-        told = [note for note in found.notes if "reaches" in note or "Maugis'" in note]
+        notes = [note for note in found.notes if "reaches" in note or "Maugis'" in note]
         # 1.1272 (R (w/E*)^2)^(1/3) / h0 is 260.5 nm / h0
-        assert len(told) == bool(words)
-        assert not words or re.match(words, told[0])
+        assert len(notes) == bool(words)
+        assert not words or re.match(words, notes[0])
 
 
 @pytest.mark.parametrize("seed", range(4))

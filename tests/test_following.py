@@ -93,8 +93,8 @@ def smooth_work(law, k, low, high, knots=()):
     s = 0.5 * (panels[1:] + panels[:-1])[:, None] + 0.5 * np.diff(panels)[:, None] * t
     weight = 0.5 * np.diff(panels)[:, None] * w
     states, (depth, force) = law.states(s), law.slopes(s)
-    held = k == 0.0
-    rate = -states.indentation * force if held else states.normal_force * (depth + force / (k or 1.0))
+    by_force = k == 0.0
+    rate = -states.indentation * force if by_force else states.normal_force * (depth + force / (k or 1.0))
     return float(np.sum(weight * rate)) * (1.0 if high >= low else -1.0)
 
 
@@ -225,8 +225,8 @@ def test_samples_are_a_curve_too():
     D = there_and_back(-0.5, 14.0, 300)
     one, other = follow(trace(smooth), D), follow(trace(sampled), D)
     assert np.array_equal(one.attached, other.attached)
-    apart = np.abs(one.parameter - other.parameter)[one.attached & (one.branch == other.branch)]
-    assert np.median(apart) < 1e-4
+    difference = np.abs(one.parameter - other.parameter)[one.attached & (one.branch == other.branch)]
+    assert np.median(difference) < 1e-4
     assert np.sum(other.dissipated) == pytest.approx(np.sum(one.dissipated), rel=1e-3)
 
 
@@ -282,8 +282,8 @@ def test_unstable_starts_among_many_waves_go_to_the_next_stable_state(height, pi
         expected = s[before[-1]]
     assert run.jumps.before[0] == s[i]
     assert run.jumps.after[0] == pytest.approx(expected, abs=3.0 * s[1])
-    lost = float(curve.energy(s[i]) - curve.energy(run.jumps.after[0]))
-    assert run.jumps.loss[0] == pytest.approx(lost, rel=1e-9, abs=1e-12)
+    dissipated = float(curve.energy(s[i]) - curve.energy(run.jumps.after[0]))
+    assert run.jumps.loss[0] == pytest.approx(dissipated, rel=1e-9, abs=1e-12)
 
 
 def test_bad_paths_and_curves():
@@ -449,8 +449,8 @@ def test_without_adhesion_nothing_jumps():
 def test_weak_adhesion_tends_to_none():
     bare = follow(tracked(JKR(paraboloid(), 1.0, 0.0), 1.0), [0.5]).parameter[0]
     works = 10.0 ** -np.arange(4.0, 12.0, 2.0)
-    apart = [follow(tracked(JKR(paraboloid(), 1.0, w), 1.0), [0.5]).parameter[0] - bare for w in works]
-    assert np.allclose(np.diff(np.log(apart)) / np.diff(np.log(works)), 0.5, atol=0.01)
+    differences = [follow(tracked(JKR(paraboloid(), 1.0, w), 1.0), [0.5]).parameter[0] - bare for w in works]
+    assert np.allclose(np.diff(np.log(differences)) / np.diff(np.log(works)), 0.5, atol=0.01)
 
 
 def test_dmt_follows_the_bare_contact():
@@ -577,8 +577,8 @@ def test_any_path_on_any_profile(line, gamma, k, path):
     assert np.all(history.jumps.loss >= -1e-12 * np.pi * gamma)
     on = history.attached
     size = max(1.0, np.max(np.abs(track.low)), np.max(np.abs(track.high)))
-    apart = track.curve.control(history.parameter[on]) - history.control[on]
-    assert np.all(np.abs(apart) < 1e-11 * size)
+    difference = track.curve.control(history.parameter[on]) - history.control[on]
+    assert np.all(np.abs(difference) < 1e-11 * size)
     work = work_between_jumps(law, k, history)
     scale = 1.0 + np.max(np.abs(balance.energy)) + balance.dissipated[-1]
     assert abs(work - balance.work[-1]) < 1e-8 * scale

@@ -51,10 +51,10 @@ CURVES = {**POWERS, **TABLES}
 
 # histories in the units of the largest depth; values that meet again (repeated, on the edge of the cone) included
 depth = st.one_of(st.floats(0.01, 1.0), st.sampled_from([0.25, 0.5, 1.0]))
-apart = st.floats(-0.3, -0.01)
+separated = st.floats(-0.3, -0.01)
 shift = st.one_of(st.floats(1e-4, 1.5), st.floats(-1.5, -1e-4), st.sampled_from([-0.5, 0.0, 0.25, 0.5]))
 rows = st.lists(st.tuples(depth, shift), min_size=1, max_size=12)
-rows_with_loss = st.lists(st.tuples(st.one_of(depth, depth, apart), shift), min_size=1, max_size=12)
+rows_with_loss = st.lists(st.tuples(st.one_of(depth, depth, separated), shift), min_size=1, max_size=12)
 curve_names = st.sampled_from(list(CURVES))
 frictions = st.sampled_from([0.3, 1.0, np.inf])
 few = settings(max_examples=examples(40), deadline=None)
@@ -159,16 +159,16 @@ def test_slip_far_smaller_than_the_depth(tabulated, n, decades, d, turns, by_for
     _, force, _ = (float(x) for x in evaluate(curves, d))
     slides = mu * d / tangential
     # first pressed, then to and fro
-    ways = np.append(0.0, np.cumprod(np.append(1.0, -np.ones(turns))))
+    signs = np.append(0.0, np.cumprod(np.append(1.0, -np.ones(turns))))
     if by_force:
         # 1 - (1 - share)^m without the difference
         pull = -np.expm1((1.0 + 1.0 / n) * np.log1p(-share))
-        run = follow_forces(curves, np.full(ways.size, force), mu * force * pull * ways, mu, tangential)
+        run = follow_forces(curves, np.full(signs.size, force), mu * force * pull * signs, mu, tangential)
     else:
-        run = follow_displacements(curves, np.full(ways.size, d), slides * share * ways, mu, tangential)
+        run = follow_displacements(curves, np.full(signs.size, d), slides * share * signs, mu, tangential)
     once = slid_on_a_power_law(n, share) * mu * force * slides * share
     # every turn slips the same springs back, twice as far
-    exact = once * (2.0 * np.arange(ways.size) - 1.0)
+    exact = once * (2.0 * np.arange(signs.size) - 1.0)
     assert np.all(np.diff(run.slip_work) >= 0.0)
     assert worst(run.slip_work[1:], exact[1:]) < (1e-5 if tabulated and by_force else 2e-10) + 1e-14 / share
     assert worst(run.stored_energy[1], 0.5 * run.tangential_force[1] * slides * share) < share + 1e-14 / share
@@ -361,11 +361,11 @@ def test_state_resumes(history, mu, data):
 def test_force_given_at_indentation(name, history, mu):
     d, u = columns(history)
     curves = CURVES[name]
-    asked = follow_displacements(curves, d, u, mu, 0.8).tangential_force
-    run = follow_indentation_with_force(curves, d, asked, mu, 0.8)
+    whole = follow_displacements(curves, d, u, mu, 0.8).tangential_force
+    run = follow_indentation_with_force(curves, d, whole, mu, 0.8)
     assert run.ending is Ending.COMPLETE
     again = follow_displacements(curves, d, run.shift, mu, 0.8)
-    assert close(asked, again.tangential_force, 1e-12)
+    assert close(whole, again.tangential_force, 1e-12)
 
 
 def test_force_control_is_the_limit_of_fine_displacements():

@@ -83,8 +83,8 @@ class Radius:
 
     def points(self, deepest):
         """Depths over 25 decades, everywhere, and on both sides of the marks."""
-        beside = np.concatenate([10.0 ** -np.linspace(0.5, 9.0, 30), -(10.0 ** -np.linspace(0.5, 15.0, 30))])
-        ends = [depth * (1.0 + beside) for depth in self.depths]
+        nearby = np.concatenate([10.0 ** -np.linspace(0.5, 9.0, 30), -(10.0 ** -np.linspace(0.5, 15.0, 30))])
+        ends = [depth * (1.0 + nearby) for depth in self.depths]
         d = np.concatenate([10.0 ** -np.linspace(0.0, 25.0, 251), np.linspace(0.0, 1.0, 301)[1:]])
         d = np.concatenate([d * deepest * self.length, *ends])
         return d[(d > 0.0) & (d <= deepest * self.length)]

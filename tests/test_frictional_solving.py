@@ -143,8 +143,8 @@ def test_partial_slip_under_every_control(partial_slip, normal, tangential):
     for name, values in expected.items():
         np.testing.assert_allclose(column(result, name)[-19:], values, rtol=1e-12, err_msg=name)
     # the difference of work and stored energy loses digits where little slips
-    lost = exact.work(ratio) - exact.stored(ratio)
-    assert np.max(np.abs(column(result, "dissipated_energy")[-19:] - lost)) < 1e-13 * exact.work(0.95)
+    dissipated = exact.work(ratio) - exact.stored(ratio)
+    assert np.max(np.abs(column(result, "dissipated_energy")[-19:] - dissipated)) < 1e-13 * exact.work(0.95)
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -191,8 +191,10 @@ def test_full_sliding(partial_slip):
         rtol=1e-12,
         atol=1e-15,
     )
-    lost = np.diff(column(result, "dissipated_energy"))[[1, 2, 5]]
-    np.testing.assert_allclose(lost, exact.carried * exact.limit * np.array([0.5, 1.5, 0.5]), rtol=1e-11)
+    dissipated = np.diff(column(result, "dissipated_energy"))[[1, 2, 5]]
+    np.testing.assert_allclose(
+        dissipated, exact.carried * exact.limit * np.array([0.5, 1.5, 0.5]), rtol=1e-11
+    )
 
 
 def test_masing_branches(partial_slip):
@@ -204,10 +206,10 @@ def test_masing_branches(partial_slip):
     u, force = (column(result, name)[11:31] for name in ("shift", "tangential_force"))
     turned = exact.force(ratio) - 2.0 * exact.force(0.5 * (ratio - u / exact.limit))
     assert np.max(np.abs(force - turned)) < 1e-12 * exact.carried
-    lost = column(result, "dissipated_energy")
+    dissipated = column(result, "dissipated_energy")
     m = (n + 1.0) / n
     loop = 8.0 * exact.work(ratio) - 4.0 * ratio * exact.limit * exact.force(ratio)
-    assert lost[50] - lost[10] == pytest.approx(loop, rel=1e-11)
+    assert dissipated[50] - dissipated[10] == pytest.approx(loop, rel=1e-11)
     assert 0.0 < loop < 4.0 * ratio * exact.carried * exact.limit * m
     # a loop between two forces has its turning points at the same shifts
     by_force = mdr.load(exact.load) >> mdr.cycle(tangential_force=exact.force(ratio), cycles=2, steps=8)
@@ -264,8 +266,8 @@ def test_oblique_loading_beyond_friction():
     assert np.all(column(result, "stick_radius") == 0.0)
     np.testing.assert_allclose(column(result, "slip_distance"), (0.5 - MU) * d, rtol=1e-13)
     # slip of ever more springs: int mu F_N (0.5 - mu) dd
-    lost = MU * (0.5 - MU) * 8 / 15 * d**2.5
-    np.testing.assert_allclose(column(result, "dissipated_energy"), lost, rtol=1e-12)
+    dissipated = MU * (0.5 - MU) * 8 / 15 * d**2.5
+    np.testing.assert_allclose(column(result, "dissipated_energy"), dissipated, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", PROFILES)
@@ -465,10 +467,10 @@ def test_energy_and_forces_by_an_independent_memory(problem, history):
     pulled = column(mdr.solve(case, mdr.Path(indentation=steps[0], shift=steps[1])), "tangential_force")
     ends = np.cumsum([w.size for w in weights]) - 1
     work = np.cumsum(np.concatenate(weights) * pulled)[ends]
-    stored, lost = column(result, "stored_tangential_energy"), column(result, "dissipated_energy")
+    stored, dissipated = column(result, "stored_tangential_energy"), column(result, "dissipated_energy")
     largest = max(np.max(np.abs(work)), np.max(stored))
-    assert np.max(np.abs(stored + lost - work)) <= 1e-11 * largest
-    assert np.all(np.diff(lost, prepend=0.0) >= -1e-13 * largest)
+    assert np.max(np.abs(stored + dissipated - work)) <= 1e-11 * largest
+    assert np.all(np.diff(dissipated, prepend=0.0) >= -1e-13 * largest)
 
 
 # --- legs -----------------------------------------------------------------------------------------------------
@@ -501,8 +503,8 @@ def test_cycles_of_other_channels(channel):
     result = mdr.solve(case, start >> mdr.cycle(**{channel: swing}, steps=8), machine_stiffness=0.5)
     rows = centre + swing * np.array([0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0])
     np.testing.assert_allclose(column(result, channel)[4:], rows, rtol=1e-13)
-    held = "normal_force" if channel == "tangential_force" else "shift"
-    assert np.all(column(result, held)[4:] == last(before, held))
+    fixed = "normal_force" if channel == "tangential_force" else "shift"
+    assert np.all(column(result, fixed)[4:] == last(before, fixed))
     again = mdr.solve(case, start >> mdr.Path(**{channel: rows}), machine_stiffness=0.5)
     same(result, again, 1e-12)
 
@@ -576,11 +578,13 @@ def test_loss_and_return_of_contact():
         fresh = mdr.solve(contact(profile), mdr.ramp(indentation=0.1, shift=0.01))
         for name in ("tangential_force", "stick_radius", "stored_tangential_energy"):
             assert last(result, name) == pytest.approx(last(fresh, name), rel=1e-12)
-        lost = column(result, "dissipated_energy")
-        assert lost[2] > 0.0
-        assert np.all(lost[2:] == pytest.approx(lost[2], rel=1e-13))
+        dissipated = column(result, "dissipated_energy")
+        assert dissipated[2] > 0.0
+        assert np.all(dissipated[2:] == pytest.approx(dissipated[2], rel=1e-13))
         # what was stored at the moment of unloading is lost, since the shift rests
-        assert lost[2] == pytest.approx(lost[1] + float(result["stored_tangential_energy"][1]), rel=1e-12)
+        assert dissipated[2] == pytest.approx(
+            dissipated[1] + float(result["stored_tangential_energy"][1]), rel=1e-12
+        )
     # the same between forces
     by_force = mdr.load(0.05) >> mdr.drag(0.01) >> mdr.ramp(normal_force=0.0, tangential_force=0.0)
     result = mdr.solve(contact(), by_force >> mdr.load(0.05) >> mdr.drag(0.01))
@@ -593,8 +597,8 @@ def test_loss_and_return_of_contact():
 def test_a_first_leg_without_contact():
     """Where nothing touches yet there is nothing to be mapped far out, whatever the profile."""
     tip = mdr.Sphere("50 um")
-    for reach in (math.inf, "50 um"):
-        end = mdr.Function(tip.gap, derivative=tip.gap_slope, max_radius=reach)
+    for max_radius in (math.inf, "50 um"):
+        end = mdr.Function(tip.gap, derivative=tip.gap_slope, max_radius=max_radius)
         result = mdr.solve(contact(end), mdr.indent("-1 um") >> mdr.shift("1 um"))
         assert last(result, "normal_force") == last(result, "slip_distance") == 0.0
         assert mdr.equivalent_profile(end).g(0.0) == 0.0
@@ -605,11 +609,11 @@ def test_a_first_leg_without_contact():
         assert last(result, "tangential_force") == pytest.approx(last(plain, "tangential_force"), rel=1e-12)
         assert last(mdr.solve(case, mdr.load(0.0) >> mdr.load(0.01)), "indentation") > 0.0
     for profile in (BALL, SAMPLED):
-        apart = mdr.solve(contact(profile), mdr.indent(-0.1) >> mdr.shift(0.2))
-        assert last(apart, "tangential_force") == 0.0
-        assert np.isnan(apart.field("slip", r=[0.0, 0.1]).values).all()
-        assert apart.field("tangential_displacement", r=[0.0, 0.1]).values.tolist() == [0.0, 0.0]
-        assert apart.field("shear_traction", r=[0.0, 0.1]).values.tolist() == [0.0, 0.0]
+        separated = mdr.solve(contact(profile), mdr.indent(-0.1) >> mdr.shift(0.2))
+        assert last(separated, "tangential_force") == 0.0
+        assert np.isnan(separated.field("slip", r=[0.0, 0.1]).values).all()
+        assert separated.field("tangential_displacement", r=[0.0, 0.1]).values.tolist() == [0.0, 0.0]
+        assert separated.field("shear_traction", r=[0.0, 0.1]).values.tolist() == [0.0, 0.0]
 
 
 def test_unloading_at_rest():
@@ -655,8 +659,8 @@ def test_without_friction():
     np.testing.assert_allclose(column(result, "slip_distance"), [0, 0.05, 0.1, 0.15, 0.2, 0.25], atol=1e-16)
     assert np.all(result.field("shear_traction", r=[0.0, 0.1], step=2).values == 0.0)
     np.testing.assert_allclose(result.field("slip", r=[0.0, 0.1], step=1).values, 0.05)
-    held = mdr.solve(contact(mu=0.0), mdr.load(0.01) >> mdr.drag(0.0) >> mdr.shift(0.1))
-    assert last(held, "slip_distance") == pytest.approx(0.1, rel=1e-15)
+    dragged = mdr.solve(contact(mu=0.0), mdr.load(0.01) >> mdr.drag(0.0) >> mdr.shift(0.1))
+    assert last(dragged, "slip_distance") == pytest.approx(0.1, rel=1e-15)
 
 
 @pytest.mark.parametrize("mu", [math.inf, "inf"])
@@ -709,8 +713,8 @@ def test_progress_in_parts_is_the_whole(monkeypatch):
             whole.data.drop_vars("dissipated_energy"), parts.data.drop_vars("dissipated_energy")
         )
         # a part begins with the sum of the parts before, rounded
-        lost = column(whole, "dissipated_energy")
-        assert np.max(np.abs(lost - column(parts, "dissipated_energy"))) <= np.spacing(lost[-1])
+        dissipated = column(whole, "dissipated_energy")
+        assert np.max(np.abs(dissipated - column(parts, "dissipated_energy"))) <= np.spacing(dissipated[-1])
     pulled = mdr.load(1.0) >> mdr.Path(tangential_force=np.linspace(0.0, 0.4, 21))
     for progress in (None, lambda done, total: None):
         with pytest.raises(mdr.PathError, match=r"tangential_force = 320 mN in row 17 of leg 2"):
@@ -750,8 +754,8 @@ def test_traction_integrates_to_the_force(turned):
     for step in range(7):
         rings = marks(turned, step)[:, None]
         # r^2 = high^2 - q^2 takes the root at the edge of a disk; nodes gather at the low end, where a tip may be
-        reach = np.sqrt((rings[1:] - rings[:-1]) * (rings[1:] + rings[:-1]))
-        q, w = reach * (1.0 - (1.0 - NODES) ** 5), 5.0 * reach * WEIGHTS * (1.0 - NODES) ** 4
+        middle = np.sqrt((rings[1:] - rings[:-1]) * (rings[1:] + rings[:-1]))
+        q, w = middle * (1.0 - (1.0 - NODES) ** 5), 5.0 * middle * WEIGHTS * (1.0 - NODES) ** 4
         tau = turned.field("shear_traction", np.sqrt((rings[1:] - q) * (rings[1:] + q)).ravel(), step).values
         total = 2 * math.pi * np.dot((w * q).ravel(), tau)
         carried = MU * float(turned["normal_force"][step])
@@ -1049,28 +1053,28 @@ def test_travel_is_claimed():
 def test_assessment():
     path = mdr.load("2 N", steps=50) >> mdr.cycle(shift="20 um", cycles=3, steps=1200)
     case = contact(mdr.Paraboloid("10 mm"), body=SOFT)
-    asked = mdr.assess(case, path)
+    assessed = mdr.assess(case, path)
     result = mdr.solve(case, path)
-    assert asked.rows == 1250
-    assert asked.quantities == len(result.data) == 13
-    assert asked.memory == result.data.nbytes == 8 * 1250 * 13
-    assert asked.largest["normal_force"] == 2.0
+    assert assessed.rows == 1250
+    assert assessed.quantities == len(result.data) == 13
+    assert assessed.memory == result.data.nbytes == 8 * 1250 * 13
+    assert assessed.largest["normal_force"] == 2.0
     for name in ("indentation", "contact_radius"):
-        assert asked.largest[name] == pytest.approx(float(result[name].max()), rel=1e-13)
+        assert assessed.largest[name] == pytest.approx(float(result[name].max()), rel=1e-13)
     for name, claim in result.claims.items():
-        assert (asked.claims[name].level, asked.claims[name].reason) == (claim.level, claim.reason)
-    assert [entry.name for entry in asked.assumptions] == [entry.name for entry in result.assumptions]
-    for one, other in zip(asked.assumptions, result.assumptions, strict=True):
+        assert (assessed.claims[name].level, assessed.claims[name].reason) == (claim.level, claim.reason)
+    assert [entry.name for entry in assessed.assumptions] == [entry.name for entry in result.assumptions]
+    for one, other in zip(assessed.assumptions, result.assumptions, strict=True):
         assert one.measure == pytest.approx(other.measure, rel=1e-12)
-    assert "1250 rows (130 kB)" in asked.summary()
+    assert "1250 rows (130 kB)" in assessed.summary()
     # long arrays are read at their ends and extremes only
     t = np.linspace(0.0, 40.0, 200_001)[1:]
     long = mdr.Path(time=t, indentation=1e-5 * (2 + np.sin(t)), shift=2e-6 * np.cos(t))
-    asked = mdr.assess(case, long, machine_stiffness=1e5)
-    assert asked.rows == 200_000
-    assert asked.quantities == 15  # with time and travel
-    assert "24 MB" in asked.summary()
-    assert asked.largest["indentation"] == pytest.approx(3e-5, rel=1e-6)
+    assessed = mdr.assess(case, long, machine_stiffness=1e5)
+    assert assessed.rows == 200_000
+    assert assessed.quantities == 15  # with time and travel
+    assert "24 MB" in assessed.summary()
+    assert assessed.largest["indentation"] == pytest.approx(3e-5, rel=1e-6)
     with pytest.raises(mdr.PathError, match="friction carries at most"):
         mdr.assess(case, mdr.load("1 N", steps=9) >> mdr.drag("0.31 N", steps=9))
 

@@ -179,10 +179,10 @@ def test_references_of_graded_contact():
             modulus = mdr.effective_moduli(body_of(k, 1.0)).normal
             body = body_of(k, 1.0, 1e9 * given_["cN"] / modulus)
             contact = mdr.Contact(mdr.Paraboloid(given_["R"]), body, adhesion=mdr.JKR(given_["gamma"]))
-            lost = mdr.pull_off(contact, machine_stiffness=0.0)
-            assert lost.normal_force == pytest.approx(expected["F"], rel=1e-12)
-            assert lost.contact_radius == pytest.approx(expected["a"], rel=1e-12)
-            assert lost.indentation == pytest.approx(expected["d"], rel=1e-12)
+            pull_off = mdr.pull_off(contact, machine_stiffness=0.0)
+            assert pull_off.normal_force == pytest.approx(expected["F"], rel=1e-12)
+            assert pull_off.contact_radius == pytest.approx(expected["a"], rel=1e-12)
+            assert pull_off.indentation == pytest.approx(expected["d"], rel=1e-12)
 
 
 @settings(max_examples=examples(30), deadline=None)
@@ -194,12 +194,12 @@ def test_pull_off_of_powers(k, R, n, soft, work):
     c = mdr.effective_moduli(body).normal
     contact = mdr.Contact(mdr.PowerLaw(n, 0.1 * R, R), body, adhesion=mdr.JKR(work))
     for machine, share in ((0.0, 0.5 * (3.0 + k)), (math.inf, 0.5 * (1.0 - k))):
-        lost = mdr.pull_off(contact, machine_stiffness=machine)
-        a = lost.contact_radius
+        pull_off = mdr.pull_off(contact, machine_stiffness=machine)
+        a = pull_off.contact_radius
         opening = math.sqrt(2.0 * math.pi * work * a ** (1.0 - k) / c)
-        g = lost.indentation + opening
+        g = pull_off.indentation + opening
         assert n * g == pytest.approx(share * opening, rel=1e-9)
-        assert lost.normal_force == pytest.approx(
+        assert pull_off.normal_force == pytest.approx(
             2.0 * c * a ** (1.0 + k) * (n * g / (n + 1.0 + k) / (1.0 + k) - opening / (1.0 + k)), rel=1e-9
         )
     ball = mdr.Contact(mdr.Paraboloid(R), body, adhesion=mdr.JKR(work))
@@ -217,13 +217,13 @@ def test_pull_off_of_powers(k, R, n, soft, work):
 def test_cycles_of_sticky_bodies_keep_their_energy(kind, k, R, machine):
     body, work = body_of(k, R, 1e6), 1e-3 * R / 1e-6
     contact = mdr.Contact(profile_of(kind, R), body, adhesion=mdr.JKR(work))
-    lost = mdr.pull_off(contact)
-    reach = 4.0 * abs(lost.indentation) + 1e-4 * R
-    stiffness = 10.0**machine * abs(lost.normal_force) / reach
+    pull_off = mdr.pull_off(contact)
+    range_ = 4.0 * abs(pull_off.indentation) + 1e-4 * R
+    stiffness = 10.0**machine * abs(pull_off.normal_force) / range_
     for path, given_ in (
-        (mdr.indent(reach, steps=7) >> mdr.indent(-4.0 * reach, steps=9), None),
+        (mdr.indent(range_, steps=7) >> mdr.indent(-4.0 * range_, steps=9), None),
         (
-            mdr.Path(travel=reach * np.array([0.5, 1.0, 0.0, -40.0, -400.0 * (1.0 + 10.0**-machine)])),
+            mdr.Path(travel=range_ * np.array([0.5, 1.0, 0.0, -40.0, -400.0 * (1.0 + 10.0**-machine)])),
             stiffness,
         ),
     ):
@@ -264,7 +264,7 @@ def test_what_graded_bodies_refuse():
         mdr.pull_off(mdr.Contact(mdr.PowerLaw(0.3, "1 um", "1 mm"), body, adhesion=mdr.JKR("50 mJ/m^2")))
 
 
-def beside_the_rim(k, R, c, work, machine, travel, radius):
+def near_the_rim(k, R, c, work, machine, travel, radius):
     """Depth, force and opening of a sticky truncated cone (slope 0.2, b = R/10) at a travel, in extended precision.
 
     g = 0.2 a int_0^T sin^k, T = arccos(b/a), and int_b^a x^k g dx by parts; found by the q = ((a^2 - b^2)/b^2)^((1+k)/2)
@@ -313,18 +313,18 @@ def test_a_machine_moves_a_sticky_punch_with_a_rim_as_far_as_it_is_told(k, R, so
     contact = mdr.Contact(profile_of("truncated cone", R), body, adhesion=mdr.JKR(size * 10.0**sticky))
     path = mdr.travel(top, steps=6) >> mdr.travel(-3.0 * top, steps=8)
     result = mdr.solve(contact, path, machine_stiffness=machine)
-    told = np.concatenate([np.linspace(0.0, top, 7)[1:], np.linspace(top, -3.0 * top, 9)[1:]])
+    indentation = np.concatenate([np.linspace(0.0, top, 7)[1:], np.linspace(top, -3.0 * top, 9)[1:]])
     force, closed = result["normal_force"].values, result["contact_radius"].values > 0.0
     travel = result["indentation"].values + force / machine
-    scale = np.abs(told) + np.abs(force) / machine + top
-    assert np.all(np.abs(travel - told)[closed] <= 1e-8 * scale[closed])
+    scale = np.abs(indentation) + np.abs(force) / machine + top
+    assert np.all(np.abs(travel - indentation)[closed] <= 1e-8 * scale[closed])
     energies = np.abs(result["elastic_energy"].values) + np.abs(result["surface_energy"].values)
     assert np.all(result["jump_dissipation"].values >= -1e-10 * np.max(energies))
     rows = np.flatnonzero(closed)
     for row in rows[[0, -1]] if rows.size else rows:
         c, work = size / R ** (1.0 + k), contact.adhesion.work
-        at = told[row], float(result["contact_radius"][row])
-        d, F, opening = beside_the_rim(k, R, c, work, machine, *at)
+        at = indentation[row], float(result["contact_radius"][row])
+        d, F, opening = near_the_rim(k, R, c, work, machine, *at)
         # a difference of g and the opening, and its force: to rounding of those
         rounding, stiffness = 64 * np.finfo(float).eps, float(result["normal_stiffness"][row])
         assert result["indentation"].values[row] == pytest.approx(

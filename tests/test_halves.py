@@ -61,6 +61,6 @@ def test_parts_and_means_keep_the_record(benchmark):
 
 
 def test_halves_of_a_record_without_contact_are_refused(benchmark):
-    apart = mdr.MeasuredCurve(force=1e-11 * white(3), indentation=DEPTH)
+    record = mdr.MeasuredCurve(force=1e-11 * white(3), indentation=DEPTH)
     with pytest.raises(mdr.PymdrError, match="no contact"):
-        benchmark.halves(GEL, apart, ["body.young"])
+        benchmark.halves(GEL, record, ["body.young"])

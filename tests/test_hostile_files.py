@@ -79,18 +79,18 @@ def test_any_value_in_any_place_of_a_case_is_read_or_refused(tmp_path, kind, pic
     lines[i] = f"{lines[i].partition(' = ')[0]} = {value}"
     file = tmp_path / "case.toml"
     file.write_text("\n".join(lines), encoding="utf-8")
-    told = ""
+    text = ""
     try:
         if kind == "rough":
             read_rough_case(file)
             return
-        asked = read_case(file)
-        mdr.assess(asked.contact, asked.path, **asked.options)
+        request = read_case(file)
+        mdr.assess(request.contact, request.path, **request.options)
     except PymdrError as error:
-        told = str(error)
-    assert len(told) < 2000
+        text = str(error)
+    assert len(text) < 2000
     for word in ("pydantic", "Traceback", "tagged-union", "input should", "valid integer"):
-        assert word not in told
+        assert word not in text
 
 
 @SLOW
@@ -110,13 +110,13 @@ def test_a_byte_order_mark_is_no_part_of_a_case(tmp_path):
 
 def test_what_is_printed_steers_no_terminal(tmp_path, shell):
     text = template("ball")
-    told = json.dumps(ESCAPE)
+    hostile = json.dumps(ESCAPE)
     for old, new in (
-        ('title = "My ball"', f"title = {told}"),
-        ('radius = "10 mm"', f"radius = {told}"),
+        ('title = "My ball"', f"title = {hostile}"),
+        ('radius = "10 mm"', f"radius = {hostile}"),
         ('young = "210 GPa"', 'young = "[/bold] GPa"'),
         ('kind = "sphere" ', 'kind = "[profile]" '),
-        ("[counterbody]", f"[{told}]"),
+        ("[counterbody]", f"[{hostile}]"),
     ):
         assert old in text
         good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
@@ -311,11 +311,11 @@ TEXTS = (
 @given(data=st.data(), name=st.sampled_from(TEXTS))
 def test_results_made_by_hand_are_whole_or_refused(saved, data, name):
     packed = saved[1].to_dataset()
-    told = packed.attrs[f"pymdr_{name}"]
+    text = packed.attrs[f"pymdr_{name}"]
     if name == "status" or data.draw(st.booleans()):
         new = json.dumps(data.draw(JSON))
     else:
-        whole = json.loads(told)
+        whole = json.loads(text)
         table = whole
         while isinstance(table, dict | list) and table and data.draw(st.integers(0, 3)) > 0:
             key = data.draw(st.sampled_from(sorted(table) if isinstance(table, dict) else range(len(table))))
@@ -399,7 +399,7 @@ def test_what_a_terminal_cannot_write_is_written_out(tmp_path):
 
 # --- options ---------------------------------------------------------------------------------------------
 
-ASKED = {
+QUESTIONS = {
     "check": ("joint",),
     "law": ("joint", "--to", "1 um", "-o", "out"),
     "impact": ("joint", "--mass", "1 g", "--speed", "1 m/s"),
@@ -450,8 +450,8 @@ def test_any_text_in_any_option_is_taken_or_refused(tmp_path, shell, data):
 
     for kind in ("joint", "rough", "ball"):
         (tmp_path / f"{kind}.toml").write_text(template(kind), encoding="utf-8")
-    command = data.draw(st.sampled_from(list(ASKED)))
-    kind, *rest = ASKED[command]
+    command = data.draw(st.sampled_from(list(QUESTIONS)))
+    kind, *rest = QUESTIONS[command]
     options = [
         option.opts[0]
         for option in typer.main.get_command(app).commands[command].params
@@ -465,8 +465,8 @@ def test_any_text_in_any_option_is_taken_or_refused(tmp_path, shell, data):
     assert status in (0, 1, 2, 3)
     if status == 2 or "--" in more:
         return
-    told = json.loads(out, parse_constant=lambda name: pytest.fail(f"JSON has no {name}"))
-    assert (told["error"] is None) == (status == 0)
+    answer = json.loads(out, parse_constant=lambda name: pytest.fail(f"JSON has no {name}"))
+    assert (answer["error"] is None) == (status == 0)
     if status:
         assert err.startswith("pymdr: ")
         assert err.count("\n") == 1

@@ -217,10 +217,10 @@ def test_loss_is_what_the_jumps_take(ratio, size, work):
         hit = mdr.impact(contact, mass=mass, speed=speed, steps=16)
     except mdr.PathError:
         return
-    lost = hit.energy_lost / (0.5 * mass * speed**2)
+    dissipated = hit.energy_lost / (0.5 * mass * speed**2)
     # a difference of energies that are known to rounding, of which it is the root
     assert hit.restitution**2 == pytest.approx(max(1 - 1 / ratio**2, 0.0), rel=1e-9, abs=ROUNDING)
-    assert lost == pytest.approx(min(1.0, 1 / ratio**2), rel=1e-9)
+    assert dissipated == pytest.approx(min(1.0, 1 / ratio**2), rel=1e-9)
 
 
 def test_other_laws_of_adhesion():
@@ -316,10 +316,10 @@ def test_many_speeds_with_adhesion():
 
 def test_shown(tmp_path):
     hit = mdr.impact(gel(), mass="1 mg", speed="0.1 m/s")
-    told = hit.summary()
-    assert "coefficient of restitution" in told
-    assert "speed below which the bodies stick" in told
-    assert str(hit) == told
+    text = hit.summary()
+    assert "coefficient of restitution" in text
+    assert "speed below which the bodies stick" in text
+    assert str(hit) == text
     assert "<table>" in hit._repr_html_()
     assert len(hit.plot().axes) == 3
     hit.to_csv(tmp_path / "hit.csv", units={"time": "ms"})
@@ -429,19 +429,19 @@ def test_without_friction_nothing_changes_sideways():
 
 def test_what_friction_needs():
     cone = mdr.Contact(mdr.Cone(slope=0.1), STEEL, STEEL, friction=mdr.Coulomb(0.3))
-    asked = {"mass": "1 g", "speed": "0.1 m/s", "angle": "30 deg"}
+    arguments = {"mass": "1 g", "speed": "0.1 m/s", "angle": "30 deg"}
     with pytest.raises(mdr.ProblemError, match="Cone needs the moment of inertia"):
-        mdr.impact(cone, **asked)
+        mdr.impact(cone, **arguments)
     with pytest.raises(mdr.ProblemError, match="Cone needs the moment of inertia"):
-        mdr.impact(cone, radius="1 mm", **asked)
-    hit = mdr.impact(cone, radius="1 mm", inertia="1 g*mm^2", **asked)
+        mdr.impact(cone, radius="1 mm", **arguments)
+    hit = mdr.impact(cone, radius="1 mm", inertia="1 g*mm^2", **arguments)
     assert hit.contact_point_speed < 0.05
     assert math.isnan(mdr.impact(cone, mass="1 g", speed="0.1 m/s").tangential_restitution)
     with pytest.raises(mdr.ProblemError, match="spin needs the distance"):
         mdr.impact(cone, mass="1 g", speed="0.1 m/s", spin=3.0)
     stuck = mdr.Contact(mdr.Sphere("1 mm"), STEEL, STEEL, friction=mdr.Coulomb(math.inf))
     with pytest.raises(mdr.ProblemError, match="must be finite"):
-        mdr.impact(stuck, **asked)
+        mdr.impact(stuck, **arguments)
 
 
 def test_figure_of_an_oblique_impact(tmp_path):
@@ -483,17 +483,17 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 def test_from_the_shell(shell, tmp_path):
     case = EXAMPLES / "ball_on_glass.toml"
-    asked = ("impact", case, "--mass", "1 g", "--speed", "0.1 m/s")
-    status, out, error = shell(*asked, "-o", tmp_path / "out")
+    arguments = ("impact", case, "--mass", "1 g", "--speed", "0.1 m/s")
+    status, out, error = shell(*arguments, "-o", tmp_path / "out")
     assert (status, error) == (0, "")
     assert "contact time" in out
     assert (tmp_path / "out" / "impact.csv").exists()
     assert (tmp_path / "out" / "impact.png").exists()
-    status, out, _ = shell(*asked, "--json")
-    told = json.loads(out)
+    status, out, _ = shell(*arguments, "--json")
+    data = json.loads(out)
     hit = mdr.impact(read_case(case).contact, mass="1 g", speed="0.1 m/s")
-    assert told["impact"]["contact_time"] == {"value": hit.contact_time, "unit": "s"}
-    assert told["claims"]["contact_time"]["level"] == hit.claims["contact_time"].level.name
+    assert data["impact"]["contact_time"] == {"value": hit.contact_time, "unit": "s"}
+    assert data["claims"]["contact_time"]["level"] == hit.claims["contact_time"].level.name
     status, _, error = shell("impact", case, "--mass", "0 g", "--speed", "0.1 m/s")
     assert status == 1
     assert "mass = '0 g'" in error

@@ -148,10 +148,10 @@ def test_errors_hold_a_small_loss_of_energy(slow, own):
             return mpmath.expm(matrix * t) * mpmath.matrix([0, 1, 0])
 
         back = -at(mpmath.findroot(lambda t: (matrix * at(t))[1], hit.contact_time))[1]
-        lost = float((1 - back**2) / 2)
+        dissipated = float((1 - back**2) / 2)
     claim = hit.claims["energy_lost"]
     assert 1.0 - float(back) > 0.0
-    assert abs(hit.energy_lost / lost - 1.0) <= 3.0 * claim.error.item()
+    assert abs(hit.energy_lost / dissipated - 1.0) <= 3.0 * claim.error.item()
     assert claim.level is mdr.Level.APPROXIMATE or claim.error.item() <= 1e-9
 
 
@@ -417,15 +417,15 @@ def profiles(draw):
 @given(shear=rheologies(), profile=profiles(), mass=st.floats(0.01, 1.0), speed=st.floats(0.05, 1.0))
 def test_energy_and_momentum(shear, profile, mass, speed):
     hit = hit_on(shear, profile, mass, speed, steps=200)
-    t, v, F, lost = (hit[n].values for n in ("time", "velocity", "normal_force", "dissipated_energy"))
+    t, v, F, dissipated = (hit[n].values for n in ("time", "velocity", "normal_force", "dissipated_energy"))
     energy = 0.5 * mass * speed**2
     assert 0.0 <= hit.restitution < 1.0
     assert np.all(np.diff(t) > 0.0)
     assert np.all(F >= 0.0)
     assert np.all(np.diff(v) <= 1e-9 * speed)
-    assert np.all(np.diff(lost) >= -1e-12 * energy)
+    assert np.all(np.diff(dissipated) >= -1e-12 * energy)
     assert hit.energy_lost == pytest.approx(energy * (1.0 - hit.restitution**2), rel=1e-12)
-    assert hit.energy_lost + 2e-3 * energy >= lost[-1] + hit["elastic_energy"].values[-1]
+    assert hit.energy_lost + 2e-3 * energy >= dissipated[-1] + hit["elastic_energy"].values[-1]
     (audit,) = [a for a in hit.assumptions if a.name == "energy balance"]
     assert audit.met
     assert hit.claims["restitution"].error[0] < 1e-7
@@ -492,9 +492,9 @@ def test_any_size_at_any_speed(kind, modulus, time, share, n, size, speed):
 @given(eta=st.floats(-5.0, 5.0), speed=st.floats(-9.0, 3.0), size=st.floats(-8.0, 0.0))
 def test_dissipation_grows_with_the_viscosity(eta, speed, size):
     radius = 10.0**size
-    asked = {"mass": 1e3 * radius**3, "speed": 10.0**speed, "steps": 8}
+    arguments = {"mass": 1e3 * radius**3, "speed": 10.0**speed, "steps": 8}
     found = [
-        mdr.impact(on(mdr.KelvinVoigt(1e6, 10.0**eta * k), mdr.Paraboloid(radius)), **asked).restitution
+        mdr.impact(on(mdr.KelvinVoigt(1e6, 10.0**eta * k), mdr.Paraboloid(radius)), **arguments).restitution
         for k in (1.0, 3.0)
     ]
     assert found[1] <= found[0] * (1.0 + 1e-9) <= 1.0 + 2e-9
@@ -618,10 +618,10 @@ def test_sideways_nothing_happens():
 def test_shown(tmp_path):
     hit = mdr.impact(on(RUBBER, mdr.Paraboloid("5 mm")), mass="10 g", speed="0.3 m/s")
     assert hit.data.sizes["step"] == 201
-    told = hit.summary()
-    assert "coefficient of restitution" in told
-    assert "dissipated energy" in told
-    assert "one approach and one retreat" in told
+    text = hit.summary()
+    assert "coefficient of restitution" in text
+    assert "dissipated energy" in text
+    assert "one approach and one retreat" in text
     assert [event.name for event in hit.events] == ["touch", "turning point", "separation"]
     assert hit.events[1].indentation == pytest.approx(float(hit["indentation"].max()), rel=1e-12)
     assert hit.events[-1].indentation > 0.0  # the surface has not come back yet
@@ -638,8 +638,8 @@ def test_from_the_shell(shell):
     assert (status, error) == (0, "")
     assert "coefficient of restitution" in out
     status, out, _ = shell("impact", case, "--mass", "10 g", "--speed", "0.3 m/s", "--json")
-    told = json.loads(out)
+    data = json.loads(out)
     rubber = on(mdr.StandardSolid("1 MPa", "3 MPa", "50 ms"), mdr.Paraboloid("5 mm"))
     hit = mdr.impact(rubber, mass="10 g", speed="0.3 m/s")
-    assert told["impact"]["restitution"]["value"] == hit.restitution
-    assert told["impact"]["dissipated_energy"]["unit"] == "J"
+    assert data["impact"]["restitution"]["value"] == hit.restitution
+    assert data["impact"]["dissipated_energy"]["unit"] == "J"

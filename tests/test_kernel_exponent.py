@@ -395,10 +395,10 @@ def test_profiles_come_back(k, powers, b, jump, size):
     # u and the gap are what is left of f and d
     a = (0.3 * b + 0.4) * size
     out = a * np.array([1.0, 1 + 1e-9, 1.01, 1.5, 3.0])
-    apart = line.gap_integral(out, a) - line.displacement_integral(out, a)
+    difference = line.gap_integral(out, a) - line.displacement_integral(out, a)
     f = size * (sum(c * (out / size) ** n for n, c in powers) + jump * np.maximum(out / size - b, 0.0))
     whole = math.pi / 2 * (f + line.g(a))
-    assert np.max(np.abs(apart - math.pi / 2 * (f - line.g(a))) / whole) < 1e-11
+    assert np.max(np.abs(difference - math.pi / 2 * (f - line.g(a))) / whole) < 1e-11
 
 
 @given(K, POWERS)

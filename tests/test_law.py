@@ -112,8 +112,8 @@ def test_jkr_in_closed_form():
     radius, work, modulus = 1e-3, 50e-3, 30e3 / 0.75
     contact = mdr.Contact(mdr.Paraboloid(radius), GEL, adhesion=mdr.JKR(work))
     law = mdr.export_law(contact, "50 um", tolerance=1e-7)
-    lost = (math.pi * work * radius**2 / (8 * modulus)) ** (1 / 3)
-    a = np.linspace(1.001 * lost, 3 * lost, 400)
+    radius_at_pull_off = (math.pi * work * radius**2 / (8 * modulus)) ** (1 / 3)
+    a = np.linspace(1.001 * radius_at_pull_off, 3 * radius_at_pull_off, 400)
     d = a**2 / radius - np.sqrt(2 * math.pi * a * work / modulus)
     a, d = a[d < 50e-6], d[d < 50e-6]
     force = 4 * modulus * a**3 / (3 * radius) - np.sqrt(8 * math.pi * a**3 * work * modulus)
@@ -229,9 +229,9 @@ def test_any_size_with_jkr(kind, size, slope, strength, young):
     d = depths_of(law, 300, np.random.default_rng(3))
     exact = exact_of(contact, d)
     pull = -law.pull_off.largest_pull
-    held = 2 * modulus * law.pull_off.contact_radius
+    stiffness = 2 * modulus * law.pull_off.contact_radius
     assert np.max(np.abs(law.force(d) - exact[0]) / (np.abs(exact[0]) + pull)) <= 1e-5
-    assert np.max(np.abs(law.stiffness(d) - exact[1]) / (np.abs(exact[1]) + held)) <= 1e-5
+    assert np.max(np.abs(law.stiffness(d) - exact[1]) / (np.abs(exact[1]) + stiffness)) <= 1e-5
     assert law.radius(d) == pytest.approx(exact[2], rel=1e-5)
 
 

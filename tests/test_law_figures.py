@@ -126,10 +126,10 @@ def test_jumps_are_drawn_where_they_happen(law, stiffness, steps):
 )
 def test_what_is_shaded_is_the_energy_lost(law, path, stiffness):
     result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=law), path, machine_stiffness=stiffness)
-    lost = np.nansum(result["jump_dissipation"].values)
-    assert lost > 0
+    dissipated = np.nansum(result["jump_dissipation"].values)
+    assert dissipated > 0
     for axes in result.figures()["loop"].axes:
-        assert enclosed(axes) == pytest.approx(lost, rel=2e-5)
+        assert enclosed(axes) == pytest.approx(dissipated, rel=2e-5)
 
 
 def test_a_body_that_falls_off_shades_no_area():
@@ -144,9 +144,9 @@ def test_every_wave_is_a_jump_and_all_loss_is_shaded():
     contact = mdr.Contact(wavy(), mdr.Elastic("100 kPa", 0.5), adhesion=mdr.JKR("10 mJ/m^2"))
     result = mdr.solve(contact, mdr.indent("4 um", steps=10) >> mdr.indent("-8 um", steps=20))
     axes = result.figures()["loop"].axes[0]
-    lost = np.nansum(result["jump_dissipation"].values)
+    dissipated = np.nansum(result["jump_dissipation"].values)
     assert len([p for p in axes.patches if isinstance(p, Polygon)]) > 6
-    assert enclosed(axes) == pytest.approx(lost, rel=1e-4)
+    assert enclosed(axes) == pytest.approx(dissipated, rel=1e-4)
 
 
 def test_a_singular_edge_leaves_the_picture():
@@ -362,8 +362,8 @@ def test_the_section_shows_where_bodies_stick():
 def test_legends_tell_the_time():
     t = np.linspace(0.0, 2.0, 21)
     result = mdr.solve(JOINT, mdr.Path(time=t, normal_force=np.full(21, 50.0), shift=4e-7 * np.sin(5 * t)))
-    told = [text.get_text() for text in result.figures()["loop"].axes[0].get_legend().get_texts()]
-    assert "step 20, $t$ = 2 s" in told
+    labels = [text.get_text() for text in result.figures()["loop"].axes[0].get_legend().get_texts()]
+    assert "step 20, $t$ = 2 s" in labels
     pulled = mdr.solve(mdr.Contact(TIP, GEL, adhesion=LAWS[0]), mdr.Path(time=t, indentation=1e-6 * (1 + t)))
     assert "$t$ = 2 s" in pulled.figures()["fields"].axes[0].get_xlabel()
 
@@ -376,8 +376,8 @@ def test_the_pull_of_a_deep_loop_is_enlarged(depth, enlarged):
     assert bool(axes.child_axes) == enlarged
     if enlarged:
         (inset,) = axes.child_axes
-        lost = mdr.pull_off(contact)
-        x, y = np.array([lost.indentation, lost.normal_force]) / units(axes)
+        pull_off = mdr.pull_off(contact)
+        x, y = np.array([pull_off.indentation, pull_off.normal_force]) / units(axes)
         assert inset.get_xlim()[0] < x < inset.get_xlim()[1]
         assert inset.get_ylim()[0] < y < 0 < inset.get_ylim()[1]
         assert np.ptp(inset.get_ylim()) < np.ptp(axes.get_ylim()) / 6
@@ -424,8 +424,8 @@ def test_a_refused_contact_shows_its_profile_and_why(contact_and_path):
     result = mdr.solve(*contact_and_path)
     assert result.status.name.endswith("REFUSED")
     axes = result.plot().axes[0]
-    told = " ".join(axes.get_xlabel().split())
-    assert " ".join(result.claims["pressure"].reason.split()) in told
+    label = " ".join(axes.get_xlabel().split())
+    assert " ".join(result.claims["pressure"].reason.split()) in label
     x = axes.lines[-1].get_xdata()
     unit = float(to_si(f"1 {axes.get_xlabel().split('(')[1].split(')')[0]}", "m"))
     height = float(to_si(f"1 {axes.get_ylabel().rpartition('(')[2].rstrip(')')}", "m"))

@@ -41,8 +41,8 @@ def test_landmarks_of_the_paraboloid_at_any_size(log_radius, log_modulus, log_wo
     radius, modulus, work = 10.0**log_radius, 10.0**log_modulus, 10.0**log_work
     contact = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic(modulus, 0.0), adhesion=mdr.JKR(work))
     pull = math.pi * work * radius
-    held, dead = mdr.pull_off(contact), mdr.pull_off(contact, machine_stiffness=0.0)
-    assert held.normal_force / pull == pytest.approx(-5 / 6, rel=1e-11)
+    by_depth, dead = mdr.pull_off(contact), mdr.pull_off(contact, machine_stiffness=0.0)
+    assert by_depth.normal_force / pull == pytest.approx(-5 / 6, rel=1e-11)
     assert dead.normal_force / pull == pytest.approx(-3 / 2, rel=1e-11)
     depth = (math.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
     unit = (work**5 * radius**4 / modulus**2) ** (1 / 3)
@@ -73,15 +73,15 @@ def test_pull_off_of_powers_under_any_machine(exponent, stiffness):
 @pytest.mark.parametrize("stiffness", [None, "0.05 N/m", "5 N/m"])
 def test_energy_balance_and_loss_at_any_number_of_steps(law, stiffness):
     contact = mdr.Contact(TIP, GEL, adhesion=law)
-    lost = []
+    forces = []
     for steps in (2, 300):
         leg = mdr.indent if stiffness is None else mdr.travel
         path = leg("3 um", steps=steps) >> leg("-25 um", steps=2 * steps)
         result = mdr.solve(contact, path, machine_stiffness=stiffness)
         assert balance(result).measure < 1e-11
-        lost.append(float(result["dissipated_energy"][-1]))
-        assert lost[-1] == pytest.approx(float(result["external_work"][-1]), rel=1e-9, abs=1e-24)
-    assert lost[0] == pytest.approx(lost[1], rel=1e-9, abs=1e-24)
+        forces.append(float(result["dissipated_energy"][-1]))
+        assert forces[-1] == pytest.approx(float(result["external_work"][-1]), rel=1e-9, abs=1e-24)
+    assert forces[0] == pytest.approx(forces[1], rel=1e-9, abs=1e-24)
 
 
 def test_a_wavy_tip_jumps_and_its_jumps_are_the_work():
@@ -144,10 +144,10 @@ def test_tension_adds_up_to_the_force():
 def test_endings():
     assert mdr.solve(STICKY, mdr.indent("1 um")).status is mdr.Status.ATTACHED
     assert mdr.solve(STICKY, mdr.indent("-1 um")).status is mdr.Status.NOT_TOUCHED
-    lost = mdr.solve(STICKY, mdr.load("0 N") >> mdr.load("-1 uN", steps=20))
-    assert lost.status is mdr.Status.PULLED_OFF
-    assert np.isnan(lost["normal_force"].values[-1])
-    assert float(np.nanmin(lost["normal_force"])) >= -1.5 * math.pi * WORK * 50e-6
+    torn = mdr.solve(STICKY, mdr.load("0 N") >> mdr.load("-1 uN", steps=20))
+    assert torn.status is mdr.Status.PULLED_OFF
+    assert np.isnan(torn["normal_force"].values[-1])
+    assert float(np.nanmin(torn["normal_force"])) >= -1.5 * math.pi * WORK * 50e-6
     free = mdr.solve(STICKY, mdr.indent("1 um") >> mdr.indent("-3 um"))
     assert float(free["normal_force"][-1]) == float(free["contact_radius"][-1]) == 0.0
 
@@ -177,13 +177,13 @@ def test_cattaneo_mindlin_in_every_control():
 
 def test_a_cycle_loses_what_mindlin_and_deresiewicz_say():
     result = mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.5 um", cycles=2, steps=16))
-    lost = result["dissipated_energy"].values
+    dissipated = result["dissipated_energy"].values
     modulus = mdr.effective_moduli(STEEL, STEEL)
     ratio = 0.5e-6 / (0.3 * modulus.normal / modulus.tangential * float(result["indentation"][-1]))
     size = 0.3 * 50 * 0.5e-6 / ratio
-    held = 1 - (1 - ratio) ** 1.5
-    exact = size * (8 * (ratio - 0.4 * (1 - (1 - ratio) ** 2.5)) - 4 * ratio * held)
-    assert lost[-1] - lost[-9] == pytest.approx(exact, rel=1e-11)
+    fraction = 1 - (1 - ratio) ** 1.5
+    exact = size * (8 * (ratio - 0.4 * (1 - (1 - ratio) ** 2.5)) - 4 * ratio * fraction)
+    assert dissipated[-1] - dissipated[-9] == pytest.approx(exact, rel=1e-11)
     study = mdr.friction_loop(JOINT, [0.5e-6], normal_force="50 N")
     assert float(study["dissipated_per_cycle"][0]) == pytest.approx(exact, rel=1e-11)
 
@@ -344,11 +344,11 @@ def test_a_callable_without_its_derivative_is_as_good_as_with(values):
     number = 1 if values(1.0) == 0.5 else 2 if values(1.0) < 0.5 else 3
     laws = (mdr.JKR(0.01), mdr.MaugisDugdale(0.01, strength=0.1), mdr.DMT(0.01, range=0.02))
     for law in laws:
-        plain, told = (
+        plain, named = (
             mdr.pull_off(mdr.Contact(mdr.Function(values, **more), mdr.Elastic(1.0, 0.0), adhesion=law))
             for more in ({}, {"derivative": slopes[number]})
         )
-        assert plain.normal_force == pytest.approx(told.normal_force, rel=1e-11)
+        assert plain.normal_force == pytest.approx(named.normal_force, rel=1e-11)
 
 
 def test_the_regime_of_a_round_callable_is_that_of_the_ball():
@@ -371,7 +371,7 @@ def test_the_largest_pull_is_what_a_stiff_rig_reports():
 def test_slip_work_under_forces_has_a_limit_in_the_coefficient():
     steel = mdr.Elastic("210 GPa", 0.0)
     path = mdr.ramp(normal_force="50 N", tangential_force="1 N") >> mdr.load("10 N", steps=100)
-    lost = {
+    dissipated = {
         mu: float(
             mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(mu)), path)[
                 "dissipated_energy"
@@ -379,8 +379,8 @@ def test_slip_work_under_forces_has_a_limit_in_the_coefficient():
         )
         for mu in (1e2, 1e3, 1e6)
     }
-    assert lost[1e3] == pytest.approx(lost[1e6], rel=2e-4)
-    assert lost[1e2] == pytest.approx(lost[1e6], rel=2e-3)
+    assert dissipated[1e3] == pytest.approx(dissipated[1e6], rel=2e-4)
+    assert dissipated[1e2] == pytest.approx(dissipated[1e6], rel=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -534,7 +534,7 @@ def test_questions_that_a_loop_cannot_answer():
     study = mdr.friction_loop(joint, ["0.1 um"], normal_force="10 N")
     with pytest.raises(mdr.QuantityError, match=r"no quantity 'slip'; a friction loop has .*damping_ratio"):
         study["slip"]
-    for asked, words in (
+    for question, words in (
         ({}, "exactly one of amplitude and force_amplitude"),
         ({"amplitude": 1e-7, "force_amplitude": 1.0}, "exactly one of amplitude and force_amplitude"),
         ({"force_amplitude": "10 N"}, "the whole contact slides at mu F_N = "),
@@ -542,7 +542,7 @@ def test_questions_that_a_loop_cannot_answer():
         ({"amplitude": 1e-7, "coefficient": [0.0]}, "numbers above 0"),
     ):
         with pytest.raises(mdr.ProblemError, match=words):
-            mdr.friction_loop(joint, **asked, normal_force="10 N")
+            mdr.friction_loop(joint, **question, normal_force="10 N")
 
 
 @dataclass(frozen=True, eq=False)
@@ -583,7 +583,7 @@ QUESTIONS = {
 }
 
 
-def told_of(question, contact_of, law):
+def claims_of(question, contact_of, law):
     """Everything that is answered, or the refusal, without the name of the law."""
     path = mdr.indent("3 um", steps=3) >> mdr.indent("-80 um", steps=7)
     try:
@@ -591,13 +591,13 @@ def told_of(question, contact_of, law):
     except mdr.PymdrError as refusal:
         return type(refusal), str(refusal).replace(type(law).__name__, "the law")
     claims = getattr(found, "claims", None) or {}
-    told = {name: (claim.level, claim.reason, claim.source) for name, claim in claims.items()}
+    summary = {name: (claim.level, claim.reason, claim.source) for name, claim in claims.items()}
     data = getattr(found, "data", None)
     columns = {} if data is None else {name: column.values.tolist() for name, column in data.items()}
     numbers = (
         repr(found) if not claims else [getattr(found, name, None) for name in ("status", "restitution")]
     )
-    return repr(columns), told, numbers
+    return repr(columns), summary, numbers
 
 
 @settings(max_examples=examples(12), deadline=None)
@@ -622,7 +622,7 @@ def test_a_law_is_what_its_row_says(data):
 
     THEORIES[type(one)] = THEORIES[type(other)]
     try:
-        assert told_of(question, contact_of, one) == told_of(question, contact_of, other)
+        assert claims_of(question, contact_of, one) == claims_of(question, contact_of, other)
     finally:
         del THEORIES[type(one)]
 
@@ -640,8 +640,8 @@ def test_a_fit_asks_the_row_of_a_law(own, known, monkeypatch):
     record = mdr.solve(
         mdr.Contact(tip, gel, adhesion=known), mdr.Path(indentation=np.linspace(1e-6, -5e-7, 60))
     )
-    held = record["normal_force"].values != 0.0
-    force, depth = (record[name].values[held] for name in ("normal_force", "indentation"))
+    in_contact = record["normal_force"].values != 0.0
+    force, depth = (record[name].values[in_contact] for name in ("normal_force", "indentation"))
     curve = mdr.MeasuredCurve(force=force, indentation=depth)
     monkeypatch.setitem(THEORIES, type(own), THEORIES[type(known)])
 

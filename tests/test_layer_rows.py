@@ -28,10 +28,10 @@ def coating(ratio, poisson=(0.3, 0.3), size=1.0):
     return film(poisson[0], size, ratio, base=mdr.Elastic(1.0, poisson[1]))
 
 
-def ring_force(profile, body, depth, reach):
+def ring_force(profile, body, depth, max_radius):
     stack = stack_of(body)
     return solve_indentation(
-        profile.gap, depth, stack.modulus, max_radius=reach, n=40, edge=profile.edge, surface=stack
+        profile.gap, depth, stack.modulus, max_radius=max_radius, n=40, edge=profile.edge, surface=stack
     ).force
 
 

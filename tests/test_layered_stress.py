@@ -162,8 +162,8 @@ def test_interfaces_pass_tractions_and_displacements(body, r):
         if sliding:
             assert above[3] == pytest.approx(0.0, abs=1e-9)
         if last and not isinstance(body.base, mdr.Elastic):
-            held = moved[1:] if sliding else moved
-            assert held == pytest.approx(0.0, abs=1e-9 * softness)
+            cut = moved[1:] if sliding else moved
+            assert cut == pytest.approx(0.0, abs=1e-9 * softness)
             continue
         below, under = (one(layer + 1, r, depth)[:, 0] for one in (inside.tensor, inside.moved))
         assert above[2:] == pytest.approx(below[2:], abs=1e-9)
@@ -208,16 +208,16 @@ def test_cylinders_around_the_load_are_in_balance(body, radius, share):
     tops = [0.0, *inside.interfaces]
     elastic = isinstance(body.base, mdr.Elastic)
     ends = [*tops, tops[-1] + share] if elastic else tops
-    held = 0.0
+    force = 0.0
     for layer, (top, bottom) in enumerate(itertools.pairwise(ends)):
         z = top + 0.5 * (bottom - top) * (nodes + 1.0)
-        held += inside.tensor(layer, radius, z)[3] @ (math.pi * radius * (bottom - top) * weights)
+        force += inside.tensor(layer, radius, z)[3] @ (math.pi * radius * (bottom - top) * weights)
     # at the foot split at the edge, for layers that are thin there
     for low, high in ((0.0, 0.5), (0.5, 1.0), (1.0, radius)):
         r = low + 0.5 * (high - low) * (nodes + 1.0)
         axial = inside.tensor(len(ends) - 2, r, ends[-1])[2]
-        held += axial @ (math.pi * r * (high - low) * weights)
-    assert -held == pytest.approx(2.0 * math.pi / 3.0, rel=1e-8)
+        force += axial @ (math.pi * r * (high - low) * weights)
+    assert -force == pytest.approx(2.0 * math.pi / 3.0, rel=1e-8)
 
 
 def test_surfaces_of_both_bodies_move_by_their_contact():

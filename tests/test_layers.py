@@ -114,8 +114,8 @@ def by_stress_functions(body, s):
                 row += 1
             continue
         under = states(body.base, z)[:2] if half_space else []
-        held = (0, 1, 2, 3) if body.bond == "bonded" else (0, 2)
-        for part in held if half_space else held[: len(held) // 2]:
+        rows = (0, 1, 2, 3) if body.bond == "bonded" else (0, 2)
+        for part in rows if half_space else rows[: len(rows) // 2]:
             for j in range(4):
                 matrix[row, 4 * i + j] = above[j][part]
             for j, state in enumerate(under):
@@ -320,9 +320,9 @@ def test_tables_err_as_they_say(body, profile, log_radii):
         exact, error = solved(profile, body, a)
         place = as_place(np.array([a]))
         found = line.table.read(place, (0, 1, 2, 3, 4))[0]
-        told = line.table.error(place)[0] + error + 1e-13
-        assert np.all(np.abs(found / exact - 1.0) <= told)
-        assert np.max(told) < 1e-8
+        bound = line.table.error(place)[0] + error + 1e-13
+        assert np.all(np.abs(found / exact - 1.0) <= bound)
+        assert np.max(bound) < 1e-8
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: type(profile).__name__)
@@ -412,11 +412,11 @@ def test_adhesion_is_the_rule_of_the_edge():
 def test_pull_off_is_the_lowest_force():
     body = film(0.3, base=mdr.Elastic(20.0, 0.3))
     contact = mdr.Contact(mdr.Paraboloid(1.0), body, adhesion=mdr.JKR(0.02))
-    lost = mdr.pull_off(contact, machine_stiffness=0.0)
+    pull_off = mdr.pull_off(contact, machine_stiffness=0.0)
     line = line_of(mdr.Paraboloid(1.0), body)
-    a = np.linspace(0.8, 1.2, 4001) * lost.contact_radius
+    a = np.linspace(0.8, 1.2, 4001) * pull_off.contact_radius
     force = line.force(a) - line.stiffness(a) * np.sqrt(4.0 * math.pi * 0.02 * a / line.stiffness_rate(a))
-    assert lost.normal_force == pytest.approx(force.min(), rel=1e-7)
+    assert pull_off.normal_force == pytest.approx(force.min(), rel=1e-7)
 
 
 SAMPLES = np.linspace(0.0, 3.0, 40)
@@ -434,9 +434,9 @@ SAMPLES = np.linspace(0.0, 3.0, 40)
 def test_one_shape_told_in_several_ways(profile):
     body = film(0.45, base=mdr.Elastic(10.0, 0.3))
     path = mdr.load(0.02, steps=3)
-    told, plain = (mdr.solve(mdr.Contact(one, body), path) for one in (profile, mdr.Paraboloid(10.0)))
+    given, plain = (mdr.solve(mdr.Contact(one, body), path) for one in (profile, mdr.Paraboloid(10.0)))
     for name in ("indentation", "contact_radius", "elastic_energy"):
-        assert told[name].values == pytest.approx(plain[name].values, rel=1e-9)
+        assert given[name].values == pytest.approx(plain[name].values, rel=1e-9)
 
 
 def test_loads_beyond_the_samples_are_refused():
@@ -449,12 +449,12 @@ def test_loads_beyond_the_samples_are_refused():
 def test_a_sticky_punch_peels_from_a_thin_layer():
     # the edge of a wide contact opens step by step: a / k' is least where it lets go
     contact = mdr.Contact(mdr.FlatPunch(2.0), mdr.Rigid(), film(), adhesion=mdr.JKR(0.05))
-    lost = mdr.pull_off(contact)
+    pull_off = mdr.pull_off(contact)
     line = line_of(mdr.Paraboloid(1.0), film())
     a = np.linspace(0.2, 2.0, 20001)
     opening = np.sqrt(4.0 * math.pi * 0.05 * a / line.stiffness_rate(a))
-    assert lost.contact_radius == pytest.approx(a[np.argmax(opening)], abs=1e-3)
-    assert lost.indentation == pytest.approx(-opening.max(), rel=1e-7)
+    assert pull_off.contact_radius == pytest.approx(a[np.argmax(opening)], abs=1e-3)
+    assert pull_off.indentation == pytest.approx(-opening.max(), rel=1e-7)
     result = mdr.solve(contact, mdr.indent(0.1) >> mdr.indent(-1.1 * opening.max(), steps=40))
     assert result.status is mdr.Status.PULLED_OFF
     assert np.unique(result["contact_radius"].values).size > 5
@@ -723,6 +723,6 @@ def test_figures_are_drawn():
 
 def test_corners_keep_the_digits_of_their_distance():
     line = line_of(mdr.TruncatedSphere(30.0, 2.0), film(0.45, base=mdr.Elastic(100.0, 0.3)))
-    beside = Place(np.full(5, 2.0), np.geomspace(1e-14, 1e-6, 5))
-    found = line.place(line.depth(beside))
-    assert found.offset == pytest.approx(beside.offset, rel=1e-6)
+    nearby = Place(np.full(5, 2.0), np.geomspace(1e-14, 1e-6, 5))
+    found = line.place(line.depth(nearby))
+    assert found.offset == pytest.approx(nearby.offset, rel=1e-6)

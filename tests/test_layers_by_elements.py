@@ -56,6 +56,6 @@ def test_finer_elements_are_closer(contact):
 @pytest.mark.long
 def test_the_end_of_the_region_errs_with_the_third_power_of_its_distance_or_so(contact):
     # without the point load at the end it would be the first
-    near, farther, far = (differences(contact, 2, far=end)[0] for end in (10.0, 20.0, 80.0))
-    left = [np.sqrt(one**2 - far**2) for one in (near, farther)]
+    near, middle, far = (differences(contact, 2, far=end)[0] for end in (10.0, 20.0, 80.0))
+    left = [np.sqrt(one**2 - far**2) for one in (near, middle)]
     assert np.log2(left[0] / left[1]) > 2.0

@@ -171,12 +171,12 @@ def test_gaps_are_refused_unless_something_is_said():
 # --- the tip ---------------------------------------------------------------------------------------------
 
 
-def dilated(heights, radius, reach):
+def dilated(heights, radius, radius_in_pixels):
     """What a ball of a radius touches when it is led over a surface of pixels of width 1."""
     n = heights.shape[0]
     found = np.full_like(heights, -np.inf)
-    for i in range(-reach, reach + 1):
-        for j in range(-reach, reach + 1):
+    for i in range(-radius_in_pixels, radius_in_pixels + 1):
+        for j in range(-radius_in_pixels, radius_in_pixels + 1):
             drop = -(i * i + j * j) / (2.0 * radius)
             rolled = heights[max(i, 0) : n + min(i, 0), max(j, 0) : n + min(j, 0)] + drop
             into = found[max(-i, 0) : n + min(-i, 0), max(-j, 0) : n + min(-j, 0)]
@@ -280,12 +280,12 @@ def test_exponents_without_bias(hurst, periodic):
     for _ in range(10):
         heights = random_surface(rng, 128 if periodic else 384, hurst)[:128, :128]
         fits.append(mdr.power_spectrum(mdr.Topography(1e-9 * heights, "1 um"), periodic=periodic).fit)
-    found, told = (np.array([getattr(fit, name) for fit in fits]) for name in ("hurst", "hurst_error"))
+    found, claimed = (np.array([getattr(fit, name) for fit in fits]) for name in ("hurst", "hurst_error"))
     # standardised errors: their mean is that of ten, their standard deviation 1
-    off = (found - hurst) / told
+    off = (found - hurst) / claimed
     assert abs(off.mean()) < 3.0 / math.sqrt(10)
     assert 0.4 < np.sqrt(np.mean(off**2)) < 1.8
-    assert told.mean() < 0.1
+    assert claimed.mean() < 0.1
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -313,8 +313,8 @@ def test_a_roll_off_and_the_rough_surface_of_a_fit():
     assert surface.shortest == fit.shortest == pytest.approx(4.0, rel=0.05)
     # its spectrum is the one that was measured
     q, measured = spectrum["wave_number"].values, spectrum["power_spectrum"].values
-    held = np.isfinite(spectrum["law"].values)
-    ratio = measured[held] / surface.spectrum_2d(q[held])
+    fitted = np.isfinite(spectrum["law"].values)
+    ratio = measured[fitted] / surface.spectrum_2d(q[fitted])
     assert np.exp(np.mean(np.log(ratio))) == pytest.approx(1.0, rel=0.2)
     pressed = mdr.press_rough(fit.rough_surface(shortest="16 m"), GLASS, normal_force="1 kN", realisations=3)
     assert pressed["normal_stiffness"].values[0] > 0.0
@@ -471,7 +471,7 @@ def test_what_is_not_one_bump(heights, words):
 
 
 @pytest.mark.parametrize(
-    ("asked", "words"),
+    ("arguments", "words"),
     [
         ({"centre": ("1 um", "9 um")}, "within the patch"),
         ({"centre": "1 um"}, "x and y"),
@@ -479,9 +479,9 @@ def test_what_is_not_one_bump(heights, words):
         ({"max_radius": "1.5 um"}, "smaller max_radius"),
     ],
 )
-def test_bad_questions_of_a_bump(asked, words):
+def test_bad_questions_of_a_bump(arguments, words):
     with pytest.raises(mdr.PymdrError, match=words):
-        mdr.azimuthal_profile(ball(np.random.default_rng(0)), **asked)
+        mdr.azimuthal_profile(ball(np.random.default_rng(0)), **arguments)
     with pytest.raises(mdr.ProblemError, match="not a Topography"):
         mdr.azimuthal_profile(np.ones((64, 64)))
 

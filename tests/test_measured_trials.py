@@ -92,7 +92,7 @@ def test_a_spring_for_each_row_or_column_of_a_map_is_that_of_its_curves(along):
 
 
 @pytest.mark.parametrize(
-    ("name", "given_as", "told"),
+    ("name", "given_as", "words"),
     [
         (
             "spring_constant",
@@ -113,9 +113,9 @@ def test_a_spring_for_each_row_or_column_of_a_map_is_that_of_its_curves(along):
         ("force", (("y", "x", "sample"), np.full((2, 2, 80), 1j)), "real numbers are needed"),
     ],
 )
-def test_columns_of_a_map_that_do_not_belong_to_its_curves_are_refused(name, given_as, told):
+def test_columns_of_a_map_that_do_not_belong_to_its_curves_are_refused(name, given_as, words):
     data = map_of(np.full((2, 2), 1e4), np.full((2, 2), 0.1), ("y", "x", "sample"), ("y", "x"))
-    with pytest.raises(ProblemError, match=told):
+    with pytest.raises(ProblemError, match=words):
         mdr.fit_map(BALL, data.assign({name: given_as}), ["body.young"])
 
 
@@ -214,19 +214,19 @@ def test_an_interval_shows_its_ends_apart(value, log_width):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(st.sets(st.integers(0, 79), max_size=30), st.sampled_from(["nan", "", "inf", " NaN "]))
-def test_samples_of_a_table_that_are_no_numbers_are_left_out_where_that_is_asked(lost, word):
-    rows = [f"{1e6 * z},{word if i in lost else i}" for i, z in enumerate(WAY)]
+def test_samples_of_a_table_that_are_no_numbers_are_left_out_where_that_is_asked(missing, word):
+    rows = [f"{1e6 * z},{word if i in missing else i}" for i, z in enumerate(WAY)]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "curve.csv"
         file.write_text("\n".join(["indentation [um],load [nN]", *rows]))
         (found,) = mdr.read_curves(file, leave_out_missing=True)
-        if lost:
+        if missing:
             with pytest.raises(CaseError, match="finite number"):
                 mdr.read_curves(file)
-    kept = [i for i in range(80) if i not in lost]
+    kept = [i for i in range(80) if i not in missing]
     assert np.allclose(found.force, 1e-9 * np.array(kept), rtol=1e-12)
     assert np.allclose(found.indentation, WAY[kept], rtol=1e-12)
-    assert [step.name for step in found.steps] == (["missing"] if lost else [])
+    assert [step.name for step in found.steps] == (["missing"] if missing else [])
 
 
 def test_a_missing_column_is_asked_for_in_its_own_unit(tmp_path):
@@ -272,8 +272,8 @@ def test_points_between_values_that_are_not_two_are_refused(tmp_path):
         '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
     )
     for values, status in (("1 kPa, 2 kPa, 3 kPa", 1), ("1 kPa", 1), ("1 kPa, 2 kPa", 0)):
-        asked = ["sweep", str(case), "--over", f"body.young = {values}", "--points", "4"]
-        done = subprocess.run([sys.executable, "-m", "pymdr", *asked], capture_output=True, text=True)
+        arguments = ["sweep", str(case), "--over", f"body.young = {values}", "--points", "4"]
+        done = subprocess.run([sys.executable, "-m", "pymdr", *arguments], capture_output=True, text=True)
         assert done.returncode == status
         assert ("--points 4" in done.stderr) == bool(status)
 
@@ -288,12 +288,12 @@ def test_points_between_values_that_are_not_two_are_refused(tmp_path):
     st.booleans(),
 )
 def test_few_samples_in_contact_are_refused_or_lie_in_their_intervals(
-    seed, pressed, apart, decades, stiff, machine
+    seed, pressed, separation, decades, stiff, machine
 ):
     """A contact point that lies anywhere between two samples takes any modulus with it."""
     rng = np.random.default_rng(seed)
     size, young = 10.0**decades, 10.0**stiff
-    way = size * (np.arange(-apart, pressed) + rng.uniform(0.05, 0.95)) / (10.0 * pressed)
+    way = size * (np.arange(-separation, pressed) + rng.uniform(0.05, 0.95)) / (10.0 * pressed)
     force = 16.0 / 9.0 * young * np.sqrt(5.0 * size) * np.maximum(way, 0.0) ** 1.5
     spring = force.max() / (0.1 * size)
     travel = way + force / spring
@@ -337,9 +337,9 @@ def test_options_without_a_meaning_are_refused(arguments, words, tmp_path, shell
     assert shell("new", "ball", "-o", "ball.toml")[0] == 0
     rows = "\n".join(f"{i},{0.02 * max(i, 0) ** 1.5}" for i in range(-9, 9))
     Path("curve.csv").write_text(f"indentation [um],force [N]\n{rows}\n")
-    status, _, told = shell(arguments[0], "ball.toml", *arguments[1:])
+    status, _, error = shell(arguments[0], "ball.toml", *arguments[1:])
     assert status != 0
-    assert words in " ".join(told.replace("│", " ").split())
+    assert words in " ".join(error.replace("│", " ").split())
 
 
 @settings(max_examples=examples(15), deadline=None)

@@ -68,8 +68,8 @@ def test_maxwell_of_the_references(references):
     body = Relaxation(0.0, np.array([4.0 * i["G"]]), np.array([i["tau"]]))
     rows = ting(PARABOLOID, body, [0.0, i["t"]], [0.0, i["v"] * i["t"]])
     assert rows.force[1] == pytest.approx(entry["expected"]["F"], rel=entry["rtol"])
-    lost = references["maxwell_detach"]["expected"]["t_end"]
-    t = np.array([0.0, 1.0, lost * (1.0 - 1e-8), lost * (1.0 + 1e-8)])
+    end = references["maxwell_detach"]["expected"]["t_end"]
+    t = np.array([0.0, 1.0, end * (1.0 - 1e-8), end * (1.0 + 1e-8)])
     for rows in (
         ting(PARABOLOID, body, t, triangle(t, 1.0, 0.4)),
         follow_springs(PARABOLOID, body, t, triangle(t, 1.0, 0.4), n=4000),
@@ -219,8 +219,8 @@ def test_machines_bend_by_what_the_bodies_do_not_give_way(shape, rows, start, sp
     depth = travel - softness * found
     exact = ting(line, body, time, np.maximum.accumulate(depth)).force
     # what the bodies bear tells the travel where they are stiffer than the machine, and the depth where they are softer
-    apart = np.abs(found - exact) * np.clip(depth, 0.0, None) / np.maximum(travel, 1e-3)
-    assert apart.max() < 1e-6 * found.max()
+    difference = np.abs(found - exact) * np.clip(depth, 0.0, None) / np.maximum(travel, 1e-3)
+    assert difference.max() < 1e-6 * found.max()
 
 
 @settings(max_examples=examples(60), deadline=None)
@@ -353,9 +353,9 @@ def test_flat_punch_relaxes_as_its_modulus():
     assert ting(punch, STANDARD, [0.0, 0.0, 0.5, 3.0], [0.0, 0.1, 0.1, 0.1]).force == pytest.approx(
         rows.force
     )
-    held = follow_loads(punch, STANDARD, [0.0, 0.9], [0.2, 0.2], n=50)
+    followed = follow_loads(punch, STANDARD, [0.0, 0.9], [0.2, 0.2], n=50)
     exact = creep(punch, STANDARD, [0.0, 0.9], [0.2, 0.2])
-    assert held.indentation[0] == pytest.approx(0.2 / STANDARD.glassy, rel=1e-9)
+    assert followed.indentation[0] == pytest.approx(0.2 / STANDARD.glassy, rel=1e-9)
     assert exact.indentation == pytest.approx(
         [0.2 / 5.2, 0.2 * (1.0 / 1.2 - (1.0 / 1.2 - 1.0 / 5.2) * math.exp(-0.9 / (0.4 * 5.2 / 1.2)))]
     )

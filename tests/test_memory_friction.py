@@ -434,10 +434,12 @@ def test_few_rows_err_as_is_told(body, legs, mu, forced):
         "slip_distance",
         "dissipated_energy",
     ):
-        apart = np.abs(few.data[name].values - many.data[name].values[31::32])
+        difference = np.abs(few.data[name].values - many.data[name].values[31::32])
         errors = [0.0 if one.claims[name].error is None else one.claims[name].error for one in (few, many)]
-        told = sum(float(np.max(error)) for error in errors)
-        assert apart.max() <= (1.5 * told + 1e-5) * float(np.max(np.abs(few.data[name].values))) + 1e-15
+        claimed = sum(float(np.max(error)) for error in errors)
+        assert (
+            difference.max() <= (1.5 * claimed + 1e-5) * float(np.max(np.abs(few.data[name].values))) + 1e-15
+        )
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -526,7 +528,7 @@ def test_fields_err_as_is_told(body, history, mu, shape):
     result = mdr.solve(joint(body, mu, shape), rows(t, d, u))
     surface = _sheared_surface(result)
     finer = replace(surface, normal=replace(surface.normal, n=4000))
-    apart, size, told = (dict.fromkeys(TANGENTIAL_FIELDS, 0.0) for _ in range(3))
+    difference, size, claimed = (dict.fromkeys(TANGENTIAL_FIELDS, 0.0) for _ in range(3))
     steps = list(range(t.size))
     for step, state in zip(steps, _states(finer, steps, 16), strict=True):
         if state.radius == 0.0:
@@ -536,12 +538,12 @@ def test_fields_err_as_is_told(body, history, mu, shape):
         values = (surface_load(state, r), moved, u[step] - moved)
         for name, expected in zip(TANGENTIAL_FIELDS, values, strict=True):
             found = result.field(name, r=r, step=step).values
-            apart[name] = max(apart[name], float(np.max(np.abs(found - expected))))
+            difference[name] = max(difference[name], float(np.max(np.abs(found - expected))))
             size[name] = max(size[name], float(np.max(np.abs(expected))))
             error = result.claims[name].error  # None: numerics to rounding, in a frame of unknown error
-            told[name] = max(told[name], 0.0 if error is None else float(error[step]))
+            claimed[name] = max(claimed[name], 0.0 if error is None else float(error[step]))
     for name in TANGENTIAL_FIELDS:
-        assert apart[name] <= (3.0 * told[name] + 1e-6) * size[name]
+        assert difference[name] <= (3.0 * claimed[name] + 1e-6) * size[name]
 
 
 def test_a_saved_result_and_its_figures(tmp_path):

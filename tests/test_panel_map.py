@@ -72,9 +72,9 @@ SIZES = st.floats(-12.0, 6.0).map(lambda decades: 10.0**decades)
 def fresh(name, size=1.0, counted=False):
     """A profile that nothing is known of: a callable that was never seen before."""
     slope = SLOPES[name](size)
-    asked = Counted(slope) if counted else lambda r: slope(r)
+    function = Counted(slope) if counted else lambda r: slope(r)
     breakpoints = [0.4 * size] if name == "kinked" else ()
-    return mdr.Function(derivative=asked, breakpoints=breakpoints)
+    return mdr.Function(derivative=function, breakpoints=breakpoints)
 
 
 def samples(size=1.0, scatter=False):
@@ -240,25 +240,25 @@ def test_solve_asks_no_farther_than_its_claims_say(name, path):
 @given(st.sampled_from(list(SLOPES)), SIZES)
 def test_one_tip_is_mapped_once(name, size):
     profile = fresh(name, size, counted=True)
-    asked = profile.derivative
+    function = profile.derivative
     path = mdr.indent(0.1 * size, steps=4)
     first = mdr.solve(mdr.Contact(profile, UNIT), path)
     first.field("pressure")
-    once = asked.calls
+    once = function.calls
     for body in (UNIT, mdr.Elastic("210 GPa", 0.3), mdr.Elastic("1 kPa", 0.5)):
         again = mdr.solve(mdr.Contact(profile, body), path)
         again.field("pressure")
         assert np.array_equal(again["contact_radius"].values, first["contact_radius"].values)
     # the largest slope in the contact, for the assumption of small slopes, is looked up anew
-    assert asked.calls - once <= 3 * 12
+    assert function.calls - once <= 3 * 12
     line = equivalent_profile(profile)
-    assert equivalent_profile(mdr.Function(derivative=asked, breakpoints=profile.breakpoints)) is line
+    assert equivalent_profile(mdr.Function(derivative=function, breakpoints=profile.breakpoints)) is line
     x = float(first["contact_radius"][-1]) * np.geomspace(1e-3, 1.0, 1000)
     line.g(x)
-    before = asked.calls
+    before = function.calls
     for _ in range(2):
         line.g(x), line.slope(x), line.moment(x), line.squared(x), line.inverse(line.g(x))
-    assert asked.calls == before
+    assert function.calls == before
 
 
 # --- inverses --------------------------------------------------------------------------------------------
@@ -385,14 +385,14 @@ def test_a_pickled_line_goes_on(name):
 
 def test_what_a_result_gives_does_not_change_it():
     contact = mdr.Contact(fresh("wavy"), UNIT, friction=mdr.Coulomb(0.3))
-    for path, asked in (
+    for path, profile_read in (
         (mdr.indent(0.1, steps=3), mdr.Contact(contact.profile, UNIT)),
         (
             mdr.indent(0.1, steps=3) >> mdr.shift(0.01, steps=3),
             contact,
         ),
     ):
-        first = mdr.solve(asked, path)
+        first = mdr.solve(profile_read, path)
         for result in (first, pickle.loads(pickle.dumps(first))):
             r = np.linspace(0.0, 0.4, 5)
             fields = {name: result.field(name, r=r).values.copy() for name in ("pressure", "gap")}
@@ -428,7 +428,7 @@ def test_what_a_line_gives_does_not_change_it(name):
     line = ElasticLine(equivalent_profile(drawn((name, 1.0))), 1.0)
     x = np.geomspace(1e-6, 0.8, 7)
     d = line.equivalent.g(x)
-    ways = {
+    options = {
         **{
             n: lambda n=n: getattr(line.equivalent, n)(x)
             for n in ("g", "slope", "moment", "squared", "error")
@@ -440,7 +440,7 @@ def test_what_a_line_gives_does_not_change_it(name):
         "force": lambda: states_at_force(line, d).indentation,
         "pressure": lambda: line.equivalent.pressure_integral(x, 0.8),
     }
-    for way in ways.values():
+    for way in options.values():
         before = way().copy()
         given_ = way()
         if given_.flags.writeable:
@@ -621,10 +621,10 @@ def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offse
 @given(SIZES, st.floats(0.0, 1.0), st.floats(0.3, 5.0), st.floats(-6.0, 0.0))
 @example(3.3997874937862134e-08, 0.0, 3.5, -4.0)
 @example(1.0, 0.0, 1.0, -2.0)
-def test_maps_that_begin_at_a_kink_nobody_named(b, shift, reach, slope):
+def test_maps_that_begin_at_a_kink_nobody_named(b, shift, last, slope):
     """f' = s r / b up to b, s b / r beyond: s(x) by Gauss and Legendre over g = s b y^2 / (1 + w) + s b arcosh y."""
     b, s = b * 2.0**shift, 10.0**slope
-    x = b * 10.0**reach
+    x = b * 10.0**last
     profile = mdr.Function(derivative=lambda r: np.where(r > b, s * b / np.maximum(r, b), s * r / b))
 
     def g(y):
@@ -753,11 +753,11 @@ def test_a_slope_is_a_number_at_the_edge_of_a_flat_end_that_is_drowned(b, drowne
 @settings(max_examples=8, deadline=None)
 @given(SIZES, st.floats(-6.0, 0.0), st.sampled_from([1.5, 2.0, 3.0]), st.floats(-1.0, 1.0))
 @example(1.0, 0.0, 2.0, 0.0)
-def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, reach):
+def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, last):
     """f = c + b ((r - b)_+ / b)^n, lost in c near b: int_r^a |error of g'| K dx over int_r^a |g'| K dx, brute force."""
     c = b * 10.0**drowned
     line = equivalent_profile(mdr.Function(lambda r: c + b * (np.maximum(r - b, 0.0) / b) ** n, [b]))
-    a = b * (1.0 + 10.0**reach)
+    a = b * (1.0 + 10.0**last)
     image = line.map_to(a)
     start = image.panels.start
     error = image.error[: int(np.searchsorted(start, a)), 1]
@@ -828,13 +828,13 @@ def test_a_law_that_shows_farther_out_holds_farther_in(R, decades):
 @given(
     st.floats(1.05, 4.0), SIZES, st.floats(-3.0, 0.0), st.lists(st.floats(0.0, 0.9), min_size=1, max_size=5)
 )
-def test_pressure_through_a_dead_zone(n, b, reach, shares):
+def test_pressure_through_a_dead_zone(n, b, last, shares):
     """Contact of ((r - b)_+ / b)^n b: the force under the pressure, and the pressure by Gauss and Jacobi."""
     from scipy.special import roots_jacobi
 
     profile = mdr.Function(None, [b], lambda r: n * (np.maximum(r - b, 0.0) / b) ** (n - 1.0))
     line = equivalent_profile(profile)
-    delta = b * 10.0**reach
+    delta = b * 10.0**last
     line.map_to(b + delta)
     r = b * np.array(shares)
     found = line.pressure_integral(r, Place(np.array(b), np.array(delta)))
@@ -857,7 +857,7 @@ def test_pressure_through_a_dead_zone(n, b, reach, shares):
 )
 @example([(-3.0, -6.0)], [(False, 0, 1.0)], 1.0, "f + 1")
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_what_is_asked_first_changes_nothing(shoulders, asked, size, given_as):
+def test_what_is_asked_first_changes_nothing(shoulders, first_read, size, given_as):
     """f' = sum of s r / b up to b, s b / r beyond; g = s (x^2 - x sqrt(x^2 - b^2)) / b + s b arcosh(x / b) from there on."""
     terms = [(size * 10.0**b, 10.0**s) for b, s in shoulders]
     # an offset rounds f, so that it is differentiated on panels of its own; one that drowns all of it is refused
@@ -887,7 +887,7 @@ def test_what_is_asked_first_changes_nothing(shoulders, asked, size, given_as):
         max_radius=10.0 * size,
     )
     line = equivalent_profile(profile)
-    for by_depth, k, share in asked:
+    for by_depth, k, share in first_read:
         # panels end at breakpoints
         x = np.array([marks[k % len(marks)] * share])
         if by_depth:
@@ -895,7 +895,7 @@ def test_what_is_asked_first_changes_nothing(shoulders, asked, size, given_as):
         else:
             line.turning_points(float(x[0]))
     x = np.outer(marks, [0.3, 0.81, 0.93, 0.99, 1.0001, 1.1]).ravel()
-    for i in np.random.default_rng(len(asked)).permutation(x.size):
+    for i in np.random.default_rng(len(first_read)).permutation(x.size):
         at = x[i : i + 1]
         assert abs(line.g(at)[0] / exact(at)[0] - 1.0) <= 10.0 * line.error(at)[0, 0] + 1e-13
 

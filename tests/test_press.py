@@ -307,10 +307,10 @@ def test_a_run_that_was_ended_goes_on(tmp_path):
     surface = mdr.Topography(ball(24), 1.0)
     loads = [0.08, 0.02, 0.05]
     whole = mdr.press(surface, UNIT, indentation=loads)
-    told = []
+    reports = []
 
     def end(done, total):
-        told.append((done, total))
+        reports.append((done, total))
         if done >= 10:
             raise EndedError
 
@@ -320,12 +320,12 @@ def test_a_run_that_was_ended_goes_on(tmp_path):
         "parts-000000001.nc",
         "parts-000000002.nc",
     ]
-    assert told == [(4, 15), (5, 15), (9, 15), (10, 15)]
-    told.clear()
+    assert reports == [(4, 15), (5, 15), (9, 15), (10, 15)]
+    reports.clear()
     after = mdr.press(
-        surface, UNIT, indentation=loads, keep=tmp_path / "run", progress=lambda *now: told.append(now)
+        surface, UNIT, indentation=loads, keep=tmp_path / "run", progress=lambda *now: reports.append(now)
     )
-    assert told == [(5, 15), (10, 15), (14, 15), (15, 15)]
+    assert reports == [(5, 15), (10, 15), (14, 15), (15, 15)]
     assert after.data.identical(whole.data)
     assert np.array_equal(after.field("pressure", 0), whole.field("pressure", 0))
     with pytest.raises(FileError, match="another computation"):

@@ -96,7 +96,7 @@ SHAPES = st.floats(-5.0, 0.3).map(lambda decades: 10.0**decades)
 RATIOS = st.floats(-6.0, math.log10(0.9)).map(lambda decades: 10.0**decades)
 
 
-def asked(kind, rim, top, decades):
+def arguments(kind, rim, top, decades):
     """Places over twelve decades of the size, and of the distance from the rim where there is one."""
     fractions = 10.0 ** np.array(decades)
     if rim is None:
@@ -114,7 +114,7 @@ def asked(kind, rim, top, decades):
 @example(1e6, 1e-5, 1e-6, [-12.0, -3.0, 0.0])
 def test_images_against_quadrature(kind, size, a, b, decades):
     profile, parts, factor, rim, top = of_size(kind, size, a, b if kind != "waviness" else max(b, 1e-2))
-    base, offset = asked(kind, rim, top, decades)
+    base, offset = arguments(kind, rim, top, decades)
     curve = terms.TermCurve(
         parts, 1.01 * top if kind not in ("truncated_sphere", "ellipsoid") else 0.95 * size
     )
@@ -136,7 +136,7 @@ def test_images_against_quadrature(kind, size, a, b, decades):
 @example(1e-12, 0.3, 0.5, [-12.0, -6.0, -0.01])
 def test_forces_and_energies_against_quadrature(kind, size, a, b, decades):
     profile, parts, factor, rim, top = of_size(kind, size, a, b if kind != "waviness" else max(b, 1e-2))
-    base, offset = asked(kind, rim, top, decades)
+    base, offset = arguments(kind, rim, top, decades)
     curve = terms.TermCurve(
         parts, 1.01 * top if kind not in ("truncated_sphere", "ellipsoid") else 0.95 * size
     )

@@ -121,7 +121,7 @@ ROWS = "0 1 2\n3 4 5\n"
 
 @pytest.mark.parametrize("extra", [False, True])
 @pytest.mark.parametrize(
-    ("text", "asked", "words"),
+    ("text", "arguments", "words"),
     [
         (ROWS, {"size": "1 um"}, "no unit of the heights; give size= and unit="),
         (ROWS, {"unit": "nm"}, "no sides of the patch; give size= and unit="),
@@ -168,7 +168,7 @@ ROWS = "0 1 2\n3 4 5\n"
         ("r [nm], f [nm], scatter [nm], points\n0,0,0,1\n1,2,0,1\n", {}, "for read_profile"),
     ],
 )
-def test_texts_that_are_no_surface(tmp_path, monkeypatch, text, asked, words, extra):
+def test_texts_that_are_no_surface(tmp_path, monkeypatch, text, arguments, words, extra):
     if extra:
         of_makers()
     else:
@@ -178,7 +178,7 @@ def test_texts_that_are_no_surface(tmp_path, monkeypatch, text, asked, words, ex
     file = tmp_path / "surface.txt"
     file.write_text(text, encoding="utf-8")
     with pytest.raises((mdr.CaseError, mdr.UnitError)) as refusal:
-        mdr.read_topography(file, **asked)
+        mdr.read_topography(file, **arguments)
     assert words in str(refusal.value)
     assert "surface.txt" in str(refusal.value)
     assert "\n" not in str(refusal.value)
@@ -456,13 +456,13 @@ def test_a_spectrum_from_the_shell(rough_file, tmp_path, shell):
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["topography.csv", "topography.png"]
     assert (tmp_path / "out" / "topography.csv").read_text().startswith("wave_number [m^-1],wavelength [m]")
     status, out, _ = shell("topography", rough_file, *known, "--periodic", "--detrend", "none", "--json")
-    told = json.loads(out)
+    data = json.loads(out)
     surface = mdr.read_topography(rough_file, size="1 um", unit="nm")
     found = mdr.power_spectrum(surface, periodic=True)
-    assert told["study"]["law"]["values"] == [
+    assert data["study"]["law"]["values"] == [
         None if np.isnan(value) else value for value in found["law"].values.tolist()
     ]
-    assert told["claims"]["law"]["level"] == "APPROXIMATE"
+    assert data["claims"]["law"]["level"] == "APPROXIMATE"
     for bad, words in (
         ((), "no unit of the heights"),
         ((*known, "--tip-radius", "1 m"), "resolves no wave"),
@@ -481,12 +481,12 @@ def test_a_profile_from_the_shell(tmp_path, shell):
     x = (np.arange(64) + 0.5) / 64
     ball = tmp_path / "ball.csv"
     np.savetxt(ball, -np.add.outer((x - 0.55) ** 2, (x - 0.5) ** 2).T / 10.0, delimiter=",")
-    asked = ("topography", ball, "--size", "1 um", "--unit", "um", "--profile")
-    status, out, error = shell(*asked, "-o", tmp_path / "out")
+    arguments = ("topography", ball, "--size", "1 um", "--unit", "um", "--profile")
+    status, out, error = shell(*arguments, "-o", tmp_path / "out")
     assert (status, error) == (0, "")
     assert "one bump with its apex at (550 nm, 500 nm)" in out
     profile = mdr.read_profile(tmp_path / "out" / "profile.csv", interpolation=mdr.CubicSpline())
     assert profile.gap(0.3e-6) == pytest.approx(0.3e-6**2 / 10e-6, rel=1e-6)
-    told = json.loads(shell(*asked, "--json")[1])
-    assert told["study"]["radius"]["values"] == profile.radius.tolist()
-    assert told["rows"] == profile.radius.size
+    data = json.loads(shell(*arguments, "--json")[1])
+    assert data["study"]["radius"]["values"] == profile.radius.tolist()
+    assert data["rows"] == profile.radius.size

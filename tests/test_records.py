@@ -182,9 +182,9 @@ def test_a_case_follows_a_record_as_python_does(tmp_path):
     )
     from pymdr.workbench.casefile import read_case
 
-    asked = read_case(case)
-    assert asked.contact == JOINT
-    assert asked.path == mdr.read_path(file) == mdr.Path(time=t, normal_force=load, shift=shift / 1e6)
+    request = read_case(case)
+    assert request.contact == JOINT
+    assert request.path == mdr.read_path(file) == mdr.Path(time=t, normal_force=load, shift=shift / 1e6)
     text = case.read_text()
     for extra, words in (
         ('channels = ["shift"]\n', None),
@@ -281,9 +281,9 @@ def test_ellipses_dissipate_their_area(u, f, phase, u0, f0, cycles, rows):
     assert loops.data.sizes["cycle"] == cycles
     assert loops["dissipated_per_cycle"].values == pytest.approx(np.pi * u * f * np.sin(phase), rel=1e-3)
     # the force is read at the sample nearest to the turn of the displacement
-    beside = np.sin(phase) * np.pi / rows
+    nearby = np.sin(phase) * np.pi / rows
     stiffness = loops["secant_stiffness"].values
-    assert stiffness == pytest.approx(f / u * np.cos(phase), rel=1e-3, abs=1.1 * beside * f / u)
+    assert stiffness == pytest.approx(f / u * np.cos(phase), rel=1e-3, abs=1.1 * nearby * f / u)
     loss = loops["dissipated_per_cycle"].values
     assert loops["damping_ratio"].values == pytest.approx(loss / (2.0 * np.pi * u * u * stiffness), rel=1e-3)
 
@@ -372,7 +372,7 @@ def test_units_of_a_record_are_read(units, lag):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "words"),
     [
         (None, "NoneType is not a record"),
         ({"shift": np.zeros(5), "tangential_force": np.zeros(5)}, "dict is not a record"),
@@ -394,8 +394,8 @@ def test_units_of_a_record_are_read(units, lag):
         ),
     ],
 )
-def test_what_is_no_record_is_refused(given, told):
-    with pytest.raises(mdr.PymdrError, match=told):
+def test_what_is_no_record_is_refused(given, words):
+    with pytest.raises(mdr.PymdrError, match=words):
         mdr.measured_loops(given)
 
 

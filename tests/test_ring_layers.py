@@ -228,8 +228,8 @@ def test_contact_with_a_stack_obeys_signorini_and_virtual_work(stack, exponent, 
     punch = solve_indentation(flat, 1.0, 1.0, max_radius=r, edge=r, n=60, surface=stack)
     if punch.is_disk and middle.is_disk:
         assert punch.force == pytest.approx(middle.stiffness, rel=1e-4)
-    beside = r * np.array([1.05, 1.2, 1.5, 2.0, 3.0])
-    assert np.all(displacement_at(middle, beside) > depths[1] - gap(beside))
+    nearby = r * np.array([1.05, 1.2, 1.5, 2.0, 3.0])
+    assert np.all(displacement_at(middle, nearby) > depths[1] - gap(nearby))
     back = solve_force(gap, middle.force, 1.0, max_radius=6 * a, n=60, surface=stack)
     assert back.indentation == pytest.approx(depths[1], rel=1e-6)
 

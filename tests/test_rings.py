@@ -45,11 +45,11 @@ def wavy(A):
         middle, half = (cells[1:] + cells[:-1]) / 2, (cells[1] - cells[0]) / 2
         at = middle[:, None] + half * x
         g = at**2 + np.pi / 2 * A * at * struve(0, at)
-        upto = np.cumsum(half * (d - g) @ w)
-        k = int(np.argmax(upto))
+        cumulative = np.cumsum(half * (d - g) @ w)
+        k = int(np.argmax(cumulative))
         fine = np.linspace(cells[max(k - 1, 0)], cells[min(k + 2, 200)], 1001)
         g_fine = fine**2 + np.pi / 2 * A * fine * struve(0, fine)
-        start = upto[k - 2] if k > 1 else 0.0
+        start = cumulative[k - 2] if k > 1 else 0.0
         steps = (2 * d - g_fine[1:] - g_fine[:-1]) / 2 * np.diff(fine)
         return 2 * (start + np.concatenate(([0.0], np.cumsum(steps))).max())
 
@@ -161,9 +161,9 @@ def test_pressure_converges_with_the_second_order(hertz, cone, punch):
     assert all(1.8 < value < 2.4 for value in orders.values()), orders
 
 
-@pytest.mark.parametrize("reach", [1.2, 1e5])
-def test_given_force_finds_the_depth_whatever_the_reach(reach):
-    solution = solve_force(paraboloid, 4 / 3, 1.0, max_radius=reach, n=100)
+@pytest.mark.parametrize("max_radius", [1.2, 1e5])
+def test_given_force_finds_the_depth_whatever_the_reach(max_radius):
+    solution = solve_force(paraboloid, 4 / 3, 1.0, max_radius=max_radius, n=100)
     assert solution.indentation == pytest.approx(1, rel=1e-7)
     assert solution.force == pytest.approx(4 / 3, rel=1e-13)
 

@@ -55,8 +55,8 @@ def test_the_rebound_of_ting(references):
     assert rows["force"][own] == pytest.approx(force, abs=1e-4 * force.max())
     assert rows["contact_radius"][own] == pytest.approx(radius, abs=1.0 / 100)
     # a Maxwell body loses its contact at tau ln(2 exp(tm / tau) - 1), whatever the profile
-    lost = 0.4 * math.log(2.0 * math.exp(1.0 / 0.4) - 1.0)
-    t = np.array([0.0, 1.0, lost - 5e-3, lost + 5e-3])
+    end = 0.4 * math.log(2.0 * math.exp(1.0 / 0.4) - 1.0)
+    t = np.array([0.0, 1.0, end - 5e-3, end + 5e-3])
     for profile in (mdr.Paraboloid(1.0), mdr.Cone(slope=0.3)):
         force = followed(profile, MAXWELL, t, 0.1 * np.where(t <= 1.0, t, 2.0 - t), parts=200)["force"]
         assert force[1] > 0.0 == force[2]

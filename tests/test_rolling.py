@@ -383,7 +383,7 @@ def test_how_it_reads():
 
 
 @pytest.mark.parametrize(
-    ("asked", "message"),
+    ("arguments", "message"),
     [
         ({"creepage": []}, "one row"),
         ({"creepage": [[1e-3]]}, "one row"),
@@ -402,8 +402,8 @@ def test_how_it_reads():
         ({"path": "1 mm", "law": "calibrated"}, "steady rolling"),
     ],
 )
-def test_bad_questions(asked, message):
-    question = {"creepage": 1e-3, "normal_force": "100 N"} | asked
+def test_bad_questions(arguments, message):
+    question = {"creepage": 1e-3, "normal_force": "100 N"} | arguments
     with pytest.raises(mdr.PymdrError, match=message):
         mdr.rolling(BALL, **question)
 

@@ -161,9 +161,9 @@ def test_a_surface_is_a_value():
     ],
 )
 def test_no_surface(changed, words):
-    asked = {"hurst": 0.7, "rms": "1 um", "size": "1 mm", "shortest": "20 um"}
+    arguments = {"hurst": 0.7, "rms": "1 um", "size": "1 mm", "shortest": "20 um"}
     with pytest.raises((mdr.ProblemError, mdr.UnitError), match=words):
-        mdr.RoughSurface(**{**asked, **changed})
+        mdr.RoughSurface(**{**arguments, **changed})
 
 
 # --- the line --------------------------------------------------------------------------------------------
@@ -222,11 +222,11 @@ def test_springs_by_brute_force(heights, depths):
     st.floats(-12.0, 12.0),
     st.sampled_from([0.0, 1.0, 1e6]),
 )
-def test_sums_do_not_cancel(seed, n, scale, apart):
+def test_sums_do_not_cancel(seed, n, scale, decades):
     """One spring far above all others, beyond the length of a block: relative to what they carry, nothing is lost."""
     rng = np.random.default_rng(seed)
     depths = np.sort(rng.random(n))
-    depths[0] = -apart
+    depths[0] = -decades
     depths = (depths - depths[0]) * 10.0**scale
     springs = sorted_springs(-depths, 1.0)
     at = depths[-1] + rng.random() * 10.0**scale
@@ -376,7 +376,7 @@ def test_bands():
 @settings(max_examples=examples(15), deadline=None)
 @given(st.floats(-9.0, 0.0), st.floats(-3.0, 3.0), st.floats(0.05, 1.0))
 def test_nanometres_and_metres_behave_alike(scale, stiffer, hurst):
-    def asked(length, modulus):
+    def pressed(length, modulus):
         surface = mdr.RoughSurface(hurst, 1e-3 * length, length, length / 40, seed=2)
         forces = modulus * length * 1e-3 * length * np.array([1e-3, 0.1, 1.0])
         found = mdr.press_rough(surface, mdr.Elastic(modulus, 0.0), normal_force=forces, realisations=3)
@@ -386,7 +386,7 @@ def test_nanometres_and_metres_behave_alike(scale, stiffer, hurst):
             found["elastic_energy"].values / (modulus * length**3),
         )
 
-    for one, other in zip(asked(1.0, 1e9), asked(10.0**scale, 1e9 * 10.0**stiffer), strict=True):
+    for one, other in zip(pressed(1.0, 1e9), pressed(10.0**scale, 1e9 * 10.0**stiffer), strict=True):
         assert one == pytest.approx(other, rel=1e-9)
 
 
@@ -503,13 +503,13 @@ def test_claims_say_what_was_not_compared():
     }
     rectangle = mdr.RoughSurface(0.7, 1e-6, [1e-3, 2e-3], 2e-5)
     rolled = mdr.RoughSurface(0.7, 1e-6, 1e-3, 1e-5, longest=2e-4)
-    for told, expected in (
+    for text, expected in (
         (reason(SURFACE), set()),
         (reason(rectangle), {"rectangle"}),
         (reason(rolled), {"roll"}),
         (reason(SURFACE, radius="10 mm"), {"ball"}),
     ):
-        assert {key for key, some in words.items() if some in told} == expected
+        assert {key for key, some in words.items() if some in text} == expected
     by_depth = mdr.press_rough(SURFACE, STEEL, indentation="1 um", realisations=1)
     assert "-32 to +57 %" in by_depth.claims["normal_force"].reason
     assert by_depth.claims["indentation"].level is mdr.Level.EXACT
@@ -546,9 +546,9 @@ def test_assumptions_are_measured():
     assert measured["small slope"].met
     assert measured["measured bandwidth"].measure == pytest.approx(50.0)
     wide = mdr.RoughSurface(0.7, "10 um", "1 mm", "1 um")
-    told = mdr.press_rough(wide, STEEL, normal_force="10 N", realisations=2)
-    assert [one.met for one in told.assumptions] == [False, False]
-    assert "NOT MET" in told.summary()
+    answer = mdr.press_rough(wide, STEEL, normal_force="10 N", realisations=2)
+    assert [one.met for one in answer.assumptions] == [False, False]
+    assert "NOT MET" in answer.summary()
 
 
 def test_reading(tmp_path):
@@ -611,9 +611,9 @@ def test_its_force_curve_carries_friction():
     ],
 )
 def test_bad_questions(changed, words):
-    asked = {"surface": SURFACE, "body": STEEL, "normal_force": "1 N", **changed}
+    arguments = {"surface": SURFACE, "body": STEEL, "normal_force": "1 N", **changed}
     with pytest.raises(mdr.PymdrError, match=words):
-        mdr.press_rough(asked.pop("surface"), asked.pop("body"), **asked)
+        mdr.press_rough(arguments.pop("surface"), arguments.pop("body"), **arguments)
 
 
 @pytest.mark.filterwarnings("error")

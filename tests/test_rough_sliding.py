@@ -188,7 +188,7 @@ def test_a_load_gives_the_depth_that_gives_the_load():
 
 
 @pytest.mark.parametrize(
-    ("asked", "message"),
+    ("arguments", "message"),
     [
         ({"speed": 0.0}, "above 0 m/s"),
         ({"indentation": "1 um"}, "exactly one"),
@@ -205,8 +205,8 @@ def test_a_load_gives_the_depth_that_gives_the_load():
         ({"body": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), poisson=0.5)}, "without limit"),
     ],
 )
-def test_bad_questions(asked, message):
-    question = {"surface": ROAD, "body": RUBBER, "speed": "1 mm/s", "normal_force": "10 mN"} | asked
+def test_bad_questions(arguments, message):
+    question = {"surface": ROAD, "body": RUBBER, "speed": "1 mm/s", "normal_force": "10 mN"} | arguments
     with pytest.raises(mdr.ProblemError, match=message):
         mdr.rough_sliding_friction(
             question.pop("surface"), question.pop("body"), question.pop("speed"), **question

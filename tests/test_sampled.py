@@ -144,8 +144,8 @@ def spacings(draw, fewest=5, most=200, closest=6.0):
         r = np.concatenate([[0.0], np.cumsum(10.0 ** rng.uniform(-closest, 0.0, n - 1))])
     if kind == "merged":
         i = rng.integers(1, n - 1)
-        beside = r[i + 1] * (1.0 - 10.0 ** -rng.uniform(2.0, min(2.0 + closest, 8.5)))
-        r[i] = max(beside, 0.5 * (r[i - 1] + r[i + 1]))
+        nearby = r[i + 1] * (1.0 - 10.0 ** -rng.uniform(2.0, min(2.0 + closest, 8.5)))
+        r[i] = max(nearby, 0.5 * (r[i - 1] + r[i + 1]))
     return r / r[-1]
 
 
@@ -170,10 +170,10 @@ def test_smooth_samples_without_noise_are_met(r, k, b):
 
 @settings(max_examples=examples(60), deadline=None)
 @given(spacings(fewest=40), scales, scales, st.floats(-5.0, -1.0), st.integers(0, 2**32 - 1), st.booleans())
-def test_noise_is_taken_away_alike_at_all_scales(r, width, size, decades, seed, told):
+def test_noise_is_taken_away_alike_at_all_scales(r, width, size, decades, seed, misfit_given):
     noise = 10.0**decades
     error = noise * np.random.default_rng(seed).standard_normal(r.size)
-    scatter = np.where(r > 0.0, noise, 0.0) if told else None
+    scatter = np.where(r > 0.0, noise, 0.0) if misfit_given else None
     kept = []
     for w, s in ((1.0, 1.0), (width, size)):
         tip = mdr.Sampled(
@@ -255,12 +255,12 @@ def test_claims_of_a_fitted_curve_say_so(seed, decades, noise):
     tip = mdr.Sampled(r, height, interpolation=mdr.SmoothingSpline())
     off = (height - tip.offset - tip.gap(r)) / size
     assert tip.misfit == pytest.approx(size * math.sqrt(np.mean(off**2)), rel=1e-6)
-    told = re.escape(f"with a misfit of {metres(tip.misfit)} (root mean square)")
-    assert re.search(told, tip.curve_description)
+    words = re.escape(f"with a misfit of {metres(tip.misfit)} (root mean square)")
+    assert re.search(words, tip.curve_description)
     for profile in (tip, tip + mdr.Paraboloid(9.0 * size)):
         assessed = mdr.assess(mdr.Contact(profile, UNIT), mdr.indent(1e-3 * size))
         claim = assessed.claims["force_lower_bound"]
-        assert re.search(f"; of the fitted curve, {told}", claim.reason)
+        assert re.search(f"; of the fitted curve, {words}", claim.reason)
     through = mdr.Sampled(r, height, interpolation=mdr.CubicSpline())
     assert through.misfit == 0.0
     assert (
@@ -318,10 +318,10 @@ def test_no_scatter_breaks_the_curve(scatter, size):
 @pytest.mark.parametrize(
     "interpolation", [None, mdr.CubicSpline("sharp"), mdr.ShapePreserving(), mdr.SmoothingSpline()]
 )
-@pytest.mark.parametrize("told", [False, True])
-def test_scatter_and_curve_survive_files(tmp_path, interpolation, told):
+@pytest.mark.parametrize("misfit_given", [False, True])
+def test_scatter_and_curve_survive_files(tmp_path, interpolation, misfit_given):
     r = np.linspace(0.0, 1.0, 21)
-    scatter = 1e-3 * r if told else None
+    scatter = 1e-3 * r if misfit_given else None
     tip = mdr.Sampled(r, smooth(r), scatter, interpolation)
     contact, path = mdr.Contact(tip, UNIT), mdr.indent(0.1)
     assert decode_case(encode_case("", contact, path))[1] == contact

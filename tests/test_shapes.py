@@ -523,9 +523,9 @@ def test_noise_does_not_take_the_estimate():
     result = mdr.solve(mdr.Contact(grid, STEEL), mdr.indent("0.5 um", steps=3))
     assert result.status is mdr.Status.ESTIMATED
     smooth = mdr.solve(mdr.Contact(mdr.EllipticParaboloid(2e-5, 1e-5), STEEL), mdr.indent("0.5 um", steps=3))
-    lost = 1.5 * 4e-9 / result["indentation"].values
+    resistance = 1.5 * 4e-9 / result["indentation"].values
     force, exact = result["normal_force"].values, smooth["normal_force"].values
-    assert ((1.0 - lost) * exact < force).all()
+    assert ((1.0 - resistance) * exact < force).all()
     assert (force < 1.005 * exact).all()
     assert (result["force_lower_bound"].values < force).all()
 

@@ -218,11 +218,11 @@ def test_punch_cone_and_lost_contact():
     assert punch.normal_force[0] == pytest.approx(2 * 0.1 * DEPTH, rel=1e-2)  # measured 7.4e-3
     cone = solve_sliding(Cone(slope=0.1), body, Rigid(), MU, [DEPTH], [0.0])
     assert cone.normal_force[0] == pytest.approx(2 / math.pi * DEPTH**2 / 0.1, rel=5e-4)  # measured 3.0e-4
-    lost = solve_sliding(
+    solved = solve_sliding(
         BALL, body, Rigid(), MU, [DEPTH, -DEPTH, DEPTH], [0.001, 0.5, 0.501], HalfSpaceGrid(16)
     )
-    assert lost.normal_force[1] == lost.tangential_force[1] == lost.contact_radius[1] == 0.0
-    assert lost.tangential_force[2] == pytest.approx(lost.tangential_force[0], rel=1e-7)
+    assert solved.normal_force[1] == solved.tangential_force[1] == solved.contact_radius[1] == 0.0
+    assert solved.tangential_force[2] == pytest.approx(solved.tangential_force[0], rel=1e-7)
 
 
 def test_unreached_tolerance_is_an_error(monkeypatch):

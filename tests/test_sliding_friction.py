@@ -366,8 +366,8 @@ def test_what_is_claimed():
             found[name]
     with pytest.raises(mdr.QuantityError, match="a sliding contact has friction_coefficient"):
         found["slip"]
-    crept = mdr.sliding_friction(BALL, "1 um/s", normal_force="1 N")
-    assert crept.claims["slow_limit"].error[0] == pytest.approx(9e-3 * 1e-6 / 1.233e-3, rel=0.2)
+    creep = mdr.sliding_friction(BALL, "1 um/s", normal_force="1 N")
+    assert creep.claims["slow_limit"].error[0] == pytest.approx(9e-3 * 1e-6 / 1.233e-3, rel=0.2)
     dashpot = mdr.Viscoelastic(mdr.KelvinVoigt("1 MPa", "1 kPa*s"), poisson=0.5)
     viscous = mdr.sliding_friction(mdr.Contact(BALL.profile, dashpot), "1 m/s", indentation="0.1 mm")
     assert viscous.claims["fast_limit"].level is mdr.Level.APPROXIMATE
@@ -405,7 +405,7 @@ def test_how_it_reads(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("asked", "message"),
+    ("arguments", "message"),
     [
         ({"speed": []}, "one row"),
         ({"speed": [[1e-3]]}, "one row"),
@@ -421,8 +421,8 @@ def test_how_it_reads(tmp_path):
         ({"speed": "1e300 m/s"}, r"at most 1e\+60 m/s"),
     ],
 )
-def test_bad_questions(asked, message):
-    question = {"speed": "1 mm/s", "normal_force": "1 N"} | asked
+def test_bad_questions(arguments, message):
+    question = {"speed": "1 mm/s", "normal_force": "1 N"} | arguments
     with pytest.raises(mdr.PymdrError, match=message):
         mdr.sliding_friction(BALL, **question)
 

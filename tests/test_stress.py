@@ -67,8 +67,8 @@ def test_hertz_on_the_axis(a):
 def test_beside_the_axis_the_stress_is_that_on_it(depth, share):
     z = 10.0**depth
     for load in (load_of(HERTZ), load_of(mdr.Cone(slope=1.0)), load_of(HERTZ, zone=1.25, strength=0.4)):
-        beside, on_axis = tensor(load, z * 10.0**share, z), tensor(load, 0.0, z)
-        assert beside[:3] == pytest.approx(on_axis[:3], rel=10.0 * 10.0**share, abs=1e-12)
+        off_axis, on_axis = tensor(load, z * 10.0**share, z), tensor(load, 0.0, z)
+        assert off_axis[:3] == pytest.approx(on_axis[:3], rel=10.0 * 10.0**share, abs=1e-12)
 
 
 def test_hertz_at_the_surface():

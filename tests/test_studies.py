@@ -166,8 +166,8 @@ def test_every_study_is_written_drawn_pickled_and_saved(study, tmp_path):
     study.save(tmp_path / "study.nc")
     with xr.open_dataset(tmp_path / "study.nc") as saved:
         assert set(saved.data_vars) == set(study.data.data_vars)
-        told = json.loads(saved.attrs["pymdr_metadata"])
-    assert set(told["claims"]) == set(study.claims)
+        data = json.loads(saved.attrs["pymdr_metadata"])
+    assert set(data["claims"]) == set(study.claims)
     with pytest.raises(mdr.QuantityError, match=r"no quantity 'nothing'"):
         study["nothing"]
 

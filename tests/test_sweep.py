@@ -147,11 +147,11 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         mdr.sweep(BALL, PRESS, over, folder=tmp_path / "parts", progress=killed)
     before = len(solved)
-    told = []
+    reports = []
     resumed = mdr.sweep(
-        BALL, PRESS, over, folder=tmp_path / "parts", progress=lambda done, total: told.append(done)
+        BALL, PRESS, over, folder=tmp_path / "parts", progress=lambda done, total: reports.append(done)
     )
-    assert told == list(range(8, 16))
+    assert reports == list(range(8, 16))
     assert len(solved) == 10
     assert 0 < before < 10
     whole = mdr.sweep(BALL, PRESS, over)
@@ -243,12 +243,21 @@ def test_sweep_of_a_case(tmp_path):
         "[profile]\nkind = 'paraboloid'\nradius = '1 mm'\n[body]\nkind = 'elastic'\nyoung = '1 MPa'\npoisson = 0.5\n"
         "[[path]]\nkind = 'indent'\nindentation = '1 um'\nsteps = 3\n"
     )
-    asked = ["sweep", str(case), "--over", "body.young = 1 MPa, 4 MPa", "--points", "3", "--csv", "--json"]
-    done = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "out")])
+    arguments = [
+        "sweep",
+        str(case),
+        "--over",
+        "body.young = 1 MPa, 4 MPa",
+        "--points",
+        "3",
+        "--csv",
+        "--json",
+    ]
+    done = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "out")])
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert told["status"] == "COMPLETED"
-    assert told["rows"] == 3
+    data = json.loads(done.stdout)
+    assert data["status"] == "COMPLETED"
+    assert data["rows"] == 3
     with xr.open_dataset(tmp_path / "out/sweep.nc", engine="h5netcdf") as opened:
         force = opened["normal_force"].values[:, -1]
     assert force[1:] / force[:-1] == pytest.approx([2.0, 2.0], rel=1e-12)

@@ -76,11 +76,11 @@ def test_errors_bound_what_the_layer_does_otherwise(kind, channel, poisson, widt
     if channel == "travel":
         machine = stiffness * deep["normal_stiffness"].item()
         path = mdr.travel(depth + deep["normal_force"].item() / machine, steps=3)
-    told = mdr.solve(mdr.Contact(profile, body), path, machine_stiffness=machine)
+    claimed = mdr.solve(mdr.Contact(profile, body), path, machine_stiffness=machine)
     true = mdr.solve(mdr.Contact(profile, film), path, machine_stiffness=machine)
     plain = mdr.solve(mdr.Contact(profile, mdr.Elastic(young, poisson)), path, machine_stiffness=machine)
     for name in QUANTITIES:
-        claim, values, others = told.claims[name], plain[name].values, true[name].values
+        claim, values, others = claimed.claims[name], plain[name].values, true[name].values
         error = np.zeros(3) if claim.error is None else claim.error
         known = claim.where & (error < 1.0)
         off = np.abs(others - values)[known] / values[known]
@@ -90,14 +90,15 @@ def test_errors_bound_what_the_layer_does_otherwise(kind, channel, poisson, widt
             assert off == pytest.approx(error[known], rel=1e-6, abs=1e-9)
         assert claim.level is not Level.EXACT or np.all(error[claim.where] <= 1e-9)
         if claim.readable:
-            assert told[name].values[claim.where] == pytest.approx(values[claim.where], rel=1e-15)
-    near = told.claims["normal_stiffness"].where
-    assert channel == "travel" or told.claims[channel].where.all()
+            assert claimed[name].values[claim.where] == pytest.approx(values[claim.where], rel=1e-15)
+    near = claimed.claims["normal_stiffness"].where
+    assert channel == "travel" or claimed.claims[channel].where.all()
     r = np.array([0.1, 0.4, 0.8]) * plain["contact_radius"].values[-1]
     outside = np.array([0.3, 0.9, 1.3, 2.0, 10.0]) * plain["contact_radius"].values[-1]
     if near[-1]:
         error = {
-            name: 0.0 if told.claims[name].error is None else told.claims[name].error[-1] for name in FIELDS
+            name: 0.0 if claimed.claims[name].error is None else claimed.claims[name].error[-1]
+            for name in FIELDS
         }
         p, q = (one.field("pressure", r).values for one in (plain, true))
         assert np.all(np.abs(q - p) <= error["pressure"] * p + 1e-9 * p)
@@ -170,7 +171,7 @@ def test_adhesive_contacts_are_estimated(poisson, width, young, stick):
     thickness = a / width
     modulus = mdr.effective_moduli(mdr.Elastic(young, poisson)).normal
     law = mdr.JKR(stick * modulus * a / 400.0)
-    told, true, plain = (
+    claimed, true, plain = (
         mdr.solve(mdr.Contact(profile, body, adhesion=law), mdr.indent(depth, steps=2))
         for body in (
             sample(young, poisson, thickness),
@@ -178,7 +179,7 @@ def test_adhesive_contacts_are_estimated(poisson, width, young, stick):
             mdr.Elastic(young, poisson),
         )
     )
-    claim = told.claims["contact_radius"]
+    claim = claimed.claims["contact_radius"]
     assert "estimated" in claim.reason or not claim.readable
     off = np.abs(true["contact_radius"].values / plain["contact_radius"].values - 1.0)
     assert np.all(off[claim.where] <= claim.error[claim.where])
@@ -188,11 +189,11 @@ def test_a_sticky_punch_errs_by_its_stiffness():
     law, width = mdr.JKR("1 uJ/m^2"), 0.05
     body, film = sample("1 MPa", 0.5, 1e-6 / width), layer("1 MPa", 0.5, 1e-6 / width)
     path = mdr.indent("10 nm", steps=2)
-    told, true = (
+    given, true = (
         mdr.solve(mdr.Contact(mdr.FlatPunch(1e-6), one, adhesion=law), path) for one in (body, film)
     )
-    off = true["normal_force"].values / told["normal_force"].values - 1.0
-    assert told.claims["normal_force"].error == pytest.approx(off, rel=1e-9)
+    off = true["normal_force"].values / given["normal_force"].values - 1.0
+    assert given.claims["normal_force"].error == pytest.approx(off, rel=1e-9)
 
 
 @pytest.mark.parametrize(

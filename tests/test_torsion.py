@@ -151,9 +151,9 @@ def test_segments_are_the_limit_of_many_springs(kind, power, slope, moves):
         most = line.limit(x, d)
         q = np.where(g < d, np.clip(q + 8 * line.shear * (phi - phi0) * part, -most, most), 0.0)
         d0, phi0 = d, phi
-        state, lost = turn(line, state, d, phi)
+        state, dissipated = turn(line, state, d, phi)
         assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-4, abs=1e-5 * full)
-        assert lost >= 0.0
+        assert dissipated >= 0.0
 
 
 @settings(max_examples=examples(6), deadline=None)

@@ -338,15 +338,15 @@ def test_an_assessment_claims_and_refuses_what_solve_does(
         with pytest.raises(kind, match=f"^{re.escape(words)}$"):
             mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)
         return
-    asked = mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)
-    assert asked.claims.keys() == solved.claims.keys()
+    assessed = mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)
+    assert assessed.claims.keys() == solved.claims.keys()
     for name, claim in solved.claims.items():
-        found = asked.claims[name]
+        found = assessed.claims[name]
         assert (found.level, found.reason, found.source) == (claim.level, claim.reason, claim.source)
         assert found.where.tolist() == claim.where.tolist()
         if "adhesion" in law:
             assert "rigorous" not in claim.reason
-    assert (asked.rows, asked.quantities) == (solved.data.sizes["step"], len(solved.data))
+    assert (assessed.rows, assessed.quantities) == (solved.data.sizes["step"], len(solved.data))
 
 
 @settings(max_examples=examples(15), deadline=None)

@@ -34,11 +34,16 @@ def test_both_agree_along_loops_of_any_profile(profile, deep):
 def test_a_machine_may_pull_and_what_is_found_is_drawn(tmp_path):
     contact = mdr.Contact(mdr.Sphere("50 um"), GEL, adhesion=GLUE)
     path = mdr.travel("2 um", steps=4) >> mdr.travel("-2 um", steps=4)
-    told = []
+    reports = []
     found = mdr.verify(
-        contact, path, elements=60, steps=2, machine_stiffness="0.1 N/m", progress=lambda *at: told.append(at)
+        contact,
+        path,
+        elements=60,
+        steps=2,
+        machine_stiffness="0.1 N/m",
+        progress=lambda *at: reports.append(at),
     )
-    assert told == [(1, 2), (2, 2)]
+    assert reports == [(1, 2), (2, 2)]
     assert "relative to their largest value" in found.summary()
     assert np.isfinite(found.pressures["mdr"]).all()
     found.plot().savefig(tmp_path / "both.png")

@@ -22,7 +22,7 @@ needs_engine = pytest.mark.skipif(
 )
 
 
-def held(shape, depth, pixels=49, steps=1, **given):
+def verified(shape, depth, pixels=49, steps=1, **given):
     path = mdr.indent(depth, steps=4)
     return mdr.verify(mdr.Contact(shape, STEEL), path, elements=pixels, steps=steps, **given)
 
@@ -40,7 +40,7 @@ def within(found, names):
 def test_any_ellipse_is_that_of_hertz_within_the_error_of_the_grid(ratio, size, shallow):
     radius, ratio = 10.0**size, 10.0**ratio
     shape = mdr.EllipticParaboloid(radius, radius * ratio)
-    found = held(shape, radius * min(ratio, 1.0) * 10.0**shallow)
+    found = verified(shape, radius * min(ratio, 1.0) * 10.0**shallow)
     within(found, ("normal_force", "normal_stiffness", "elastic_energy", "contact_area"))
     within(found, ("semi_axis_x", "semi_axis_y"))
     assert found.largest_difference < 8e-4
@@ -61,7 +61,7 @@ def test_no_body_bears_less_than_its_bound(power, lobes):
         lobe = sum(e * np.cos((m + 2) * phi - at) for m, (e, at) in enumerate(lobes))
         return 1e-6 * (r / 1e-3) ** power * (1.0 + lobe)
 
-    found = held(mdr.Function2D(f), 1e-6)
+    found = verified(mdr.Function2D(f), 1e-6)
     below, error = (found.data[f"force_lower_bound_{end}"].item() for end in ("difference", "error"))
     assert -0.2 < below <= error < 0.02
     assert abs(found.data["force_estimate_difference"].item()) < 0.012 + error
@@ -70,7 +70,7 @@ def test_no_body_bears_less_than_its_bound(power, lobes):
 @needs_engine
 def test_pyramids_tables_and_figures():
     calls = []
-    found = held(mdr.Pyramid.berkovich(), "1 um", steps=2, progress=lambda *at: calls.append(at))
+    found = verified(mdr.Pyramid.berkovich(), "1 um", steps=2, progress=lambda *at: calls.append(at))
     assert calls == [(1, 2), (2, 2)]
     np.testing.assert_allclose(found.data["indentation"], [0.25e-6, 1e-6])
     within(found, ("normal_force", "normal_stiffness", "elastic_energy"))
@@ -84,7 +84,7 @@ def test_pyramids_tables_and_figures():
     assert left.get_aspect() == 1.0
     assert middle.lines
     assert right.lines
-    ellipse = held(mdr.EllipticParaboloid("10 mm", "2 mm"), "1 um")
+    ellipse = verified(mdr.EllipticParaboloid("10 mm", "2 mm"), "1 um")
     hertz = [line for line in ellipse.plot().axes[1].lines if line.get_label() == "Hertz"]
     assert len(hertz) == 2
 
@@ -92,7 +92,7 @@ def test_pyramids_tables_and_figures():
 @needs_engine
 def test_what_is_not_known_of_a_body_is_not_judged():
     bowl = mdr.Function2D(lambda x, y: x**2 + 2.0 * y**2, max_radius=0.5)
-    shallow, deep = held(bowl, 0.1), held(bowl, 0.6)
+    shallow, deep = verified(bowl, 0.1), verified(bowl, 0.6)
     assert abs(shallow.largest_difference) < 1e-3
     assert math.isnan(deep.largest_difference)
     assert np.isnan(deep.data["normal_force_engine"]).all()
@@ -128,8 +128,8 @@ def test_a_measured_tip_turned_by_hand():
     """Heights on a grid and the same function bear alike."""
     x = 1e-8 * np.arange(-60, 61)
     heights = -(x[:, None] ** 2 + 0.5 * x**2 + 0.4 * x[:, None] * x) / 4e-6
-    sampled = held(mdr.Sampled2D(heights, 121e-8), "10 nm")
-    smooth = held(mdr.Function2D(lambda x, y: (x**2 + 0.5 * y**2 + 0.4 * x * y) / 4e-6), "10 nm")
+    sampled = verified(mdr.Sampled2D(heights, 121e-8), "10 nm")
+    smooth = verified(mdr.Function2D(lambda x, y: (x**2 + 0.5 * y**2 + 0.4 * x * y) / 4e-6), "10 nm")
     forces = [float(one.data["normal_force_engine"].item()) for one in (sampled, smooth)]
     assert forces[0] == pytest.approx(forces[1], rel=1e-3)
 
@@ -137,18 +137,18 @@ def test_a_measured_tip_turned_by_hand():
 def test_refusals(monkeypatch):
     tip = mdr.EllipticParaboloid("1 mm", "2 mm")
     with pytest.raises(ProblemError, match="pixels = 9; a whole number from 33 to 1025"):
-        held(tip, "1 um", pixels=9)
+        verified(tip, "1 um", pixels=9)
     with pytest.raises(PathError, match="no contact"):
-        held(tip, "-1 um")
+        verified(tip, "-1 um")
     with pytest.raises(ProblemError, match="is unknown; give one of"):
-        held(tip, "1 um", engine="none")
+        verified(tip, "1 um", engine="none")
 
     def missing():
         raise MissingExtraError("ContactMechanics is missing; install pymdr[rough]")
 
     monkeypatch.setattr(contactmechanics, "_package", missing)
     with pytest.raises(MissingExtraError, match=r"pymdr\[rough\]"):
-        held(tip, "1 um")
+        verified(tip, "1 um")
 
 
 @needs_engine
@@ -158,11 +158,11 @@ def test_from_the_shell(tmp_path):
         '[profile]\nkind = "pyramid"\nsides = 4\nslope = 0.2\n[body]\nkind = "elastic"\nyoung = "1 GPa"\npoisson = 0.3\n'
         '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
     )
-    asked = ["verify", str(case), "--pixels", "49", "--steps", "1", "--json", "-o", str(tmp_path / "out")]
-    answer = CliRunner().invoke(app, asked)
+    arguments = ["verify", str(case), "--pixels", "49", "--steps", "1", "--json", "-o", str(tmp_path / "out")]
+    answer = CliRunner().invoke(app, arguments)
     assert answer.exit_code == 0, answer.output
-    told = json.loads(answer.stdout)["verification"]
-    assert told["solver"] == "pixels"
-    assert told["n"] == 49
-    assert told["largest_difference"] < 2e-3
+    data = json.loads(answer.stdout)["verification"]
+    assert data["solver"] == "pixels"
+    assert data["n"] == 49
+    assert data["largest_difference"] < 2e-3
     assert (tmp_path / "out" / "verify.png").exists()

@@ -91,12 +91,12 @@ def test_energy_is_stored_or_dissipated_on_any_way(terms, equilibrium, shape, de
     for d in depths:
         path = path >> mdr.indent(d, duration=0.7, steps=6)
     result = pressed(mdr.Prony(equilibrium, moduli, times), path, shape)
-    work, stored, lost = (
+    work, stored, dissipated = (
         result.data[name].values for name in ("external_work", "elastic_energy", "dissipated_energy")
     )
     scale = np.abs(work).max() + stored.max()
-    np.testing.assert_allclose(work, stored + lost, atol=1e-7 * scale)
-    assert (np.diff(lost, prepend=0.0) >= -1e-9 * scale).all()
+    np.testing.assert_allclose(work, stored + dissipated, atol=1e-7 * scale)
+    assert (np.diff(dissipated, prepend=0.0) >= -1e-9 * scale).all()
     assert (result["normal_force"].values >= -1e-9 * result["normal_force"].values.max()).all()
 
 
@@ -183,12 +183,12 @@ def test_bodies_that_stay_apart():
 
 @settings(max_examples=examples(10), deadline=None)
 @given(st.lists(st.floats(-0.2, 0.0), min_size=1, max_size=8))
-def test_a_record_that_begins_apart_is_one_approach(apart):
-    d = np.array([*apart, 0.05, 0.1, 0.03, *apart])
+def test_a_record_that_begins_apart_is_one_approach(separated):
+    d = np.array([*separated, 0.05, 0.1, 0.03, *separated])
     path = mdr.Path(time=np.arange(d.size, dtype=float), indentation=d)
     result = pressed(SOLID, path)
     assert any("Ting" in note for note in result.notes)
-    n = len(apart)
+    n = len(separated)
     alone = pressed(SOLID, mdr.Path(time=np.arange(n + 3.0)[n - 1 :], indentation=d[n - 1 : n + 3]))
     np.testing.assert_allclose(
         result["normal_force"].values[n - 1 : n + 3], alone["normal_force"].values, rtol=1e-12
@@ -227,11 +227,11 @@ def test_a_power_of_time_knows_how_long_a_leg_at_a_rate_takes(depth):
     tip, press = mdr.Paraboloid("50 um"), mdr.load("1 uN", duration="10 ms", steps=20)
     slow = pressed(law, press >> mdr.indent(depth, rate="0.01 um/s", steps=40), tip)
     time = slow["time"].values
-    told = pressed(law, press >> mdr.indent(depth, duration=time[-1] - time[19], steps=40), tip)
+    split = pressed(law, press >> mdr.indent(depth, duration=time[-1] - time[19], steps=40), tip)
     for name in ("normal_force", "contact_radius", "indentation"):
-        claimed = told.claims[name].error.max() * told[name].values.max()
-        np.testing.assert_allclose(slow[name].values, told[name].values, rtol=0.0, atol=claimed)
-    fields = [each.field("pressure", [1e-6, 5e-6], 25).values for each in (slow, told)]
+        claimed = split.claims[name].error.max() * split[name].values.max()
+        np.testing.assert_allclose(slow[name].values, split[name].values, rtol=0.0, atol=claimed)
+    fields = [each.field("pressure", [1e-6, 5e-6], 25).values for each in (slow, split)]
     np.testing.assert_allclose(*fields, rtol=1e-4)
 
 
@@ -384,8 +384,8 @@ def test_nothing_is_claimed_from_where_something_is_found():
         assert claims["contact_radius"].where.tolist() == [True] * first + [False] * (size - first)
         assert words in claims["contact_radius"].reason
         assert claims["indentation"].where.all()
-        told = MemoryCheck(rows, tension, overlap, errors, sure + 0.1)
-        assert told.violated is None, "springs too few to tell"
+        checked = MemoryCheck(rows, tension, overlap, errors, sure + 0.1)
+        assert checked.violated is None, "springs too few to tell"
     ring = all_rows.copy()
     ring[4] = False
     assert memory_claims(names, ring, ~all_rows, ~all_rows, good, "")["normal_force"].where.sum() == 4
@@ -493,12 +493,12 @@ def test_few_rows_of_forces_err_as_is_told(memory, shape, stiffness):
         own, others_own = few.claims[name].error, many.claims[name].error[47::48]
         size = float(np.max(np.abs(values)))
         known = (own < 1.0) & (others_own < 1.0)
-        told = own * np.abs(values)
-        apart, rest = np.abs(values - others), others_own * np.abs(others)
-        assert (apart <= told + rest + 1e-12 * size)[known & (values != 0.0)].all()
-        assert told.max() <= 0.05 * size
+        claimed = own * np.abs(values)
+        difference, rest = np.abs(values - others), others_own * np.abs(others)
+        assert (difference <= claimed + rest + 1e-12 * size)[known & (values != 0.0)].all()
+        assert claimed.max() <= 0.05 * size
         if name == "indentation":
-            assert told.max() <= 1e3 * max(apart.max(), 1e-5 * size)
+            assert claimed.max() <= 1e3 * max(difference.max(), 1e-5 * size)
 
 
 @settings(deadline=None, max_examples=examples(6))
@@ -535,8 +535,8 @@ def test_pressures_err_as_is_claimed_up_to_the_edge(memory, shape):
     row = 1  # the deepest, reached by one approach
     r = radius[row] * (1.0 - np.geomspace(0.5, 1e-4, 40))
     one, other = (surface.field("pressure", r, row) for surface in (few, many))
-    told = check_memory(few, None).error("pressure", time.size)[row]
-    assert np.abs(one - other).max() <= (1.5 * told + 1e-9) * np.abs(other).max()
+    claimed = check_memory(few, None).error("pressure", time.size)[row]
+    assert np.abs(one - other).max() <= (1.5 * claimed + 1e-9) * np.abs(other).max()
 
 
 @pytest.mark.parametrize("viscosity", [0.05, 0.2, 2.0])
@@ -588,8 +588,8 @@ def test_first_rows_of_histories_that_go_far_deeper_err_as_claimed(seed):
     for i in range(int(np.argmax(np.diff(force) < 0.0)) + 1):
         lag = -math.expm1(-steps[i] / delay)
         moved += (moves[i] * delay / steps[i] - moved) * lag
-        crept = 1e-6 * force[i] - moved * branch / (1.0 + branch)
-        truth = (0.1875 * crept) ** (2.0 / 3.0)
+        creep = 1e-6 * force[i] - moved * branch / (1.0 + branch)
+        truth = (0.1875 * creep) ** (2.0 / 3.0)
         assert abs(float(found["indentation"].values[i]) / truth - 1.0) <= claim.error[i] + 1e-9
 
 

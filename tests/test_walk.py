@@ -89,7 +89,7 @@ LAWS = pytest.mark.parametrize(
 )
 
 
-def asked_of(leg, channel, start):
+def request_of(leg, channel, start):
     """The values of a channel in every row of a leg."""
     target = getattr(leg, channel, None)
     n = total_rows(leg)
@@ -126,7 +126,7 @@ def test_every_leg_starts_where_the_one_before_ended(law, most, rows, data):
         for channel in {normal, tangential} & {*map(str, result.data)}:
             values = result[channel].values[done : done + n]
             known = np.isfinite(values)
-            expected = np.asarray(asked_of(leg, channel, here[channel]), dtype=float)
+            expected = np.asarray(request_of(leg, channel, here[channel]), dtype=float)
             scale = largest["normal_force"] if channel == "normal_force" else length
             assert np.max(np.abs(values - expected)[known], initial=0.0) <= 1e-14 * scale
             here[channel] = float(expected[-1])
@@ -204,26 +204,26 @@ def task_of(contact, path, machine=None, keep=None):
 def test_times_are_those_of_the_result(data):
     """A law is told when its rows are, and how long they take."""
     path = data.draw(random_path("normal", timed=True))
-    told = []
+    reports = []
 
-    def step(state, asked, kept, watched):
+    def step(state, request, kept, watched):
         assert (kept, watched) == (None, None)
-        told.append((asked.begin, asked.time, asked.durations))
-        return asked.time, state + asked.durations.sum(), {}
+        reports.append((request.begin, request.time, request.durations))
+        return request.time, state + request.durations.sum(), {}
 
     walked = walk(task_of(CONTACTS["normal"], path), 0.0, step)
     np.testing.assert_array_equal(walked.rows, followed("normal", path)["time"].values)
-    assert [begin for begin, _, _ in told] == [0.0, *(time[-1] for _, time, _ in told[:-1])]
+    assert [begin for begin, _, _ in reports] == [0.0, *(time[-1] for _, time, _ in reports[:-1])]
     lengths = [leg.duration for leg in path.legs]
-    np.testing.assert_allclose([durations.sum() for _, _, durations in told], lengths, rtol=1e-12)
+    np.testing.assert_allclose([durations.sum() for _, _, durations in reports], lengths, rtol=1e-12)
 
 
 def test_times_of_a_record():
     seen = []
 
-    def step(state, asked, kept, told):
-        seen.append((asked.begin, asked.time.tolist(), asked.durations.tolist()))
-        return asked.normal, state, {}
+    def step(state, request, kept, progress):
+        seen.append((request.begin, request.time.tolist(), request.durations.tolist()))
+        return request.normal, state, {}
 
     path = mdr.indent(1e-6, steps=2, duration=2.0) >> mdr.Path(time=[3.0, 5.0], indentation=[0.0, 1e-6])
     walk(task_of(CONTACTS["normal"], path), None, step)
@@ -232,8 +232,8 @@ def test_times_of_a_record():
     walk(
         task_of(CONTACTS["normal"], mdr.indent(1e-6)),
         None,
-        lambda state, asked, kept, told: (
-            untimed.append((asked.time, asked.durations)) or asked.normal,
+        lambda state, request, kept, progress: (
+            untimed.append((request.time, request.durations)) or request.normal,
             state,
             {},
         ),
@@ -331,11 +331,11 @@ def test_refusals_name_their_leg(law, what, before, after):
     path = History((*before[: 1 if law == "by rings" else 2], bad, *after))
     with pytest.raises(mdr.PathError) as refused:
         solved(law, path, mdr.Sphere(1.0))
-    told = str(refused.value)
+    text = str(refused.value)
     if len(path.legs) == 1:
         words = words.removeprefix("leg {}: ")
-    assert re.match(words.format(len(path.legs) - len(after)), told)
-    assert len(re.findall(r"\bleg \d", told)) == ("leg" in words)
+    assert re.match(words.format(len(path.legs) - len(after)), text)
+    assert len(re.findall(r"\bleg \d", text)) == ("leg" in words)
 
 
 def test_a_lost_body_has_no_position():

@@ -22,13 +22,13 @@ REFS = json.loads((Path(__file__).parent / "reference" / "refs.json").read_text(
 K = "1e-5 mm^3/(N m)"
 BODY = mdr.Elastic("210 GPa", 0.0)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), BODY, BODY, friction=mdr.Coulomb(0.5))
-HELD = mdr.indent("1 um") >> mdr.cycle(shift="0.2 um")
+AT_DEPTH = mdr.indent("1 um") >> mdr.cycle(shift="0.2 um")
 LOADED = mdr.load("20 N") >> mdr.cycle(shift="0.4 um")
 
 
 @pytest.fixture(scope="module")
-def held() -> mdr.solving.wear.Wear:
-    return mdr.wear(BALL, HELD, coefficient=K, cycles=1e7)
+def at_depth() -> mdr.solving.wear.Wear:
+    return mdr.wear(BALL, AT_DEPTH, coefficient=K, cycles=1e7)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_limiting_shape_of_reference() -> None:
 )
 def test_wear_at_constant_indentation_ends_at_the_limit(profile: mdr.problem.profiles.Profile) -> None:
     contact = mdr.Contact(profile, BODY, BODY, friction=mdr.Coulomb(0.5))
-    worn = mdr.wear(contact, HELD, coefficient=K, cycles=[1e9])
+    worn = mdr.wear(contact, AT_DEPTH, coefficient=K, cycles=[1e9])
     limit = worn.data.attrs
     # the mesh of 160 cells: measured 4e-5 for the paraboloid
     assert float(worn["worn_volume"][-1]) == pytest.approx(limit["limit_volume"], rel=3e-4)
@@ -64,20 +64,22 @@ def test_wear_at_constant_indentation_ends_at_the_limit(profile: mdr.problem.pro
     assert np.max(np.abs(f - end)) < 2e-3 * np.ptp(end)
 
 
-def test_first_cycle_dissipates_the_loop(held: mdr.solving.wear.Wear) -> None:
+def test_first_cycle_dissipates_the_loop(at_depth: mdr.solving.wear.Wear) -> None:
     loop = mdr.friction_loop(BALL, "0.2 um", indentation="1 um")
-    assert float(held["dissipated_per_cycle"][0]) == pytest.approx(
+    assert float(at_depth["dissipated_per_cycle"][0]) == pytest.approx(
         float(loop["dissipated_per_cycle"][0]), rel=1e-3
     )
-    assert float(held["force_amplitude"][0]) == pytest.approx(float(loop["force_amplitude"][0]), rel=1e-4)
+    assert float(at_depth["force_amplitude"][0]) == pytest.approx(float(loop["force_amplitude"][0]), rel=1e-4)
 
 
 def test_worn_volume_is_dissipated_energy_times_the_energy_coefficient() -> None:
     rows = np.concatenate([[0.0], np.linspace(2.5e3, 2e5, 80)])
     worn = mdr.wear(BALL, LOADED, coefficient="2e-5 mm^3/J", cycles=rows, law="energy")
-    lost = worn["dissipated_per_cycle"].values
+    dissipated = worn["dissipated_per_cycle"].values
     # Simpson's rule over the cycles
-    total = np.sum(np.diff(rows)[::2] / 3.0 * (lost[:-2:2] + 4.0 * lost[1:-1:2] + lost[2::2]))
+    total = np.sum(
+        np.diff(rows)[::2] / 3.0 * (dissipated[:-2:2] + 4.0 * dissipated[1:-1:2] + dissipated[2::2])
+    )
     assert float(worn["worn_volume"][-1]) == pytest.approx(2e-14 * total, rel=1e-3)
 
 
@@ -141,17 +143,17 @@ def test_rings_wear_alike(force: bool) -> None:
     assert np.allclose(rings.indentation[at], worn["indentation"][1:], rtol=1e-3)
 
 
-def test_lengths_scale(held: mdr.solving.wear.Wear) -> None:
+def test_lengths_scale(at_depth: mdr.solving.wear.Wear) -> None:
     """A thousand times larger: the same cycles, a thousandth of the coefficient over the size of nothing else."""
     large = mdr.Contact(mdr.Paraboloid("10 m"), BODY, BODY, friction=mdr.Coulomb(0.5))
     path = mdr.indent("1 mm") >> mdr.cycle(shift="0.2 mm")
-    worn = mdr.wear(large, path, coefficient=K, cycles=held["cycles"].values)
-    assert np.allclose(worn["worn_volume"], 1e9 * held["worn_volume"], rtol=1e-8)
+    worn = mdr.wear(large, path, coefficient=K, cycles=at_depth["cycles"].values)
+    assert np.allclose(worn["worn_volume"], 1e9 * at_depth["worn_volume"], rtol=1e-8)
 
 
-def test_cycles_and_coefficient_trade(held: mdr.solving.wear.Wear) -> None:
-    worn = mdr.wear(BALL, HELD, coefficient="1e-4 mm^3/(N m)", cycles=held["cycles"].values / 10.0)
-    assert np.allclose(worn["worn_volume"], held["worn_volume"], rtol=1e-8)
+def test_cycles_and_coefficient_trade(at_depth: mdr.solving.wear.Wear) -> None:
+    worn = mdr.wear(BALL, AT_DEPTH, coefficient="1e-4 mm^3/(N m)", cycles=at_depth["cycles"].values / 10.0)
+    assert np.allclose(worn["worn_volume"], at_depth["worn_volume"], rtol=1e-8)
 
 
 def test_gross_slip_follows_archard_in_the_whole() -> None:
@@ -167,28 +169,28 @@ def test_gross_slip_follows_archard_in_the_whole() -> None:
     assert np.ptp(apex.depth[apex.radius < 0.3 * apex.radius[-1]]) < 0.2 * apex.depth[0]
 
 
-def test_worn_profile_is_solved_saved_and_worn_again(held: mdr.solving.wear.Wear, tmp_path: Path) -> None:
+def test_worn_profile_is_solved_saved_and_worn_again(at_depth: mdr.solving.wear.Wear, tmp_path: Path) -> None:
     row = 15
-    worn = held.worn(row)
+    worn = at_depth.worn(row)
     contact = mdr.Contact(worn, BODY, BODY, friction=mdr.Coulomb(0.5))
-    result = mdr.solve(contact, HELD)
-    assert float(result["normal_force"][0]) == pytest.approx(float(held["normal_force"][row]), rel=2e-4)
+    result = mdr.solve(contact, AT_DEPTH)
+    assert float(result["normal_force"][0]) == pytest.approx(float(at_depth["normal_force"][row]), rel=2e-4)
     assert float(result["stick_radius"][0]) > 0.0
     result.save(tmp_path / "worn.nc")
     assert mdr.open_result(tmp_path / "worn.nc").contact.profile == worn
-    held.save(tmp_path / "study.nc")
+    at_depth.save(tmp_path / "study.nc")
     with xr.open_dataset(tmp_path / "study.nc", engine="h5netcdf") as saved:
-        assert saved["surface_profile"].shape == held.surface["profile"].shape
+        assert saved["surface_profile"].shape == at_depth.surface["profile"].shape
     with pytest.raises(mdr.ProblemError, match="nothing has worn"):
-        held.worn(0)
+        at_depth.worn(0)
 
 
 def test_wear_in_two_parts_is_wear_in_one() -> None:
-    half = mdr.wear(BALL, HELD, coefficient=K, cycles=[1e4]).worn()
+    half = mdr.wear(BALL, AT_DEPTH, coefficient=K, cycles=[1e4]).worn()
     again = mdr.wear(
-        mdr.Contact(half, BODY, BODY, friction=mdr.Coulomb(0.5)), HELD, coefficient=K, cycles=[1e4]
+        mdr.Contact(half, BODY, BODY, friction=mdr.Coulomb(0.5)), AT_DEPTH, coefficient=K, cycles=[1e4]
     )
-    whole = mdr.wear(BALL, HELD, coefficient=K, cycles=[1e4, 2e4])
+    whole = mdr.wear(BALL, AT_DEPTH, coefficient=K, cycles=[1e4, 2e4])
     volume = float(whole["worn_volume"][0]) + float(again["worn_volume"][-1])
     assert volume == pytest.approx(float(whole["worn_volume"][1]), rel=5e-3)
     assert isinstance(again.worn().original, mdr.Paraboloid)
@@ -230,7 +232,7 @@ def test_wear_in_two_parts_is_wear_in_one() -> None:
     ],
 )
 def test_bad_input_is_refused(change: dict[str, object], message: str) -> None:
-    given: dict[str, object] = {"contact": BALL, "path": HELD, "coefficient": K, "cycles": 10.0} | change
+    given: dict[str, object] = {"contact": BALL, "path": AT_DEPTH, "coefficient": K, "cycles": 10.0} | change
     with pytest.raises(mdr.ProblemError, match=message):
         mdr.wear(given.pop("contact"), given.pop("path"), **given)
 
@@ -249,13 +251,13 @@ def test_bad_worn_profiles_are_refused() -> None:
 
 
 def test_paths_of_one_cycle_in_other_words() -> None:
-    ways = [
+    options = [
         mdr.load("2 N") >> mdr.cycle(shift="1 um"),
         mdr.load("2 N") >> mdr.shift("1 um") >> mdr.shift("-1 um") >> mdr.shift("1 um"),
         mdr.Path(normal_force=[2.0, 2.0, 2.0], shift=[0.0, 1e-6, -1e-6]),
         mdr.ramp(normal_force="2 N", shift="1 um") >> mdr.shift("-1 um") >> mdr.shift("1 um"),
     ]
-    assert [one_cycle(path) for path in ways] == [(None, 2.0, 1e-6)] * 4
+    assert [one_cycle(path) for path in options] == [(None, 2.0, 1e-6)] * 4
 
 
 def record(amplitudes: list[float], steps: int = 200) -> mdr.result.Result:

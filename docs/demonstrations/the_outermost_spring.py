@@ -48,8 +48,8 @@ rules = {
 # Updated strength: a sharp pull-off at the depth and the largest pull of JKR, for any number of steps.
 for steps in (100, 1000):
     depths, forces = pulled(steps, rules["radius of the present"])
-    held = depths[forces != 0]
-    assert abs(held[-1] - indented.indentation) < 3.5 / steps
+    in_contact = depths[forces != 0]
+    assert abs(in_contact[-1] - indented.indentation) < 3.5 / steps
     assert abs(forces.min() / (-1.5 * math.pi) - 1) < 2e-3
 
 # %%

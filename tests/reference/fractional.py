@@ -103,13 +103,13 @@ def springs(kernel, radius, time, target, *, forced, deepest, n=160, parts=24):
     w, depth, found = np.zeros(n), 0.0, np.zeros((time.size, 2))
     for k in range(1, t.size):
         weight = -np.diff(kernel.integral(t[k] - t[: k + 1])) / np.diff(t[: k + 1])
-        held = weight[:-1] @ moves[: k - 1] if k > 1 else np.zeros(n)
-        free = np.where(w - held / weight[-1] > 0.0, w - held / weight[-1], 0.0)
+        memory = weight[:-1] @ moves[: k - 1] if k > 1 else np.zeros(n)
+        free = np.where(w - memory / weight[-1] > 0.0, w - memory / weight[-1], 0.0)
 
-        def loaded(d, weight=weight[-1], held=held, w=w, free=free):
-            held_down = np.maximum(d - y, 0.0)
-            there = np.maximum(held_down, free)
-            q = np.where(there > free, held + weight * (there - w), 0.0)
+        def loaded(d, weight=weight[-1], memory=memory, w=w, free=free):
+            indentation = np.maximum(d - y, 0.0)
+            there = np.maximum(indentation, free)
+            q = np.where(there > free, memory + weight * (there - w), 0.0)
             return there, 2.0 * float(width @ np.maximum(q, 0.0))
 
         if forced and goal[k - 1] == 0.0:  # the body rests on what has not crept back

@@ -256,18 +256,18 @@ def carlson(x, y, z):
     return series / np.sqrt(mean)
 
 
-def kernel(r, rho, a, apart, to_a_r, to_a_rho):
+def kernel(r, rho, a, distance, to_a_r, to_a_rho):
     """
     The integral int_M^a dx / sqrt((x^2 - r^2) (x^2 - rho^2)) with M = max(r, rho) (DLMF 19.29.4).
 
     apart = |r - rho|, to_a_r = a - r, to_a_rho = a - rho.
     """
-    r, rho, apart, to_a_r, to_a_rho = np.broadcast_arrays(r, rho, apart, to_a_r, to_a_rho)
+    r, rho, distance, to_a_r, to_a_rho = np.broadcast_arrays(r, rho, distance, to_a_r, to_a_rho)
     outer = rho > r
     high, low = np.where(outer, rho, r), np.where(outer, r, rho)
     x2 = np.where(outer, to_a_rho, to_a_r) * (a + high)
     x3 = np.where(outer, to_a_r, to_a_rho) * (a + low)
-    y3 = apart * (high + low)
+    y3 = distance * (high + low)
     with np.errstate(divide="ignore", invalid="ignore"):
         unit = high * high * np.maximum(x3, y3)
         value = carlson(a * a * y3 / unit, high * high * y3 / unit, x3 * high * high / unit)

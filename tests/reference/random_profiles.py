@@ -403,13 +403,13 @@ class RandomProfile:
     def build(self, mdr):
         """The profile of the package `mdr`."""
         if self.samples is not None:
-            ways = {
+            options = {
                 "round": lambda: mdr.CubicSpline(),
                 "sharp": lambda: mdr.CubicSpline(tip="sharp"),
                 "shape": lambda: mdr.ShapePreserving(),
                 "smoothing": lambda: mdr.SmoothingSpline(),
             }
-            return mdr.Sampled(*self.samples, interpolation=ways[self.interpolation]())
+            return mdr.Sampled(*self.samples, interpolation=options[self.interpolation]())
         given = {
             "both": (self.f, self.derivative),
             "derivative": (None, self.derivative),
@@ -798,8 +798,8 @@ def random_profile(rng, kind=None):
             first, *others = drawn["pairs"]
             drawn = powers_of([first, *(p for p in others if p[0] > VISIBLE * offset)], L)
             f, terms = drawn["f"], drawn["terms"]
-        told = gives != "f" or "pairs" in drawn or (kinks and "drowns" not in drawn)
-        if told or not hides_its_tip(terms, L, offset):
+        breakpoints_given = gives != "f" or "pairs" in drawn or (kinks and "drowns" not in drawn)
+        if breakpoints_given or not hides_its_tip(terms, L, offset):
             plain, cancels = f, True
             f = lambda r: offset + plain(r)  # noqa: E731
             drawn["words"] += f" + {offset!r}"

@@ -23,7 +23,7 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 
 _EQUAL = 1e-3
 """Relative difference of the roots below which the sums of both lose digits by cancellation."""
-_BESIDE = 1e-4
+_CHANGE_OF_C44 = 1e-4
 """Relative change of c44 to the bodies beside one of equal roots from which its stress is extrapolated, to the fourth power of this."""
 _EXTRAPOLATED = ((1.0, 2.0 / 3.0), (-1.0, 2.0 / 3.0), (2.0, -1.0 / 6.0), (-2.0, -1.0 / 6.0))
 """Changes in that unit, and weights."""
@@ -75,7 +75,12 @@ class TransverseSolid:
             return ((self, 1.0),)
         c44 = self.stiffnesses.c44
         return tuple(
-            (replace(self, stiffnesses=self.stiffnesses._replace(c44=c44 * (1.0 + change * _BESIDE))), weight)
+            (
+                replace(
+                    self, stiffnesses=self.stiffnesses._replace(c44=c44 * (1.0 + change * _CHANGE_OF_C44))
+                ),
+                weight,
+            )
             for change, weight in _EXTRAPOLATED
         )
 
@@ -89,8 +94,8 @@ class TransverseSolid:
         below, above = half - mean * c44, half + mean * c44
         # (lambda1 +- lambda2)^2 = 2 (b +- c44 sqrt(c11 c33)) / (c33 c44)
         total = math.sqrt(2.0 * above / (c33 * c44))
-        apart = cmath.sqrt(2.0 * below / (c33 * c44))
-        return 0.5 * (total + apart), 0.5 * (total - apart)
+        difference = cmath.sqrt(2.0 * below / (c33 * c44))
+        return 0.5 * (total + difference), 0.5 * (total - difference)
 
     def _terms(self) -> list[tuple[complex, complex, complex]]:
         """Of each root lambda: itself, m and k."""

@@ -28,7 +28,7 @@ from pymdr.line.foundation import (
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
-_REACH, _STEP = 3.2, 0.125
+_RANGE, _STEP = 3.2, 0.125
 _TURNS = 100
 _TERMS = 24
 _STILL = 1e-15
@@ -375,7 +375,7 @@ def work(potential: Potential, marks: FloatArray) -> float:
 
 def _double_exponential() -> tuple[FloatArray, FloatArray]:
     """Nodes and weights on [0, 1] that resolve any end of a panel at which the integrand is bounded."""
-    t = np.arange(-_REACH, _REACH + 0.5 * _STEP, _STEP)
+    t = np.arange(-_RANGE, _RANGE + 0.5 * _STEP, _STEP)
     bent = 0.5 * math.pi * np.sinh(t)
     weights = _STEP * 0.25 * math.pi * np.cosh(t) / np.cosh(bent) ** 2
     return 1.0 / (1.0 + np.exp(-2.0 * bent)), weights / weights.sum()

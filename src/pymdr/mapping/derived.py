@@ -332,8 +332,8 @@ class DerivedSource(SlopeSource):
         """Rounding of f around a radius in m; just beyond a breakpoint it is measured outward from the breakpoint."""
         noise = self._scatter(r)
         if base > 0.0:
-            beside = rounding(lambda h: self._f(base + h), np.array([r - base]))
-            noise = max(noise, float(np.nan_to_num(beside)[0]))
+            nearby = rounding(lambda h: self._f(base + h), np.array([r - base]))
+            noise = max(noise, float(np.nan_to_num(nearby)[0]))
         return noise
 
     def _starts_steeply(self, series: FloatArray, low: float, high: float, base: float) -> bool:

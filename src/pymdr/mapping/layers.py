@@ -375,7 +375,7 @@ class Kernel:
         near, far = (np.einsum("ts,s->t", waves, part).real for part in (self._short, self._whole))
         return np.asarray(np.where(t < 2.0, near, -far))
 
-    def _reach(self, top: float) -> None:
+    def _extend(self, top: float) -> None:
         """Tabulate up to t = top."""
         known, needed = self._coefficients.shape[1], math.floor(math.log1p(top) / _STEP) + 1
         if needed <= known:
@@ -393,7 +393,7 @@ class Kernel:
     def __call__(self, t: FloatArray) -> FloatArray:
         """M(t), t >= 0 in thicknesses of the top layer."""
         flat = t.ravel()
-        self._reach(float(np.max(flat, initial=0.0)))
+        self._extend(float(np.max(flat, initial=0.0)))
         values = [self._near(flat[i : i + _BLOCK]) for i in range(0, flat.size, _BLOCK)]
         return np.concatenate(values).reshape(t.shape) if values else np.zeros(t.shape)
 

@@ -251,7 +251,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Interpreta
     columns = {
         **normal.columns,
         "shift": sheared.shift,
-        "tangential_force": _beside(rows, bodies.friction, normal.columns["normal_force"]),
+        "tangential_force": _scaled_forces(rows, bodies.friction, normal.columns["normal_force"]),
         "stick_radius": np.minimum(sheared.stick_radius, normal.columns["contact_radius"]),
         "slip_distance": sheared.slip_distance,
         "stored_tangential_energy": sheared.stored,
@@ -300,7 +300,7 @@ def _surface(
     return ShearedSurface(normal, bodies.tangential, bodies.friction, walked.rows.fine.shift)
 
 
-def _beside(rows: _Rows, friction: float, force: FloatArray) -> FloatArray:
+def _scaled_forces(rows: _Rows, friction: float, force: FloatArray) -> FloatArray:
     """Tangential forces beside a normal force that may be without springs: all slips at mu F_N to rounding."""
     springs, found = rows.normal.normal_force, rows.fine.tangential_force
     if math.isinf(friction):

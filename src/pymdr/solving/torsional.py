@@ -136,15 +136,15 @@ class TorsionLaw:
         """One row, in parts where both channels move or the load falls after slip."""
         parts = _PARTS if depth < state.indentation and any(one.sign for one in state.segments) else 1
         both = depth != state.indentation and twist != state.twist
-        end, lost = self._run(state, depth, twist, parts)
+        end, dissipated = self._run(state, depth, twist, parts)
         while both:
             parts *= 2
             end, finer = self._run(state, depth, twist, parts)
-            change, lost = abs(finer - lost), finer
-            if change <= _SETTLED * (self.work + lost) or parts >= _MOST_PARTS:
+            change, dissipated = abs(finer - dissipated), finer
+            if change <= _SETTLED * (self.work + dissipated) or parts >= _MOST_PARTS:
                 self.missed += change
                 break
-        self.work += lost
+        self.work += dissipated
         return end
 
     def _run(self, state: TwistState, depth: float, twist: float, parts: int) -> tuple[TwistState, float]:
@@ -159,8 +159,8 @@ class TorsionLaw:
                     begin.twist + part * (twist - begin.twist),
                 )
             )
-            state, lost = turn(self.line, state, *at)
-            total += lost
+            state, dissipated = turn(self.line, state, *at)
+            total += dissipated
         return state, total
 
     def _twist_at(self, state: TwistState, depth: float, torque: float, stretch: Stretch, row: int) -> float:
@@ -183,13 +183,13 @@ class TorsionLaw:
         if start == 0.0:
             return state.twist
         radius = self.line.radius(depth)
-        reach = abs(start) / (16.0 / 3.0 * self.line.shear * radius**3)
+        range_ = abs(start) / (16.0 / 3.0 * self.line.shear * radius**3)
         other = state.twist
         for _ in range(200):
-            other = state.twist - math.copysign(reach, start)
+            other = state.twist - math.copysign(range_, start)
             if excess(other) * start <= 0.0:
                 break
-            reach *= 2.0
+            range_ *= 2.0
         else:
             raise ConvergenceError(
                 f"no twist found for torque = {written(torque, 'N*m')} in {stretch.row(row)} (last {other!r} rad)"

@@ -276,8 +276,8 @@ def _counted(cycles: ArrayQuantityLike) -> FloatArray:
 def _difference(fine: FloatArray, coarse: FloatArray, history: History) -> FloatArray:
     """Relative error of a column, from half the cells and from the blocks."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        apart = np.abs(coarse - fine) / np.abs(fine)
-    return np.asarray(np.where(fine == 0.0, 0.0, apart) + np.array(history.missed))
+        relative = np.abs(coarse - fine) / np.abs(fine)
+    return np.asarray(np.where(fine == 0.0, 0.0, relative) + np.array(history.missed))
 
 
 def _notes(case: WearCase, history: History) -> tuple[str, ...]:

@@ -299,7 +299,7 @@ def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, 
         half = state.depth * mesh.stick - mesh.inner_load + float(mesh.loading @ state.springs)
         pulled = np.minimum(state.springs, wearing.amplitude)
         sheared = wearing.amplitude * mesh.stick + float(mesh.loading @ pulled)
-        lost = float(np.sum(mesh.areas * state.pressure * state.slip))
+        slip_work = float(np.sum(mesh.areas * state.pressure * state.slip))
         radii, depth = mesh.whole(state.worn)
         worn = depth.max()
         last = radii[min(int(np.flatnonzero(depth)[-1]) + 1, depth.size - 1)] if worn > 0.0 else 0.0
@@ -314,7 +314,7 @@ def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, 
                 2.0 * e * half * d * a,
                 2.0 * e * edge * a,
                 2.0 * case.moduli.tangential * case.caps * d * a * sheared,
-                4.0 * case.mu * e * case.caps * d * d * a * lost,
+                4.0 * case.mu * e * case.caps * d * d * a * slip_work,
             )
         )
     return dict(zip(UNITS, np.array(rows).T, strict=True))

@@ -71,7 +71,7 @@ class FirstYield(Study):
         "yield_depth": Column("z of yield", "m"),
         "yield_layer": Column("layer", ""),
     }
-    told: ClassVar[tuple[str, ...]] = ("normal_force", "yield_depth")
+    summary_claims: ClassVar[tuple[str, ...]] = ("normal_force", "yield_depth")
 
     def _figure(self) -> Figure:
         """The von Mises stress at first yield by von Mises."""

@@ -49,7 +49,7 @@ _BLOCKS = 32
 """Blocks of pixels along a side, whose forces sink the surface beside the grid."""
 _SLACK = 1e-4
 """Of the depth, that a place beside the grid may enter the surface."""
-_BESIDE, _FINER = 1.1, 4
+_MARGIN, _FINER = 1.1, 4
 """By how much a grid goes beyond a place that enters the surface, and how many times the pixels it then may have."""
 _DEEP = 8.0
 """Indentations below the apex where a body stands that is not known there."""
@@ -200,7 +200,7 @@ def _block_forces(found: PressedSurface) -> FloatArray:
     return np.stack([total[loaded] * float(np.prod(spacing)), *places], axis=1)
 
 
-def _beside(
+def _box_of_entering_parts(
     found: PressedSurface, shape: Shape, modulus: float, depth: float, box: FloatArray, radius: float
 ) -> FloatArray | None:
     """The box that other parts of the body need, which would enter the surface beside the grid; None without any."""
@@ -218,7 +218,7 @@ def _beside(
     entering = gap < depth - sunk - _SLACK * depth
     if not entering.any():
         return None
-    return np.asarray(np.maximum(box, _BESIDE * _around(x[entering], y[entering])))
+    return np.asarray(np.maximum(box, _MARGIN * _around(x[entering], y[entering])))
 
 
 def _pressed_at(
@@ -238,7 +238,7 @@ def _pressed_at(
         if touching[:2].any() or touching[-2:].any() or touching[:, :2].any() or touching[:, -2:].any():
             box = _LARGER * box
             continue
-        wider = _beside(found, shape, modulus, depth, box, radius)
+        wider = _box_of_entering_parts(found, shape, modulus, depth, box, radius)
         if wider is None:
             return found, True
         # more pixels, as far as they go, so that they do not become coarser
@@ -268,8 +268,8 @@ def _heights(shape: Shape, depth: float, box: FloatArray, count: int) -> tuple[T
 def _widened(where: np.ndarray) -> np.ndarray:
     """With the pixels next to them."""
     framed = np.pad(where, 1)
-    beside = framed[:-2, 1:-1] | framed[2:, 1:-1] | framed[1:-1, :-2] | framed[1:-1, 2:]
-    return np.asarray(where | beside)
+    adjacent = framed[:-2, 1:-1] | framed[2:, 1:-1] | framed[1:-1, :-2] | framed[1:-1, 2:]
+    return np.asarray(where | adjacent)
 
 
 def _by_engine(found: PressedSurface, known: bool, name: str) -> tuple[float, float]:

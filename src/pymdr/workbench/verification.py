@@ -173,7 +173,7 @@ def verify(
     mdr = solve(contact, route)
     ring = solve(contact, route, solver=solver, progress=progress)
     rows = np.arange(chosen.size)
-    found = _found(ring)
+    found = _ring_state(ring)
     table = _table(mdr, found, rows, [name for name in COMPARED if name != "indentation"])
     return Verification(data=table, pressures=_pressures(mdr, found, rows), rings=solver.n, contact=contact)
 
@@ -183,10 +183,10 @@ def _verify_adhesion(
 ) -> Verification:
     """Contacts of the same radii."""
     a = mdr.data["contact_radius"].values
-    held = np.flatnonzero(a > 0.0)
-    if held.size == 0:
+    in_contact = np.flatnonzero(a > 0.0)
+    if in_contact.size == 0:
         raise PathError("verify: the path makes no contact at any step")
-    rows = held[_spread(held.size, steps)]
+    rows = in_contact[_spread(in_contact.size, steps)]
     solutions: list[Any] = [None] * a.size
     disks = adhesive_disks(mdr.contact, a[rows], mdr.data["indentation"].values[rows], work, solver)
     for done, (row, one) in enumerate(zip(rows, disks, strict=True)):
@@ -198,7 +198,7 @@ def _verify_adhesion(
         one = solutions[row]
         for name, value in zip(columns, (one.indentation, one.force, one.energy), strict=True):
             columns[name][row] = value
-    ring = _Found(columns, RingHistory(mdr.contact.profile, tuple(solutions), columns["indentation"]))
+    ring = _RingState(columns, RingHistory(mdr.contact.profile, tuple(solutions), columns["indentation"]))
     table = _table(mdr, ring, rows, list(columns), to_largest=True)
     pressures = _pressures(mdr, ring, rows)
     return Verification(data=table, pressures=pressures, rings=solver.n, to_largest=True, contact=mdr.contact)
@@ -222,7 +222,7 @@ def _verify_history(
     moved = any(leg.controls.normal == "indentation" for leg in planned(path))
     skipped = {name for name, free in (("indentation", loaded), ("normal_force", moved)) if not free}
     names = [name for name in COMPARED if name in mdr.claims and name not in skipped]
-    found = _found(ring)
+    found = _ring_state(ring)
     table = _table(mdr, found, rows, names, to_largest=True)
     return Verification(
         data=table,
@@ -234,15 +234,15 @@ def _verify_history(
     )
 
 
-class _Found(NamedTuple):
+class _RingState(NamedTuple):
     """The solution by rings, over the steps of the path."""
 
     columns: Mapping[str, FloatArray]
     surface: FieldReader
 
 
-def _found(ring: Result) -> _Found:
-    return _Found({str(name): array.values for name, array in ring.data.variables.items()}, ring.surface)
+def _ring_state(ring: Result) -> _RingState:
+    return _RingState({str(name): array.values for name, array in ring.data.variables.items()}, ring.surface)
 
 
 def _spread(size: int, steps: int) -> np.ndarray:
@@ -265,7 +265,7 @@ def _touched(result: Result) -> FloatArray:
 
 
 def _table(
-    mdr: Result, ring: _Found, rows: np.ndarray, names: list[str], to_largest: bool = False
+    mdr: Result, ring: _RingState, rows: np.ndarray, names: list[str], to_largest: bool = False
 ) -> xr.Dataset:
     import xarray as xr
 
@@ -304,7 +304,7 @@ def _history(mdr: Result, ring: Result) -> xr.Dataset:
     return xr.Dataset(columns)
 
 
-def _pressure_difference(mdr: Result, ring: _Found, step: int) -> float:
+def _pressure_difference(mdr: Result, ring: _RingState, step: int) -> float:
     a = float(_column(mdr, "contact_radius")[step])
     if not mdr.claims["pressure"].where[step] or not a > 0.0:
         return math.nan
@@ -313,7 +313,7 @@ def _pressure_difference(mdr: Result, ring: _Found, step: int) -> float:
     return float(np.max(np.abs(by_mdr - by_rings)) / np.max(np.abs(by_rings)))
 
 
-def _pressures(mdr: Result, ring: _Found, rows: np.ndarray) -> xr.Dataset:
+def _pressures(mdr: Result, ring: _RingState, rows: np.ndarray) -> xr.Dataset:
     """At the last of some rows at which the method has one."""
     import xarray as xr
 

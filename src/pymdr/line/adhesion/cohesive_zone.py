@@ -371,8 +371,8 @@ def _bracketed(
         with np.errstate(invalid="ignore"):
             middle = np.where(lo > 0.0, np.where(np.isfinite(hi), np.sqrt(lo * hi), 2.0 * lo), hi / 64.0)
         new[outside] = middle[outside]
-        reach = np.maximum(front[left], _STEP * (fixed[left] + here)) - fixed[left]
-        new = np.minimum(new, np.minimum(reach, upper[left]))
+        step = np.maximum(front[left], _STEP * (fixed[left] + here)) - fixed[left]
+        new = np.minimum(new, np.minimum(step, upper[left]))
         beyond = ~above & (here >= upper[left])
         x[left] = new
         open_ = np.isinf(hi) | (hi - lo > 1e-9 * hi)

@@ -95,8 +95,8 @@ class Outline:
         stop = np.where(ends, high[panel], marks[np.minimum(first[panel] + nth, marks.size - 1)])
         mark = marks[np.searchsorted(marks, start, side="right") - 1]
         # the last mark may be closer to the radius than their rounding: take the exact distance
-        beside = ends & (mark == float(self.place.base[0])) & (panels[panel, 1] == self.radius)
-        distance = np.where(beside & (mark > 0.0), float(self.place.offset[0]), stop - mark)
+        adjacent = ends & (mark == float(self.place.base[0])) & (panels[panel, 1] == self.radius)
+        distance = np.where(adjacent & (mark > 0.0), float(self.place.offset[0]), stop - mark)
         tip = start == 0.0
         x, weight = _unit_tip()
         offsets, shares = _stretches(start - mark, distance, mark > 0.0)

@@ -68,12 +68,12 @@ def turn(line: TwistedLine, state: TwistState, indentation: float, twist: float)
     segments = _slipped(line, moved, indentation)
     torque, energy = torque_of(line, segments), energy_of(line, segments)
     if indentation == state.indentation:
-        lost = _slip_work(line, moved, segments[-1], indentation)
+        dissipated = _slip_work(line, moved, segments[-1], indentation)
     else:
         work = 0.5 * (state.torque + torque) * (twist - state.twist)
-        lost = max(work + state.energy - energy, 0.0)
+        dissipated = max(work + state.energy - energy, 0.0)
     excess = max(state.excess, _excess(line, segments, indentation))
-    return TwistState(segments, indentation, twist, torque, energy, excess), lost
+    return TwistState(segments, indentation, twist, torque, energy, excess), dissipated
 
 
 def _moved(line: TwistedLine, state: TwistState, indentation: float, twist: float) -> tuple[Segment, ...]:

@@ -203,7 +203,7 @@ def _block(wearing: Wearing, mesh: Mesh, state: State, block: float) -> tuple[Me
         return None
     grown = np.maximum(first.worn - state.worn, 0.0) * ((1.0 - _STAGE) / _STAGE)
     second = _solve(wearing, mesh, state.worn + grown, _STAGE * wearing.rate * block, first)
-    return None if second is None else _stuck_farther(wearing, mesh, second)
+    return None if second is None else _with_more_stick(wearing, mesh, second)
 
 
 def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess: State) -> State | None:
@@ -271,7 +271,7 @@ def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess:
     return State(springs, depth, worn + weight * slip * pressure, pressure, slip)
 
 
-def _stuck_farther(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, State] | None:
+def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, State] | None:
     """
     The state with the springs frozen that have become as long as the amplitude; None if it does not settle.
 

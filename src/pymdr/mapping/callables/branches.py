@@ -68,7 +68,7 @@ class Model:
     def _polished(self, b: float) -> float:
         """A kink over ever shorter stretches, until no less is left: what is tolerated may be many roundings."""
         kink = replace(self, order=1.0, free=False, mirrored=False)
-        before, after, left, t = b - self.r[0], self.r[-1] - b, math.inf, _beside()
+        before, after, left, t = b - self.r[0], self.r[-1] - b, math.inf, _one_sided_places()
         for _ in range(_HALVINGS):
             r = np.concatenate([b - before * t[::-1], b + after * t])
             fitted = replace(kink, r=r, values=self.curve(r), start=b)._fitted()
@@ -156,7 +156,7 @@ class Model:
 
 
 @lru_cache(maxsize=1)
-def _beside() -> FloatArray:
+def _one_sided_places() -> FloatArray:
     """Places in (0, 1) on one side of a kink, denser toward both ends."""
     angles = np.pi * (np.arange(_NEAR_POINTS) + np.random.default_rng(7).random(_NEAR_POINTS)) / _NEAR_POINTS
     return np.asarray((1.0 - np.cos(angles)) / 2.0)

@@ -143,10 +143,10 @@ def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, F
     last = f(r)
     with np.errstate(all="ignore"):
         # a common part would be rounded in the projection
-        beside = (values - values[:, :, -1:]) @ left.T
+        deviations = (values - values[:, :, -1:]) @ left.T
         # squares of what is tiny are 0
-        largest = np.max(np.abs(beside), axis=2)
-        fractions = beside / np.where(largest > 0.0, largest, 1.0)[:, :, None]
+        largest = np.max(np.abs(deviations), axis=2)
+        fractions = deviations / np.where(largest > 0.0, largest, 1.0)[:, :, None]
         found = largest * np.sqrt(np.sum(fractions**2, axis=2) / (_SCATTERED - _DEGREE - 1))
         varies = np.isfinite(found) & (np.ptp(values, axis=2) > 0.0)
     noise = np.where(varies.all(axis=1), _LEAST_OF_FOUR * np.min(found, axis=1), 0.0)

@@ -78,8 +78,8 @@ class Steps:
         away = np.concatenate([b * (1.0 - _TO_BREAKPOINT), b * (1.0 + _TO_BREAKPOINT)])
         before, after = self._f(away).reshape(2, -1)
         difference = after - before
-        beside = np.array([away[_TO_BREAKPOINT.size - 1], _AFTER * b])
-        noise = float(np.nanmax(rounding(self._f, beside), initial=0.0))
+        nearby = np.array([away[_TO_BREAKPOINT.size - 1], _AFTER * b])
+        noise = float(np.nanmax(rounding(self._f, nearby), initial=0.0))
         # without what slopes make of the distance
         step = _level(2.0 * difference[1:] - difference[:-1], noise)
         if not abs(step) > _ROUNDINGS * noise:

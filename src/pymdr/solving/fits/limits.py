@@ -29,7 +29,7 @@ _MOST = 2
 """Number of starts."""
 
 
-class _Found(NamedTuple):
+class _Limit(NamedTuple):
     """The end of a search with fewer unknowns."""
 
     misfit: float
@@ -52,7 +52,7 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
     if law is None or search.shears:
         return None
     limits = [
-        _found(search, replace(search.contact, adhesion=one), ending) for one in theory_of(law).limits(law)
+        _limit(search, replace(search.contact, adhesion=one), ending) for one in theory_of(law).limits(law)
     ]
     found = [one for one in limits if one is not None]
     if found and any(u.name in _OF_RANGE for u in search.unknowns):
@@ -74,7 +74,7 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
     ]
 
 
-def _found(search: Search, contact: Contact, ending: Ending) -> _Found | None:
+def _limit(search: Search, contact: Contact, ending: Ending) -> _Limit | None:
     """The end of the search of another law without an unknown range; None if it cannot be fitted."""
     own = {p.name for p in parameters_of(contact)} - set(_OF_RANGE)
     unknowns = tuple(u for u in search.unknowns if u.name in own)
@@ -85,10 +85,10 @@ def _found(search: Search, contact: Contact, ending: Ending) -> _Found | None:
         return None
     values, origins = bare.from_free(free)
     named = {u.name: float(v) for u, v in zip(unknowns, values, strict=True)}
-    return _Found(misfit, named, origins)
+    return _Limit(misfit, named, origins)
 
 
-def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list[_Found]:
+def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list[_Limit]:
     """The ends of searches with some fixed ranges, the first for values of a limit."""
     contact = with_parameters(search.contact, near)
     law, radius = contact.adhesion, contact.profile.tip_radius
@@ -98,11 +98,11 @@ def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list
     if radius is not None:
         modulus = effective_moduli(contact.body, contact.counterbody).normal
         ranges = law.work / (_LAMBDAS / maugis_parameter(radius, modulus, law.work, 1.0))
-    ends: dict[float, _Found] = {}
+    ends: dict[float, _Limit] = {}
 
     def try_out(length: float) -> None:
         fixed = replace(law, strength=None, range=length)
-        one = _found(search, replace(contact, adhesion=fixed), ending)
+        one = _limit(search, replace(contact, adhesion=fixed), ending)
         if one is not None:
             ends[length] = one._replace(values={**one.values, "adhesion.range": length})
 

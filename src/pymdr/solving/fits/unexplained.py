@@ -42,9 +42,9 @@ def correlation_notes(estimate: Estimate) -> tuple[str, ...]:
     if not length or factor < WIDENED or is_rounding(np.array(estimate.noise), np.array(span)):
         return ()
     text = f"the residuals are correlated over about {length:.2g} samples: the intervals are widened by a factor of {factor:.2g}"
-    held = sum(one.force.size for one in models) / length
-    if held < _ENOUGH:
-        text += f"; the record holds {held:.2g} correlation lengths, and below {_ENOUGH:g} the 95 % intervals cover 85 to 95 %"
+    lengths = sum(one.force.size for one in models) / length
+    if lengths < _ENOUGH:
+        text += f"; the record has {lengths:.2g} correlation lengths, and below {_ENOUGH:g} the 95 % intervals cover 85 to 95 %"
     return (text,)
 
 

@@ -48,13 +48,13 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
             f"{source}: {_MAKER}, whose deflection is in {_unit(facts, 'Deflection')!r}; N, m or V is needed"
         )
     constant = _spring_constant(facts)
-    ways = [
+    directions = [
         way for way in ("Forward", "Backward") if (way, z) in channels and (way, "Deflection") in channels
     ]
     records = []
     for k in range(len(channels["Forward", z])):
-        place = [np.asarray(channels[way, z][k], dtype=float) for way in ways]
-        signal = [np.asarray(channels[way, "Deflection"][k], dtype=float) for way in ways]
+        place = [np.asarray(channels[way, z][k], dtype=float) for way in directions]
+        signal = [np.asarray(channels[way, "Deflection"][k], dtype=float) for way in directions]
         if len(place) == 2 and abs(place[1][-1] - place[0][-1]) < abs(place[1][0] - place[0][-1]):
             place[1], signal[1] = place[1][::-1], signal[1][::-1]  # stored along the position, not the time
         columns: dict[str, FloatArray] = {kind: np.concatenate(signal), "travel": np.concatenate(place)}

@@ -270,11 +270,11 @@ def _calibrated(
 def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple[dict[str, FloatArray], int]:
     """The columns, all numbers, and how many samples were left out for it."""
     for key, values in columns.items():
-        lost = ~np.isfinite(values)
-        if lost.any() and not leave_out:
-            first = int(np.argmax(lost))
+        missing = ~np.isfinite(values)
+        if missing.any() and not leave_out:
+            first = int(np.argmax(missing))
             raise CaseError(
-                f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(lost)} of {values.size} samples that are not numbers; every "
+                f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(missing)} of {values.size} samples that are not numbers; every "
                 "sample must be finite: read_curves(..., leave_out_missing=True) omits them and records their number"
             )
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
