@@ -11,6 +11,7 @@ import latex2mathml.converter
 import matplotlib as mpl
 import sphinx_gallery.backreferences
 from docutils import nodes
+from matplotlib.transforms import Bbox
 
 import pymdr
 from pymdr.presentation.plot.shared import STYLE
@@ -71,6 +72,26 @@ suppress_warnings = [
 ]  # words of types are names of attributes
 
 
+def save_first_panel(figure, file):
+    """Save the first panel of a figure alone, with its second scales and its colour bars."""
+    place = figure.axes[0].get_subplotspec()
+    panel = [axes for axes in figure.axes if axes.get_subplotspec() == place]
+    bars = [axes for axes in figure.axes if getattr(axes, "_colorbar", None)]
+    panel += [axes for axes in bars if axes._colorbar.mappable.axes in panel]
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        axes.set_visible(axes in panel)
+        for text in axes.texts:
+            text.set_visible(text.get_text() != "(a)")
+    for artist in (*figure.texts, *figure.legends):
+        artist.set_visible(False)
+    if figure._suptitle is not None:
+        figure._suptitle.set_visible(False)
+    boxes = [axes.get_tightbbox() for axes in panel]
+    box = Bbox.union([one for one in boxes if one is not None]).transformed(figure.dpi_scale_trans.inverted())
+    figure.savefig(file, dpi=110, bbox_inches=box.padded(0.05))
+
+
 def scrape_figure(block, block_vars, gallery_conf):
     """Save the matplotlib figure named ``figure`` of an example; pyplot does not know it. Its text is the title."""
     from sphinx_gallery.scrapers import figure_rst
@@ -78,8 +99,10 @@ def scrape_figure(block, block_vars, gallery_conf):
     figure = block_vars["example_globals"].pop("figure", None)
     if figure is None:
         return ""
+    panel = next(block_vars["image_path_iterator"])  # the first image becomes the thumbnail
     file = next(block_vars["image_path_iterator"])
     figure.savefig(file, dpi=110)
+    save_first_panel(figure, panel)
     title = Path(block_vars["src_file"]).read_text(encoding="utf-8").split("\n")[1]
     return figure_rst([file], gallery_conf["src_dir"], f"Figure of the example: {title}")
 

@@ -154,7 +154,7 @@ class _CompileListener:
             if _unkept.is_set()
             else "once after an installation"
         )
-        _log.warning("Compiling %s (about 10 s, %s)", name, kept)
+        _log.warning("Compiling %s (up to 20 s, %s)", name, kept)
 
 
 def _listen() -> None:

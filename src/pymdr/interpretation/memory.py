@@ -517,7 +517,7 @@ def memory_claims(
         why = (
             f"a disk would need tension inside, {tension:.2g} of its mean pressure"
             if tension > _TENSION
-            else f"a disk would let the surfaces overlap outside, by {overlap:.2g} of the largest displacement"
+            else f"the surfaces would overlap outside a disk by {overlap:.2g} of the largest displacement"
         )
     if not where.any():
         return dict.fromkeys(names, Claim(Level.NOT_VALID, why, _SOURCE, where)) | _given(

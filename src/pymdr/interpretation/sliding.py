@@ -128,7 +128,7 @@ def sliding_claims(
         known.append("exact in fast sliding")
     numerics = f"; numerical error of the springs at most {float(np.max(error)):.1g}{remark}"
     reason = (
-        "springs along one line, which see the whole gradient of the profile instead of its component along the direction of "
+        "springs along one line respond to the whole gradient of the profile, not to its component along the direction of "
         "sliding: "
         + (f"their friction is {' and '.join(known)}, and qualitative elsewhere" if known else "qualitative")
     )

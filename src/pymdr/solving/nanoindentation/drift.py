@@ -125,7 +125,7 @@ def thermal_drift(
     Notes
     -----
     The procedure of Oliver and Pharr (1992): the rate in a hold at low force during the unloading is taken for that of the whole test. Creep and recovery
-    of the sample cannot be told from drift; `rate_change` shows them if they fade within the hold, and the interval then contains half of it.
+    of the sample cannot be distinguished from drift; `rate_change` shows them if they fade within the hold, and the interval then contains half of it.
 
     References
     ----------
@@ -301,7 +301,7 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
     largest = np.array([float(np.max(record.depth)) for record in listed])
     claim = Claim(
         Level.APPROXIMATE,
-        "the rate in the hold is taken for that of the complete test; creep and recovery of the sample cannot be told from drift",
+        "the rate in the hold is taken for that of the complete test; creep and recovery of the sample cannot be distinguished from drift",
         SOURCES["oliver-pharr"],
         np.ones(len(holds), dtype=bool),
     )
