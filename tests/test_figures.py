@@ -61,6 +61,9 @@ RESULTS = {
     "deep": lambda: solved(TIP, mdr.indent("20 um", steps=20), GEL, adhesion=JKR),
     "lost": lambda: solved(TIP, mdr.load("0 N") >> mdr.load("-1 uN", steps=20), GEL, adhesion=JKR),
     "untouched": lambda: solved(TIP, mdr.indent("-1 um", steps=3), GEL, adhesion=JKR),
+    "torsion": lambda: solved(
+        BALL, mdr.load("50 N") >> mdr.cycle(twist="1 mrad", steps=40), STEEL, STEEL, friction=mdr.Coulomb(0.3)
+    ),
     "single row": lambda: solved(TIP, mdr.indent("1 um"), GEL, adhesion=JKR),
     "flat": lambda: solved(mdr.FlatPunch("10 um"), PRESSED, GEL, adhesion=JKR),
     "cone": lambda: solved(mdr.Cone(slope=0.1), mdr.indent("1 um", steps=3), STEEL),
@@ -136,7 +139,23 @@ def loop():
     return mdr.measured_loops(xr.Dataset(record))
 
 
+def fretted():
+    """Cycles of a joint under a constant load, as a rig records them."""
+    path = mdr.load("50 N") >> mdr.cycle(shift="0.2 um", steps=40) >> mdr.cycle(shift="0.4 um", steps=40)
+    return mdr.solve(JOINT, path).data[["shift", "tangential_force", "normal_force"]]
+
+
 STUDIES = {
+    "wear": lambda: mdr.wear(
+        JOINT, mdr.indent("1 um") >> mdr.cycle(shift="0.2 um"), coefficient="2e-5 mm^3/(N m)", cycles=1e3
+    ),
+    "running conditions": lambda: mdr.running_conditions(
+        JOINT, [10.0, 50.0, 100.0], record=mdr.fretting_log(fretted())
+    ),
+    "yield": lambda: mdr.first_yield(mdr.Contact(BALL, STEEL), strength="2 GPa"),
+    "torsion by rings": lambda: mdr.verify(
+        JOINT, mdr.load("50 N") >> mdr.twist("1 mrad", steps=4), elements=40
+    ),
     "impact": lambda: mdr.impact(mdr.Contact(BALL, STEEL), mass="4 g", speed="0.1 m/s"),
     "pull-off": lambda: mdr.pull_off(STICKY),
     "regime": lambda: mdr.adhesion_regime(STICKY, range="200 nm"),
