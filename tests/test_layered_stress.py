@@ -311,7 +311,7 @@ def test_first_yield_with_a_strength_for_every_layer():
     mises = interior.field("von_mises", r=[r], z=[z, z])
     assert mises.values[-1, 0] == pytest.approx(1e9, rel=1e-6)
     assert mdr.first_yield(contact, strength="1 GPa")["normal_force"][0] <= force
-    with pytest.raises(mdr.ProblemError, match="3 strengths for 2 elastic parts"):
+    with pytest.raises(mdr.ProblemError, match="3 values of strength for 2 elastic parts"):
         mdr.first_yield(contact, strength=["1 GPa"] * 3)
 
 
@@ -370,4 +370,4 @@ def test_first_yield_of_layers_from_the_shell(tmp_path, shell):
     assert "layer" in out
     status, _, err = shell("yield", case, *["--strength", "1 GPa"] * 3)
     assert status != 0
-    assert "3 strengths for 2 elastic parts" in err
+    assert "3 values of strength for 2 elastic parts" in err

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
 
 import numpy as np
@@ -19,8 +20,12 @@ from pymdr.quantities import ACROSS, ALONG, DEPTH, RADIUS, Quantity, one_name, q
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
+    from pathlib import Path as FilePath
+
     import xarray as xr
     from matplotlib.figure import Figure
+
+    from pymdr.presentation.plot import StressedBody
 
 _POINTS = 101
 """Points of an axis that is not given."""
@@ -277,6 +282,37 @@ def largest_in(
     )
 
 
+def point_columns(fields: Sequence[xr.DataArray]) -> dict[str, np.ndarray]:
+    """
+    Fields at the same points as columns of a table, one row per point.
+
+    Parameters
+    ----------
+    fields : sequence of xarray.DataArray
+        Over the same axes, tensors over ``component`` before them.
+
+    Returns
+    -------
+    dict of str to ndarray
+        By title with its unit: the axes, then every component of every field.
+    """
+    axes = [str(dim) for dim in fields[0].dims if dim != "component"]
+    grids = np.meshgrid(*(fields[0][axis].values for axis in axes), indexing="ij")
+    columns = {f"{axis} [m]": grid.ravel() for axis, grid in zip(axes, grids, strict=True)}
+    for field in fields:
+        own = [(field, str(field.name))]
+        if "component" in field.dims:
+            own = [(field.sel(component=c), f"{field.name}_{c}") for c in field["component"].values.tolist()]
+        columns |= {f"{name} [{one.attrs['units']}]": one.values.ravel() for one, name in own}
+    return columns
+
+
+DRAWN = ("von_mises", "tresca", "principal_stress", "hydrostatic")
+"""Measures that figures show."""
+_SURFACE_POINTS = 241
+"""Points of a line along the surface; those at the edges are added."""
+
+
 def drawn_section(interior: Interior, name: str, row: int, superposed: Superposed | None = None) -> Figure:
     """
     A measure of stress in section along the shift, with the contact and the place of its largest value.
@@ -285,7 +321,7 @@ def drawn_section(interior: Interior, name: str, row: int, superposed: Superpose
     ----------
     interior : Interior
     name : str
-        ``"von_mises"``, ``"tresca"`` or ``"principal_stress"``.
+        One of :data:`DRAWN`.
     row : int
     superposed : mapping, optional
 
@@ -295,12 +331,128 @@ def drawn_section(interior: Interior, name: str, row: int, superposed: Superpose
     """
     from pymdr.presentation.plot import stress_section
 
-    places = Inside() if superposed is None else Inside(superposed=superposed)
+    load = interior.load(row)
+    bodies = [_drawn_body("body", interior, name, row, superposed, 2.0 * load.radius or 1.0)]
+    return stress_section(bodies, load.edge_radius, load.radius)
+
+
+def drawn_stress(
+    interiors: Mapping[str, Interior], name: str, row: int, superposed: Superposed | None = None
+) -> Figure:
+    """
+    A measure of stress in section in one body or both, with the components on the axis and at the surface.
+
+    Parameters
+    ----------
+    interiors : mapping of str to Interior
+        By side.
+    name : str
+        One of :data:`DRAWN`.
+    row : int
+    superposed : mapping, optional
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    QuantityError
+        If no figure shows this measure.
+    """
+    from pymdr.presentation.plot import stress_figure
+
+    _check_drawn(name)
+    load = next(iter(interiors.values())).load(row)
+    end, bodies = 2.0 * load.radius or 1.0, []
+    for side, interior in interiors.items():
+        body = _drawn_body(side, interior, name, row, superposed, end)
+        axis, surface = _lines(interior, row, superposed, end)
+        bodies.append(replace(body, axis=axis, surface=surface))
+    return stress_figure(bodies, load.edge_radius, load.radius)
+
+
+def _check_drawn(name: str) -> None:
+    if name not in DRAWN:
+        raise QuantityError(f"plot: {shown(name)}; stress is drawn as {', '.join(DRAWN)}")
+
+
+def _drawn_body(
+    side: str, interior: Interior, name: str, row: int, superposed: Superposed | None, end: float
+) -> StressedBody:
+    """A body as figures show it: a section down to `end`, and the largest value."""
+    from pymdr.presentation.plot import StressedBody
+
+    places = Inside(z=interior.depths(end)) | ({} if superposed is None else Inside(superposed=superposed))
+    flat = interior.revolves and superposed is None
+    if flat:
+        radii = np.linspace(0.0, end, _POINTS)
+    else:
+        radii, places = None, places | Inside(x=np.linspace(-end, end, 2 * _POINTS - 1))
     rows = [row], False
-    field = interior_field(interior, name, None, places, rows)
+    field = interior_field(interior, name, radii, places, rows)
     if name == "principal_stress":
         field = field.sel(component="1")
-    load, largest = interior.load(row), None
-    if interior.singular_radius(row) is None:
+    largest, unbounded = None, ""
+    if interior.load(row).radius > 0.0 and interior.singular_radius(row) is not None:
+        unbounded = "at the edge" if interior.singular_radius(row) else "under the tip"
+    elif name in interior.measures and interior.load(row).radius > 0.0:
         largest = largest_in(interior, name, superposed, rows, np.ones(row + 1, dtype=bool))
-    return stress_section(field, load.edge_radius, load.radius, largest)
+    return StressedBody(side, field, largest, unbounded)
+
+
+def _lines(
+    interior: Interior, row: int, superposed: Superposed | None, end: float
+) -> tuple[xr.DataArray, xr.DataArray]:
+    """Components on the axis, and at the surface through both edges."""
+    added = Inside() if superposed is None else Inside(superposed=superposed)
+    flat = interior.revolves and superposed is None
+    edges = np.array(sorted({m for m in interior.marks(row) if 0.0 < m <= end}))
+    across = np.unique(np.concatenate([np.linspace(0.0, end, _SURFACE_POINTS), edges]))
+    if not flat:
+        across = np.concatenate([-across[:0:-1], across])
+    values = []
+    for at, depths in ((np.zeros(1), interior.depths(end)), (across, np.zeros(1))):
+        places = Inside(z=depths) | added | (Inside() if flat else Inside(x=at))
+        values.append(interior_field(interior, "stress", at if flat else None, places, ([row], False)))
+    along = "r" if flat else "x"
+    return values[0].isel({along: 0}), values[1].isel(z=0)
+
+
+def animated_stress(
+    interiors: Mapping[str, Interior],
+    measure: tuple[str, Superposed | None],
+    rows: Sequence[int],
+    history: tuple[xr.DataArray, xr.DataArray],
+    file: FilePath,
+) -> None:
+    """
+    Write a measure of stress in section over rows as a GIF.
+
+    Parameters
+    ----------
+    interiors : mapping of str to Interior
+        By side.
+    measure : tuple
+        One of :data:`DRAWN`, and a stress that is added or None.
+    rows : sequence of int
+        In contact.
+    history : tuple of xarray.DataArray
+        Abscissa and ordinate of the curve that is drawn beside, over all rows.
+    file : path
+        Ends with ``.gif``.
+    """
+    from pymdr.presentation.plot import StressFrame, write_stress_animation
+
+    name, superposed = measure
+    _check_drawn(name)
+    loads = {row: next(iter(interiors.values())).load(row) for row in rows}
+    end = 2.0 * max(load.radius for load in loads.values())
+    frames = [
+        StressFrame(
+            [_drawn_body(side, interior, name, row, superposed, end) for side, interior in interiors.items()],
+            (loads[row].edge_radius, loads[row].radius),
+        )
+        for row in rows
+    ]
+    write_stress_animation(frames, history, np.array(rows), file)

@@ -398,6 +398,12 @@ def stressed_body(contact: Contact, side: str | None) -> tuple[Material, float]:
     return body, 1.0 if side == "body" else -1.0
 
 
+def known_sides(contact: Contact) -> list[str]:
+    """The sides whose stress is known, the body first."""
+    sides = {"body": contact.body, "counterbody": contact.counterbody}
+    return [side for side, body in sides.items() if solid_of(body) is not None]
+
+
 def _unknown_in(body: Material) -> str:
     """Why the stress in a body is not known."""
     if isinstance(body, Rigid):

@@ -34,7 +34,7 @@ from pymdr.line.friction import (
 )
 from pymdr.mapping.abel import line_average
 from pymdr.mapping.moduli import effective_moduli
-from pymdr.numerics.panels import Place, Position
+from pymdr.numerics.panels import Place
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Refined, Stretch, planned, refined
@@ -44,8 +44,10 @@ TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
 TANGENTIAL_LINE_FIELDS = ("spring_shift",)
 PARTS = "parts"
 """Key among the channels at the start of a leg: the number of substeps of its two-channel moves."""
-_TIP = 1e-9
-"""Radius over that of the smallest disk at which the finite traction of a sticking sharp tip is evaluated."""
+_BESIDE = 1e-9
+"""Relative distance at which the finite traction of a sticking sharp tip (over the smallest disk) or kink is evaluated."""
+_BALANCED = 1e-12
+"""Sum of weights up to which singularities cancel."""
 _MANY = 64
 """Number of disks above which the sum of their pressures is computed as one integral along the line."""
 
@@ -77,14 +79,17 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     depth, weight, edge, scale = superposition(state)
     disks = states_at_depth(line, depth)
     a = disks.contact_radius
-    at_tip = radius == 0.0
-    # at a sharp tip all pressures have the same singularity, so only the sum of their weights counts
-    near_tip = np.array([_TIP * np.min(a[a > 0.0], initial=math.inf)])
-    summed = _summed(line, disks.place, a, weight, radius, near_tip) if a.size > _MANY else None
+    # at a sharp tip or a kink the pressures of all larger disks have the same singularity, so only the sum of their weights counts
+    singular = np.isinf(pressure(line, float(a[-1]), 0.0, radius))
+    above = np.array([weight[a > ring].sum() for ring in radius[singular]])
+    tip = _BESIDE * np.min(a[a > 0.0], initial=math.inf)
+    near = radius.copy()
+    near[singular] = np.where(radius[singular] == 0.0, tip, (1.0 - _BESIDE) * radius[singular])
+    summed = _summed(line, disks.place, a, weight, near) if a.size > _MANY else None
     if summed is None:
         summed = np.zeros(radius.shape)
         for i in np.flatnonzero((weight != 0.0) & (a > 0.0)):
-            summed += weight[i] * _pressure_of(line, disks.place.take(i), radius, near_tip)
+            summed += weight[i] * pressure(line, disks.place.take(i), 0.0, near)
     tau += scale * summed
     rings, total = steps_of(disks, weight, edge)
     for low, high in stretches_of(rings):
@@ -92,17 +97,8 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
         with np.errstate(divide="ignore", invalid="ignore"):
             punch = line.modulus / (math.pi * np.sqrt((ring - radius) * (ring + radius)))
             tau += scale * np.where(radius <= ring, total[low:high, None] * punch, 0.0).sum(axis=0)
-    slope = float(weight.sum())
-    if abs(slope) >= 1e-12 and np.isinf(pressure(line, float(a[-1]), 0.0, 0.0)):
-        tau[at_tip] = math.copysign(math.inf, slope)
+    tau[singular] = np.where(np.abs(above) < _BALANCED, tau[singular], np.copysign(math.inf, above))
     return tau
-
-
-def _pressure_of(line: ElasticLine, place: Position, radius: FloatArray, near_tip: FloatArray) -> FloatArray:
-    """The regular pressure of a disk; at a sharp tip that near it."""
-    p = pressure(line, place, 0.0, radius)
-    p[(radius == 0.0) & np.isinf(p)] = pressure(line, place, 0.0, near_tip)
-    return p
 
 
 def _summed(
@@ -111,7 +107,6 @@ def _summed(
     a: FloatArray,
     weight: FloatArray,
     radius: FloatArray,
-    near_tip: FloatArray,
 ) -> FloatArray | None:
     """The weighted sum of the regular pressures of many disks; None where their integrals cannot be resolved."""
     total = np.zeros(radius.shape)
@@ -121,7 +116,7 @@ def _summed(
     a, weight, first = a[real], weight[real], int(real[0])
     # the slope of the anchor curve between the edges of two disks
     outside = np.cumsum(weight[::-1])[::-1]
-    innermost = _pressure_of(line, places.take(first), radius, near_tip)
+    innermost = pressure(line, places.take(first), 0.0, radius)
     for i, r in enumerate(radius):
         begin = int(np.searchsorted(a, r, side="right"))
         if begin == a.size:

@@ -54,3 +54,19 @@ def drawn_row(data: xr.Dataset, valid: BoolArray, step: int, is_viscoelastic: bo
         touching = np.flatnonzero(shown)
         row = int(touching[-1]) if touching.size else row
     return row
+
+
+def spread_rows(valid: BoolArray, count: int = 24) -> list[int]:
+    """
+    Some rows of those that are valid, spread evenly, the first and the last included.
+
+    Examples
+    --------
+    >>> spread_rows(np.array([False, True, True, True]), 2)
+    [1, 3]
+    """
+    known = np.flatnonzero(valid)
+    if known.size == 0:
+        return []
+    at = np.linspace(0, known.size - 1, min(count, known.size)).round().astype(int)
+    return [int(row) for row in known[at]]

@@ -9,12 +9,21 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from pymdr.errors import QuantityError
+from pymdr.errors import FileError, NotValidError, QuantityError
 from pymdr.independent.rings import Rings
-from pymdr.inside import Inside, Superposed, checked, drawn_section, interior_field, largest_in
+from pymdr.inside import (
+    Inside,
+    Superposed,
+    animated_stress,
+    checked,
+    drawn_stress,
+    interior_field,
+    largest_in,
+    point_columns,
+)
 from pymdr.interpretation.closure import known_error, pressed_curve
 from pymdr.interpretation.conductance import driven
-from pymdr.interpretation.interior import INTERIOR_FIELDS, LARGEST, Interior
+from pymdr.interpretation.interior import INTERIOR_FIELDS, LARGEST, Interior, known_sides
 from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable, require_known
@@ -24,7 +33,7 @@ from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import POSITION, RADIUS, one_name, quantity
 from pymdr.result.arrays import error_with_band, labelled, locked_claim, locked_data, titled_columns
 from pymdr.result.readers import DirectedReader, EdgedField, FieldReader
-from pymdr.result.rows import drawn_row, row_indices
+from pymdr.result.rows import drawn_row, row_indices, spread_rows
 from pymdr.result.status import Claims, Status
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
@@ -38,6 +47,13 @@ if TYPE_CHECKING:
     from pymdr.presentation.plot import Plots
 
 
+_HISTORIES = (
+    ("shift", "tangential_force"),
+    ("indentation", "normal_force"),
+    ("normal_force", "contact_radius"),
+    ("indentation", "contact_radius"),
+)
+"""Curves that stand beside an animation, the first whose quantities there are."""
 _FEW_PEAKS = 500
 """Rows up to which tables hold the peak pressure, which takes about 10 ms a row."""
 
@@ -443,21 +459,39 @@ class Result:
         """References of the theory that this result used."""
         return tuple(SOURCES[key] for key in self.references)
 
-    def plot(self, step: int = -1) -> Figure:
+    def plot(self, name: str | None = None, *, step: int = -1) -> Figure:
         """
-        The overview figure: the contact in section above its springs, its curve or loop, and a field.
+        The overview figure, or one figure by name.
 
         Parameters
         ----------
+        name : str, optional
+            ``"stress"``, as by :meth:`plot_stress`, or a name of :meth:`figures`; unless given the overview: the contact in section
+            above its springs, its curve or loop, and a field.
         step : int
             The row to draw; by default the last in contact, with memory that of the largest load.
 
         Returns
         -------
         matplotlib.figure.Figure
+
+        Raises
+        ------
+        QuantityError
+            If there is no such figure.
+        NotValidError
+            If the stress is drawn and not valid.
         """
+        if name == "stress":
+            return self.plot_stress(step)
         plots = self.reading.plots(self, self._drawn_row(step))
-        return plots.overview(plots.data)
+        if name is None:
+            return plots.overview(plots.data)
+        figures = plots.figures(plots.data)
+        if not isinstance(name, str) or name not in figures:
+            hint = f"; for a row write step={name}" if isinstance(name, int) else ""
+            raise QuantityError(f"plot: {shown(name)}; figures are {', '.join(figures)}, stress{hint}")
+        return figures[name]
 
     def figures(self, step: int = -1) -> dict[str, Figure]:
         """
@@ -486,24 +520,127 @@ class Result:
         superposed: Superposed | None = None,
     ) -> Figure:
         """
-        A measure of stress inside a body, in section along the shift, with its largest value.
+        The stress inside the bodies: a measure in section with its largest value, and the components on the axis and at the surface.
 
         Parameters
         ----------
         step : int
             The row that is drawn, as in :meth:`plot`.
         name : str
-            ``"von_mises"``, ``"tresca"`` or ``"principal_stress"`` (the largest).
+            ``"von_mises"``, ``"tresca"``, ``"principal_stress"`` (the largest) or ``"hydrostatic"``.
         side : str, optional
-            ``"body"`` or ``"counterbody"``, as for :meth:`field`.
+            ``"body"`` or ``"counterbody"``; unless given every body whose stress is known, the counterbody above the surface.
         superposed : mapping, optional
             A stress that is added, as for :meth:`field`.
 
         Returns
         -------
         matplotlib.figure.Figure
+            With friction along the shift; where the stress has no bound the reason is named.
+
+        Raises
+        ------
+        NotValidError
+            If the stress is not valid in this contact or row.
+        QuantityError
+            If stress is not drawn by this measure.
         """
-        return drawn_section(self._interior(side), name, self._drawn_row(step), superposed)
+        row = self._drawn_row(step)
+        self._valid_rows("stress", "stress", max(row, 0))
+        return drawn_stress(self._interiors(side), name, row, superposed)
+
+    def _interiors(self, side: str | None) -> dict[str, Interior]:
+        """The body of a side, or every one whose stress is known."""
+        sides = known_sides(self.contact) if side is None else [side]
+        return {one: self._interior(one) for one in sides or ["body"]}
+
+    def animate_stress(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        name: str = "von_mises",
+        side: str | None = None,
+        step: int | Sequence[int] | None = None,
+        superposed: Superposed | None = None,
+    ) -> None:
+        """
+        Write the stress in section along the path as an animation, beside the curve or loop of the path.
+
+        Parameters
+        ----------
+        file : path
+            For example "cycle.gif".
+        name, side, superposed
+            As for :meth:`plot_stress`.
+        step : sequence of int, optional
+            The rows, one per frame; unless given 24 rows in contact, spread evenly.
+
+        Raises
+        ------
+        FileError
+            If the name of the file does not end with .gif, or it cannot be written.
+        NotValidError
+            If the stress is not valid, or the bodies do not touch in any of the rows.
+        """
+        from pymdr.presentation.files import named_file, write_atomically
+
+        target = named_file(file, "write")
+        if target.suffix.lower() != ".gif":
+            raise FileError(f"cannot write {target}: an animation is a GIF; end its name with .gif")
+        self._require("stress")
+        interiors = self._interiors(side)
+        touching = np.nan_to_num(self.data["contact_radius"].values) > 0.0
+        valid = self.claims["stress"].where & touching
+        rows = spread_rows(valid) if step is None else row_indices(step, valid.size)
+        if not rows or not valid[rows].all():
+            raise NotValidError(
+                "animate_stress: the stress is not valid, or the bodies do not touch, in these rows; give rows in contact as step="
+            )
+        history = next(
+            (self.data[x], self.data[y])
+            for x, y in _HISTORIES
+            if x in self.data and y in self.data and self.data[x].ndim == self.data[y].ndim == 1
+        )
+        write_atomically(
+            target,
+            lambda temporary: animated_stress(interiors, (name, superposed), rows, history, temporary),
+        )
+
+    def stress_to_csv(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        r: ArrayQuantityLike | None = None,
+        step: int = -1,
+        **inside: Unpack[Inside],
+    ) -> None:
+        """
+        Write the stress inside a body to a CSV file, one row per point.
+
+        Parameters
+        ----------
+        file : path
+            For example "stress.csv".
+        r, step
+            As for :meth:`field`; the row is chosen as in :meth:`plot`.
+        **inside
+            ``x``, ``y``, ``z``, ``side`` and ``superposed``, as for :meth:`field`.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        NotValidError
+            If the stress is not valid in this contact or row.
+        """
+        from pymdr.presentation.tables import write_csv
+
+        row = max(self._drawn_row(step), 0)
+        fields = [
+            self.field(name, r, row, **inside)
+            for name in ("stress", "principal_stress", "von_mises", "tresca")
+        ]
+        write_csv(point_columns(fields), file)
 
     def _drawn_row(self, step: int) -> int:
         return drawn_row(self.data, self.claims["pressure"].where, step, self.contact.is_viscoelastic)

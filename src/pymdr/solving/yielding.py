@@ -41,6 +41,8 @@ _SLIGHT = 1e-6
 """Of the expected indentation: where the stress has no bound, it has none under any load."""
 _HALVINGS = 60
 """How often a radius is halved until the contact is under a moderate stress."""
+_NOTHING = 1e-9
+"""Stress over the strength, at a typical load, up to which there is none."""
 _CLOSE = 1e-9
 """Of the logarithm of the indentation: how closely it is found."""
 _MET = 1e-6
@@ -84,11 +86,13 @@ def first_yield(
     contact: Contact,
     *,
     strength: QuantityLike | Sequence[QuantityLike],
+    tensile_strength: QuantityLike | Sequence[QuantityLike] | None = None,
+    bond_strength: QuantityLike | None = None,
     side: str | None = None,
     force_ratio: float | None = None,
 ) -> FirstYield:
     """
-    The smallest load under which the stress in a body reaches its yield strength, by von Mises and by Tresca.
+    The smallest load under which the stress in a body reaches its strength: by von Mises, by Tresca, and by other criteria on request.
 
     Parameters
     ----------
@@ -97,6 +101,10 @@ def first_yield(
     strength : quantity or sequence of quantity
         Yield strength in Pa in uniaxial tension, above 0, the same at every depth; of a layered body also one for every layer,
         from the surface downward, and for its elastic base.
+    tensile_strength : quantity or sequence of quantity, optional
+        Stress in Pa, above 0, that the largest principal stress reaches at the first crack; of a layered body also one for every layer.
+    bond_strength : quantity, optional
+        Of a layered body: the shear stress in Pa, above 0, that its interfaces bear.
     side : str, optional
         ``"body"`` or ``"counterbody"``; the first whose stress is known unless given.
     force_ratio : float, optional
@@ -106,13 +114,13 @@ def first_yield(
     Returns
     -------
     FirstYield
-        Load, indentation, contact radius, largest pressure and the place of first yield.
+        Load, indentation, contact radius, largest pressure and the place, over the criteria.
 
     Raises
     ------
     ProblemError
-        If the contact has the adhesion of JKR or DMT, a strength is not above 0, there are not as many as layers, or the ratio of
-        forces is outside its limits.
+        If the contact has the adhesion of JKR or DMT, a strength is not above 0, there are not as many as layers, a bond strength is
+        given for a body without layers, or the ratio of forces is outside its limits.
     NotValidError
         If the stress is not known, has no bound under any load (at sharp and adhesive edges, and under sharp tips where nu is below
         1/2), or if adhesion alone reaches the strength.
@@ -141,7 +149,18 @@ def first_yield(
     [1.612797, 1.612797]
     """
     body, _ = stressed_body(contact, side)
-    limits = _strengths(strength, body)
+    limits = _strengths("strength", strength, body)
+    criteria = [(label, measure, limits) for label, measure in _CRITERIA.items()]
+    if tensile_strength is not None:
+        tensions = _strengths("tensile_strength", tensile_strength, body)
+        criteria.append(("largest tension", "principal_stress", tensions))
+    if bond_strength is not None:
+        if not isinstance(body, Layered):
+            raise ProblemError(
+                "first_yield: bond_strength is for a body of layers; leave it out, or give the other side="
+            )
+        bond = _strengths("bond_strength", bond_strength, body)[: len(body.layers)]
+        criteria.append(("interface shear", "interface_shear", bond))
     why = (
         unknown_stress(contact) or contact.is_viscoelastic * "in bodies with memory it depends on the history"
     )
@@ -155,7 +174,7 @@ def first_yield(
     interior = _states_of(contact, side, ratio)
     line = line_of(contact)
 
-    def most_stressed(name: str, depth: float) -> Largest:
+    def most_stressed(name: str, limits: Sequence[float], depth: float) -> Largest:
         """The place where the stress over the strength is largest, with this ratio."""
         found = interior(depth).largest_by_layer(name, 0)
         return max(one._replace(value=one.value / limit) for one, limit in zip(found, limits, strict=True))
@@ -169,19 +188,23 @@ def first_yield(
             f"first yield is not valid here: adhesion alone reaches the strength of {written(min(limits), 'Pa')} as the bodies touch"
         )
     depths, places, notes = [], [], []
-    for criterion, name in _CRITERIA.items():
-        depth = _depth_reaching(lambda d: most_stressed(name, d).value, rough)  # noqa: B023
-        place = most_stressed(name, depth)
+    for criterion, name, most in criteria:
+        if most_stressed(name, most, rough).value <= _NOTHING:
+            raise NotValidError(
+                f"first yield is not valid here: there is no {criterion} in this body under any load"
+            )
+        depth = _depth_reaching(lambda d: most_stressed(name, most, d).value, rough)  # noqa: B023
+        place = most_stressed(name, most, depth)
         if abs(place.value - 1.0) > _MET:
             notes.append(
                 f"{criterion}: a corner of the profile comes into contact, where the stress has no bound"
             )
-            place = most_stressed(name, depth * (1.0 + 10.0 * _CLOSE))
+            place = most_stressed(name, most, depth * (1.0 + 10.0 * _CLOSE))
         if ratio:
             notes.append(f"{criterion}: yield begins at {_where(place)}")
         depths.append(depth)
         places.append(place)
-    return _study(contact, depths, places, notes, (side, ratio))
+    return _study(contact, [label for label, *_ in criteria], (depths, places), notes, (side, ratio))
 
 
 def _where(place: Largest) -> str:
@@ -226,20 +249,20 @@ def _states_of(contact: Contact, side: str | None, ratio: float) -> Callable[[fl
     return interior
 
 
-def _strengths(strength: QuantityLike | Sequence[QuantityLike], body: Material) -> list[float]:
+def _strengths(name: str, strength: QuantityLike | Sequence[QuantityLike], body: Material) -> list[float]:
     """The strength in Pa of every layer and of an elastic base, or of the half-space."""
     several = isinstance(strength, Sequence | np.ndarray) and not isinstance(strength, str)
     given: Sequence[QuantityLike] = strength if several else [strength]  # type: ignore[assignment, list-item]
-    limits = [to_si(one, "Pa", name="strength") for one in given]
+    limits = [to_si(one, "Pa", name=name) for one in given]
     for one, limit in zip(given, limits, strict=True):
         if not limit > 0.0:
-            raise ProblemError(f"first_yield: strength = {shown(one)}; it must be above 0 Pa")
+            raise ProblemError(f"first_yield: {name} = {shown(one)}; it must be above 0 Pa")
     count = 1
     if isinstance(body, Layered):
         count = len(body.layers) + isinstance(body.base, Elastic)
     if len(limits) not in (1, count):
         raise ProblemError(
-            f"first_yield: {len(limits)} strengths for {count} elastic part{'s' if count > 1 else ''} of the body; give one for all, or "
+            f"first_yield: {len(limits)} values of {name} for {count} elastic part{'s' if count > 1 else ''} of the body; give one for all, or "
             "one for every layer from the surface downward and for an elastic base"
         )
     return limits * (count // len(limits))
@@ -278,14 +301,15 @@ def _depth_reaching(ratio: Callable[[float], float], rough: float) -> float:
 
 def _study(
     contact: Contact,
-    depths: list[float],
-    places: list[Largest],
+    criteria: list[str],
+    found: tuple[list[float], list[Largest]],
     notes: list[str],
     how: tuple[str | None, float],
 ) -> FirstYield:
     import xarray as xr
 
     # rising, so that nothing is unloaded
+    depths, places = found
     order = np.argsort(depths)
     result = solve(contact, Path(indentation=np.array(depths)[order]))
     stress = result.claims["stress"]
@@ -309,7 +333,7 @@ def _study(
     }
     claims = {name: result.claims.get(name, stress) for name in columns}
     return FirstYield(
-        data=xr.Dataset(variables, coords={"criterion": list(_CRITERIA)}),
+        data=xr.Dataset(variables, coords={"criterion": criteria}),
         claims=claims,
         assumptions=result.assumptions,
         notes=(*result.notes, *notes),

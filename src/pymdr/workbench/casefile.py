@@ -33,6 +33,8 @@ class Case:
     path: LoadingPath
     options: dict[str, Any]
     """Keyword arguments of :func:`pymdr.solve`, from the table ``[solve]``."""
+    stress: Mapping[str, Any] | None = None
+    """The table ``[stress]``, if there is one."""
 
 
 def read_case(file: str | os.PathLike[str]) -> Case:
@@ -43,7 +45,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     ----------
     file : path
         A TOML file with the tables ``[profile]``, ``[body]``, optionally ``[counterbody]``,
-        ``[adhesion]``, ``[friction]`` and ``[solve]``, and one ``[[path]]`` for every leg.
+        ``[adhesion]``, ``[friction]``, ``[solve]`` and ``[stress]``, and one ``[[path]]`` for every leg.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         options = _options(plain.get("solve", {}))
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
-    return Case(source, title, contact, path, options)
+    return Case(source, title, contact, path, options, plain.get("stress"))
 
 
 def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:

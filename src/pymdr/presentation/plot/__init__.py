@@ -14,7 +14,13 @@ from pymdr.presentation.plot.fits import fitted_curves, fitted_map, growing_rang
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.impacts import impact_figure, restitution_study
-from pymdr.presentation.plot.interior import stress_section
+from pymdr.presentation.plot.interior import (
+    StressedBody,
+    StressFrame,
+    stress_figure,
+    stress_section,
+    write_stress_animation,
+)
 from pymdr.presentation.plot.layers import thickness_study
 from pymdr.presentation.plot.measured import measured_curves
 from pymdr.presentation.plot.memory import memory_figures, memory_overview
@@ -43,6 +49,8 @@ __all__ = [
     "LayersDrawn",
     "Plots",
     "ShapeData",
+    "StressFrame",
+    "StressedBody",
     "adhesive_figures",
     "adhesive_overview",
     "area_study",
@@ -88,10 +96,12 @@ __all__ = [
     "shape_overview",
     "sliding_study",
     "spectrum_study",
+    "stress_figure",
     "stress_section",
     "sweep_curves",
     "thickness_study",
     "wear_study",
     "weighed_laws",
     "with_unmet",
+    "write_stress_animation",
 ]

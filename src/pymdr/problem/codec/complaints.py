@@ -61,7 +61,7 @@ _NEEDED = {
     "model_type": "a table is needed",
     "model_attributes_type": "a table is needed",
     "dict_type": "a table is needed",
-    "literal_error": "another kind is needed",
+    "bool_type": "true or false is needed",
 }
 
 
@@ -116,6 +116,11 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
             return f"{where}{key} = {shown(item['input'])}: it must be at least {item['ctx']['ge']}"
         case "less_than_equal":
             return f"{where}{key} = {shown(item['input'])}: it must be at most {item['ctx']['le']}"
+        case "literal_error":
+            known = item["ctx"]["expected"]
+            if key == "[key]":
+                return f"[{' '.join(path[:-2])}] unknown key {shown(item['input'])}; one of {known} is needed"
+            return f"{where}{key} = {shown(item['input'])}: {known} is needed"
         case other:
             whole = key in ("steps", "cycles", "keep", "n", "seed", "sides")
             number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
@@ -151,6 +156,8 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
         return [f.name for f in fields(Layer)]
     if loc == ["solve"]:
         return ["machine_stiffness", "keep", "solver"]
+    if loc == ["stress"]:
+        return ["measure", "side", "superposed", "animate", "r", "x", "z"]
     if loc == ["solve", "solver"]:
         return ["kind", "n"]
     for part in loc:

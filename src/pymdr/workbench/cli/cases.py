@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pymdr.workbench.cli.folders import Tables, folders_of, ready_folder, write_figure, write_figures
+from pymdr.workbench.cli.folders import (
+    Tables,
+    folders_of,
+    ready_folder,
+    write_figure,
+    write_figures,
+    write_stress,
+)
 from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
 from pymdr.workbench.cli.reporting import (
     FAILED,
@@ -96,6 +103,8 @@ def _run_one(
         written = [folder / "result.nc", *tables.write(result, folder, "result")]
         if figures:
             written += write_figures(result.figures(), folder, stage("drawing"))
+        if problem.stress is not None and result.status.name not in REFUSALS:
+            written += write_stress(result, problem.stress, folder, figures)
     if not as_json and result.status.name in REFUSALS:
         print_error(f"{case}: {result.status.name}: {result.status.value}")
     if not quiet and not as_json:
@@ -190,20 +199,40 @@ def plot(
         ),
     ] = None,
     step: Annotated[int, typer.Option(help="Row to draw, counted from 0; -1 is the last.")] = -1,
+    stress: Annotated[
+        bool, typer.Option("--stress", help="Draw the stress inside the bodies instead, as stress.png.")
+    ] = False,
+    animate: Annotated[
+        bool, typer.Option("--animate", help="With --stress: write stress.gif along the path too.")
+    ] = False,
+    measure: Annotated[
+        str, typer.Option(help="With --stress: von_mises, tresca, principal_stress or hydrostatic.")
+    ] = "von_mises",
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
     """Draw the figures of a saved result."""
+    from pymdr.errors import QuantityError
     from pymdr.solving.reopening import open_result
 
     with failures_as_json("plot", result_file, as_json):
+        if (animate or measure != "von_mises") and not stress:
+            raise QuantityError(
+                "plot: --animate and --measure are for the stress inside the bodies; add --stress"
+            )
         file = result_file / "result.nc" if result_file.is_dir() else result_file
         result = open_result(file)
         picture = output is not None and output.suffix.lower() in _PICTURES and not output.is_dir()
         place = output.parent if output is not None and picture else output or file.parent
         with ready_folder(place) as folder, stages(quiet or as_json) as stage:
-            if output is not None and picture:
-                written = [write_figure(result.plot(step), output)]
+            if stress:
+                file = output if output is not None and picture else folder / "stress.png"
+                written = [write_figure(result.plot_stress(step, name=measure), file)]
+                if animate:
+                    result.animate_stress(file.with_suffix(".gif"), name=measure)
+                    written.append(file.with_suffix(".gif"))
+            elif output is not None and picture:
+                written = [write_figure(result.plot(step=step), output)]
             else:
                 written = write_figures(result.figures(step), folder, stage("drawing"))
     report_written("plot", result_file, result, written, quiet, as_json)

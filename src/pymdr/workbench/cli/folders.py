@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -105,6 +105,34 @@ def write_study(study: Answer, output: Path | None, name: str) -> list[Path]:
             study.save(folder / f"{name}.nc")
             written.append(folder / f"{name}.nc")
         return written
+
+
+def write_stress(result: Result, wanted: Mapping[str, Any], folder: Path, figures: bool) -> list[Path]:
+    """
+    Write the stress inside the bodies of a result as the table ``[stress]`` of its case wants it: figure, animation and table.
+
+    Parameters
+    ----------
+    result : Result
+    wanted : mapping
+        The table ``[stress]``.
+    folder : path
+    figures : bool
+        Whether figures are wanted.
+    """
+    keys = dict(wanted)
+    name, animate = keys.pop("measure", "von_mises"), keys.pop("animate", False)
+    axes = {axis: keys.pop(axis) for axis in ("r", "x", "z") if axis in keys}
+    written = []
+    if figures:
+        written.append(write_figure(result.plot_stress(name=name, **keys), folder / "stress.png"))
+        if animate:
+            result.animate_stress(folder / "stress.gif", name=name, **keys)
+            written.append(folder / "stress.gif")
+    if axes:
+        result.stress_to_csv(folder / "stress.csv", **axes, **keys)
+        written.append(folder / "stress.csv")
+    return written
 
 
 class Tables(NamedTuple):

@@ -108,6 +108,13 @@ def yields(
     strength: Annotated[
         list[str], typer.Option(help="Yield strength, such as '1.2 GPa'; repeatable, one per layer.")
     ],
+    tensile_strength: Annotated[
+        list[str] | None,
+        typer.Option(help="Largest tension at the first crack, such as '70 MPa'; repeatable, one per layer."),
+    ] = None,
+    bond_strength: Annotated[
+        str | None, typer.Option(help="Shear strength of the interfaces of layers, such as '300 MPa'.")
+    ] = None,
     side: Annotated[str | None, typer.Option(help="Which yields: body or counterbody.")] = None,
     force_ratio: Annotated[
         float | None, typer.Option(help="With friction: tangential over normal force; sliding unless given.")
@@ -116,13 +123,20 @@ def yields(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Load and place of first yield; the case needs no [[path]]."""
+    """Load and place of first yield or crack; the case needs no [[path]]."""
     from pymdr.solving.yielding import first_yield
 
     _study(
         "yield",
         case,
-        lambda contact: first_yield(contact, strength=strength, side=side, force_ratio=force_ratio),
+        lambda contact: first_yield(
+            contact,
+            strength=strength,
+            tensile_strength=tensile_strength or None,
+            bond_strength=bond_strength,
+            side=side,
+            force_ratio=force_ratio,
+        ),
         output,
         quiet,
         as_json,
