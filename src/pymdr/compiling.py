@@ -79,6 +79,33 @@ def merged(function: Function) -> Function:
     return compiled(function, None, inline="always", **INNER, **UNCOUNTED)
 
 
+class Fused:
+    """
+    Decorators of kernels without arrays of their own, in which products and sums may be fused.
+
+    Kernels of other files are compiled into them: the cache is valid until a file in the folders of `modules` changes.
+    """
+
+    def __init__(self, *modules: str) -> None:
+        self._stamp = stamp_of(*modules)
+
+    def compiled(self, function: Function, **options: Any) -> Function:
+        """Compile on the first call."""
+        return compiled(function, self._stamp, fastmath={"contract"}, **UNCOUNTED, **options)
+
+    def inner(self, function: Function) -> Function:
+        """Compile for other kernels only."""
+        return self.compiled(function, **INNER)
+
+    def inlined(self, function: Function) -> Function:
+        """Compile into the callers, for short functions: a call with arrays takes longer than they do."""
+        return self.compiled(function, forceinline=True, **INNER)
+
+    def merged(self, function: Function) -> Function:
+        """Compile as a part of the one caller, before it is optimized."""
+        return self.compiled(function, inline="always", **INNER)
+
+
 def _leave_out_older(folder: str | None, stamp: Stamp) -> None:
     """Remove cache files older than a file that is compiled into kernels of other files."""
     if folder is None or (folder, stamp) in _checked:

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.line.foundation import ElasticLine, states_at_depth
-from pymdr.line.friction.layout import COLUMNS, REACH
-from pymdr.line.friction.tables import tabulate
+from pymdr.line.friction.layout import MODULUS, WORK_FACTOR
 from pymdr.mapping.equivalent import PolygonLine, PowerLine
-from pymdr.units import FloatArray
+from pymdr.numerics.graded import graded_table
+from pymdr.numerics.graded.layout import COLUMNS, MAX
+from pymdr.units import FloatArray, metres
 
 
 class ElasticCurves(NamedTuple):
@@ -82,7 +83,8 @@ def power_law_curves(
         if not 0.0 < value < math.inf:
             raise ProblemError(f"power_law_curves: {name} = {value!r} must be finite and above 0")
     rows = np.zeros((1, COLUMNS))
-    rows[0, : REACH + 1] = (
+    rows[0, MAX] = math.inf
+    rows[0, MODULUS : WORK_FACTOR + 1] = (
         modulus,
         exponent,
         1.0 / exponent,
@@ -90,7 +92,6 @@ def power_law_curves(
         unit,
         2.0 * modulus * exponent / (exponent + 1.0),
         exponent / (2.0 * exponent + 1.0),
-        math.inf,
     )
     return ElasticCurves(float(modulus), float(exponent), float(coefficient), float(unit), math.inf, rows)
 
@@ -146,8 +147,16 @@ def tabulated_curves(
             raise ProblemError(f"tabulated_curves: {name} = {value!r} must be finite and above 0")
     if not np.isfinite(marks).all():
         raise ProblemError(f"tabulated_curves: marks = {marks!r} must be finite depths")
-    table = tabulate(contact_radius, float(depth), float(modulus), marks, tolerance)
-    return ElasticCurves(float(modulus), 0.0, 1.0, 1.0, float(depth), table.rows, table.misfit)
+    table = graded_table(
+        contact_radius,
+        depth,
+        marks=marks,
+        tolerance=tolerance,
+        factor=2.0 * modulus,
+        describe=lambda d, a: f"tabulated_curves: a({metres(d)}) = {metres(a)}",
+    )
+    table.rows[0, MODULUS] = modulus
+    return ElasticCurves(float(modulus), 0.0, 1.0, 1.0, float(depth), table.rows, table.error)
 
 
 def curves_of(line: ElasticLine, depth: float, *, marks: ArrayLike = ()) -> ElasticCurves:

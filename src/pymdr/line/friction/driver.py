@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import PathError
 from pymdr.line.friction.curves import ElasticCurves
-from pymdr.line.friction.layout import IntArray
 from pymdr.line.friction.state import Ending, FrictionHistory, FrictionState, frozen, virgin_state
+from pymdr.numerics.graded.layout import IntArray
 from pymdr.units import FloatArray
 
 

@@ -23,7 +23,7 @@ from pymdr.line.friction.kernels import (
     vertex,
 )
 from pymdr.line.friction.layout import MODULUS
-from pymdr.line.friction.reading import compiled, curve, depth_of_force, inlined
+from pymdr.line.friction.reading import curve, depth_of_force, fused
 from pymdr.units import FloatArray
 
 _OUTER, _INNER = (
@@ -48,13 +48,13 @@ class Loaded(NamedTuple):
     pull: float
 
 
-@inlined
+@fused.inlined
 def loaded(anchors: Anchors, i: int) -> Loaded:
     """Vertex i."""
     return Loaded(at(anchors.stack, i), vertex(anchors.stack, i).pull)
 
 
-@compiled
+@fused.inner
 def mean_depth(line: FloatArray, upper: float, lower: float) -> float:
     """Mean of d over the forces between F_N(lower) and F_N(upper)."""
     if upper == lower:
@@ -66,7 +66,7 @@ def mean_depth(line: FloatArray, upper: float, lower: float) -> float:
     return float(0.5 * (upper + lower) - (f_u - f_l) * (1.0 / a_u - 1.0 / a_l) / (24.0 * line[0, MODULUS]))
 
 
-@compiled
+@fused.inner
 def force_ahead(here: Loaded, g: float, step: Loading) -> float:
     """F_N - F_N(y) when slip toward g reaches the spring at a point, within the step."""
     to_start = step.force - here.point.force
@@ -78,7 +78,7 @@ def force_ahead(here: Loaded, g: float, step: Loading) -> float:
     return float(min(max(gained, min(to_start, to_end)), max(to_start, to_end)))
 
 
-@compiled
+@fused.inner
 def slip_work(line: FloatArray, slope: float, g: float, upper: Loaded, lower: Loaded, step: Loading) -> float:
     """
     Slip work while the border of slip toward g passes over a part of a segment under force control.
@@ -103,7 +103,7 @@ def slip_work(line: FloatArray, slope: float, g: float, upper: Loaded, lower: Lo
     return float((1.0 - g * slope) * body)
 
 
-@compiled
+@fused.merged
 def short_slip_work(line: FloatArray, upper: Point, e_u: float, lower: Point, e_l: float) -> float:
     """
     Integral of F_N(D) - F_N(y) - 2 E* (D - y) a(y) over a piece where D is close to y, by quadrature.
@@ -136,7 +136,7 @@ def short_slip_work(line: FloatArray, upper: Point, e_u: float, lower: Point, e_
     return float(twice * total)
 
 
-@compiled
+@fused.inner
 def detach(line: FloatArray, slope: float, upper: Loaded, lower: Loaded, step: Loading) -> float:
     """Slip work while the contact shrinks over a part of a segment: the side is that of the chord."""
     p, q = lower.point, upper.point
@@ -156,7 +156,7 @@ def detach(line: FloatArray, slope: float, upper: Loaded, lower: Loaded, step: L
     return slip_work(line, slope, g, upper, middle, step) + slip_work(line, slope, -g, middle, lower, step)
 
 
-@compiled
+@fused.merged
 def extend(anchors: Anchors, m: int, end: Point, slope: float) -> int:
     """Append a segment that sticks, joined to the top one when all its points stay within rounding of a line."""
     if m > 0:
@@ -175,7 +175,7 @@ def extend(anchors: Anchors, m: int, end: Point, slope: float) -> int:
     return m + 1
 
 
-@compiled
+@fused.merged
 def lift(anchors: Anchors, m: int, step: Loading, end: Point) -> tuple[int, Loaded, float]:
     """Cut the anchors at a lesser force. Returns the segment that is cut, the point on it and the slip work."""
     upper = loaded(anchors, m)
@@ -197,7 +197,7 @@ def lift(anchors: Anchors, m: int, step: Loading, end: Point) -> tuple[int, Load
     return i, cut, total
 
 
-@compiled
+@fused.merged
 def slip(
     anchors: Anchors, i: int, upper: Loaded, step: Loading, end: Point, pull: float
 ) -> tuple[int, float]:
@@ -228,7 +228,7 @@ def slip(
     return i, total
 
 
-@compiled
+@fused.merged
 def load(anchors: Anchors, m: int, force: float, pull: float) -> tuple[int, float]:
     """Go straight to (F_N, S), |S| <= F_N: the same stack in forces. Returns top and slip work."""
     upper = loaded(anchors, m)
@@ -258,7 +258,7 @@ def load(anchors: Anchors, m: int, force: float, pull: float) -> tuple[int, floa
     return m, max(total + work, 0.0)
 
 
-@compiled
+@fused.inner
 def slip_border(anchors: Anchors, i: int, g: float, edge: float, top: float) -> float:
     """Depth on segment i, not below `top`, where g S - F_N = edge: the border of slip."""
     below = vertex(anchors.stack, i - 1)
@@ -270,7 +270,7 @@ def slip_border(anchors: Anchors, i: int, g: float, edge: float, top: float) -> 
     return float(max(y, below.y)) if y < top else top
 
 
-@compiled
+@fused.merged
 def shift_for(anchors: Anchors, m: int, depth: float, force: float, pull: float) -> float:
     """
     Shift at which the normalised tangential force is `pull` at `depth`, |pull| <= F_N(depth) = force.

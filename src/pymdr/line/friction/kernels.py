@@ -16,7 +16,7 @@ from numpy.polynomial.legendre import leggauss
 
 from pymdr.compiling import INTERPRETED
 from pymdr.line.friction.layout import MODULUS
-from pymdr.line.friction.reading import compiled, curve, inlined
+from pymdr.line.friction.reading import curve, fused
 from pymdr.units import FloatArray
 
 VERTEX = np.dtype(
@@ -67,7 +67,7 @@ class Step(NamedTuple):
     d_shift: float
 
 
-@inlined
+@fused.inlined
 def moment(line: FloatArray, p: Point, q: Point) -> float:
     """
     Moment int (y_q - y) dF_N between two points, p above q in depth.
@@ -88,20 +88,20 @@ def moment(line: FloatArray, p: Point, q: Point) -> float:
     return float(min(max(likely, per_radius * p.radius), per_radius * q.radius))
 
 
-@inlined
+@fused.inlined
 def vertex(stack: Any, i: int) -> Any:
     """Vertex i >= 0: numba counts signed indices from the end too, at a tenth of a step's time."""
     return stack[np.uint64(i)]
 
 
-@inlined
+@fused.inlined
 def at(stack: Any, i: int) -> Point:
     """Vertex i as a point."""
     here = vertex(stack, i)
     return Point(here.y, here.b, here.force, here.work, here.radius)
 
 
-@inlined
+@fused.inlined
 def on_segment(anchors: Anchors, i: int, y: float) -> Point:
     """The point at a depth on the segment below vertex i."""
     a, force, work = curve(anchors.line, y)
@@ -109,7 +109,7 @@ def on_segment(anchors: Anchors, i: int, y: float) -> Point:
     return Point(y, below.b + vertex(anchors.stack, i).slope * (y - below.y), force, work, a)
 
 
-@inlined
+@fused.inlined
 def put(anchors: Anchors, i: int, point: Point, slope: float) -> None:
     """Write vertex i > 0 at the end of a segment of the given slope."""
     here, below = vertex(anchors.stack, i), vertex(anchors.stack, i - 1)
@@ -126,14 +126,14 @@ def put(anchors: Anchors, i: int, point: Point, slope: float) -> None:
     here.moment = turn
 
 
-@inlined
+@fused.inlined
 def push(anchors: Anchors, i: int, point: Point, slope: float) -> None:
     """Write vertex i > 0 at the end of a new segment."""
     put(anchors, i, point, slope)
     free_slope(anchors.stack, i)
 
 
-@inlined
+@fused.inlined
 def free_slope(stack: Any, i: int) -> None:
     """Let segment i take any slope when it is lengthened."""
     here = vertex(stack, i)
@@ -141,7 +141,7 @@ def free_slope(stack: Any, i: int) -> None:
     here.high = math.inf
 
 
-@inlined
+@fused.inlined
 def keep_slope(stack: Any, i: int) -> None:
     """Let segment i be lengthened by its own slope alone."""
     here = vertex(stack, i)
@@ -149,7 +149,7 @@ def keep_slope(stack: Any, i: int) -> None:
     here.high = here.slope
 
 
-@compiled
+@fused.compiled
 def clear(stack: Any, b: float) -> None:
     """Write the vertex at depth 0."""
     here = stack[0]
@@ -166,7 +166,7 @@ def clear(stack: Any, b: float) -> None:
     here.high = math.inf
 
 
-@inlined
+@fused.inlined
 def lengthens(stack: Any, i: int, chord: float, room: float) -> bool:
     """Whether segment i may end at the slope of a chord: all its ends so far stay within `room` of a line."""
     top = vertex(stack, i)
@@ -179,7 +179,7 @@ def lengthens(stack: Any, i: int, chord: float, room: float) -> bool:
     return True
 
 
-@inlined
+@fused.merged
 def extend(anchors: Anchors, m: int, point: Point, slope: float) -> int:
     """Append a stuck segment, joined to the top one when all its points stay within rounding of a line."""
     if m > 0:
@@ -193,7 +193,7 @@ def extend(anchors: Anchors, m: int, point: Point, slope: float) -> int:
     return m + 1
 
 
-@inlined
+@fused.inlined
 def detachment_work(
     slope: float, g: float, lag: float, upper: Point, lower: Point, step: Step, turn: float
 ) -> float:
@@ -207,13 +207,13 @@ def detachment_work(
     return -(per_slip / step.d_depth) * (per_slip * per_rate) * turn - p_u * (upper.force - lower.force)
 
 
-@inlined
+@fused.inlined
 def lag_behind(point: Point, step: Step) -> float:
     """By how much the anchor at a point is behind the shift at which its spring parts."""
     return step.b + step.d_shift / step.d_depth * (point.y - step.y) - point.b
 
 
-@inlined
+@fused.merged
 def slip_work(
     bend: float, lag: float, end: Point, step: Step, per_rate: float, upper: Point, lower: Point, turn: float
 ) -> float:
@@ -222,7 +222,7 @@ def slip_work(
     return -bend * (2.0 + bend * step.d_depth * per_rate) * turn - p_u * (upper.force - lower.force)
 
 
-@inlined
+@fused.merged
 def shallow_slip_work(
     line: FloatArray, end: Point, upper: float, lower: float, lag: float, bend: float
 ) -> float:
@@ -241,7 +241,7 @@ def shallow_slip_work(
     return float(2.0 * line[0, MODULUS] * length * total)
 
 
-@inlined
+@fused.merged
 def lift(anchors: Anchors, m: int, step: Step, end: Point) -> tuple[int, Point, float]:
     """Cut the anchors at a lesser depth. Returns the segment that is cut, the point on it and the slip work."""
     upper = at(anchors.stack, m)
@@ -274,7 +274,7 @@ def lift(anchors: Anchors, m: int, step: Step, end: Point) -> tuple[int, Point, 
         i -= 1
 
 
-@inlined
+@fused.merged
 def slip(anchors: Anchors, i: int, upper: Point, step: Step, end: Point) -> tuple[int, float, float]:
     """
     Cut the anchors at the edge of the cone of `end`, from a point of segment i on that lies outside.
@@ -325,7 +325,7 @@ def slip(anchors: Anchors, i: int, upper: Point, step: Step, end: Point) -> tupl
     return i + 1, total, lag
 
 
-@inlined
+@fused.inlined
 def count(memory: FloatArray, m: int, work: float, slid: float) -> None:
     """Keep the top of the stack, and add to the slip work, by Kahan's summation, and to the distance slid."""
     term = max(work, 0.0) - memory[CARRY]
@@ -336,7 +336,7 @@ def count(memory: FloatArray, m: int, work: float, slid: float) -> None:
     memory[TOP] = m
 
 
-@compiled
+@fused.inner
 def advance(anchors: Anchors, depth: float, shift: float) -> None:
     """
     Go straight to (depth, shift), with loss and return of the contact.

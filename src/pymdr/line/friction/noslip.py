@@ -26,8 +26,8 @@ from pymdr.line.friction.kernels import (
     lengthens,
     vertex,
 )
-from pymdr.line.friction.layout import MODULUS, REACH
-from pymdr.line.friction.reading import compiled, curve, depth_of_force
+from pymdr.line.friction.layout import MODULUS
+from pymdr.line.friction.reading import curve, depth_of_force, fused
 from pymdr.line.friction.runs import (
     COMPLETE,
     NOT_ATTAINABLE,
@@ -37,6 +37,7 @@ from pymdr.line.friction.runs import (
     Run,
     write,
 )
+from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
 
 SHIFT_CONTROL, FORCE_CONTROL = 0, 2
@@ -45,7 +46,7 @@ _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])
 _GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
 
 
-@compiled
+@fused.compiled
 def moments(line: FloatArray, p: Point, q: Point) -> tuple[float, float]:
     """2 E* int a dt and 2 E* int (1 - t) a dt for t from 0 at p to 1 at q."""
     modulus = line[0, MODULUS]
@@ -70,7 +71,7 @@ def moments(line: FloatArray, p: Point, q: Point) -> tuple[float, float]:
     return zeroth, first
 
 
-@compiled
+@fused.compiled
 def put_stuck(anchors: Anchors, i: int, point: Point) -> None:
     """Write vertex i > 0; the segment below may be upright."""
     zeroth, first = moments(anchors.line, at(anchors.stack, i - 1), point)
@@ -87,7 +88,7 @@ def put_stuck(anchors: Anchors, i: int, point: Point) -> None:
     here.radius = point.radius
 
 
-@compiled
+@fused.compiled
 def restore_stuck(anchors: Anchors, y: FloatArray, b: FloatArray) -> None:
     """Fill a stack with the vertices of a state without slip."""
     clear(anchors.stack, b[0])
@@ -98,7 +99,7 @@ def restore_stuck(anchors: Anchors, y: FloatArray, b: FloatArray) -> None:
         here.low = here.high = here.slope
 
 
-@compiled
+@fused.compiled
 def released(line: FloatArray, lower: Point, upper: Point, lag_l: float, lag_u: float) -> float:
     """E* int lag^2 da between two depths, lag linear: what springs hold when they part."""
     zeroth, first = moments(line, lower, upper)
@@ -106,7 +107,7 @@ def released(line: FloatArray, lower: Point, upper: Point, lag_l: float, lag_u: 
     return float(edges - (lag_u - lag_l) * (lag_l * first + lag_u * (zeroth - first)))
 
 
-@compiled
+@fused.compiled
 def lift(anchors: Anchors, m: int, end: Point) -> tuple[int, Point, float]:
     """Cut the anchors at a lesser depth. Returns the segment that is cut, the point on it and the energy released."""
     start = at(anchors.stack, m)
@@ -130,7 +131,7 @@ def lift(anchors: Anchors, m: int, end: Point) -> tuple[int, Point, float]:
         i -= 1
 
 
-@compiled
+@fused.compiled
 def stick(anchors: Anchors, m: int, depth: float, shift: float) -> tuple[int, float]:
     """Go straight to (depth, shift), depth >= 0. Returns the top and the energy released."""
     start = at(anchors.stack, m)
@@ -167,7 +168,7 @@ def stick(anchors: Anchors, m: int, depth: float, shift: float) -> tuple[int, fl
     return m, total
 
 
-@compiled
+@fused.compiled
 def stuck_shift_for(anchors: Anchors, m: int, depth: float, pull: float) -> float:
     """Shift at which the normalised tangential force is `pull` at `depth` > 0."""
     a, force, work = curve(anchors.line, depth)
@@ -183,7 +184,7 @@ def stuck_shift_for(anchors: Anchors, m: int, depth: float, pull: float) -> floa
     return float(here.b + (pull - total) / moments(anchors.line, here, Point(depth, 0.0, force, work, a))[0])
 
 
-@compiled
+@fused.compiled
 def released_by_force(anchors: Anchors, m: int, depth: float, force: float, pull: float) -> float:
     """
     What springs hold when they part while (F_N, S) goes straight down to (`force`, `pull`) at `depth`.
@@ -222,7 +223,7 @@ def released_by_force(anchors: Anchors, m: int, depth: float, force: float, pull
     return float(total)
 
 
-@compiled
+@fused.compiled
 def shift_under(anchors: Anchors, d: float, pull: float, by_force: bool) -> float:
     """The normalised shift of a row of a pull at a depth, gone to from the present state."""
     depth, v = anchors.memory[DEPTH], anchors.memory[SHIFT]
@@ -237,7 +238,7 @@ def shift_under(anchors: Anchors, d: float, pull: float, by_force: bool) -> floa
     return float(v)
 
 
-@compiled
+@fused.compiled
 def advance(anchors: Anchors, d: float, v: float) -> float:
     """One straight step to (d, v), with loss and return of the contact; the energy released."""
     depth, before = anchors.memory[DEPTH], anchors.memory[SHIFT]
@@ -259,7 +260,7 @@ def advance(anchors: Anchors, d: float, v: float) -> float:
     return lost
 
 
-@compiled
+@fused.compiled
 def run_stuck(
     run: Run, normal: FloatArray, tangential: FloatArray, span: tuple[int, int, int], control: int
 ) -> tuple[int, int, int]:
@@ -271,7 +272,7 @@ def run_stuck(
     j, stop, column = span
     anchors, scales = run.anchors, run.scales
     by_shift, by_force = control == SHIFT_CONTROL, control == FORCE_CONTROL
-    limit = anchors.line[0, REACH] * _BEYOND
+    limit = anchors.line[0, MAX] * _BEYOND
     while j < stop:
         d, t = normal[j], tangential[j]
         if not (math.isfinite(d) and math.isfinite(t)):
@@ -300,7 +301,7 @@ def run_stuck(
     return COMPLETE, j, column
 
 
-@compiled
+@fused.compiled
 def run_springs(
     profile: FloatArray,
     indentation: FloatArray,

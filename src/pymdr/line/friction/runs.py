@@ -22,8 +22,8 @@ from pymdr.line.friction.kernels import (
     put,
     vertex,
 )
-from pymdr.line.friction.layout import REACH, IntArray
-from pymdr.line.friction.reading import compiled, curve, depth_of_force, inlined
+from pymdr.line.friction.reading import curve, depth_of_force, fused
+from pymdr.numerics.graded.layout import MAX, IntArray
 from pymdr.units import FloatArray
 
 COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP, STACK_FULL = range(5)
@@ -49,7 +49,7 @@ class Run(NamedTuple):
     scales: Scales
 
 
-@compiled
+@fused.compiled
 def restore(anchors: Anchors, y: FloatArray, b: FloatArray, slope: FloatArray) -> None:
     """Fill a stack with the vertices of a state."""
     clear(anchors.stack, b[0])
@@ -59,7 +59,7 @@ def restore(anchors: Anchors, y: FloatArray, b: FloatArray, slope: FloatArray) -
         keep_slope(anchors.stack, i)
 
 
-@inlined
+@fused.inlined
 def write(run: Run, row: int, column: int) -> int:
     """Write force, stick radius, stored energy, slip work and distance slid of a row to be kept; the next column."""
     if not run.every and (column >= run.kept.size or run.kept[column] != row):
@@ -79,7 +79,7 @@ def write(run: Run, row: int, column: int) -> int:
     return column + 1
 
 
-@compiled
+@fused.compiled
 def run_displacements(
     run: Run, indentation: FloatArray, shift: FloatArray, span: tuple[int, int, int]
 ) -> tuple[int, int, int]:
@@ -91,7 +91,7 @@ def run_displacements(
     j, stop, column = span
     anchors = run.anchors
     per_shift = 1.0 / run.scales.shift
-    limit = anchors.line[0, REACH] * _BEYOND
+    limit = anchors.line[0, MAX] * _BEYOND
     while j < stop:
         d = indentation[j]
         v = shift[j] * per_shift
@@ -107,7 +107,7 @@ def run_displacements(
     return COMPLETE, j, column
 
 
-@compiled
+@fused.compiled
 def run_collision(
     run: Run, indentation: FloatArray, time: FloatArray, mass: float, velocity: FloatArray
 ) -> int:
@@ -118,7 +118,7 @@ def run_collision(
     """
     x = 0.0
     for j in range(1, indentation.size):
-        if indentation[j] > run.anchors.line[0, REACH] * _BEYOND:
+        if indentation[j] > run.anchors.line[0, MAX] * _BEYOND:
             return TOO_DEEP
         half = 0.5 * (time[j] - time[j - 1]) / mass
         v = velocity[j - 1] - half * run.out[0, j - 1]
@@ -130,16 +130,16 @@ def run_collision(
     return COMPLETE
 
 
-@compiled
+@fused.compiled
 def run_forces(
     run: Run, normal: FloatArray, tangential: FloatArray, span: tuple[int, int, int], by_force: bool
 ) -> tuple[int, int, int]:
     """As :func:`run_displacements` with F_x given, and F_N (`by_force`) or the indentation in `normal`."""
     j, stop, column = span
     anchors = run.anchors
-    limit = anchors.line[0, REACH] * _BEYOND
+    limit = anchors.line[0, MAX] * _BEYOND
     if by_force and math.isfinite(limit):
-        limit = curve(anchors.line, anchors.line[0, REACH])[1] * _BEYOND
+        limit = curve(anchors.line, anchors.line[0, MAX])[1] * _BEYOND
     while j < stop:
         given = normal[j]
         pull = tangential[j] / run.scales.force
@@ -172,14 +172,14 @@ def run_forces(
     return COMPLETE, j, column
 
 
-@compiled
+@fused.compiled
 def evaluate_all(line: FloatArray, depth: FloatArray, out: FloatArray) -> None:
     """Curves at many depths."""
     for j in range(depth.size):
         out[0, j], out[1, j], out[2, j] = curve(line, depth[j])
 
 
-@compiled
+@fused.compiled
 def invert_all(line: FloatArray, force: FloatArray, out: FloatArray) -> None:
     """Depths of many forces."""
     for j in range(force.size):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.line.friction.layout import IntArray
+from pymdr.numerics.graded.layout import IntArray
 from pymdr.units import FloatArray
 
 

@@ -15,7 +15,7 @@ from pymdr.line.memory.histories import (
     virgin,
 )
 from pymdr.line.memory.springs import Springs, springs_to
-from pymdr.line.memory.tabulated import Tabulated, approach_and_retreat, divided, tabulated
+from pymdr.line.memory.tabulated import approach_and_retreat, divided, tabulated
 from pymdr.line.memory.tangential import (
     TangentialHistory,
     TangentialState,
@@ -32,7 +32,6 @@ __all__ = [
     "Passage",
     "Rows",
     "Springs",
-    "Tabulated",
     "TangentialHistory",
     "TangentialState",
     "Watch",

@@ -3,51 +3,43 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import rises_to, states_at_depth
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.numerics.graded import GradedTable, graded_table
 from pymdr.units import FloatArray
 
-_CELLS, _WITHIN = 4096, 1.0 - 1e-9
+_WITHIN, _TOLERANCE = 1.0 - 1e-9, 1e-12
 _ROWS, _DRAGGED = 400, 1600
-"""Parts into which a record on a machine is divided at least, and with a dashpot, whose force errs by the first power of a part."""
+"""Parts into which a record on a machine is divided at least, and with a dashpot, whose force has an error of first order in a part."""
 
 
-@dataclass(frozen=True, eq=False)
-class Tabulated:
-    """Stiffness in m and force in m^2 of a curve per unit modulus, at even steps of the fourth root of the depth."""
-
-    columns: FloatArray
-    """(2, cells + 1)."""
-    deepest: float
-    """In m."""
-
-
-def tabulated(curve: Curve, deepest: float) -> Tabulated | None:
+def tabulated(curve: Curve, deepest: float) -> GradedTable | None:
     """
-    The table of a curve per unit modulus up to a depth in m, or to where it ends; None where its contacts are not disks.
+    The stiffness in m per unit modulus over the depth in m, up to a depth or to the end of the curve, and its integral.
 
-    Between the columns the stiffness is straight in the fourth root of the depth, which errs by about 1e-8 of the largest.
+    None where the contacts are not disks, or the stiffness cannot be tabulated with a relative error of 1e-12.
     """
     if math.isfinite(curve.max_radius) and curve.max_radius < curve.edge:
         deepest = min(deepest, float(curve.depth(np.array(_WITHIN * curve.max_radius))))
     if not rises_to(curve, deepest):
         return None
-    root = np.linspace(0.0, 1.0, _CELLS + 1)
-    states = states_at_depth(curve, deepest * root**4)
-    stiffness = curve.stiffness(states.place)
-    rise = np.diff(stiffness) * _CELLS
-    base = stiffness[:-1] - rise * root[:-1]
-    steps = base * np.diff(root**4) + 0.8 * rise * np.diff(root**5)
-    return Tabulated(np.stack([stiffness, np.append(0.0, np.cumsum(steps))]) * [[1.0], [deepest]], deepest)
+
+    def stiffness(depth: FloatArray) -> FloatArray:
+        return np.asarray(curve.stiffness(states_at_depth(curve, depth).place))
+
+    try:
+        return graded_table(stiffness, deepest, tolerance=_TOLERANCE)
+    except (ConvergenceError, ProblemError):
+        return None
 
 
 def approach_and_retreat(
-    table: Tabulated, relaxation: Relaxation, time: FloatArray, travel: FloatArray, compliance: float = 0.0
+    table: GradedTable, relaxation: Relaxation, time: FloatArray, travel: FloatArray, compliance: float = 0.0
 ) -> FloatArray | None:
     """
     The forces in N of bodies that approach and part once; None where they do anything else, or go deeper than the table.
@@ -87,7 +79,7 @@ def divided(time: FloatArray, travel: FloatArray, parts: int) -> tuple[FloatArra
 
 
 def followed(
-    table: Tabulated,
+    table: GradedTable,
     relaxation: Relaxation,
     time: FloatArray,
     travel: FloatArray,
@@ -99,15 +91,17 @@ def followed(
 
     time, travel = divided(time, travel, parts)
     t, target = np.append(time[0], time), np.append(min(0.0, travel[0]), travel)
-    depth, force = np.empty(t.size), np.empty(t.size)
     bodies = ting_kernels.Bodies(
-        table.columns,
-        float(table.deepest),
+        table.rows,
         float(relaxation.equilibrium),
         float(relaxation.viscosity),
         relaxation.moduli.copy(),
         relaxation.times.copy(),
         float(compliance),
     )
-    ended = ting_kernels.follow(bodies, t, target, depth, force)
-    return None if ended != ting_kernels.MET or depth.max() > table.deepest else force[1::parts]
+    force = np.zeros(t.size)
+    branches = np.zeros((2, t.size, relaxation.times.size))
+    record = ting_kernels.Record(t, np.zeros(t.size), branches[0], branches[1])
+    ended = ting_kernels.follow(bodies, record, target, force)
+    met = ended == ting_kernels.MET and record.depth.max() <= table.max_argument
+    return force[1::parts] if met else None

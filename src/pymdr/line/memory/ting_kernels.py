@@ -7,18 +7,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import compiled
+from pymdr import compiling
+from pymdr.numerics.graded import reading
+from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
+
+_fused = compiling.Fused(__file__, reading.__file__)
 
 MET, TOUCHED_AGAIN = 0, 1
 """How a path ended: its targets are met, or the contact grows as the bodies part."""
-_FEW, _MANY = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(10)
-"""Nodes and weights of parts over which the depth changes by less than a fifth, and by more."""
+_FEW, _MANY = np.polynomial.legendre.leggauss(10), np.polynomial.legendre.leggauss(16)
+"""Nodes and weights of parts in which the depth grows by a factor of less than 2.5, and by a larger one."""
+_GROWN, _TIMES = 0.4, 4.0
+"""Ratio of the depths at the ends of a part above which the stiffness is smooth over it; relaxation times in a part."""
 _STRAIGHT, _STEPS, _CLOSE = 10, 200, 1e-14
 """Of a search for a root: steps after which every other one halves, and their number; and of the depth or of a row."""
 _HELD = 1e-13
 """Of a travel: what rounding may take from one that is held."""
-_FORGOTTEN = 40.0
+_FORGOTTEN = 36.0
 """Relaxation times after which nothing is left."""
 _SHORT = 1e-7
 """Of a rise: what is moved within a relaxation time of which the mean delay stands for its course."""
@@ -27,10 +33,9 @@ _SAME = 1e-9
 
 
 class Bodies(NamedTuple):
-    """Two bodies by the table of their stiffness up to a depth, how they relax, and the softness of the machine in m/N."""
+    """Two bodies by the table of their stiffness over the depth, their relaxation, and the compliance of the machine in m/N."""
 
     table: FloatArray
-    deepest: float
     equilibrium: float
     viscosity: float
     moduli: FloatArray
@@ -47,38 +52,25 @@ class Record(NamedTuple):
     path: FloatArray
 
 
-@compiled
+@_fused.inner
 def _stiffness(bodies: Bodies, depth: float) -> float:
-    """Per unit modulus in m, straight in the fourth root of the depth between the columns of a table."""
-    table = bodies.table
-    cells = table.shape[1] - 1
-    x = math.sqrt(math.sqrt(max(depth, 0.0) / bodies.deepest)) * cells
-    i = min(int(x), cells - 1)
-    return float(table[0, i] + (x - i) * (table[0, i + 1] - table[0, i]))
+    """Stiffness per unit modulus in m at a positive depth; constant beyond the table."""
+    return reading.read(bodies.table, min(depth, bodies.table[0, MAX]))[0]
 
 
-@compiled
+@_fused.inner
 def _force(bodies: Bodies, depth: float) -> float:
-    """The integral of the stiffness in m^2."""
-    table, deepest = bodies.table, bodies.deepest
-    if depth <= 0.0:
-        return 0.0
-    cells = table.shape[1] - 1
-    x = math.sqrt(math.sqrt(depth / deepest)) * cells
-    i = min(int(x), cells - 1)
-    rise = table[0, i + 1] - table[0, i]
-    base = table[0, i] - rise * i
-    fourth, first = (x**4 - float(i) ** 4) / 4.0, (x**5 - float(i) ** 5) / 5.0
-    return float(table[1, i] + 4.0 * deepest / float(cells) ** 4 * (base * fourth + rise * first))
+    """The integral of the stiffness in m^2, 0 without contact."""
+    return reading.read(bodies.table, min(depth, bodies.table[0, MAX]))[1] if depth > 0.0 else 0.0
 
 
-@compiled
+@_fused.inner
 def _mean(x: float) -> float:
     """The mean of an exponential over x of its times."""
     return -math.expm1(-x) / x if x > 1e-300 else 1.0
 
 
-@compiled
+@_fused.inner
 def _gained(bodies: Bodies, low: float, high: float, wait: float, time: float) -> float:
     """The integral of exp(-(end - s)/time) dF0 over a straight rise, whose part before the bodies touch counts for nothing."""
     if high <= 0.0 or high <= low:
@@ -90,28 +82,26 @@ def _gained(bodies: Bodies, low: float, high: float, wait: float, time: float) -
     if last < _SHORT * (high - max(low, 0.0)):  # the difference of depths below would lose its digits
         return last * _stiffness(bodies, high - last)
     begin = max(low, 0.0, high - _FORGOTTEN * last)
-    parts = max(1, math.ceil((high - begin) / last))
-    total, end = 0.0, math.sqrt(math.sqrt(begin))
+    parts = max(1, math.ceil((high - begin) / (_TIMES * last)))
+    total, width = 0.0, (high - begin) / parts
     for p in range(parts):
-        here = end
-        end = math.sqrt(math.sqrt(begin + (high - begin) * (p + 1) / parts))
-        half = 0.5 * (end - here)
-        nodes, weights = _FEW if here**4 > 0.8 * end**4 else _MANY
-        for q in range(nodes.size):
-            root = here + half * (1.0 + nodes[q])
-            depth = root**4
-            total += (
-                weights[q]
-                * half
-                * 4.0
-                * root**3
-                * _stiffness(bodies, depth)
-                * math.exp(-max(high - depth, 0.0) / last)
-            )
+        start, end = begin + width * p, begin + width * (p + 1)
+        if start > _GROWN * end:
+            for q in range(_FEW[0].size):
+                depth = start + 0.5 * width * (1.0 + _FEW[0][q])
+                fading = math.exp(-max(high - depth, 0.0) / last)
+                total += 0.5 * width * _FEW[1][q] * _stiffness(bodies, depth) * fading
+        else:  # smooth in the fourth root of the depth
+            here = math.sqrt(math.sqrt(start))
+            half = 0.5 * (math.sqrt(math.sqrt(end)) - here)
+            for q in range(_MANY[0].size):
+                root = here + half * (1.0 + _MANY[0][q])
+                fading = math.exp(-max(high - root**4, 0.0) / last)
+                total += 4.0 * half * _MANY[1][q] * root**3 * _stiffness(bodies, root**4) * fading
     return total
 
 
-@compiled
+@_fused.inner
 def _borne(bodies: Bodies, carried: FloatArray, low: float, high: float, wait: float) -> float:
     """The force in N of a contact that grows from one depth to another."""
     moduli, times = bodies.moduli, bodies.times
@@ -124,29 +114,27 @@ def _borne(bodies: Bodies, carried: FloatArray, low: float, high: float, wait: f
     return float(total)
 
 
-@compiled
+@_fused.inner
 def _pressed(
-    bodies: Bodies, carried: FloatArray, low: float, wait: float, target: float, found: FloatArray
-) -> float:
+    bodies: Bodies, carried: FloatArray, low: float, wait: float, target: float
+) -> tuple[float, float]:
     """
-    The depth in m at which a contact that grows meets a travel; -inf where it would have to shrink.
+    The depth in m at which a growing contact meets a travel, and the force there; -inf if it would have to shrink.
 
-    `found` takes the force there. A dashpot may hold nearly all of a travel: the force is then what the machine bends by.
+    A dashpot may bear nearly all of a travel: the force is then that of the deflection of the machine.
     """
     softness = bodies.softness
     if softness == 0.0 or target <= 0.0:
-        found[0] = _borne(bodies, carried, low, target, wait)
-        return target
+        return target, _borne(bodies, carried, low, target, wait)
     under, over, side = max(low, 0.0), target, 0
     short = -target
     if low > 0.0:
         force = _borne(bodies, carried, low, low, wait)
         short = low + softness * force - target
         if short > _HELD * target:
-            return -math.inf
+            return -math.inf, 0.0
         if short >= 0.0:
-            found[0] = force
-            return low
+            return low, force
     much = softness * _borne(bodies, carried, low, target, wait)
     for step in range(_STEPS):
         if over - under <= _CLOSE * over or much == short:
@@ -163,20 +151,18 @@ def _pressed(
             under, short, much = depth, off, 0.5 * much if side < 0 else much
             side = -1
         if abs(off) <= _CLOSE * target:
-            found[0] = force
-            return depth
-    found[0] = (target - over) / softness
-    return over
+            return depth, force
+    return over, (target - over) / softness
 
 
-@compiled
+@_fused.inner
 def _pull(
-    bodies: Bodies, record: Record, row: int, part: float, now: int, target: float, found: FloatArray
-) -> float:
+    bodies: Bodies, record: Record, row: int, part: float, now: int, target: float
+) -> tuple[float, float, float]:
     """
-    Less the load per length at the edge of the contact of a part of an earlier row, which rises with that.
+    The negative load per length at the edge of the contact at a part of an earlier row, and the force and the depth now.
 
-    `found` takes the force and the depth that it would have now.
+    The first rises with the part.
     """
     (time, depth, carried, path), moduli, times = record, bodies.moduli, bodies.times
     wait, move = part * (time[row + 1] - time[row]), part * (depth[row + 1] - depth[row])
@@ -192,7 +178,6 @@ def _pull(
                 )
             force += moduli[j] * rest * old
     there = target - bodies.softness * force
-    found[0], found[1] = force, there
     duration, way = time[now] - time[now - 1], there - depth[now - 1]
     total = bodies.equilibrium * (depth[row] + move - there)
     if bodies.viscosity > 0.0 and way != 0.0:
@@ -203,30 +188,27 @@ def _pull(
         total -= moduli[j] * (
             math.exp(-x) * path[now - 1, j] + _mean(x) * way - math.exp(-lag / times[j]) * then
         )
-    return float(total)
+    return float(total), force, there
 
 
-@compiled
-def follow(bodies: Bodies, time: FloatArray, target: FloatArray, depth: FloatArray, force: FloatArray) -> int:
+@_fused.compiled
+def follow(bodies: Bodies, record: Record, target: FloatArray, force: FloatArray) -> int:
     """
     Follow travels, or indentations where the softness is 0, of bodies that are apart at first; how it ended.
 
-    `depth` and `force` have one entry for each target, and the first is that of the bodies before a sudden move.
+    The record, filled here but for its times, and `force` have one row per target; the first is that before a sudden move.
     """
-    moduli, times = bodies.moduli, bodies.times
+    (time, depth, carried, path), moduli, times = record, bodies.moduli, bodies.times
     n, kinds = target.size, times.size
-    path, carried = np.zeros((n, kinds)), np.zeros((n, kinds))
-    record = Record(time, depth, carried, path)
-    found = np.zeros(2)
     depth[0], force[0] = target[0], 0.0
     top = 0
     while top + 1 < n:  # grows
         k = top + 1
         wait = time[k] - time[top]
-        there = _pressed(bodies, carried[top], depth[top], wait, target[k], found)
+        there, pressing = _pressed(bodies, carried[top], depth[top], wait, target[k])
         if there < depth[top] and depth[top] > 0.0:
             break
-        depth[k], force[k] = there, found[0]
+        depth[k], force[k] = there, pressing
         for j in range(kinds):
             x = wait / times[j]
             path[k, j] = math.exp(-x) * path[top, j] + _mean(x) * (there - depth[top])
@@ -244,7 +226,7 @@ def follow(bodies: Bodies, time: FloatArray, target: FloatArray, depth: FloatArr
     allowed *= _SAME
     row, part = top - 1, 1.0
     for k in range(top + 1, n):  # shrinks
-        over = _pull(bodies, record, row, part, k, target[k], found)
+        over, pressing, there = _pull(bodies, record, row, part, k, target[k])
         if over < -allowed:
             return TOUCHED_AGAIN
         if over > allowed:
@@ -252,7 +234,7 @@ def follow(bodies: Bodies, time: FloatArray, target: FloatArray, depth: FloatArr
             under = over
             while True:
                 part = begin if row == first else 0.0
-                under = _pull(bodies, record, row, part, k, target[k], found)
+                under, pressing, there = _pull(bodies, record, row, part, k, target[k])
                 if under <= 0.0 or row == first:
                     break
                 row, high, over = row - 1, 1.0, under
@@ -264,7 +246,7 @@ def follow(bodies: Bodies, time: FloatArray, target: FloatArray, depth: FloatArr
                     part = (low * over - high * under) / (over - under)
                     if step > _STRAIGHT and step % 2:
                         part = 0.5 * (low + high)
-                    off = _pull(bodies, record, row, part, k, target[k], found)
+                    off, pressing, there = _pull(bodies, record, row, part, k, target[k])
                     if off == 0.0:
                         break
                     if off > 0.0:
@@ -275,7 +257,7 @@ def follow(bodies: Bodies, time: FloatArray, target: FloatArray, depth: FloatArr
                         side = -1
                     if abs(off) <= 1e-3 * allowed:
                         break
-        force[k], depth[k] = found[0], found[1]
+        force[k], depth[k] = pressing, there
         duration, way = time[k] - time[k - 1], depth[k] - depth[k - 1]
         for j in range(kinds):
             x = duration / times[j]

@@ -16,11 +16,12 @@ import numpy as np
 
 from pymdr import compiling
 from pymdr.line.friction import reading
+from pymdr.numerics.graded import reading as table
 from pymdr.numerics.newton import narrowed
 from pymdr.units import FloatArray
 
 # the curves that are read are compiled into the callers
-_STAMP = compiling.stamp_of(__file__, reading.__file__)
+_STAMP = compiling.stamp_of(__file__, reading.__file__, table.__file__)
 
 
 def compiled(function: compiling.Function, **options: Any) -> compiling.Function:

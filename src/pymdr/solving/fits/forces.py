@@ -14,7 +14,6 @@ from pymdr.errors import ProblemError
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.memory import (
-    Tabulated,
     approach_and_retreat,
     divided,
     follow_springs,
@@ -25,6 +24,7 @@ from pymdr.line.shapes import ShapeLaw, shape_law
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
+from pymdr.numerics.graded import GradedTable
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Profile, Shape
 from pymdr.solving.equilibria import AdhesiveLine
@@ -232,7 +232,7 @@ def _unit_line(profile: Profile) -> ElasticLine:
 
 
 @lru_cache(maxsize=16)
-def _table_of(profile: Profile, deepest: float) -> Tabulated | None:
+def _table_of(profile: Profile, deepest: float) -> GradedTable | None:
     return tabulated(_unit_line(profile), deepest) if deepest > 0.0 else None
 
 
