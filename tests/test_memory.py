@@ -179,7 +179,8 @@ def test_tables_follow_one_approach_and_one_retreat_as_the_curve_does(shape, pat
     except PathError:
         assert found is None
         return
-    assert found == pytest.approx(exact, rel=0.0, abs=1e-6 * exact.max())
+    # the end of a retreat is found to 1e-12 of the largest load per length
+    assert found == pytest.approx(exact, rel=0.0, abs=2e-11 * exact.max())
 
 
 @settings(max_examples=examples(20), deadline=None)

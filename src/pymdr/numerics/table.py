@@ -2,6 +2,9 @@
 
 Half-integer powers at both ends of a segment become smooth by x = low + (high - low) v^2 / [v^2 + (1 - v)^2]; cells of v are
 halved until the series converges on each.
+
+NumPy reads many functions together, each accurate relative to its largest value on a cell. One positive rising function that kernels
+read value by value, with its integrals and inverse and an accuracy relative to every value, is a :mod:`pymdr.numerics.graded` table.
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import PathError
 from pymdr.line.friction.curves import ElasticCurves
 from pymdr.line.friction.state import Ending, FrictionHistory, FrictionState, frozen, virgin_state
+from pymdr.numerics.graded import GradedTable
 from pymdr.numerics.graded.layout import IntArray
 from pymdr.units import FloatArray
 
@@ -37,7 +38,7 @@ _MOST_HELD = 4_000_000
 
 def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
-    Contact radius, normal force and its integral at given depths, as the kernels see them.
+    Contact radius, normal force and its integral at given depths.
 
     Parameters
     ----------
@@ -56,13 +57,15 @@ def evaluate(curves: ElasticCurves, depth: ArrayLike) -> tuple[FloatArray, Float
     >>> [float(x[0]) for x in evaluate(power_law_curves(2.0, 1.0, 0.75), [1.0])]
     [1.0, 1.0, 0.4]
     """
-    from pymdr.line.friction.runs import evaluate_all
-
-    d = frozen(depth)
-    out = np.empty((3, d.size))
-    evaluate_all(curves.rows, d.ravel(), out)
-    shape = np.shape(depth)
-    return out[0].reshape(shape), out[1].reshape(shape), out[2].reshape(shape)
+    d = np.asarray(depth, dtype=float)
+    n = curves.exponent
+    if n <= 0.0:
+        a, force, work = GradedTable(curves.rows, curves.misfit)(d)
+        return a, force, work
+    d = np.maximum(d, 0.0)
+    a = curves.unit * np.asarray((d / curves.coefficient) ** (1.0 / n))
+    force = 2.0 * n / (n + 1.0) * curves.modulus * a * d
+    return a, force, n / (2.0 * n + 1.0) * force * d
 
 
 def depths_at_force(curves: ElasticCurves, normal_force: ArrayLike) -> FloatArray:

@@ -173,13 +173,6 @@ def run_forces(
 
 
 @fused.compiled
-def evaluate_all(line: FloatArray, depth: FloatArray, out: FloatArray) -> None:
-    """Curves at many depths."""
-    for j in range(depth.size):
-        out[0, j], out[1, j], out[2, j] = curve(line, depth[j])
-
-
-@fused.compiled
 def invert_all(line: FloatArray, force: FloatArray, out: FloatArray) -> None:
     """Depths of many forces."""
     for j in range(force.size):

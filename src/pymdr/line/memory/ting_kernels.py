@@ -16,8 +16,10 @@ _fused = compiling.Fused(__file__, reading.__file__)
 
 MET, TOUCHED_AGAIN = 0, 1
 """How a path ended: its targets are met, or the contact grows as the bodies part."""
-_FEW, _MANY = np.polynomial.legendre.leggauss(10), np.polynomial.legendre.leggauss(16)
-"""Nodes and weights of parts in which the depth grows by a factor of less than 2.5, and by a larger one."""
+_LEAST, _FEW, _MANY = (np.polynomial.legendre.leggauss(n) for n in (4, 10, 16))
+"""Nodes and weights of parts in which depth and time change little, in which the depth grows by less than 2.5, and by more."""
+_STEADY, _BRIEF = 0.9, 0.25
+"""Ratio of the depths above which they change little; relaxation times below which the time does."""
 _GROWN, _TIMES = 0.4, 4.0
 """Ratio of the depths at the ends of a part above which the stiffness is smooth over it; relaxation times in a part."""
 _STRAIGHT, _STEPS, _CLOSE = 10, 200, 1e-14
@@ -87,10 +89,12 @@ def _gained(bodies: Bodies, low: float, high: float, wait: float, time: float) -
     for p in range(parts):
         start, end = begin + width * p, begin + width * (p + 1)
         if start > _GROWN * end:
-            for q in range(_FEW[0].size):
-                depth = start + 0.5 * width * (1.0 + _FEW[0][q])
+            few = start > _STEADY * end and width < _BRIEF * last
+            nodes, weights = _LEAST if few else _FEW
+            for q in range(nodes.size):
+                depth = start + 0.5 * width * (1.0 + nodes[q])
                 fading = math.exp(-max(high - depth, 0.0) / last)
-                total += 0.5 * width * _FEW[1][q] * _stiffness(bodies, depth) * fading
+                total += 0.5 * width * weights[q] * _stiffness(bodies, depth) * fading
         else:  # smooth in the fourth root of the depth
             here = math.sqrt(math.sqrt(start))
             half = 0.5 * (math.sqrt(math.sqrt(end)) - here)

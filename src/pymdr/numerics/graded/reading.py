@@ -130,7 +130,7 @@ def inverse(rows: FloatArray, integral: float) -> float:
     """X > 0 with a given integral > 0; NaN above the integral up to the largest argument."""
     full: float = rows[0, FULL_INTEGRAL]
     if integral >= full:
-        return rows[0, MAX] if integral <= full * (1.0 + 2e-14) else math.nan
+        return float(rows[0, MAX]) if integral <= full * (1.0 + 2e-14) else math.nan
     inner: float = rows[0, INNER_INTEGRAL]
     low: float = 0.0
     high: float = rows[0, MAX]
@@ -151,12 +151,12 @@ def inverse(rows: FloatArray, integral: float) -> float:
         f, here, _second = read(rows, x)
         slope = rows[0, FACTOR] * f
         if here == integral:
-            return x
+            return float(x)
         still = abs(here - integral) <= 2e-16 * x * slope
         # below a step of f the slopes from above are far too steep
         if still and abs(here - integral) <= 2e-15 * integral:
-            return x - (here - integral) / slope
+            return float(x - (here - integral) / slope)
         low, high, x = narrowed(low, high, x, here - integral, 0.0 if still else slope)
         if not low < x < high:
-            return x
-    return x
+            return float(x)
+    return float(x)

@@ -105,11 +105,12 @@ class GradedTable:
         for _ in range(_STEPS):
             value, here, _second = self._read(x)
             low, high = np.where(here < target, x, low), np.where(here >= target, x, high)
-            following = x - (here - target) / (header[FACTOR] * value)
+            newton = x - (here - target) / (header[FACTOR] * value)
             middle = low + 0.5 * (high - low)
-            following = np.where((following > low) & (following < high), following, middle)
-            settled = (np.abs(here - target) <= _SETTLED * target) | (following == x) | (middle == low)
-            answers[active[settled]] = np.where(here == target, x, following)[settled]
+            following = np.where((newton > low) & (newton < high), newton, middle)
+            near = np.abs(here - target) <= _SETTLED * target
+            settled = near | (middle == low) | (middle == high)
+            answers[active[settled]] = np.where(near, newton, following)[settled]
             active, target, low, high, x = (
                 values[~settled] for values in (active, target, low, high, following)
             )
@@ -129,7 +130,7 @@ class GradedTable:
         x = near[entry] + fraction * (near[entry + 1] - near[entry])
         exponent = 1.0 if law[B] > 0.0 else 1.0 / (1.0 + law[Q])
         below = (integral / inner) ** exponent / law[PER_WIDTH]
-        return np.minimum(np.where(integral < inner, below, x), self.max_argument)
+        return np.asarray(np.minimum(np.where(integral < inner, below, x), self.max_argument))
 
     def _read(self, x: FloatArray) -> FloatArray:
         row, offset, t = self._located(x)

@@ -1,4 +1,8 @@
-"""Cubic Hermite interpolation of a law with knots refined to a tolerance."""
+"""Knots of exported laws: cubic Hermite interpolation, refined to a tolerance.
+
+This is the output format, which twenty lines of C or CSV can read: few knots of a law and its slope over the depth, for the tolerance
+of the user. Inside the package functions are tabulated by :mod:`pymdr.numerics`.
+"""
 
 from __future__ import annotations
 
