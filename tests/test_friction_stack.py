@@ -194,7 +194,8 @@ def test_oblique_full_stick(curves):
     run = follow_displacements(curves, d, 0.35 * d, 0.5, 0.8)
     a, force, _ = evaluate(curves, d)
     np.testing.assert_allclose(run.tangential_force, 0.8 / curves.modulus * 0.35 * force, rtol=1e-12)
-    np.testing.assert_array_equal(run.stick_radius, a)
+    # kernels fuse products and sums where NumPy rounds both
+    np.testing.assert_allclose(run.stick_radius, a, rtol=2e-15, atol=0.0)
     assert np.all(run.slip_work == 0.0)
     assert run.state.y.size == 2
 

@@ -1,1 +1,1 @@
-"""Numerics without physics: curves on panels, roots, quadrature, exponential sums."""
+"""Numerics without physics: curves on panels, graded tables, roots, quadrature, exponential sums."""

@@ -304,6 +304,7 @@ def run_stuck(
 @fused.compiled
 def run_springs(
     profile: FloatArray,
+    pulls: FloatArray,
     indentation: FloatArray,
     shift: FloatArray,
     per_shift: float,
@@ -313,10 +314,9 @@ def run_springs(
     """
     Springs of the line, row by row: sums of t, of t^2 / 2, of the slip work and of the springs that stick.
 
-    t is the spring's normalised shift, at most its depth D - y. A straight step is exact for a spring, whether it
+    t is the spring's normalised shift, at most its depth D - y, and kept in `pulls`, 0 before the first row. A straight step is exact for a spring, whether it
     enters, stays or parts.
     """
-    pulls = np.zeros(profile.size)
     depth = v = lost = 0.0
     for j in range(indentation.size):
         d, v1 = indentation[j], per_shift * shift[j]

@@ -71,7 +71,9 @@ def springs(
     if friction > 0.0:
         mu = friction if math.isfinite(friction) else 1.0
         ratio = mu * modulus / tangential_modulus
-        run_springs(frozen(profile), depth, moved, 1.0 / ratio, not math.isfinite(friction), out)
+        labels = frozen(profile)
+        sticks = not math.isfinite(friction)
+        run_springs(labels, np.zeros(labels.size), depth, moved, 1.0 / ratio, sticks, out)
         out[0] *= 2.0 * spacing * mu * modulus
         out[1] *= spacing
         out[2:] *= 2.0 * spacing * mu * modulus * ratio
