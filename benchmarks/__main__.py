@@ -9,6 +9,7 @@ ALL = (
     "adhesion",
     "friction",
     "memory",
+    "first_use",
     "impact",
     "rough",
     "layers",
