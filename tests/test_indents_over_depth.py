@@ -1,5 +1,7 @@
 """Drift, continuous stiffness, films and pop-ins: what records were made of is found, and bad input is refused."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -97,3 +99,85 @@ def test_bad_records_are_refused():
     profile = mdr.continuous_stiffness(record, TIP, poisson=0.3, points=6)
     with pytest.raises(mdr.ProblemError, match="thickness"):
         mdr.film_modulus(profile, "-1 um", mdr.Elastic("165 GPa", 0.22))
+
+
+def test_the_largest_shear_at_a_pop_in_is_that_of_hertz():
+    radius, body = 3e-6, mdr.Elastic("70 GPa", 0.3)
+    ball = mdr.Contact(mdr.Paraboloid(radius), body)
+    study = mdr.first_pop_in(jumping(8e-9, 0.05e-9, 1), ball, shear_strength="5 GPa")
+    peak = (6 * study["pop_in_force"].values * (70e9 / 0.91) ** 2 / np.pi**3 / radius**2) ** (1 / 3)
+    np.testing.assert_allclose(study["largest_shear"] / peak, 0.310, atol=5e-4)  # Johnson (1985), section 4.2
+    # the largest shear stress rises with the cube root of the load
+    load = study["pop_in_force"] * (5e9 / study["largest_shear"]) ** 3
+    np.testing.assert_allclose(study["strength_force"], load[0], rtol=1e-6)
+    assert study.claims["largest_shear"].level is mdr.Level.EXACT
+    with pytest.raises(mdr.NotValidError, match="sharp tip"):
+        mdr.first_pop_in(jumping(8e-9, 0.05e-9, 1), mdr.Contact(mdr.Cone(half_angle="70 deg"), body))
+
+
+UNITS = {"time": "s", "indentation": "m", "normal_force": "N", "harmonic_stiffness": "N/m"}
+
+
+def written(file, columns):
+    header = ", ".join(f"{name.replace('_', ' ')} [{UNITS[name]}]" for name in columns)
+    rows = np.column_stack(list(columns.values()))
+    file.write_text("\n".join([header, *(", ".join(f"{x:.9g}" for x in row) for row in rows)]))
+    return file
+
+
+@pytest.fixture
+def files(tmp_path):
+    held, jumped = drifting(0.1e-9, 0.05e-9), jumping(8e-9, 0.05e-9, 1)
+    return {
+        "drift": written(tmp_path / "drift.csv", {"time": held.time, "indentation": held.indentation, "normal_force": held.force}),
+        "depth": written(tmp_path / "depth.csv", record_of_depth()),
+        "jump": written(tmp_path / "jump.csv", {"indentation": jumped.indentation, "normal_force": jumped.force}),
+    }  # fmt: skip
+
+
+def test_the_shell_gives_the_numbers_of_the_studies(files, shell, tmp_path):
+    area = ("--area", "24.5", "--poisson", "0.17")
+    commands = {
+        "drift": (("drift", files["drift"]), "rate", 0.1e-9, {"drift"}),
+        "nanoindent": (("nanoindent", files["drift"], *area, "--drift"), "indent", 1.0, {"drift", "nanoindent"}),
+        "depth": (("continuous-stiffness", files["depth"], *area, "--points", "6"), "hardness", 9e9, {"continuous_stiffness"}),
+        "film": (
+            ("continuous-stiffness", files["depth"], *area, "--points", "6", "--film-thickness", "1 um +- 10 nm",
+             "--substrate", "72.62 GPa, 0.17", "--widths", "0 10"),
+            "young_modulus", 72.62e9, {"continuous_stiffness", "film"},
+        ),
+        "pop-in": (("pop-in", files["jump"]), "pop_in_force", 0.4e-3, {"pop_in"}),
+    }  # fmt: skip
+    for name, (arguments, quantity, truth, stems) in commands.items():
+        out_folder, page = tmp_path / name, tmp_path / f"{name}.html"
+        status, out, error = shell(*arguments, "-o", out_folder, "--report", page, "--json")
+        assert status == 0, (name, error)
+        plain = json.loads(out)
+        first = plain["study"][quantity]["values"][0]
+        assert first == pytest.approx(truth, rel=0.03), name
+        assert plain["claims"]
+        assert {file.name for file in out_folder.iterdir()} == {
+            f"{s}.{end}" for s in stems for end in ("csv", "png")
+        }
+        assert "data:image/png" in page.read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("drift", "depth"), "no times"),
+        (("drift", "drift", "--hold", "60 s"), "60 s to 90 s"),
+        (("continuous-stiffness", "drift", "--area", "24.5"), "harmonic"),
+        (("continuous-stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um"), "needs both"),
+        (("continuous-stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um", "--substrate", "72"), "165 GPa, 0.22"),
+        (("continuous-stiffness", "depth", "--area", "x"), "numbers are needed"),
+        (("pop-in", "jump", "--radius", "1 um"), "--poisson"),
+        (("pop-in", "jump", "--shear-strength", "5 GPa"), "needs a contact"),
+        (("nanoindent", "drift", "--area", "24.5", "--hold", "1 s to 2 s"), "--drift"),
+    ],
+)  # fmt: skip
+def test_bad_options_of_indents_are_refused(files, shell, arguments, message):
+    command, file, *options = arguments
+    status, _, error = shell(command, files[file], *options)
+    assert status == 1
+    assert message in error

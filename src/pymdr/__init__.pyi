@@ -82,6 +82,7 @@ from .solving.curves import MeasuredCurve as MeasuredCurve
 from .solving.exporting import export_law as export_law
 from .solving.fits import compare_laws as compare_laws
 from .solving.fits import fit as fit
+from .solving.fits import fit_each as fit_each
 from .solving.fits import fit_map as fit_map
 from .solving.fits import fit_over_indentation as fit_over_indentation
 from .solving.grouped import summarize_groups as summarize_groups
@@ -117,6 +118,7 @@ from .solving.yielding import first_yield as first_yield
 from .workbench.curves import read_curves as read_curves
 from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
+from .workbench.folders import read_curve_folder as read_curve_folder
 from .workbench.fretting import fretting_log as fretting_log
 from .workbench.indents import read_indents as read_indents
 from .workbench.records import measured_loops as measured_loops

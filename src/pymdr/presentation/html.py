@@ -119,18 +119,8 @@ def study_html(
     notes: Sequence[str],
 ) -> str:
     """The numbers of a study, its claims and assumptions."""
-    single = []
-    for heading, lines in number_lines(groups):
-        single += [[f"<b>{escape(heading)}</b>", ""]]
-        single += [[escape(name), escape(value)] for name, value in lines]
-    (titles, units), rows = columns
-    header = [
-        escape(f"{title} ({unit})" if unit else title) for title, unit in zip(titles, units, strict=True)
-    ]
-    first = table(("quantity", ""), single) if single else ""
-    second = table(header, ([escape(cell) for cell in row] for row in rows)) if header else ""
     return (
-        f"<div>{first}{second}"
+        f"<div>{numbers_html(groups, columns)}"
         + "".join(f"<p>{escape(line)}</p>" for line in remarks)
         + (f"<details><summary>Claims</summary>{claims_html(claims)}</details>" if claims else "")
         + (
@@ -142,3 +132,17 @@ def study_html(
         + "".join(f"<p>Note: {escape(note)}</p>" for note in notes)
         + "</div>"
     )
+
+
+def numbers_html(groups: Numbers, columns: Table) -> str:
+    """Single numbers under headings, and a table."""
+    single = []
+    for heading, lines in number_lines(groups):
+        single += [[f"<b>{escape(heading)}</b>", ""]]
+        single += [[escape(name), escape(value)] for name, value in lines]
+    (titles, units), rows = columns
+    header = [
+        escape(f"{title} ({unit})" if unit else title) for title, unit in zip(titles, units, strict=True)
+    ]
+    first = table(("quantity", ""), single) if single else ""
+    return first + (table(header, ([escape(cell) for cell in row] for row in rows)) if header else "")

@@ -16,6 +16,8 @@ from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array, writt
 if TYPE_CHECKING:
     import xarray as xr
 
+_NORMAL = 1.959964
+
 
 @dataclass(frozen=True, kw_only=True)
 class GroupedValues(Study):
@@ -61,7 +63,12 @@ def _si_values(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:
 
 
 def summarize_groups(
-    values: ArrayQuantityLike, groups: Sequence[str], *, unit: str = "Pa", name: str = "values"
+    values: ArrayQuantityLike,
+    groups: Sequence[str],
+    *,
+    unit: str = "Pa",
+    name: str = "values",
+    common: float = 0.0,
 ) -> GroupedValues:
     """
     Medians of values in groups, such as moduli of the curves of several samples, with intervals that respect the groups.
@@ -76,6 +83,8 @@ def summarize_groups(
         The SI unit.
     name : str
         For messages.
+    common : float
+        Relative standard uncertainty that all values share, such as that of a spring constant; it enters the interval over groups.
 
     Returns
     -------
@@ -84,13 +93,14 @@ def summarize_groups(
     Raises
     ------
     ProblemError
-        If there are other numbers of values than of groups, no value, or a value is not above 0.
+        If there are other numbers of values than of groups, no value, a value is not above 0, or `common` is not from 0 to 0.5.
 
     Notes
     -----
     Curves of one sample are not independent samples. Within a group the interval of the median is that of order statistics, for any
     distribution (Thompson 1936). Over groups each counts once: with y_i the logarithms of their medians, the interval is
-    mean(y) +- t s / sqrt(k) for k groups, with Student's t of k - 1 degrees of freedom, which contains the variation within as well as between groups (a random effect).
+    mean(y) +- t s / sqrt(k) for k groups, with Student's t of k - 1 degrees of freedom, which contains the variation within as well as between groups (a random effect);
+    a common uncertainty is added to it in quadrature.
     With one group there is none, and the interval over groups is NaN.
 
     References
@@ -109,6 +119,10 @@ def summarize_groups(
     import xarray as xr
     from scipy.special import bdtr, stdtrit
 
+    if not isinstance(common, int | float) or not 0.0 <= common <= 0.5:
+        raise ProblemError(
+            f"summarize_groups: common = {shown(common)} (limits 0 and 0.5); give a relative uncertainty"
+        )
     flat = np.ravel(_si_values(values, unit, name))
     labels = np.array([str(group) for group in groups])
     if flat.size != labels.size:
@@ -131,8 +145,14 @@ def summarize_groups(
     logs, k = np.log(median), len(distinct)
     mean, spread = float(logs.mean()), float(logs.std(ddof=1)) if k > 1 else math.nan
     half = float(stdtrit(k - 1.0, 0.975)) * spread / math.sqrt(k) if k > 1 else math.nan
+    half = math.hypot(half, _NORMAL * common)
     attributes = {"units": unit}
-    notes = () if k > 1 else ("one group: the variation between groups is unknown",)
+    notes: tuple[str, ...] = ("one group: the variation between groups is unknown",) if k == 1 else ()
+    if common > 0.0:
+        notes += (
+            f"standard uncertainty that all {name} share: {100.0 * common:.2g} %; it is in the interval over groups, not in the intervals of "
+            "the medians",
+        )
     return GroupedValues(
         data=xr.Dataset(
             {
@@ -145,7 +165,7 @@ def summarize_groups(
                 "typical_high": ((), math.exp(mean + half), attributes),
                 "spread": ((), spread, {"units": ""}),
             },
-            coords={"group": distinct},
+            coords={"group": ("group", distinct, {"units": ""})},
         ),
         notes=notes,
     )

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from pymdr.presentation.report import ReportPart
     from pymdr.presentation.text import StudyText
 
 
@@ -215,6 +216,44 @@ class Answer:
         from pymdr.presentation.tables import write_xlsx
 
         write_xlsx(self._written(units), self._about(), file)
+
+    def to_html(
+        self, file: str | os.PathLike[str], *, title: str = "", settings: Mapping[str, str] | None = None
+    ) -> None:
+        """
+        Write a printable report, one HTML file with everything in it: tables, figures, claims, assumptions, notes and sources.
+
+        Parameters
+        ----------
+        file : path
+            For example "report.html".
+        title : str
+            Its heading.
+        settings : mapping of str to str, optional
+            Further rows of the table of settings, by name; the parts of the contact and the version are in it.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written, or its name is that of another format.
+        """
+        from pymdr.presentation.report import Report, write_report
+
+        about = [
+            (kind, text) for kind, name, text in self._about() if not name and kind not in ("note", "cite")
+        ]
+        header, cells = self._table()
+        text = self.groups(), (header, cells), self._report_lines(), self.claims, self.assumptions, self.notes
+        rows = [*(settings or {}).items(), *about]
+        write_report(file, Report(title, rows, text, self.plot, self._report_parts(), self.cite()))
+
+    def _report_lines(self) -> list[str]:
+        """Lines of a report between the table and the figure."""
+        return self._remarks()
+
+    def _report_parts(self) -> list[ReportPart]:
+        """Further sections of a report."""
+        return []
 
     def _written(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
         """Columns of a table, by their titles."""

@@ -219,6 +219,46 @@ def is_table(file: str | os.PathLike[str]) -> bool:
     return is_user_table(named_file(file, "read"))
 
 
+def read_fittable_curves(
+    file: str | os.PathLike[str],
+    segment: str | None = None,
+    *,
+    whole: bool = False,
+    keep_signs: bool | None = None,
+    **options: Any,
+) -> tuple[MeasuredCurve, ...]:
+    """
+    The curves of a file as they are fitted: a table by :func:`read_segment`, a file of an instrument by :func:`read_prepared_curves`.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_curves`.
+    segment : {"record", "approach", "retreat"}, optional
+        By default the record of a table, and the approach of a file of an instrument.
+    whole : bool
+        Whether the default is the record of any file.
+    keep_signs : bool, optional
+        As for :func:`read_prepared_curves`; tables as :func:`read_curves` reads them, or as they are.
+    **options
+        Of :func:`read_curves`.
+
+    Raises
+    ------
+    ProblemError
+        If a spring constant is not used; and as those.
+    """
+    if not is_table(file):
+        part = segment or ("record" if whole else "approach")
+        return read_prepared_curves(file, segment=part, keep_signs=keep_signs, **options)
+    curve = read_segment(file, segment or "record", **options)
+    if options.get("spring_constant") is not None and curve.spring_constant is None:
+        raise ProblemError(
+            f"--spring-constant: not used for {file}, which has indentations and forces; it needs a column of travel"
+        )
+    return (curve,)
+
+
 def read_segment(file: str | os.PathLike[str], segment: str = "record", **options: Any) -> MeasuredCurve:
     """
     One part of the only record of a file, as it was measured, but with the signs of pymdr.

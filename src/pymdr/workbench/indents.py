@@ -45,7 +45,12 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
         "f",
         "p",
     ),
-    "harmonic_stiffness": ("harmonic contact stiffness", "dynamic stiffness", "stiffness"),
+    "harmonic_stiffness": (
+        "harmonic contact stiffness",
+        "harmonic stiffness",
+        "dynamic stiffness",
+        "stiffness",
+    ),
 }
 """Titles of columns, those first that are corrected for the surface and the springs of the instrument."""
 _NEEDED = ("indentation", "normal_force")

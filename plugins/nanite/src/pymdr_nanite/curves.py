@@ -8,11 +8,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 import pymdr as mdr
 from pymdr.solving.fits.forces import RememberedForces, bare_forces, rounded_up
 from pymdr.solving.fits.touching import in_contact
 
+_NODES = 513
+"""Places of a table of forces."""
 _RUNG = 0.1
 """Step of the logarithm of work over modulus between two solutions."""
 
@@ -38,7 +41,7 @@ def elastic_force(contact, young, depth):
     touching = depth > 0.0
     force = np.zeros(depth.shape)
     if touching.any():
-        force[touching] = _unit_forces(contact, rounded_up(float(depth.max()))).at(depth[touching])[0]
+        force[touching] = _unit_forces(contact, rounded_up(float(depth.max())))(depth[touching])
     return young * force
 
 
@@ -128,7 +131,14 @@ def force_with_memory(contact, interval, depth):
 
 @lru_cache(maxsize=32)
 def _unit_forces(contact, deepest):
-    return bare_forces(contact, deepest)
+    """Force over depth; that on layers, whose roots are slow, as cubics over the root of the depth: to 1e-11 of that at the largest depth."""
+    forces = bare_forces(contact, deepest)
+    if not isinstance(contact.body, mdr.Layered):
+        return lambda depth: forces.at(depth)[0]
+    r = np.linspace(0.0, 1.0, _NODES)
+    values, slopes = forces.over_root(r, deepest)
+    cubics = CubicHermiteSpline(r, values, slopes)
+    return lambda depth: cubics(np.sqrt(depth / deepest))
 
 
 @lru_cache(maxsize=256)

@@ -10,7 +10,13 @@ from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.exported import law_study
-from pymdr.presentation.plot.fits import fitted_curves, fitted_map, growing_ranges, weighed_laws
+from pymdr.presentation.plot.fits import (
+    fitted_curves,
+    fitted_groups,
+    fitted_map,
+    growing_ranges,
+    weighed_laws,
+)
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
 from pymdr.presentation.plot.heating import frictional_heat_study, joule_study
 from pymdr.presentation.plot.impacts import impact_figure, restitution_study
@@ -68,6 +74,7 @@ __all__ = [
     "drift_study",
     "film_study",
     "fitted_curves",
+    "fitted_groups",
     "fitted_map",
     "fretting_log",
     "frictional_figures",

@@ -13,6 +13,7 @@ from pymdr.presentation.plot.shared import (
     BLUE,
     CYCLE,
     GREY,
+    LIGHT,
     ORANGE,
     SMALL,
     axis_label,
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 
 _LAWS = tuple(zip(CYCLE, ("-", "--", "-.", ":", "-", "--"), strict=True))
 """Colours and dashes of laws whose curves may coincide."""
+_NAMED, _LONGEST = 8, 14
+"""Largest number of groups whose names are drawn, and characters of a name."""
 _SMALL = 0.005
 """Smallest weight that is written out."""
 
@@ -287,3 +290,72 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
         _name_axes(curve, along, own, drawn, newton)
         letter_panels(figure)
     return figure
+
+
+def fitted_groups(data: xr.Dataset, groups: Mapping[str, xr.Dataset], names: Sequence[str]) -> Figure:
+    """
+    Parameters of many records with their intervals, in order of their groups, and the medians of the groups.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over ``curve``: ``group``, ``good``, and the parameters with ``..._low`` and ``..._high``.
+    groups : mapping of str to xarray.Dataset
+        Over ``group``, by parameter: ``median``, ``median_low`` and ``median_high``.
+    names : sequence of str
+        The parameters, a panel each.
+    """
+    data = data.isel(curve=np.flatnonzero(np.isfinite(data[names[0]].values)))
+    labels, good = data["group"].values, data["good"].values
+    order = np.argsort(labels, kind="stable")
+    with styled():
+        figure = new_figure(4.6 * len(names), 3.6)
+        for axes, name in zip(np.atleast_1d(figure.subplots(1, len(names))), names, strict=True):
+            own = str(data[name].attrs["units"])
+            unit = good_unit(data[name].values[good] if good.any() else data[name].values, own)
+            value, low, high = (
+                np.asarray(from_si(data[f"{name}{end}"].values[order], own, unit))
+                for end in ("", "_low", "_high")
+            )
+            place = np.arange(1.0, value.size + 1)
+            kept = good[order]
+            bars = [np.maximum(value - low, 0.0), np.maximum(high - value, 0.0)]
+            axes.errorbar(
+                place[kept], value[kept], [bar[kept] for bar in bars], fmt=".", color=BLUE, ms=4, elinewidth=0.8,
+                label="95 % interval",
+            )  # fmt: skip
+            if not kept.all() and np.isfinite(value[~kept]).any():
+                axes.plot(place[~kept], value[~kept], "x", color=GREY, ms=5, label="excluded")
+            _draw_medians(axes, groups.get(name), labels[order], unit)
+            shown = value[kept] if kept.any() else value
+            axes.set_ylim(0.0, 1.25 * float(np.nanmax(shown)) if shown.min() > 0.0 else None)
+            axes.set_xlim(0.5, value.size + 0.5)
+            axes.set_xlabel("curve")
+            axes.set_ylabel(with_unit(parameter_label(name), unit))
+            legend_above(axes)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_medians(axes: Axes, medians: xr.Dataset | None, labels: np.ndarray, unit: str) -> None:
+    """The median of each group with its interval over the places of its curves."""
+    ends = [i for i in range(1, labels.size) if labels[i] != labels[i - 1]]
+    for end in ends:
+        axes.axvline(end + 0.5, color=LIGHT, lw=0.8)
+    if medians is None:
+        return
+    own = str(medians["median"].attrs["units"])
+    for i, group in enumerate(medians["group"].values):
+        places = np.flatnonzero(labels == str(group)) + 1.0
+        span = [places.min() - 0.4, places.max() + 0.4]
+        middle, low, high = (
+            float(from_si(float(medians[f"median{end}"][i]), own, unit)) for end in ("", "_low", "_high")
+        )
+        if np.isfinite(low):
+            axes.fill_between(span, low, high, color=ORANGE, alpha=0.2, lw=0)
+        axes.plot(span, [middle, middle], color=ORANGE, lw=1.4, label="" if i else "median of the group")
+        if len(medians["group"]) <= _NAMED:
+            axes.annotate(
+                str(group)[:_LONGEST], (float(places.mean()), 0.02), xycoords=("data", "axes fraction"),
+                ha="center", fontsize=SMALL,
+            )  # fmt: skip

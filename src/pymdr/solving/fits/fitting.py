@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEVENBERG_MARQUARDT, RESTRICTED = "levenberg-marquardt", "patterson-thompson"
+SHARES = "standard error"
+"""Beginning of notes on the sources of errors."""
 _NOTED = 0.1
 """Ratio of a systematic to a standard error from which on it is noted."""
 
@@ -239,7 +241,7 @@ def _share_notes(
             f"{100.0 * part[one.name] / abs(one.value):.2g} % from {source}"
             for source, part in shares.items()
         ]
-        notes.append(f"standard error of {one.name}: {', '.join(texts)}")
+        notes.append(f"{SHARES} of {one.name}: {', '.join(texts)}")
     return tuple(notes)
 
 

@@ -21,6 +21,7 @@ from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.families import WORK
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED
+from pymdr.solving.fits.quality import FEWEST_IN_CONTACT, LARGEST_RESIDUAL, LARGEST_RISE
 from pymdr.solving.fits.quick import depth_ranges
 from pymdr.solving.fits.records import Records, records_of
 from pymdr.solving.fits.request import (
@@ -93,9 +94,9 @@ class FittedMap(Study):
     def mask(
         self,
         *,
-        samples_in_contact: int = 10,
-        relative_residual: float = 0.1,
-        baseline_rise: float = 0.1,
+        samples_in_contact: int = FEWEST_IN_CONTACT,
+        relative_residual: float = LARGEST_RESIDUAL,
+        baseline_rise: float = LARGEST_RISE,
         of_limit: float = math.inf,
     ) -> xr.DataArray:
         """

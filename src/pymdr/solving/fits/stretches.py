@@ -25,6 +25,7 @@ from pymdr.solving.curves.marking import FLAT, SHORTEST
 from pymdr.solving.fits.estimating import Estimate, estimate, solve_fitted
 from pymdr.solving.fits.families import WORK, FamilyAxes
 from pymdr.solving.fits.forces import rounded_up
+from pymdr.solving.fits.quality import rise_along_baseline
 from pymdr.solving.fits.quick import fit_by_family
 from pymdr.solving.fits.records import Records, Stretch
 from pymdr.solving.fits.request import (
@@ -57,8 +58,6 @@ from pymdr.units import FloatArray
 
 _CHUNK = 2**19
 """Number of samples that are fitted and stored at a time."""
-_LEAST_FREE = 8
-"""Smallest number of samples of a baseline."""
 _JUDGED, _WIDER, _SIMILAR = 17, 1.0 + 1e-9, "elastic similarity"
 """Number of depths and of members of a family at which the assumptions are measured."""
 
@@ -160,20 +159,8 @@ def _judge(request: FitRequest, columns: Columns, stretch: Stretch) -> None:
 
 def _rises(stretch: Stretch, point: FloatArray) -> FloatArray:
     """Rise in N of the force along the baseline of each approach, by a straight line; nan with fewer than 8 samples."""
-    rises = np.full(len(stretch.place), math.nan)
-    for i, (place, force, end) in enumerate(zip(stretch.place, stretch.force, point, strict=True)):
-        if not math.isfinite(end):
-            continue
-        approach = slice(0, int(np.nanargmax(place)) + 1)
-        x, y = place[approach], force[approach]
-        free = np.isfinite(x) & np.isfinite(y) & (x < end)
-        if np.count_nonzero(free) < _LEAST_FREE:
-            continue
-        x, y = x[free] - x[free].mean(), y[free] - y[free].mean()
-        power = float(x @ x)
-        if power > 0.0:
-            rises[i] = float(x @ y) / power * (end - float(np.nanmin(place)))
-    return rises
+    rows = zip(stretch.place, stretch.force, point, strict=True)
+    return np.array([rise_along_baseline(place, force, float(end)) for place, force, end in rows])
 
 
 def _plateaus(stretch: Stretch) -> FloatArray:

@@ -380,7 +380,7 @@ def _shear(
     if not there.any():
         return (shear, "Pa"), Claim(Level.NOT_VALID, "no pop-in was found", SOURCES["stress"], there), ()
     result = solve(contact, Path(normal_force=np.sort(force[there])))
-    claim = result.claims["largest_shear"]
+    claim = result.claims["stress"]
     if not claim.readable:
         raise NotValidError(f"{_WHO}: the largest shear stress is not valid here: {claim.reason}")
     order = np.flatnonzero(there)[np.argsort(force[there], kind="stable")]

@@ -8,9 +8,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pymdr.workbench.cli.folders import ready_folder, write_figure, write_study
-from pymdr.workbench.cli.options import CaseFile, Json, KeepSigns, LeaveOut, Quiet, Sensitivity, Table
+from pymdr.workbench.cli.folders import ready_folder, write_figure, write_report, write_study
+from pymdr.workbench.cli.options import (
+    CaseFile,
+    Json,
+    KeepSigns,
+    LeaveOut,
+    Quiet,
+    ReportFile,
+    Sensitivity,
+    Table,
+)
 from pymdr.workbench.cli.reporting import (
+    Stage,
+    columns_of,
     failures_as_json,
     print_json,
     print_report,
@@ -24,7 +35,7 @@ if TYPE_CHECKING:
 
     from pymdr.problem.contact import Contact
     from pymdr.solving.curves import MeasuredCurve
-    from pymdr.solving.fits import FitResult, FittedMap
+    from pymdr.solving.fits import FitResult, FittedCurves, FittedMap
 
 
 def fit(
@@ -34,7 +45,7 @@ def fit(
         typer.Argument(
             metavar="CURVE...",
             help="A table with units of force (or deflection) and travel, height or indentation (with friction: tangential force, shift and load), an AFM "
-            "file of one curve or a map, or the folder of a Zarr store of a map.",
+            "file of one curve or a map, the folder of a Zarr store of a map, or a folder of curves, which are fitted one by one.",
         ),
     ],
     free: Annotated[
@@ -82,6 +93,14 @@ def fit(
         ),
     ] = None,
     keep_signs: KeepSigns = False,
+    groups: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TABLE",
+            help="CSV of file and sample, for a folder; by default the subfolders are the samples.",
+        ),
+    ] = None,
+    report_file: ReportFile = None,
     workers: Annotated[
         int, typer.Option(min=1, help="Processes for a map; results do not depend on it.")
     ] = 1,
@@ -91,69 +110,158 @@ def fit(
 ) -> None:
     """Fit parameters of a contact to measured force curves.
 
-    With -o a table and a figure are written; a map is also stored in DIR/fit.zarr, where an interrupted fit resumes.
+    With -o a table and a figure are written; a map is also stored in DIR/fit.zarr, where an interrupted fit resumes. The curves of a folder are
+    fitted one by one, with statistics of the samples.
     """
-    from pymdr.errors import ProblemError
     from pymdr.workbench.casefile import read_contact
 
     origins = {"contact_point": contact_point, "shift_origin": shift_origin, "baseline": baseline}
-    fitted: FitResult | FittedMap
+    settings: dict[str, Any] = {
+        "case": case,
+        "records": curve,
+        "free": free,
+        "spring_constant": spring_constant,
+        "sensitivity": sensitivity,
+        "leave_out_missing": leave_out_missing,
+        **origins,
+        "max_indentation": max_indentation,
+        "max_force": max_force,
+        "uncertainty": uncertainty,
+        "over_indentation": over_indentation,
+        "segment": segment,
+        "keep_signs": keep_signs,
+        "groups": groups,
+    }
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
-        curves = (
-            _read(
-                curve,
-                {
-                    "spring_constant": _parted(spring_constant)[0],
-                    "sensitivity": sensitivity,
-                    "leave_out_missing": leave_out_missing,
-                },
-                segment,
-                contact.adhesion is not None or contact.is_viscoelastic,
-                keep_signs=keep_signs,
-            )
-            if contact.friction is None
-            else _read_sheared(curve, spring_constant, sensitivity, leave_out_missing, segment)
-        )
-        if isinstance(curves, list):
-            from pymdr.solving.fits import fit as fit_curves
-
-            ranges = {"indentation": max_indentation, "force": max_force}
-            options: dict[str, Any] = {
-                **origins,
-                "fit_range": {name: limit for name, limit in ranges.items() if limit is not None} or None,
-                "uncertainty": _uncertainties(uncertainty, spring_constant) or None,
-            }
-            fitted = fit_curves(contact, curves, free, **options)
-            written = write_study(fitted, output, "fit")
-            if over_indentation is not None:
-                written += _over_indentation(contact, curves, free, origins, over_indentation, output)
-            plain = _plain_fit(fitted)
-        else:
-            with stages(quiet or as_json) as stage:
-                for name, given in (
-                    ("--max-indentation", max_indentation),
-                    ("--max-force", max_force),
-                    ("--uncertainty", uncertainty),
-                    ("--over-indentation", over_indentation),
-                ):
-                    if given:
-                        raise ProblemError(f"{name} is for single records; fit one curve of the map")
-                if origins.pop("shift_origin") is not None:
-                    raise ProblemError(
-                        "--shift-origin needs a case with friction; use --contact-point for force curves"
-                    )
-                options = {**origins, "workers": workers, "progress": stage("fitting")}
-                fitted, written = _map(contact, curves, free, options, output)
-            plain = _plain_map(fitted)
+        with stages(quiet or as_json) as stage:
+            fitted, written = _fitted(contact, curve, free, settings, workers, stage, output)
+        written += write_report(fitted, report_file, title or f"Fit of {case.stem}", settings)
     if as_json:
-        valid = validity_of(fitted)
-        cited = list(fitted.cite())
         print_json(
-            report("fit", case, written, title=title, status="COMPLETED", references=cited, **plain, **valid)
+            report(
+                "fit",
+                case,
+                written,
+                title=title,
+                status="COMPLETED",
+                references=list(fitted.cite()),
+                **_plain(fitted),
+                **validity_of(fitted),
+            )
         )
     elif not quiet:
         print_report(title or str(case), fitted.summary(), written)
+
+
+def _fitted(
+    contact: Contact,
+    files: Sequence[Path],
+    free: Sequence[str],
+    settings: dict[str, Any],
+    workers: int,
+    stage: Stage,
+    output: Path | None,
+) -> tuple[FitResult | FittedMap | FittedCurves, list[Path]]:
+    """Fit what the files hold: records that share the parameters, a folder of records, or a map."""
+    from pymdr.errors import ProblemError
+    from pymdr.solving.fits import fit as fit_curves
+
+    origins = {name: settings[name] for name in ("contact_point", "shift_origin", "baseline")}
+    ranges = {"indentation": settings["max_indentation"], "force": settings["max_force"]}
+    options: dict[str, Any] = {
+        "fit_range": {name: limit for name, limit in ranges.items() if limit is not None} or None,
+        "uncertainty": _uncertainties(settings["uncertainty"], settings["spring_constant"]) or None,
+    }
+    reading = {
+        "spring_constant": _parted(settings["spring_constant"])[0],
+        "sensitivity": settings["sensitivity"],
+        "leave_out_missing": settings["leave_out_missing"],
+    }
+    is_folder = _is_folder(files)
+    if settings["groups"] is not None and not is_folder:
+        raise ProblemError("--groups is for a folder of curves; give the folder in place of the files")
+    if is_folder:
+        if contact.friction is not None or settings["over_indentation"] is not None:
+            raise ProblemError(
+                "a folder is for force curves of contacts without friction, and without --over-indentation; give one file"
+            )
+        del origins["shift_origin"]
+        return _each(contact, files[0], free, settings, reading, {**origins, **options}, stage, output)
+    curves = (
+        _read(
+            files,
+            reading,
+            settings["segment"],
+            contact.adhesion is not None or contact.is_viscoelastic,
+            keep_signs=settings["keep_signs"],
+        )
+        if contact.friction is None
+        else _read_sheared(files, settings)
+    )
+    if isinstance(curves, list):
+        fitted = fit_curves(contact, curves, free, **origins, **options)
+        written = write_study(fitted, output, "fit")
+        if settings["over_indentation"] is not None:
+            written += _over_indentation(contact, curves, free, origins, settings["over_indentation"], output)
+        return fitted, written
+    for name in ("max_indentation", "max_force", "uncertainty", "over_indentation"):
+        if settings[name]:
+            raise ProblemError(f"--{name.replace('_', '-')} is for single records; fit one curve of the map")
+    if origins.pop("shift_origin") is not None:
+        raise ProblemError("--shift-origin needs a case with friction; use --contact-point for force curves")
+    return _map(contact, curves, free, {**origins, "workers": workers, "progress": stage("fitting")}, output)
+
+
+def _is_folder(files: Sequence[Path]) -> bool:
+    """Whether the only argument is a folder of records, not a Zarr store."""
+    from pymdr.workbench.folders import is_zarr
+
+    return len(files) == 1 and files[0].is_dir() and not is_zarr(files[0])
+
+
+def _each(
+    contact: Contact,
+    folder: Path,
+    free: Sequence[str],
+    settings: dict[str, Any],
+    reading: dict[str, Any],
+    options: dict[str, Any],
+    stage: Stage,
+    output: Path | None,
+) -> tuple[FittedCurves, list[Path]]:
+    """Fit the records of a folder one by one."""
+    from pymdr.errors import ProblemError
+    from pymdr.solving.fits import fit_each
+    from pymdr.workbench.folders import read_curve_folder
+
+    if output is not None and folder.resolve() in (output.resolve(), *output.resolve().parents):
+        raise ProblemError(
+            f"-o {output} is in the folder of the records; choose another folder, so that the next run does not read it"
+        )
+    read = read_curve_folder(
+        folder,
+        groups=settings["groups"],
+        segment=settings["segment"],
+        whole=contact.adhesion is not None or contact.is_viscoelastic,
+        keep_signs=settings["keep_signs"] or None,
+        **reading,
+    )
+    fitted = fit_each(
+        contact,
+        read.curves,
+        free,
+        groups=read.groups,
+        excluded=read.excluded,
+        progress=stage("fitting"),
+        **options,
+    )
+    written = write_study(fitted, output, "fit")
+    if output is not None:
+        for name, study in fitted.statistics.items():
+            study.to_csv(output / f"groups_{name}.csv")
+            written.append(output / f"groups_{name}.csv")
+    return fitted, written
 
 
 def _parted(given: str | None) -> tuple[str | None, str | None]:
@@ -211,7 +319,7 @@ def _read(
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map as a dataset or the folder of its store."""
     from pymdr.errors import ProblemError
-    from pymdr.workbench.curves import is_table, read_prepared_curves, read_segment, stack_curves
+    from pymdr.workbench.curves import read_fittable_curves, stack_curves
 
     curves: list[MeasuredCurve] = []
     for file in files:
@@ -225,15 +333,7 @@ def _read(
                     )
             _refuse_segment(file, segment)
             return file
-        if is_table(file):
-            curves.append(read_segment(file, segment or "record", **options))
-            if options["spring_constant"] is not None and curves[-1].spring_constant is None:
-                raise ProblemError(
-                    f"--spring-constant: not used for {file}, which has indentations and forces; it needs a column of travel"
-                )
-            continue
-        part = segment or ("record" if whole else "approach")
-        records = read_prepared_curves(file, segment=part, keep_signs=keep_signs or None, **options)
+        records = read_fittable_curves(file, segment, whole=whole, keep_signs=keep_signs or None, **options)
         if len(records) > 1:
             if len(files) > 1:
                 raise ProblemError(f"{file} is a map of {len(records)} curves; give no other file with it")
@@ -242,18 +342,12 @@ def _read(
     return curves
 
 
-def _read_sheared(
-    files: Sequence[Path],
-    spring_constant: str | None,
-    sensitivity: str | None,
-    leave_out_missing: bool,
-    segment: str | None,
-) -> list[xr.Dataset]:
+def _read_sheared(files: Sequence[Path], settings: dict[str, Any]) -> list[xr.Dataset]:
     """Records of tangential force against shift."""
     from pymdr.errors import ProblemError
     from pymdr.workbench.tables import read_record
 
-    if leave_out_missing or any(given is not None for given in (spring_constant, sensitivity, segment)):
+    if any(settings[name] for name in ("spring_constant", "sensitivity", "leave_out_missing", "segment")):
         raise ProblemError(
             "--spring-constant, --sensitivity, --leave-out-missing and --segment are for force curves; a case with friction needs tables of "
             "shift, tangential force and load"
@@ -290,6 +384,20 @@ def _map(
             folder / "fit.csv",
             write_figure(fitted.plot(), folder / "fit.png"),
         ]
+
+
+def _plain(fitted: FitResult | FittedMap | FittedCurves) -> dict[str, Any]:
+    """Rows and values for JSON."""
+    from pymdr.solving.fits import FittedCurves, FittedMap
+
+    if isinstance(fitted, FittedMap):
+        return _plain_map(fitted)
+    return _plain_each(fitted) if isinstance(fitted, FittedCurves) else _plain_fit(fitted)
+
+
+def _plain_each(fitted: FittedCurves) -> dict[str, Any]:
+    groups = {name: columns_of(study) for name, study in fitted.statistics.items()}
+    return {"rows": fitted.data.sizes["curve"], "fit": {"curves": columns_of(fitted), "groups": groups}}
 
 
 def _plain_fit(result: FitResult) -> dict[str, Any]:

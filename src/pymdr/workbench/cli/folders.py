@@ -135,6 +135,19 @@ def write_stress(result: Result, wanted: Mapping[str, Any], folder: Path, figure
     return written
 
 
+def write_report(study: Answer, file: Path | None, title: str, settings: Mapping[str, object]) -> list[Path]:
+    """Write the report of a study, if a file is given; settings that are not given are left out."""
+    if file is None:
+        return []
+    given = {
+        name.replace("_", " "): ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+        for name, value in settings.items()
+        if value not in (None, False, [], ())
+    }
+    study.to_html(file, title=title, settings=given)
+    return [file]
+
+
 class Tables(NamedTuple):
     """Which tables are written."""
 

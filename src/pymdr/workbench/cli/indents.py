@@ -1,15 +1,15 @@
-"""``pymdr nanoindent``: hardness and modulus of indents."""
+"""``pymdr nanoindent``, ``drift``, ``continuous-stiffness`` and ``pop-in``: records of nanoindenters."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pymdr.workbench.cli.folders import write_study
-from pymdr.workbench.cli.options import Json, Quiet, Table
+from pymdr.workbench.cli.folders import write_report, write_study
+from pymdr.workbench.cli.options import Json, Quiet, ReportFile, Table
 from pymdr.workbench.cli.reporting import (
     columns_of,
     failures_as_json,
@@ -22,39 +22,58 @@ from pymdr.workbench.cli.reporting import (
 if TYPE_CHECKING:
     import xarray as xr
 
+    from pymdr.problem.materials import Elastic, Rigid
     from pymdr.problem.profiles import AreaFunction
+    from pymdr.solving.nanoindentation import ThermalDrift
+    from pymdr.solving.nanoindentation.calibrating import AreaCalibration
+    from pymdr.solving.nanoindentation.records import Records
+    from pymdr.solving.study import Study
+
+IndentFiles = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="RECORD...",
+        help="Files of a nanoindenter (.hld, .xls, .xlsx, text), or tables of load and depth with units.",
+    ),
+]
+Area = Annotated[
+    str | None,
+    typer.Option(
+        help="Coefficients C0 C1 ... of the area function: '24.5 900'; by default those of the files."
+    ),
+]
+AreaUnit = Annotated[str, typer.Option(help="Length in which they are given.")]
+AreaTable = Annotated[Path | None, typer.Option(help="CSV of contact depth and area with units, instead.")]
+Reference = Annotated[
+    list[str] | None,
+    typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
+]
+Terms = Annotated[int, typer.Option(help="Coefficients of the calibrated area function.")]
+Frame = Annotated[str | None, typer.Option(help="Compliance of the frame, such as '0.3 nm/mN'.")]
+TipYoung = Annotated[str, typer.Option(help="Young's modulus of the tip.")]
+TipPoisson = Annotated[float, typer.Option(help="Poisson's ratio of the tip.")]
+Poisson = Annotated[float | None, typer.Option(help="Poisson's ratio of the sample.")]
+Beta = Annotated[float, typer.Option(help="Beta of the power law; 1.034 for Berkovich tips.")]
+Drift = Annotated[bool, typer.Option("--drift", help="Subtract the thermal drift, from a hold.")]
+Hold = Annotated[
+    str | None,
+    typer.Option(help="Start and end of the hold, such as '60 s to 90 s'; found by default."),
+]
+Settle = Annotated[float, typer.Option(help="Part of the hold that is left out at its start.")]
 
 
 def nanoindent(
-    records: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RECORD...",
-            help="Files of a nanoindenter (.hld, .xls, .xlsx, text), or tables of load and depth with units; with the unloading.",
-        ),
-    ],
-    area: Annotated[
-        str | None,
-        typer.Option(
-            help="Coefficients C0 C1 ... of the area function: '24.5 900'; by default those of the files."
-        ),
-    ] = None,
-    area_unit: Annotated[str, typer.Option(help="Length in which they are given.")] = "1 nm",
-    area_table: Annotated[
-        Path | None, typer.Option(help="CSV of contact depth and area with units, instead.")
-    ] = None,
-    reference: Annotated[
-        list[str] | None,
-        typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
-    ] = None,
-    terms: Annotated[int, typer.Option(help="Coefficients of the calibrated area function.")] = 3,
-    frame_compliance: Annotated[
-        str | None, typer.Option(help="Compliance of the frame, such as '0.3 nm/mN'.")
-    ] = None,
-    tip_young: Annotated[str, typer.Option(help="Young's modulus of the tip.")] = "1141 GPa",
-    tip_poisson: Annotated[float, typer.Option(help="Poisson's ratio of the tip.")] = 0.07,
-    poisson: Annotated[float | None, typer.Option(help="Poisson's ratio of the sample.")] = None,
-    beta: Annotated[float, typer.Option(help="Beta of the power law; 1.034 for Berkovich tips.")] = 1.0,
+    records: IndentFiles,
+    area: Area = None,
+    area_unit: AreaUnit = "1 nm",
+    area_table: AreaTable = None,
+    reference: Reference = None,
+    terms: Terms = 3,
+    frame_compliance: Frame = None,
+    tip_young: TipYoung = "1141 GPa",
+    tip_poisson: TipPoisson = 0.07,
+    poisson: Poisson = None,
+    beta: Beta = 1.0,
     epsilon: Annotated[
         float, typer.Option(help="Epsilon of the power law; 0 takes that of its exponent.")
     ] = 0.75,
@@ -62,70 +81,274 @@ def nanoindent(
         float, typer.Option(help="Smallest force of the power law, over the largest.")
     ] = 0.25,
     fit_to: Annotated[float, typer.Option(help="Largest force of the power law, over the largest.")] = 0.98,
+    drift: Drift = False,
+    hold: Hold = None,
     output: Table = None,
+    report_file: ReportFile = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
     """Hardness and modulus of indents from their unloading."""
+    settings = dict(locals())
     from pymdr.problem.materials import Elastic
-    from pymdr.solving.nanoindentation import calibrate_area, oliver_pharr
+    from pymdr.solving.nanoindentation import oliver_pharr
 
-    written: list[Path] = []
-    with failures_as_json("nanoindent", records[0], as_json):
+    def studies() -> list[tuple[str, Study]]:
         tip = Elastic(tip_young, tip_poisson)
-        calibration = None
-        if reference:
-            _refuse_two_areas(area, area_table)
-            calibration = calibrate_area(
-                [record for file in reference for record in _indents(Path(file))],
-                tip=tip,
-                terms=terms,
-                frame_compliance=frame_compliance,
-                beta=beta,
-                epsilon=epsilon or None,
-                fit_range=(fit_from, fit_to),
-            )
-            written += write_study(calibration, output, "area")
-        indents = [record for file in records for record in _indents(file)]
+        procedure: dict[str, Any] = {
+            "beta": beta, "epsilon": epsilon or None, "fit_range": (fit_from, fit_to), "tip": tip
+        }  # fmt: skip
+        known = _calibrated(settings, procedure)
+        read = _read(records)
+        first, indents = _corrected(read, drift, hold)
         study = oliver_pharr(
             indents,
-            calibration or _area_function(area, area_unit, area_table, indents),
-            frame_compliance=None if calibration else frame_compliance,
+            known or _area_function(area, area_unit, area_table, read),
+            frame_compliance=None if known else frame_compliance,
+            poisson=poisson,
+            **procedure,
+        )
+        return [*_named("area", known), *first, ("nanoindent", study)]
+
+    _report("nanoindent", records, studies, settings)
+
+
+def drift(
+    records: IndentFiles,
+    hold: Hold = None,
+    settle: Settle = 0.2,
+    output: Table = None,
+    report_file: ReportFile = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Thermal drift of indents from a hold at constant force."""
+    settings = dict(locals())
+    _report("drift", records, lambda: [("drift", _drift(_read(records), hold, settle))], settings)
+
+
+def continuous_stiffness(
+    records: IndentFiles,
+    area: Area = None,
+    area_unit: AreaUnit = "1 nm",
+    area_table: AreaTable = None,
+    reference: Reference = None,
+    terms: Terms = 3,
+    frame_compliance: Frame = None,
+    tip_young: TipYoung = "1141 GPa",
+    tip_poisson: TipPoisson = 0.07,
+    poisson: Poisson = None,
+    beta: Beta = 1.0,
+    epsilon: Annotated[float, typer.Option(help="Epsilon, (h - h_c) S/F.")] = 0.75,
+    points: Annotated[int, typer.Option(help="Number of depths.")] = 40,
+    drift: Drift = False,
+    hold: Hold = None,
+    film_thickness: Annotated[
+        str | None,
+        typer.Option(
+            help="Thickness of a film, such as '500 nm' or '500 nm +- 10 nm': its modulus is fitted."
+        ),
+    ] = None,
+    substrate: Annotated[
+        str | None,
+        typer.Option(help="Young's modulus and Poisson's ratio below it: '165 GPa, 0.22'; or rigid."),
+    ] = None,
+    widths: Annotated[
+        str, typer.Option(help="Range of contact radius over thickness of the film's points.")
+    ] = "0 3",
+    output: Table = None,
+    report_file: ReportFile = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Hardness and modulus over depth, and the modulus of a film."""
+    settings = dict(locals())
+    from pymdr.errors import ProblemError
+    from pymdr.problem.materials import Elastic
+    from pymdr.solving.nanoindentation import continuous_stiffness as evaluate
+    from pymdr.solving.nanoindentation import film_modulus
+
+    def studies() -> list[tuple[str, Study]]:
+        if (film_thickness is None) != (substrate is None):
+            raise ProblemError("a film needs both --film-thickness '500 nm' and --substrate '165 GPa, 0.22'")
+        tip = Elastic(tip_young, tip_poisson)
+        known = _calibrated(settings, {"beta": beta, "epsilon": epsilon, "tip": tip})
+        read = _read(records)
+        first, indents = _corrected(read, drift, hold)
+        profile = evaluate(
+            indents,
+            known or _area_function(area, area_unit, area_table, read),
+            frame_compliance=None if known else frame_compliance,
             tip=tip,
             poisson=poisson,
             beta=beta,
-            epsilon=epsilon or None,
-            fit_range=(fit_from, fit_to),
+            epsilon=epsilon,
+            points=points,
         )
-        written += write_study(study, output, "nanoindent")
-    if as_json:
+        made = [*_named("area", known), *first, ("continuous_stiffness", profile)]
+        if film_thickness is not None and substrate is not None:
+            value, _, error = film_thickness.replace("±", "+-").partition("+-")
+            film = film_modulus(
+                profile,
+                value.strip(),
+                _substrate(substrate),
+                thickness_error=error.strip() or 0.0,
+                widths=_numbers("widths", widths, "0 3"),
+            )
+            made.append(("film", film))
+        return made
+
+    _report("continuous-stiffness", records, studies, settings)
+
+
+def pop_in(
+    records: IndentFiles,
+    radius: Annotated[
+        str | None, typer.Option(help="Radius of the round tip, for the shear stress, such as '1 um'.")
+    ] = None,
+    young: Annotated[str | None, typer.Option(help="Young's modulus of the sample.")] = None,
+    poisson: Poisson = None,
+    tip_young: TipYoung = "1141 GPa",
+    tip_poisson: TipPoisson = 0.07,
+    shear_strength: Annotated[
+        str | None, typer.Option(help="Shear strength, such as '5 GPa'; gives the load that reaches it.")
+    ] = None,
+    significance: Annotated[
+        float, typer.Option(help="Jump over its standard deviation from which on it counts.")
+    ] = 6.0,
+    output: Table = None,
+    report_file: ReportFile = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """First pop-in of indents, and the shear stress at its load."""
+    settings = dict(locals())
+    from pymdr.errors import ProblemError
+    from pymdr.problem.contact import Contact
+    from pymdr.problem.materials import Elastic
+    from pymdr.problem.profiles import Sphere
+    from pymdr.solving.nanoindentation import first_pop_in
+
+    def studies() -> list[tuple[str, Study]]:
+        contact, given = None, (radius, young, poisson)
+        if radius is not None and young is not None and poisson is not None:
+            contact = Contact(Sphere(radius), Elastic(young, poisson), Elastic(tip_young, tip_poisson))
+        elif any(one is not None for one in given):
+            raise ProblemError(
+                "the shear stress needs all of --radius '1 um', --young '70 GPa' and --poisson 0.17"
+            )
+        study = first_pop_in(
+            _read(records), contact, shear_strength=shear_strength, significance=significance
+        )
+        return [("pop_in", study)]
+
+    _report("pop-in", records, studies, settings)
+
+
+def _report(
+    command: str,
+    records: Sequence[Path],
+    make: Callable[[], list[tuple[str, Study]]],
+    settings: dict[str, Any],
+) -> None:
+    """Make studies, write them, and report the last one; the text has all."""
+    title = ", ".join(map(str, records))
+    outputs = ("output", "report_file", "quiet", "as_json")
+    with failures_as_json(command, records[0], settings["as_json"]):
+        studies = make()
+        written = [file for name, study in studies for file in write_study(study, settings["output"], name)]
+        study = studies[-1][1]
+        own = {name: value for name, value in settings.items() if name not in outputs}
+        written += write_report(study, settings["report_file"], f"{command}: {title}", own)
+    if settings["as_json"]:
         plain = report(
-            "nanoindent",
+            command,
             records[0],
             written,
             status="COMPLETED",
-            rows=study.data.sizes["indent"],
+            rows=next(iter(study.data.sizes.values())),
             study=columns_of(study),
+            references=list(study.cite()),
             **validity_of(study),
         )
         print_json(plain)
-    elif not quiet:
-        calibrated = f"{calibration.summary()}\n" if calibration is not None else ""
-        print_report(", ".join(map(str, records)), calibrated + study.summary(), written)
+    elif not settings["quiet"]:
+        print_report(title, "\n".join(study.summary() for _, study in studies), written)
 
 
-def _refuse_two_areas(area: str | None, table: Path | None) -> None:
+def _named(name: str, study: Study | None) -> list[tuple[str, Study]]:
+    return [] if study is None else [(name, study)]
+
+
+def _calibrated(settings: dict[str, Any], procedure: dict[str, Any]) -> AreaCalibration | None:
+    """The calibration by indents in fused silica, if they are given."""
+    from pymdr.errors import ProblemError
+    from pymdr.solving.nanoindentation import calibrate_area
+
+    if not settings["reference"]:
+        return None
+    if settings["area"] is not None or settings["area_table"] is not None:
+        raise ProblemError("give one of --area, --area-table and --reference")
+    return calibrate_area(
+        _read([Path(file) for file in settings["reference"]]),
+        terms=settings["terms"],
+        frame_compliance=settings["frame_compliance"],
+        **procedure,
+    )
+
+
+def _corrected(
+    indents: list[xr.Dataset], with_drift: bool, hold: str | None
+) -> tuple[list[tuple[str, Study]], Records]:
+    """The records, without their drift if that is wanted, and its study."""
     from pymdr.errors import ProblemError
 
-    if area is not None or table is not None:
-        raise ProblemError("give one of --area, --area-table and --reference")
+    if not with_drift:
+        if hold is not None:
+            raise ProblemError("--hold is for --drift; give both")
+        return [], indents
+    corrected = _drift(indents, hold)
+    return [("drift", corrected)], corrected
 
 
-def _indents(file: Path) -> Sequence[xr.Dataset]:
-    """The indents of a file of an instrument, or the record of a table."""
+def _drift(indents: list[xr.Dataset], hold: str | None, settle: float = 0.2) -> ThermalDrift:
+    from pymdr.errors import ProblemError
+    from pymdr.solving.nanoindentation import thermal_drift
+
+    ends = None if hold is None else [part.strip() for part in hold.split(" to ")]
+    if ends is not None and len(ends) != 2:
+        raise ProblemError(f"--hold {hold!r}: write its start and end, such as '60 s to 90 s'")
+    return thermal_drift(indents, hold=ends, settle=settle)
+
+
+def _read(files: Sequence[Path]) -> list[xr.Dataset]:
+    """The indents of files of an instrument, and the records of tables."""
     from pymdr.workbench.indents import read_indents
 
-    return read_indents(file)
+    return [record for file in files for record in read_indents(file)]
+
+
+def _substrate(text: str) -> Elastic | Rigid:
+    from pymdr.errors import ProblemError
+    from pymdr.problem.materials import Elastic, Rigid
+
+    if text.strip().lower() == "rigid":
+        return Rigid()
+    young, comma, poisson = text.rpartition(",")
+    if not comma:
+        raise ProblemError(
+            f"--substrate {text!r}: write Young's modulus and Poisson's ratio, such as '165 GPa, 0.22', or rigid"
+        )
+    return Elastic(young.strip(), poisson.strip())
+
+
+def _numbers(option: str, text: str, example: str) -> list[float]:
+    from pymdr.errors import ProblemError
+
+    try:
+        return [float(value) for value in text.replace(",", " ").split()]
+    except ValueError:
+        raise ProblemError(f"--{option} {text!r}: numbers are needed, such as '{example}'") from None
 
 
 def _area_function(
@@ -144,8 +367,4 @@ def _area_function(
     if table is not None:
         return read_area_function(table)
     assert area is not None
-    try:
-        coefficients = [float(value) for value in area.replace(",", " ").split()]
-    except ValueError:
-        raise ProblemError(f"--area {area!r}: numbers are needed, such as '24.5 900'") from None
-    return AreaFunction(coefficients, unit=unit)
+    return AreaFunction(_numbers("area", area, "24.5 900"), unit=unit)

@@ -41,6 +41,12 @@ KeepSigns = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of text, also for errors.")]
+ReportFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--report", metavar="FILE.html", help="Printable report with tables, figures, claims and settings."
+    ),
+]
 
 Sensitivity = Annotated[
     str | None,

@@ -1,0 +1,67 @@
+"""Quality of fitted curves: samples in contact, size of the residuals, and rise of the force along the baseline."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.units import FloatArray
+
+FEWEST_IN_CONTACT, LARGEST_RESIDUAL, LARGEST_RISE = 10, 0.1, 0.1
+"""Limits of good curves; residual and rise are relative to the range of the force."""
+_LEAST_FREE = 8
+
+
+class Quality(NamedTuple):
+    """What a fitted curve is judged by."""
+
+    samples_in_contact: int
+    relative_residual: float
+    """Standard deviation of the residuals over the range of the force."""
+    baseline_rise: float
+    """Rise of the force along the baseline over the range of the force; NaN without a baseline."""
+
+    def faults(self) -> list[str]:
+        """What exceeds its limit, with the limit."""
+        found = []
+        if self.samples_in_contact < FEWEST_IN_CONTACT:
+            found.append(f"{self.samples_in_contact} samples in contact (limit {FEWEST_IN_CONTACT})")
+        if not self.relative_residual <= LARGEST_RESIDUAL:
+            found.append(
+                f"residuals of {100 * self.relative_residual:.3g} % of the range of the force (limit {100 * LARGEST_RESIDUAL:g} %)"
+            )
+        if abs(self.baseline_rise) > LARGEST_RISE:
+            found.append(
+                f"the baseline rises by {100 * self.baseline_rise:.3g} % of the range of the force (limit {100 * LARGEST_RISE:g} %)"
+            )
+        return found
+
+
+def rise_along_baseline(place: FloatArray, force: FloatArray, point: float) -> float:
+    """
+    Rise of the force along the baseline of an approach, by a straight line.
+
+    Parameters
+    ----------
+    place, force : ndarray
+        Travel or indentation in m and force in N; NaN are left out.
+    point : float
+        Contact point in m.
+
+    Returns
+    -------
+    float
+        In N; NaN with fewer than 8 samples before contact.
+    """
+    if not math.isfinite(point):
+        return math.nan
+    approach = slice(0, int(np.nanargmax(place)) + 1)
+    x, y = place[approach], force[approach]
+    free = np.isfinite(x) & np.isfinite(y) & (x < point)
+    if np.count_nonzero(free) < _LEAST_FREE:
+        return math.nan
+    x, y = x[free] - x[free].mean(), y[free] - y[free].mean()
+    power = float(x @ x)
+    return float(x @ y) / power * (point - float(np.nanmin(place))) if power > 0.0 else math.nan
