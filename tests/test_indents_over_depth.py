@@ -140,9 +140,9 @@ def test_the_shell_gives_the_numbers_of_the_studies(files, shell, tmp_path):
     commands = {
         "drift": (("drift", files["drift"]), "rate", 0.1e-9, {"drift"}),
         "nanoindent": (("nanoindent", files["drift"], *area, "--drift"), "indent", 1.0, {"drift", "nanoindent"}),
-        "depth": (("continuous-stiffness", files["depth"], *area, "--points", "6"), "hardness", 9e9, {"continuous_stiffness"}),
+        "depth": (("stiffness", files["depth"], *area, "--points", "6"), "hardness", 9e9, {"continuous_stiffness"}),
         "film": (
-            ("continuous-stiffness", files["depth"], *area, "--points", "6", "--film-thickness", "1 um +- 10 nm",
+            ("stiffness", files["depth"], *area, "--points", "6", "--film-thickness", "1 um +- 10 nm",
              "--substrate", "72.62 GPa, 0.17", "--widths", "0 10"),
             "young_modulus", 72.62e9, {"continuous_stiffness", "film"},
         ),
@@ -167,10 +167,10 @@ def test_the_shell_gives_the_numbers_of_the_studies(files, shell, tmp_path):
     [
         (("drift", "depth"), "no times"),
         (("drift", "drift", "--hold", "60 s"), "60 s to 90 s"),
-        (("continuous-stiffness", "drift", "--area", "24.5"), "harmonic"),
-        (("continuous-stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um"), "needs both"),
-        (("continuous-stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um", "--substrate", "72"), "165 GPa, 0.22"),
-        (("continuous-stiffness", "depth", "--area", "x"), "numbers are needed"),
+        (("stiffness", "drift", "--area", "24.5"), "harmonic"),
+        (("stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um"), "needs both"),
+        (("stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um", "--substrate", "72"), "165 GPa, 0.22"),
+        (("stiffness", "depth", "--area", "x"), "numbers are needed"),
         (("pop-in", "jump", "--radius", "1 um"), "--poisson"),
         (("pop-in", "jump", "--shear-strength", "5 GPa"), "needs a contact"),
         (("nanoindent", "drift", "--area", "24.5", "--hold", "1 s to 2 s"), "--drift"),

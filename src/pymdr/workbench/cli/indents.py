@@ -1,4 +1,4 @@
-"""``pymdr nanoindent``, ``drift``, ``continuous-stiffness`` and ``pop-in``: records of nanoindenters."""
+"""``pymdr nanoindent``, ``drift``, ``stiffness`` and ``pop-in``: records of nanoindenters."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def drift(
     _report("drift", records, lambda: [("drift", _drift(_read(records), hold, settle))], settings)
 
 
-def continuous_stiffness(
+def stiffness(
     records: IndentFiles,
     area: Area = None,
     area_unit: AreaUnit = "1 nm",
@@ -165,7 +165,7 @@ def continuous_stiffness(
     settings = dict(locals())
     from pymdr.errors import ProblemError
     from pymdr.problem.materials import Elastic
-    from pymdr.solving.nanoindentation import continuous_stiffness as evaluate
+    from pymdr.solving.nanoindentation import continuous_stiffness
     from pymdr.solving.nanoindentation import film_modulus
 
     def studies() -> list[tuple[str, Study]]:
@@ -175,7 +175,7 @@ def continuous_stiffness(
         known = _calibrated(settings, {"beta": beta, "epsilon": epsilon, "tip": tip})
         read = _read(records)
         first, indents = _corrected(read, drift, hold)
-        profile = evaluate(
+        profile = continuous_stiffness(
             indents,
             known or _area_function(area, area_unit, area_table, read),
             frame_compliance=None if known else frame_compliance,
@@ -198,7 +198,7 @@ def continuous_stiffness(
             made.append(("film", film))
         return made
 
-    _report("continuous-stiffness", records, studies, settings)
+    _report("stiffness", records, studies, settings)
 
 
 def pop_in(

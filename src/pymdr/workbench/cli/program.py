@@ -10,7 +10,7 @@ import typer
 from pymdr.workbench.cli.cases import check, plot, run
 from pymdr.workbench.cli.curves import curves
 from pymdr.workbench.cli.fits import fit
-from pymdr.workbench.cli.indents import continuous_stiffness, drift, nanoindent, pop_in
+from pymdr.workbench.cli.indents import drift, nanoindent, pop_in, stiffness
 from pymdr.workbench.cli.laws import law, table
 from pymdr.workbench.cli.measured import fretting, loops, topography
 from pymdr.workbench.cli.options import Once
@@ -52,7 +52,7 @@ for command in (
     fit,
     nanoindent,
     drift,
-    continuous_stiffness,
+    stiffness,
     pop_in,
     topography,
     law,
