@@ -165,8 +165,7 @@ def stiffness(
     settings = dict(locals())
     from pymdr.errors import ProblemError
     from pymdr.problem.materials import Elastic
-    from pymdr.solving.nanoindentation import continuous_stiffness
-    from pymdr.solving.nanoindentation import film_modulus
+    from pymdr.solving.nanoindentation import continuous_stiffness, film_modulus
 
     def studies() -> list[tuple[str, Study]]:
         if (film_thickness is None) != (substrate is None):
