@@ -123,7 +123,7 @@ def yields(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
-    """Load and place of first yield or crack; the case needs no [[path]]."""
+    """Load and place of first yield or crack; needs no [[path]]."""
     from pymdr.solving.yielding import first_yield
 
     _study(
