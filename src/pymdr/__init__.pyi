@@ -14,6 +14,12 @@ from .mapping.equivalent import equivalent_profile as equivalent_profile
 from .mapping.moduli import effective_moduli as effective_moduli
 from .mapping.relaxation import relaxation_of as relaxation_of
 from .problem.contact import Contact as Contact
+from .problem.fatigue import DangVan as DangVan
+from .problem.fatigue import FatemiSocie as FatemiSocie
+from .problem.fatigue import Findley as Findley
+from .problem.fatigue import RuizDamage as RuizDamage
+from .problem.fatigue import RuizWork as RuizWork
+from .problem.fatigue import SmithWatsonTopper as SmithWatsonTopper
 from .problem.fractional import PowerLawRheology as PowerLawRheology
 from .problem.laws import DMT as DMT
 from .problem.laws import JKR as JKR
@@ -80,6 +86,7 @@ from .solving.batch import solve_batch as solve_batch
 from .solving.calibrating import calibrate_coefficient as calibrate_coefficient
 from .solving.curves import MeasuredCurve as MeasuredCurve
 from .solving.exporting import export_law as export_law
+from .solving.fatigue import fatigue as fatigue
 from .solving.fits import compare_laws as compare_laws
 from .solving.fits import fit as fit
 from .solving.fits import fit_each as fit_each

@@ -10,6 +10,7 @@ from pymdr.presentation.plot.closure import CurveData, closure_figures, closure_
 from pymdr.presentation.plot.compared import compared_pressures, compared_shape, compared_tractions
 from pymdr.presentation.plot.conductance import conduction_figure
 from pymdr.presentation.plot.exported import law_study
+from pymdr.presentation.plot.fatigue import fatigue_study
 from pymdr.presentation.plot.fits import (
     fitted_curves,
     fitted_groups,
@@ -72,6 +73,7 @@ __all__ = [
     "conditions_study",
     "conduction_figure",
     "drift_study",
+    "fatigue_study",
     "film_study",
     "fitted_curves",
     "fitted_groups",

@@ -1,4 +1,4 @@
-"""``pymdr impact``, ``yield``, ``rolling``, ``sliding``, ``heat`` and ``joule``, and ``wear`` along one cycle: studies of cases."""
+"""``pymdr impact``, ``yield``, ``fatigue``, ``rolling``, ``sliding``, ``heat`` and ``joule``, and ``wear`` along one cycle: studies of cases."""
 
 from __future__ import annotations
 
@@ -141,6 +141,48 @@ def yields(
         quiet,
         as_json,
     )
+
+
+def fatigue(
+    case: CaseFile,
+    criterion: Annotated[
+        str,
+        typer.Option(
+            help="dang-van, findley, fatemi-socie, smith-watson-topper, ruiz-work or ruiz-damage.",
+        ),
+    ],
+    slope: Annotated[
+        str | None, typer.Option(help="Weight of the mean (dang-van) or normal stress of the criterion.")
+    ] = None,
+    yield_strength: Annotated[str | None, typer.Option(help="Of fatemi-socie, such as '500 MPa'.")] = None,
+    limit: Annotated[
+        str | None, typer.Option(help="Endurance limit in the unit of the criterion, such as '250 MPa'.")
+    ] = None,
+    bulk: Annotated[
+        str | None, typer.Option(help="Constant bulk stress along the shift, such as '50 MPa'.")
+    ] = None,
+    bulk_amplitude: Annotated[
+        str | None, typer.Option(help="Bulk stress in phase with the tangential force, such as '80 MPa'.")
+    ] = None,
+    side: Annotated[str | None, typer.Option(help="Which is endangered: body or counterbody.")] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Fatigue over the last cycle of the path: place and plane."""
+    from pymdr.solving.fatigue import criterion_of, cycled_bulk
+    from pymdr.solving.fatigue import fatigue as endangered
+    from pymdr.solving.verb import solve
+    from pymdr.workbench.casefile import read_case
+
+    def studied() -> tuple[str, Study]:
+        chosen = criterion_of(criterion, slope=slope, yield_strength=yield_strength, limit=limit)
+        problem = read_case(case)
+        result = solve(problem.contact, problem.path, **problem.options)
+        added = cycled_bulk(result, bulk, bulk_amplitude)
+        return problem.title, endangered(result, criterion=chosen, side=side, superposed=added)
+
+    report_study("fatigue", case, studied, output, quiet, as_json)
 
 
 def rolling(
