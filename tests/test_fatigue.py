@@ -143,7 +143,9 @@ def test_the_place_is_that_of_a_dense_map(sliding):
         worst = mdr.fatigue(result, criterion=criterion)
         around = np.linspace(-0.3, 0.3, 9) * a
         x = np.append(np.linspace(-1.3, 1.3, 27) * a, worst.x + around)
-        near = worst.field(x=x, y=[0.0, 0.3 * a, worst.y], z=np.append(np.linspace(0, 1.0, 11), worst.z / a) * a)
+        near = worst.field(
+            x=x, y=[0.0, 0.3 * a, worst.y], z=np.append(np.linspace(0, 1.0, 11), worst.z / a) * a
+        )
         assert worst.value * (1.0 - 1e-9) <= float(near.max()) <= worst.value * (1.0 + 1e-8)
 
 

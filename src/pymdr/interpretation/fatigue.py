@@ -36,6 +36,8 @@ _ROWS = 48
 """Rows of a cycle that the first search uses."""
 _RINGS = 4
 """Radii of steps and slopes of a load that the first search resolves."""
+_EDGES = 64
+"""Radii of edges that are nodes of the first net."""
 _RIVALS = 0.15
 """Of the largest value of the first search: how far others may be below it from which the second begins."""
 _STARTS = 6
@@ -390,7 +392,9 @@ def _covering(values: FloatArray) -> set[int]:
 def _first_radii(cycle: StressCycle) -> FloatArray:
     """Radii in m that are searched first."""
     inside = [m for m in cycle.marks if 0.0 < m < cycle.radius]
-    return searched_radii(inside[:: max(1, -(-len(inside) // _RINGS))], cycle.radius)
+    spaced = searched_radii(inside[:: max(1, -(-len(inside) // _RINGS))], cycle.radius)
+    # at the surface the edges of single rows are sharp peaks
+    return np.union1d(spaced, inside[:: max(1, -(-len(inside) // _EDGES))])
 
 
 def most_endangered(rating: Rating, cycle: StressCycle) -> Site:
