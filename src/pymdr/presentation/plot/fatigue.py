@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LEVELS = 16
+_PREFIXED = {"": ((0.0, "%"),), "Pa*N/m": ((1e9, "GPa*N/m"), (1e6, "MPa*N/m"), (1e3, "kPa*N/m"))}
+"""Units of quantities without a prefix of their own, from the largest value."""
 _TRACE = 0.35
 """Half of the length of the drawn plane, over the contact radius."""
 
@@ -62,7 +64,10 @@ def fatigue_study(
     unit = good_unit(field["x"].values, "m")
     along, across = lengths(section["x"].values, unit), lengths(section[down].values, unit)
     values = np.where(np.isfinite(section.values), section.values, 0.0)
-    value_unit = good_unit(np.append(values, largest), str(field.attrs["units"]))
+    si = str(field.attrs["units"])
+    value_unit = next((unit for size, unit in _PREFIXED.get(si, ()) if largest >= size), si)
+    if si and value_unit == si:
+        value_unit = good_unit(np.append(values, largest), si)
     values = scaled(values, name, value_unit)
     top = float(scaled(np.array([largest]), name, value_unit)[0]) or 1.0
     with styled():
@@ -86,7 +91,7 @@ def fatigue_study(
                 ends = np.array([-1.0, 1.0]) * _TRACE * radius
                 axes.plot(x + ends * trace[0], depth + ends * trace[1], color="cyan", lw=1.6)
             axes.plot([x], [depth], "o", color="white", ms=5, mec="black", clip_on=False)
-            axes.set_title(f"largest: {typeset(largest, str(field.attrs['units']))}", fontsize="medium")
+            axes.set_title(f"largest: {typeset(top, value_unit)}", fontsize="medium")
         axes.set(
             xlabel=f"{ALONG.label} ({unit})",
             ylabel=f"{(ACROSS if surface else DEPTH).label} ({unit})",
