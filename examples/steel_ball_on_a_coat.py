@@ -41,11 +41,21 @@ assert abs(-np.trapezoid(2 * np.pi * far * axial, far) / 10.0 - 1) < 1e-3
 # %%
 # The whole stress in section, with the largest value and the interface. The ball has the same pressure on its surface.
 
-figure = result.plot_stress()
+figure = result.plot("stress")
 print(result.largest("von_mises"), result.largest("von_mises", side="counterbody"))
 
 # %%
-# Carbon yields at 15 GPa, this steel at 2 GPa: the load at first yield, and the layer in which it happens (1 is the steel).
+# Is it safe? Carbon yields at 15 GPa and cracks under a tension of 3 GPa, this steel yields at 2 GPa and cracks under 4 GPa; the interface
+# bears a shear of 300 MPa.
+# The table has the load at which each is reached first, and the layer (1 is the steel).
 
-yields = mdr.first_yield(contact, strength=["15 GPa", "2 GPa"])
-print(yields)
+failure = mdr.first_yield(
+    contact, strength=["15 GPa", "2 GPa"], tensile_strength=["3 GPa", "4 GPa"], bond_strength="300 MPa"
+)
+print(failure)
+loads = failure.data["normal_force"]
+print(
+    f"first to fail: {loads['criterion'].values[int(np.argmin(loads.values))]}, at {float(loads.min()):.0f} N"
+)
+at_yield = mdr.solve(contact, mdr.load(float(loads.sel(criterion="interface shear"))))
+assert abs(float(at_yield.largest("interface_shear", -1)) / 300e6 - 1) < 1e-6

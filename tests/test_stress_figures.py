@@ -238,3 +238,17 @@ def test_a_body_without_tension_does_not_crack():
         mdr.first_yield(
             mdr.Contact(BALL, mdr.Elastic("1 GPa", 0.5)), strength="1 GPa", tensile_strength="1 MPa"
         )
+
+
+def test_a_pop_in_has_the_shear_stress_of_its_contact():
+    contact = mdr.Contact(
+        mdr.Paraboloid("400 nm"), mdr.Elastic("410 GPa", 0.28), mdr.Elastic("1140 GPa", 0.07)
+    )
+    force = np.linspace(0.0, 0.9e-3, 301)[1:]
+    depth = solve(contact, mdr.Path(normal_force=force))["indentation"].values
+    depth = (
+        depth + np.where(force > 0.6e-3, 8e-9, 0.0) + 1e-10 * np.random.default_rng(1).normal(size=force.size)
+    )
+    pop_in = mdr.first_pop_in(mdr.MeasuredCurve(indentation=depth, force=force), contact)
+    at = solve(contact, mdr.load(float(pop_in["pop_in_force"][0])))
+    assert float(pop_in["largest_shear"][0]) == pytest.approx(float(at["largest_shear"][-1]), rel=1e-9)
