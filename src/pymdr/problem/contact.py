@@ -10,6 +10,7 @@ from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Material, Rigid, common_exponent
 from pymdr.problem.profiles import ForceCurve, Profile, Shape
 from pymdr.problem.values import Value
+from pymdr.units import shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,3 +173,16 @@ class Contact(Value):
                 "Contact: adhesion of a viscoelastic body is not covered by the method: the dissipation at the opening and closing "
                 "edge depends on the speed; leave adhesion out, or use Elastic with the stiffness at one time"
             )
+
+
+def require_contact(contact: object, prefix: str) -> Contact:
+    """
+    The contact; a value that is not one is refused.
+
+    Raises
+    ------
+    ProblemError
+    """
+    if not isinstance(contact, Contact):
+        raise ProblemError(f"{prefix}: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    return contact

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.values import OptionalArrayField, SIField, Value
 from pymdr.units import shown, to_si
 
@@ -54,7 +54,7 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
     >>> [p.name for p in mdr.parameters_of(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3)))]
     ['profile.radius', 'body.young', 'body.poisson']
     """
-    return tuple(_numbers(_as_contact(contact), ""))
+    return tuple(_numbers(require_contact(contact, "parameters"), ""))
 
 
 def parameter_of(contact: Contact, name: str) -> Parameter:
@@ -112,7 +112,7 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     >>> mdr.with_parameters(ball, {"profile.radius": "2 mm", "body.young": 2e9})
     Contact(profile=Sphere(radius=0.002), body=Elastic(young=2000000000.0, poisson=0.3), counterbody=Rigid(), adhesion=None, friction=None)
     """
-    _as_contact(contact)
+    require_contact(contact, "parameters")
     if not isinstance(values, Mapping):
         raise ProblemError(
             f"parameters: {shown(values)} is not a mapping of names to values such as {{'body.young': '2 MPa'}}"
@@ -132,12 +132,6 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     changed = _changed(contact, changes, contact)
     assert isinstance(changed, Contact)
     return changed
-
-
-def _as_contact(contact: Any) -> Contact:
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"parameters: {shown(contact)} is not a Contact; write Contact(profile, body)")
-    return contact
 
 
 def _refuse_replaced(names: list[str]) -> None:

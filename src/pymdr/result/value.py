@@ -296,11 +296,7 @@ class Result:
                 raise QuantityError(f"field: angle=, drop= and flow= do not apply to {name}; leave them out")
             interior = self._interior(places.get("side"))
             return interior_field(interior, name, r, places, self._valid_rows("stress", name, step))
-        self._require(name)
-        if name not in self._fields:
-            if name in self.reading.elsewhere:
-                raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")
-            raise QuantityError(f"no field {shown(name)}; fields are {', '.join(self._fields)}")
+        self._require_field(name)
         chosen, several = self._valid_rows(name, name, step)
         carried = self.reading.carried.get(name)
         surface: EdgedField = self.surface if carried is None else carried(self)
@@ -323,23 +319,20 @@ class Result:
         coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.long_name})}
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen]) * factor
         edged = {"units": f"{unit}*m^0.5"} if name == "pressure" or carried is not None else None
-        dims: tuple[str, ...] = (axis.name,)
-        if several:
-            dims = ("step", axis.name)
-            coords["step"] = ("step", np.array(chosen))
-            if edged is not None:
-                coords["edge_amplitude"] = ("step", amplitude, edged)
-        else:
-            values, coords["step"] = values[0], chosen[0]
-            if edged is not None:
-                coords["edge_amplitude"] = ((), amplitude[0], edged)
-        return xr.DataArray(
-            values,
-            dims=dims,
-            coords=coords,
-            name=name,
-            attrs={"units": unit, "long_name": long_name, "symbol": row.symbol},
-        )
+        coords["step"] = ("step", np.array(chosen))
+        if edged is not None:
+            coords["edge_amplitude"] = ("step", amplitude, edged)
+        attrs = {"units": unit, "long_name": long_name, "symbol": row.symbol}
+        found = xr.DataArray(values, dims=("step", axis.name), coords=coords, name=name, attrs=attrs)
+        return found if several else found.isel(step=0)
+
+    def _require_field(self, name: str) -> None:
+        self._require(name)
+        if name in self._fields:
+            return
+        if name in self.reading.elsewhere:
+            raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")
+        raise QuantityError(f"no field {shown(name)}; fields are {', '.join(self._fields)}")
 
     def _interior(self, side: str | None) -> Interior:
         self._require("stress")

@@ -40,6 +40,13 @@ def band_note(profile: Profile) -> str:
     return BAND_NOTE if any(np.ptp(scatter) > 0.0 for scatter in _scatters(profile)) else OFFSET_NOTE
 
 
+def no_bands(profile: Profile) -> tuple[str, ...]:
+    """The note of a study that has no bands."""
+    if not scatter_of(profile):
+        return ()
+    return ("the scatter of the samples only weights the smoothing: there are no bands here",)
+
+
 def _scatters(profile: Profile) -> list[FloatArray]:
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     return [part.scatter for part in parts if isinstance(part, Sampled) and part.scatter is not None]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import scipy
@@ -25,7 +25,7 @@ from pymdr.problem.materials import Elastic
 from pymdr.problem.rough import GEIKE, RoughSurface
 from pymdr.solving.press import press
 from pymdr.solving.rough import press_rough
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
@@ -123,12 +123,8 @@ def calibrate_coefficient(
         Number of surfaces.
     points : int, optional
         Pixels along a side, at least 4 per shortest wavelength, which is the default.
-    engine : str or Engine, optional
+    engine, keep, progress : optional
         As for :func:`pymdr.press`.
-    keep : path, optional
-        Folder of solved loads, from which an interrupted run continues.
-    progress : callable, optional
-        Called as ``progress(done, total)``.
 
     Returns
     -------
@@ -168,6 +164,59 @@ def calibrate_coefficient(
     >>> 2.0 < found.coefficient < 6.0
     True
     """
+    _check(surface, realisations)
+    side, unit = surface.longer_side, surface.longer_side * surface.rms
+    full = full_contact_stiffness(side, side) / side
+    forces = unit * _loads(surface, full)
+    pixels = math.ceil(4.0 * side / surface.shortest * (1.0 - 1e-12)) if points is None else points
+    pressed = []
+    for i in range(realisations):
+        folder = None if keep is None else Path(keep) / f"surface-{i:04d}"
+        part = None if progress is None else _part(progress, i, realisations)
+        heights = surface.topography(i, points=pixels)
+        pressed.append(
+            press(heights, _UNIT, normal_force=forces, punch=True, engine=engine, keep=folder, progress=part)
+        )
+    package = pressed[-1].data.attrs["engine"]
+    stiffness = np.array([one["normal_stiffness"].values / side for one in pressed])
+    area = np.array([one["contact_area"].values / side**2 for one in pressed])
+    mean, low, high = _summed(stiffness)
+    inside = _fitted_loads(mean / full)
+    coefficients, lines = _lines(surface, forces, inside, [mean, *stiffness])
+    columns = _with_band("stiffness", (mean, low, high)) | lines | _with_band("area", _summed(area))
+    law = power_law_stiffness(forces, surface.hurst, surface.rms, side, 1.0, PUBLISHED)
+    columns |= {"power_law": law / side, "line_fraction": lines["line_stiffness"] / full}
+    attributes = _misfit(np.log(lines["fitted_stiffness"] / mean)[inside], coefficients) | {
+        "full_contact_stiffness": full,
+        "hurst": surface.hurst,
+        "bandwidth": side / surface.shortest,
+        "realisations": realisations,
+        "pixels": pixels,
+        "engine": package,
+    }
+    return LineCalibration(
+        data=over_rows("load", forces / unit, columns, LineCalibration.columns, attributes),
+        claims=calibration_claims(columns, inside, realisations, coefficients[0], package),
+        assumptions=rough_assumptions(surface),
+    )
+
+
+def _with_band(name: str, summed: tuple[FloatArray, ...]) -> dict[str, FloatArray]:
+    """A column with its band, as :func:`_summed` gives them."""
+    return dict(zip((name, f"{name}_low", f"{name}_high"), summed, strict=True))
+
+
+def _misfit(off: FloatArray, coefficients: list[float]) -> dict[str, Any]:
+    """The coefficient, those of single surfaces, and the misfit of the fitted line."""
+    return {
+        "coefficient": coefficients[0],
+        "coefficients": tuple(np.percentile(coefficients[1:], _BAND).tolist()),
+        "misfit": float(np.sqrt(np.mean(off**2))),
+        "largest_misfit": float(np.abs(off).max()),
+    }
+
+
+def _check(surface: RoughSurface, realisations: int) -> None:
     if not isinstance(surface, RoughSurface):
         raise ProblemError(f"{_PREFIX}: {shown(surface)} is not a RoughSurface")
     if surface.size[0] != surface.size[1]:
@@ -176,75 +225,33 @@ def calibrate_coefficient(
         raise ProblemError(
             f"{_PREFIX}: realisations = {shown(realisations)}; a whole number from 1 on is needed"
         )
-    side, unit = surface.longer_side, surface.longer_side * surface.rms
-    full = full_contact_stiffness(side, side) / side
-    forces = unit * _loads(surface, full)
-    pixels = math.ceil(4.0 * side / surface.shortest * (1.0 - 1e-12)) if points is None else points
-    stiffness, area, package = [], [], ""
-    for i in range(realisations):
-        pressed = press(
-            surface.topography(i, points=pixels),
-            _UNIT,
-            normal_force=forces,
-            punch=True,
-            engine=engine,
-            keep=None if keep is None else Path(keep) / f"surface-{i:04d}",
-            progress=None if progress is None else _part(progress, i, realisations),
-        )
-        stiffness.append(pressed["normal_stiffness"].values / side)
-        area.append(pressed["contact_area"].values / side**2)
-        package = pressed.data.attrs["engine"]
-    mean, low, high = _summed(np.array(stiffness))
-    inside = (mean > FITTED_FRACTIONS[0] * full) & (mean < FITTED_FRACTIONS[1] * full)
+
+
+def _fitted_loads(fractions: FloatArray) -> np.ndarray:
+    """Which loads are fitted, by their fraction of the stiffness of full contact."""
+    low, high = FITTED_FRACTIONS
+    inside = np.asarray((fractions > low) & (fractions < high))
     if int(inside.sum()) < _FEWEST:
         raise ProblemError(
-            f"{_PREFIX}: {int(inside.sum())} of {forces.size} loads are between {FITTED_FRACTIONS[0]:g} and {FITTED_FRACTIONS[1]:g} of full contact (limit "
+            f"{_PREFIX}: {int(inside.sum())} of {inside.size} loads are between {low:g} and {high:g} of full contact (limit "
             f"{_FEWEST}); use a shorter shortest wavelength"
         )
+    return inside
+
+
+def _lines(
+    surface: RoughSurface, forces: FloatArray, inside: np.ndarray, stiffness: Sequence[FloatArray]
+) -> tuple[list[float], dict[str, FloatArray]]:
+    """Lambda of every stiffness, and k/(E* L) of lines with that of Geike and with the first of these."""
     dense = np.geomspace(forces[0] / _AROUND, forces[-1] * _AROUND, _DENSE)
     geike = _line(surface, dense, GEIKE)["stiffness"]
-    single = [_fitted(forces[inside], one[inside], dense, geike) for one in np.array(stiffness)]
-    coefficient = _fitted(forces[inside], mean[inside], dense, geike)
+    coefficients = [_fitted(forces[inside], one[inside], dense, geike) for one in stiffness]
     lines = {
         f"{kind}_{name}": values
-        for kind, factor in (("line", GEIKE), ("fitted", coefficient))
+        for kind, factor in (("line", GEIKE), ("fitted", coefficients[0]))
         for name, values in _line(surface, forces, factor).items()
     }
-    off = np.log(lines["fitted_stiffness"] / mean)[inside]
-    columns = {
-        "stiffness": mean,
-        "stiffness_low": low,
-        "stiffness_high": high,
-        **lines,
-        "power_law": power_law_stiffness(forces, surface.hurst, surface.rms, side, 1.0, PUBLISHED) / side,
-        **dict(zip(("area", "area_low", "area_high"), _summed(np.array(area)), strict=True)),
-        "line_fraction": lines["line_stiffness"] / full,
-    }
-    attributes = {
-        "coefficient": coefficient,
-        "coefficients": tuple(np.percentile(single, _BAND).tolist()),
-        "misfit": float(np.sqrt(np.mean(off**2))),
-        "largest_misfit": float(np.abs(off).max()),
-        "full_contact_stiffness": full,
-        "hurst": surface.hurst,
-        "bandwidth": side / surface.shortest,
-        "realisations": realisations,
-        "pixels": pixels,
-        "engine": package,
-    }
-    import xarray as xr
-
-    none = {"units": ""}
-    return LineCalibration(
-        data=xr.Dataset(
-            {name: ("load", values, none) for name, values in columns.items()},
-            coords={"load": ("load", forces / unit, none)},
-            attrs=attributes,
-        ),
-        claims=calibration_claims(columns, inside, realisations, coefficient, package),
-        assumptions=rough_assumptions(surface),
-        notes=(),
-    )
+    return coefficients, lines
 
 
 def _loads(surface: RoughSurface, full: float) -> FloatArray:

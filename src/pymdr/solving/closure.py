@@ -14,11 +14,11 @@ from pymdr.interpretation.validity import Claim
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.result import Reading, Result, Status
 from pymdr.solving.walk import Task, prescribed_rows
-from pymdr.units import metres, shown
+from pymdr.units import metres
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -42,8 +42,7 @@ def refuse_curve(contact: Contact, prefix: str, why: str) -> None:
     ------
     ProblemError
     """
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"{prefix}: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, prefix)
     if is_curve(contact):
         raise ProblemError(
             f"{prefix}: the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"

@@ -56,8 +56,9 @@ from pymdr.problem.schedule import Stretch, planned, refined
 from pymdr.problem.values import within_range
 from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
+from pymdr.solving.arguments import one_load
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs, one_load, refuse_unreachable
+from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

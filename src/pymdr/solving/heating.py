@@ -19,25 +19,26 @@ from pymdr.interpretation.heating import (
     slow_sliding,
     wiedemann_franz,
 )
-from pymdr.interpretation.validity import Claim
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import DiskStates, states_at_depth
 from pymdr.line.foundation import normal_force as elastic_force
-from pymdr.line.foundation import states_at_depth
 from pymdr.line.heating import LORENZ, current_load, frictional_rise, largest_rise, mean_displacement
-from pymdr.mapping.conductivity import conductivity_of
+from pymdr.mapping.conductivity import Conductivity, conductivity_of
 from pymdr.mapping.equivalent import gap_function
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.result import Result
+from pymdr.solving.arguments import one_row, positive_speeds
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import map_remark
-from pymdr.solving.sliding import positive_speeds
-from pymdr.solving.study import Column, Study, one_row
+from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+_NO_AREA = "the area of a contact is not in its force curve; give the shape itself as a profile"
 _JOULE, _RUBBING = "joule_heating", "frictional_heat"
 _FINE = 121
 _GIVEN = {"temperature": "K", "resistance": "ohm", "voltage": "V", "current": "A"}
@@ -156,7 +157,7 @@ def joule_heating(
     )
     where = np.ones(t0.size, dtype=bool)
     return JouleHeating(
-        data=_labelled(columns, JouleHeating.columns, "step", np.arange(t0.size)),
+        data=over_rows("step", np.arange(t0.size), columns, JouleHeating.columns),
         claims=joule_claims(where, by_current=current is not None, resistance=claim, known=rows is not None),
         assumptions=() if law is None else (law,),
         notes=(unmeasured,) if law is None else (),
@@ -222,18 +223,6 @@ def _voltage(t0: FloatArray, cold: FloatArray, current: FloatArray) -> FloatArra
             f"{written(float(most / cold[worst]), 'A')}"
         )
     return np.asarray(scale * np.tan(load / scale))
-
-
-def _labelled(
-    columns: Mapping[str, FloatArray], rows: Mapping[str, Column], over: str, along: np.ndarray
-) -> xr.Dataset:
-    import xarray as xr
-
-    units = {"units": rows[over].unit} if over in rows else {}
-    return xr.Dataset(
-        {name: (over, values, {"units": rows[name].unit}) for name, values in columns.items()},
-        coords={over: (over, along, units)} if units else {},
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -325,80 +314,90 @@ def frictional_heat(
     >>> rubbed["largest_temperature_rise"].values.round(4).tolist()
     [0.0148, 0.0741]
     """
-    import xarray as xr
-
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"{_RUBBING}: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, _RUBBING)
     v = positive_speeds(_RUBBING, speed)
     mapped, d, mu, certificate = pressed_joint(_RUBBING, "heat", contact, normal_force, indentation)
-    pair = conductivity_of(contact.body, contact.counterbody, "thermal_conductivity")
-    if isinstance(pair, str):
-        raise ProblemError(f"{_RUBBING}: {pair}")
-    line = mapped.line
+    pair, line = _conductivity(contact), mapped.line
     states = states_at_depth(line, np.array([d]))
     a, load = float(states.contact_radius[0]), float(elastic_force(line, states)[0])
     moving = _moving(contact)
     unit = frictional_rise(1.0, line.modulus, mu, pair.both)
     peclet = {which: 0.5 * v * a / kappa for which, kappa in moving.items()}
-    columns = {
-        "largest_temperature_rise": v * unit * d,
-        "heat": mu * load * v,
-        "peclet_number": np.max(list(peclet.values()), axis=0),
-    }
+    fastest = np.max(list(peclet.values()), axis=0)
+    columns = {"largest_temperature_rise": v * unit * d, "heat": mu * load * v, "peclet_number": fastest}
     fractions = {"body": pair.one / pair.both, "counterbody": pair.other / pair.both}
     # the kernel exp(-v (R + x)/(2 kappa))/R of a moving body lacks v/(2 kappa) in the mean; its fraction enters twice
     drift = np.sum([fractions[which] * pe for which, pe in peclet.items()], axis=0)
     largest = drift * load / (math.pi * a * d * line.modulus)
     taken = {"largest_temperature_rise": largest}
-    curve = is_curve(contact)
-    error = 0.0
-    if not curve:
+    error, why = 0.0, _NO_AREA
+    if not is_curve(contact):
         mean, error = mean_displacement(line, a, d)
         columns["mean_temperature_rise"] = v * unit * mean
         # the odd part of the kernel has no mean over the contact
-        taken["mean_temperature_rise"] = largest * d / mean
-    why = (
-        "the area of a contact is not in its force curve; give the shape itself as a profile" if curve else ""
-    )
-    everywhere = np.ones(v.shape, dtype=bool)
-    claims: Mapping[str, Claim] = frictional_heat_claims(contact, mapped.moduli, everywhere, taken, why)
-    claims = with_rings(claims, certificate)
-    mapped_errors = normal_errors(line, states, np.array([normal_force is not None]))
-    known = {name: float(values[0]) for name, values in mapped_errors.items()}
-    errors = {
-        "largest_temperature_rise": known.get("indentation", 0.0),
-        "mean_temperature_rise": known.get("normal_displacement", 0.0) + error,
-        "heat": known.get("normal_force", 0.0),
-    }
-    rows = {name: np.full(v.shape, each) for name, each in errors.items()}
-    claims = with_errors(claims, rows, map_remark(line, states))
-    rises = {}
-    if not curve:
-        r = a * np.concatenate([np.sin(np.linspace(0.0, 0.5 * math.pi, 81)), np.linspace(1.0, 2.0, 41)[1:]])
-        excess = float(states.edge_excess[0])
-        u = normal_displacement(
-            line, gap_function(contact.profile, line.equivalent), d, states.place.take(0), excess, r
-        )
-        rises = {"temperature_rise": (("speed", "r"), np.outer(v * unit, u), {"units": "K"})}
-    over = {"speed": ("speed", v, {"units": "m/s"})}
-    still = [name for name in ("body", "counterbody") if name not in moving]
+        taken["mean_temperature_rise"], why = largest * d / mean, ""
+    claims = frictional_heat_claims(contact, mapped.moduli, np.ones(v.shape, dtype=bool), taken, why)
+    numerical = _numerical_errors(line, states, normal_force is not None, error, v.size)
+    claims = with_errors(with_rings(claims, certificate), numerical, map_remark(line, states))
+    constant = {"normal_force": load, "indentation": d, "contact_radius": a, "friction_coefficient": mu}
     return FrictionalHeat(
-        data=_labelled(columns, FrictionalHeat.columns, "speed", v).assign_attrs(
-            normal_force=load, indentation=d, contact_radius=a, friction_coefficient=mu
-        ),
-        surface=xr.Dataset(rises, coords={**over, **({"r": ("r", r, {"units": "m"})} if rises else {})}),
+        data=over_rows("speed", v, columns, FrictionalHeat.columns, constant),
+        surface=_rise_over_radius(contact, line, states, v, unit),
         claims=claims,
         assumptions=(
             *frictional_assumptions(contact, mapped, states.contact_radius),
-            slow_sliding(float(columns["peclet_number"].max())),
+            slow_sliding(float(fastest.max())),
         ),
         notes=mapped.notes
         + tuple(
             f"the {name} has no thermal_diffusivity: it does not move relative to the contact"
-            for name in still
+            for name in ("body", "counterbody")
+            if name not in moving
         ),
         contact=contact,
     )
+
+
+def _numerical_errors(
+    line: ElasticLine, states: DiskStates, by_force: bool, mean: float, rows: int
+) -> dict[str, FloatArray]:
+    """Relative numerical errors at every speed; `mean` is that of the mean displacement."""
+    known = {
+        name: float(error[0]) for name, error in normal_errors(line, states, np.array([by_force])).items()
+    }
+    errors = {
+        "largest_temperature_rise": known.get("indentation", 0.0),
+        "mean_temperature_rise": known.get("normal_displacement", 0.0) + mean,
+        "heat": known.get("normal_force", 0.0),
+    }
+    return {name: np.full(rows, error) for name, error in errors.items()}
+
+
+def _rise_over_radius(
+    contact: Contact, line: ElasticLine, states: DiskStates, v: FloatArray, unit: FloatArray
+) -> xr.Dataset:
+    """The rise in K of the surface by speed, to twice the contact radius; empty for a force curve."""
+    import xarray as xr
+
+    speeds = {"speed": ("speed", v, {"units": "m/s"})}
+    if is_curve(contact):
+        return xr.Dataset(coords=speeds)
+    a, d, excess = (float(one[0]) for one in (states.contact_radius, states.indentation, states.edge_excess))
+    r = a * np.concatenate([np.sin(np.linspace(0.0, 0.5 * math.pi, 81)), np.linspace(1.0, 2.0, 41)[1:]])
+    u = normal_displacement(
+        line, gap_function(contact.profile, line.equivalent), d, states.place.take(0), excess, r
+    )
+    return xr.Dataset(
+        {"temperature_rise": (("speed", "r"), np.outer(v * unit, u), {"units": "K"})},
+        coords={**speeds, "r": ("r", r, {"units": "m"})},
+    )
+
+
+def _conductivity(contact: Contact) -> Conductivity:
+    pair = conductivity_of(contact.body, contact.counterbody, "thermal_conductivity")
+    if isinstance(pair, str):
+        raise ProblemError(f"{_RUBBING}: {pair}")
+    return pair
 
 
 def _moving(contact: Contact) -> dict[str, float]:

@@ -26,7 +26,7 @@ from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.closure import closure_of
 from pymdr.numerics.quadrature import gauss
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.laws import Coulomb
 from pymdr.problem.profiles import ForceCurve
 from pymdr.solving.bands import band_note, scatter_of, shifted
@@ -157,8 +157,7 @@ def friction_loop(
     """
     import xarray as xr
 
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"friction_loop: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "friction_loop")
     if (amplitude is None) == (force_amplitude is None):
         raise ProblemError("friction_loop: give exactly one of amplitude and force_amplitude")
     by_shift = amplitude is not None

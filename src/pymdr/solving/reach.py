@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import PathError
 from pymdr.interpretation.layers import base_assumption
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
@@ -79,12 +79,6 @@ def notes_of(profile: Profile) -> tuple[str, ...]:
         if isinstance(part, Function | Sampled) and part.offset != 0.0
     )
     return curves + offsets
-
-
-def one_load(prefix: str, normal_force: object, indentation: object) -> None:
-    """Require exactly one of a load and an indentation."""
-    if (normal_force is None) == (indentation is None):
-        raise ProblemError(f"{prefix}: give exactly one of normal_force and indentation")
 
 
 def refuse_unreachable(line: Line, profile: Profile, states: DiskStates, force: float | None = None) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.rolling import (
     DIRECTIONS,
@@ -24,11 +25,12 @@ from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Paraboloid
-from pymdr.solving.bands import scatter_of
+from pymdr.solving.arguments import one_row
+from pymdr.solving.bands import no_bands
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import Springs, map_remark
-from pymdr.solving.study import Column, Study, one_row
+from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import (
     ArrayQuantityLike,
     FloatArray,
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
 _LARGEST = 2.0
 """A creepage is a difference of speeds over their mean."""
 _CURVE, _POSITIONS = 65, 201
+_OF_STEADY = ("slip_length", "saturation_creepage")
 _BEYOND = 1.25
 """End of the curves relative to the saturation."""
 
@@ -109,6 +112,11 @@ class _Pressed:
     def load(self) -> float:
         """The normal force in N."""
         return self.mapped.moduli.normal * self.line.whole
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """The load and the size of the contact."""
+        return {"normal_force": self.load, "contact_radius": self.line.radius}
 
 
 def rolling(
@@ -182,12 +190,8 @@ def rolling(
     >>> creep["traction_coefficient"].values.round(4).tolist()
     [0.1056, 0.2895]
     """
-    import xarray as xr
-
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"rolling: {contact!r} is not a Contact; write Contact(profile, body)")
     refuse_curve(contact, "rolling", "rolling needs the contact area")
-    _check_options(direction, law)
+    _check_options(direction, law, path)
     zeta = _creepages(creepage)
     mapped, d, mu, certificate = pressed_joint("rolling", "creep force", contact, normal_force, indentation)
     states = states_at_depth(mapped.line, np.array([d]))
@@ -195,41 +199,19 @@ def rolling(
     modulus = _modulus(contact, mapped, direction, law)
     rise = modulus * zeta / pressed.unit
     errors = {} if path is not None else _errors(contact, pressed, direction, zeta, rise)
-    everywhere = np.ones(zeta.shape, dtype=bool)
-    claims = rolling_claims(contact, mapped.moduli, direction, law, errors, everywhere)
-    claims = with_rings(claims, certificate)
-    remark = map_remark(mapped.line, states)
-    claims = {name: replace(claim, reason=claim.reason + remark) for name, claim in claims.items()}
-    notes = mapped.notes
-    if scatter_of(contact.profile):
-        notes += ("the scatter of the samples only weights the smoothing: there are no bands here",)
+    claims = rolling_claims(contact, mapped.moduli, direction, law, errors, np.ones(zeta.shape, dtype=bool))
+    claims = with_errors(with_rings(claims, certificate), {}, map_remark(mapped.line, states))
+    notes = mapped.notes + no_bands(contact.profile)
     if path is None:
-        arrays = _steady(pressed, rise, zeta, modulus)
-        coordinates = {"creepage": ("creepage", zeta, {"units": ""})}
-        springs = _springs(pressed, rise, zeta)
+        data = _steady(pressed, rise, zeta, modulus)
     else:
-        if law != "plain":
-            raise ProblemError(
-                f"rolling: law={law!r} is for steady rolling: Kalker's coefficients do not describe transients; "
-                "use law='plain', or leave the path out"
-            )
-        distance = _distances(path, zeta)
-        arrays, missed = _along(pressed, rise, zeta, distance)
-        coordinates = {"distance": ("distance", distance, {"units": "m"})}
-        springs = None
-        claims = {name: claims[name] for name in claims if name not in ("slip_length", "saturation_creepage")}
+        data, missed = _along(pressed, rise, zeta, _distances(path, zeta))
+        claims = {name: claims[name] for name in claims if name not in _OF_STEADY}
         notes += (f"the integration along the path has an error of about {missed:.1g} of mu F_N",)
-    attributes = {
-        "normal_force": pressed.load,
-        "indentation": d,
-        "contact_radius": pressed.line.radius,
-        "friction_coefficient": mu,
-        "direction": direction,
-        "law": law,
-    }
+    attributes = {"indentation": d, "friction_coefficient": mu, "direction": direction, "law": law}
     return Rolling(
-        data=xr.Dataset(arrays, coords=coordinates, attrs=attributes),
-        springs=springs,
+        data=data.assign_attrs(pressed.attributes | attributes),
+        springs=_springs(pressed, rise, zeta) if path is None else None,
         curves=_curves(contact, pressed, direction, float(np.max(np.abs(zeta)))),
         claims=claims,
         assumptions=frictional_assumptions(contact, mapped, np.array([pressed.line.radius])),
@@ -259,7 +241,7 @@ def _errors(
     return {"creep_force": force, "saturation_creepage": whole}
 
 
-def _check_options(direction: str, law: str) -> None:
+def _check_options(direction: str, law: str, path: ArrayQuantityLike | None) -> None:
     if direction == "spin":
         raise ProblemError(
             "rolling: direction='spin' is not covered: springs on one line have no spin; "
@@ -268,6 +250,11 @@ def _check_options(direction: str, law: str) -> None:
     for name, given, known in (("direction", direction, DIRECTIONS), ("law", law, LAWS)):
         if given not in known:
             raise ProblemError(f"rolling: {name} = {shown(given)}; give {' or '.join(map(repr, known))}")
+    if path is not None and law != "plain":
+        raise ProblemError(
+            f"rolling: law={law!r} is for steady rolling: Kalker's coefficients do not describe transients; "
+            "use law='plain', or leave the path out"
+        )
 
 
 def _creepages(given: ArrayQuantityLike) -> FloatArray:
@@ -302,32 +289,28 @@ def _modulus(contact: Contact, mapped: Springs, direction: str, law: str) -> flo
     return mapped.moduli.tangential
 
 
-_Arrays = dict[str, tuple[tuple[str, ...] | str, FloatArray | float, dict[str, str]]]
-
-
-def _steady(pressed: _Pressed, rise: FloatArray, zeta: FloatArray, modulus: float) -> _Arrays:
+def _steady(pressed: _Pressed, rise: FloatArray, zeta: FloatArray, modulus: float) -> xr.Dataset:
     # opposite creepages have the same solution
     size, which = np.unique(np.abs(rise), return_inverse=True)
     solution = steady_rolling(pressed.line, size)
     force = np.sign(zeta) * pressed.unit * solution.load[which]
-    return {
-        "creep_force": ("creepage", force, {"units": "N"}),
-        "traction_coefficient": ("creepage", force / pressed.load, {"units": ""}),
-        "slip_length": ("creepage", solution.slip_length[which], {"units": "m"}),
-        "saturation_creepage": ((), pressed.unit / modulus * pressed.line.saturation, {"units": ""}),
+    columns = {
+        "creep_force": force,
+        "traction_coefficient": force / pressed.load,
+        "slip_length": solution.slip_length[which],
     }
+    saturation = ((), pressed.unit / modulus * pressed.line.saturation, {"units": ""})
+    return over_rows("creepage", zeta, columns, Rolling.columns).assign(saturation_creepage=saturation)
 
 
 def _along(
     pressed: _Pressed, rise: FloatArray, zeta: FloatArray, distance: FloatArray
-) -> tuple[_Arrays, float]:
+) -> tuple[xr.Dataset, float]:
+    """Creep forces over the distance, and the error of the integration."""
     solution = rolled_path(pressed.line, distance, rise)
     force = pressed.unit * solution.load
-    return {
-        "creepage": ("distance", zeta, {"units": ""}),
-        "creep_force": ("distance", force, {"units": "N"}),
-        "traction_coefficient": ("distance", force / pressed.load, {"units": ""}),
-    }, solution.error
+    columns = {"creepage": zeta, "creep_force": force, "traction_coefficient": force / pressed.load}
+    return over_rows("distance", distance, columns, Rolling.columns), solution.error
 
 
 def _springs(pressed: _Pressed, rise: FloatArray, zeta: FloatArray) -> xr.Dataset:

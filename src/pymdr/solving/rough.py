@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Unpack
 
 import numpy as np
 
@@ -26,11 +26,10 @@ from pymdr.machine import memory_of_machine
 from pymdr.mapping.rough import refuse_coarse
 from pymdr.problem.materials import Material, Rigid
 from pymdr.problem.rough import RoughSurface
-from pymdr.solving.reach import one_load
+from pymdr.solving.arguments import Loads, positive_loads
 from pymdr.solving.rough_lines import PREFIX, RoughLine, States, rough_line, whole_number
-from pymdr.solving.study import Column, Study, one_row
+from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import (
-    ArrayQuantityLike,
     FloatArray,
     QuantityLike,
     newtons,
@@ -111,13 +110,12 @@ def press_rough(
     body: Material,
     counterbody: Material | None = None,
     *,
-    normal_force: ArrayQuantityLike | None = None,
-    indentation: ArrayQuantityLike | None = None,
     realisations: int = 100,
     coefficient: float | None = None,
     points: int | None = None,
     radius: QuantityLike | None = None,
     workers: int | None = None,
+    **load: Unpack[Loads],
 ) -> RoughContact:
     """
     Force, indentation and stiffness of a randomly rough patch that is pressed on a plane, or of a rough ball.
@@ -184,68 +182,80 @@ def press_rough(
     [0.04, 0.13, 1.0]
     """
     line = rough_line(surface, body, counterbody, coefficient=coefficient, points=points, radius=radius)
-    one_load(PREFIX, normal_force, indentation)
-    by_force = normal_force is not None
-    given, unit = (normal_force, "N") if by_force else (indentation, "m")
-    name = "normal_force" if by_force else "indentation"
-    assert given is not None
-    rows = one_row(given, unit, PREFIX, name)
-    if np.any(rows <= 0.0):
-        raise ProblemError(
-            f"{PREFIX}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}"
-        )
+    name, rows = positive_loads(PREFIX, load)
     count = whole_number("realisations", realisations)
-    threads = min(count, _most_workers(line) if workers is None else whole_number("workers", workers))
-    _refuse_too_large(line, count, threads, rows.size)
-    grid = _grid(line, rows if by_force else None)
-
-    def work(realisation: int) -> States:
-        # numbers that are not finite are refused below
-        with np.errstate(over="ignore", under="ignore"):
-            return line.states(realisation, rows, by_force, grid)
-
-    states, drawn = (np.array(part) for part in zip(*_in_turn(work, count, threads), strict=True))
-    invalid = ~np.all(np.isfinite(states) & (states > 0.0), axis=(0, 1))
-    if invalid.any():
-        raise ProblemError(
-            f"{PREFIX}: {name} = {written(float(rows[np.argmax(invalid)]), unit)} has an energy outside the range of floating-point numbers; "
-            f"use forces of the order of {newtons(line.scale)}"
-        )
+    threads = _threads(line, count, workers, rows.size)
+    grid = _grid(line, rows if name == "normal_force" else None)
+    states, drawn = _pressed(line, name, rows, grid, (count, threads))
     bands = _summed(states)
-    columns = {
-        f"{response}{end}": values[i]
-        for i, response in enumerate(_RESPONSES)
-        if response != name
-        for end, values in bands.items()
-    }
-    force = rows if by_force else columns["normal_force"]
+    columns = _responses(bands, name)
     claims = rough_claims(surface, name, np.ones(rows.shape, dtype=bool), line.radius is not None)
+    force = columns.get("normal_force", rows)
     laws, closed = _closed_forms(line, force, columns["normal_stiffness"])
     lengths = {end: columns[f"normal_stiffness{end}"] / (2.0 * line.modulus) for end in bands}
     conducted = conduction_of_stiffness(body, counterbody or Rigid(), lengths, claims["normal_stiffness"])
     columns, claims = columns | conducted[0], claims | conducted[1]
-    curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
-    curves |= _closed_forms(line, grid, curves["normal_stiffness"])[1]
-    attributes: dict[str, float | int] = {
-        "modulus": line.modulus,
-        "points": line.points,
-        "realisations": count,
-        "coefficient": line.coefficient,
-        "line_length": line.length,
-    }
-    if line.radius is None:
-        attributes["full_contact_stiffness"] = line.modulus * line.length
-    else:
-        attributes |= {"radius": line.radius, "crossover_force": line.scale}
+    curves = _curves(line, grid, drawn)
+    written_with = RoughContact.columns, _attributes(line, count)
     return RoughContact(
-        data=_labelled(name, rows, columns | closed, attributes),
-        curves=_labelled("normal_force", grid, curves, attributes),
+        data=over_rows(name, rows, columns | closed, *written_with),
+        curves=over_rows("normal_force", grid, curves, *written_with),
         springs=_springs(line, float(np.median(states[0, 0]))),
         line=line,
         claims=claims | laws,
         assumptions=rough_assumptions(surface),
-        notes=(),
     )
+
+
+def _responses(bands: dict[str, FloatArray], given: str) -> dict[str, FloatArray]:
+    """The responses with their bands, without the given load."""
+    return {
+        f"{response}{end}": values[i]
+        for i, response in enumerate(_RESPONSES)
+        if response != given
+        for end, values in bands.items()
+    }
+
+
+def _pressed(
+    line: RoughLine, name: str, rows: FloatArray, grid: FloatArray, counts: tuple[int, int]
+) -> tuple[FloatArray, FloatArray]:
+    """Responses and drawn stiffnesses of all realisations; counts are those of realisations and threads."""
+
+    def work(realisation: int) -> States:
+        # numbers that are not finite are refused below
+        with np.errstate(over="ignore", under="ignore"):
+            return line.states(realisation, rows, name == "normal_force", grid)
+
+    states, drawn = (np.array(part) for part in zip(*_in_turn(work, *counts), strict=True))
+    invalid = ~np.all(np.isfinite(states) & (states > 0.0), axis=(0, 1))
+    if invalid.any():
+        worst = written(float(rows[np.argmax(invalid)]), RoughContact.columns[name].unit)
+        raise ProblemError(
+            f"{PREFIX}: {name} = {worst} has an energy outside the range of floating-point numbers; "
+            f"use forces of the order of {newtons(line.scale)}"
+        )
+    return states, drawn
+
+
+def _attributes(line: RoughLine, realisations: int) -> dict[str, float | int]:
+    """Numbers of the lines, for the attributes of the data."""
+    known: dict[str, float | int] = {
+        "modulus": line.modulus,
+        "points": line.points,
+        "realisations": realisations,
+        "coefficient": line.coefficient,
+        "line_length": line.length,
+    }
+    if line.radius is None:
+        return known | {"full_contact_stiffness": line.modulus * line.length}
+    return known | {"radius": line.radius, "crossover_force": line.scale}
+
+
+def _curves(line: RoughLine, grid: FloatArray, drawn: FloatArray) -> dict[str, FloatArray]:
+    """Stiffnesses over the forces of a grid, and the closed forms."""
+    curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
+    return curves | _closed_forms(line, grid, curves["normal_stiffness"])[1]
 
 
 def _most_workers(line: RoughLine) -> int:
@@ -254,8 +264,9 @@ def _most_workers(line: RoughLine) -> int:
     return max(1, math.floor(min(os.cpu_count() or 1, 0.5 * lines)))
 
 
-def _refuse_too_large(line: RoughLine, count: int, threads: int, rows: int) -> None:
-    """Refuse lines that are too coarse or need too much memory, before any work."""
+def _threads(line: RoughLine, count: int, workers: int | None, rows: int) -> int:
+    """Threads, by default the cores within half of the memory; refuse lines that are too coarse or too large."""
+    threads = min(count, _most_workers(line) if workers is None else whole_number("workers", workers))
     refuse_coarse(line.surface, line.points)
     needed = 8.0 * (_COPIES * line.points * threads + 8.0 * count * (rows + _CURVE))
     if needed > memory_of_machine():
@@ -263,6 +274,7 @@ def _refuse_too_large(line: RoughLine, count: int, threads: int, rows: int) -> N
             f"{PREFIX}: {count} lines of {line.points:.3g} springs, {threads} at a time, need about {needed / 1e9:.3g} GB (limit "
             f"{memory_of_machine() / 1e9:.3g} GB, the memory of this machine); use fewer workers or points, or a longer shortest wavelength"
         )
+    return threads
 
 
 def _in_turn(work: Callable[[int], States], count: int, threads: int) -> list[States]:
@@ -308,22 +320,6 @@ def _closed_forms(
         )
         claims["hertz_stiffness"] = exact
     return claims, columns
-
-
-def _labelled(
-    over: str, rows: FloatArray, columns: dict[str, FloatArray], attributes: dict[str, float | int]
-) -> xr.Dataset:
-    import xarray as xr
-
-    def unit(name: str) -> dict[str, str]:
-        base = name.removesuffix("_low").removesuffix("_high")
-        return {"units": RoughContact.columns[base].unit}
-
-    return xr.Dataset(
-        {name: (over, values, unit(name)) for name, values in columns.items()},
-        coords={over: (over, rows, unit(over))},
-        attrs=attributes,
-    )
 
 
 def _springs(line: RoughLine, depth: float) -> xr.Dataset:

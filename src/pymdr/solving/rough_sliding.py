@@ -14,8 +14,10 @@ from pymdr.mapping.rough import modes_of, rough_waves
 from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.materials import Material, Viscoelastic
 from pymdr.problem.rough import RoughSurface
+from pymdr.solving.arguments import positive_load, positive_speeds
 from pymdr.solving.rough_lines import RoughLine, line_coefficient
-from pymdr.solving.sliding import SlidingFriction, labelled_over_speed, positive_load, positive_speeds
+from pymdr.solving.sliding import SlidingFriction
+from pymdr.solving.study import over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown
 
 _PREFIX = "rough_sliding_friction"
@@ -95,20 +97,11 @@ def rough_sliding_friction(
     """
     relaxation = _relaxation(surface, body)
     factor = line_coefficient(coefficient)
-    force, depth = positive_load(_PREFIX, normal_force, indentation, deep=-np.inf)
+    load_or_depth = positive_load(_PREFIX, normal_force, indentation, deep=-np.inf)
     v = positive_speeds(_PREFIX, speed)
     n = _PER_WAVE * modes_of(surface)
-    fine, coarse = (
-        _states(
-            RoughLine(surface, relaxation.equilibrium, factor, points, None),
-            realisation,
-            relaxation,
-            v,
-            force,
-            depth,
-        )
-        for points in (n, n // 2)
-    )
+    lines = [RoughLine(surface, relaxation.equilibrium, factor, points, None) for points in (n, n // 2)]
+    fine, coarse = (_states(line, realisation, relaxation, v, *load_or_depth) for line in lines)
     if not np.all(fine[:, 0] > 0.0):
         raise ProblemError(
             f"{_PREFIX}: at the indentation {shown(indentation)} no spring is in contact; increase it"
@@ -121,13 +114,14 @@ def rough_sliding_friction(
         "indentation": where,
     }
     errors = np.max(np.abs(coarse[:, :2] / fine[:, :2] - 1.0), axis=1)
-    claims = rough_sliding_claims(
-        "indentation" if force is None else "normal_force", np.ones(v.shape, dtype=bool), errors
-    )
+    prescribed = "indentation" if normal_force is None else "normal_force"
+    claims = rough_sliding_claims(prescribed, np.ones(v.shape, dtype=bool), errors)
     q, amplitude = rough_waves(surface, factor)
     slope = math.sqrt(0.5 * float(np.sum((amplitude * q) ** 2)))
     return SlidingFriction(
-        data=labelled_over_speed(v, columns).assign_attrs(numerical_error=tuple(errors.tolist())),
+        data=over_rows("speed", v, columns, SlidingFriction.columns).assign_attrs(
+            numerical_error=tuple(errors.tolist())
+        ),
         claims=claims,
         assumptions=(Assumption("small slope", "root mean square of the slope of the line", slope, _STEEP),),
         notes=(),

@@ -9,11 +9,12 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim, Level
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
+from pymdr.solving.arguments import positive_row
 from pymdr.solving.frictional import pressed_joint
 from pymdr.solving.loops import friction_loop
-from pymdr.solving.study import Answer, Column, Study, one_row
-from pymdr.units import ArrayQuantityLike, FloatArray, shown
+from pymdr.solving.study import Answer, Column, Study
+from pymdr.units import ArrayQuantityLike, FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -87,13 +88,8 @@ def running_conditions(
     """
     import xarray as xr
 
-    loads = one_row(normal_force, "N", "running_conditions", "normal_force")
-    if not np.all(loads > 0.0):
-        raise ProblemError(
-            f"running_conditions: normal_force = {shown(normal_force)}; loads above 0 N are needed"
-        )
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"running_conditions: {shown(contact)} is not a Contact")
+    loads = positive_row(normal_force, "N", "running_conditions", "normal_force")
+    require_contact(contact, "running_conditions")
     path = None
     if record is not None:
         missing = [name for name in ("amplitude", "normal_force") if name not in record.data]

@@ -28,14 +28,14 @@ from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.fractional import WIDEST
-from pymdr.problem.values import within_range
-from pymdr.solving.bands import scatter_of
+from pymdr.solving.arguments import positive_load, positive_speeds
+from pymdr.solving.bands import no_bands
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.memory import assumptions_with_memory, powers_of
-from pymdr.solving.reach import map_remark, notes_of, one_load, refuse_unreachable
-from pymdr.solving.study import Column, Study, one_row
-from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown, to_si, written
+from pymdr.solving.reach import map_remark, notes_of, refuse_unreachable
+from pymdr.solving.study import Column, Study, over_rows
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -154,29 +154,15 @@ def sliding_friction(
     kernel = _kernel(case, v)
     relaxation = kernel.relaxation
     rows = _rows(case, kernel, v)
-    slid = [row.slid for row in rows]
-    a = np.array([row.pressed.radius for row in rows])
-    force = np.array([one.load for one in slid]) if case.force is None else np.full(v.size, case.force)
-    columns = {
-        "friction_coefficient": np.array([one.drag / one.load for one in slid]),
-        "friction_force": np.array([one.drag for one in slid]),
-        "normal_force": force,
-        "indentation": np.array([row.pressed.depth for row in rows]),
-        "leading_edge": a,
-        "trailing_edge": np.array([one.trailing for one in slid]),
-    }
+    columns = _columns(case, rows)
     slow, fast = _slow(case, relaxation), _fast(case, kernel, rows)
     deepest = max(*columns["indentation"], slow.depth, fast.depth)
     states = states_at_depth(case.line, np.array([deepest]))
     mapped = float(np.max(case.line.equivalent.slope_error(states.contact_radius)))
-    glassy = math.isfinite(relaxation.glassy)
-    friction = columns["friction_coefficient"]
-    slow_error = None if slow.why else np.abs(friction / (2.0 * slow.factor * v) - 1.0) + mapped
-    fast_error = a / v / _fastest(relaxation) + mapped if fast.why is None and glassy else None
-    limits = Limits(slow.why, fast.why, glassy, slow_error, fast_error)
+    limits = _limits(relaxation, (slow, fast), v, columns, mapped)
     columns |= {"slow_limit": slow.factor * v} if slow.why is None else {}
     if fast.why is None:
-        columns["fast_limit"] = fast.factor / v if glassy else np.array([row.blunt for row in rows])
+        columns["fast_limit"] = fast.factor / v if limits.glassy else np.array([row.blunt for row in rows])
     remark = map_remark(case.line, states)
     errors = np.array([_error(case, kernel, float(one), row) for one, row in zip(v, rows, strict=True)])
     prescribed = "normal_force" if case.depth is None else "indentation"
@@ -187,68 +173,56 @@ def sliding_friction(
     attributes: dict[str, float | tuple[float, ...]] = {"numerical_error": tuple(errors.tolist())}
     if slow.why is None:
         attributes["slow_limit_over_speed"] = slow.factor
-    if fast.why is None and glassy:
+    if fast.why is None and limits.glassy:
         attributes["fast_limit_times_speed"] = fast.factor
-    for name in ("slow_limit", "fast_limit"):
-        if name in columns:
-            # NaN at speeds at which a limit does not hold
-            columns[name] = np.where(claims[name].where, columns[name], math.nan)
+    for name in {"slow_limit", "fast_limit"} & set(columns):
+        # NaN at speeds at which a limit does not hold
+        columns[name] = np.where(claims[name].where, columns[name], math.nan)
     certificate = disks_down_to(contact, case.line, deepest, _PREFIX)
     claims = with_rings(claims, certificate)
-    notes = notes_of(contact.profile) + kernel.notes
-    if scatter_of(contact.profile):
-        notes += ("the scatter of the samples only weights the smoothing: there are no bands here",)
     return SlidingFriction(
-        data=labelled_over_speed(v, columns).assign_attrs(attributes),
+        data=over_rows("speed", v, columns, SlidingFriction.columns).assign_attrs(attributes),
         claims=claims,
         assumptions=assumptions_with_memory(contact, states.contact_radius),
-        notes=notes,
+        notes=notes_of(contact.profile) + kernel.notes + no_bands(contact.profile),
         contact=contact,
     )
+
+
+def _columns(case: _Case, rows: list[_Row]) -> dict[str, FloatArray]:
+    """Forces and edges of all speeds."""
+    slid = [row.slid for row in rows]
+    loads = [one.load if case.force is None else case.force for one in slid]
+    return {
+        "friction_coefficient": np.array([one.drag / one.load for one in slid]),
+        "friction_force": np.array([one.drag for one in slid]),
+        "normal_force": np.array(loads),
+        "indentation": np.array([row.pressed.depth for row in rows]),
+        "leading_edge": np.array([row.pressed.radius for row in rows]),
+        "trailing_edge": np.array([one.trailing for one in slid]),
+    }
+
+
+def _limits(
+    relaxation: Relaxation,
+    ends: tuple[_Limit, _Limit],
+    v: FloatArray,
+    columns: Mapping[str, FloatArray],
+    mapped: float,
+) -> Limits:
+    """Where the limits of slow and fast sliding exist, and their errors at every speed, with that of the map."""
+    slow, fast = ends
+    glassy = math.isfinite(relaxation.glassy)
+    friction, a = columns["friction_coefficient"], columns["leading_edge"]
+    slow_error = None if slow.why else np.abs(friction / (2.0 * slow.factor * v) - 1.0) + mapped
+    fast_error = a / v / _fastest(relaxation) + mapped if fast.why is None and glassy else None
+    return Limits(slow.why, fast.why, glassy, slow_error, fast_error)
 
 
 def _fastest(relaxation: Relaxation) -> float:
     """The inverse mean rate in s of the fast limit, which decides when sliding is fast."""
     rates = 1.0 / relaxation.times
     return float(np.sum(relaxation.moduli * rates) / np.sum(relaxation.moduli * rates**2))
-
-
-def positive_speeds(prefix: str, speed: ArrayQuantityLike) -> FloatArray:
-    """One row of speeds in m/s, above 0."""
-    v = one_row(speed, "m/s", prefix, "speed")
-    if np.any(v <= 0.0):
-        raise ProblemError(f"{prefix}: speed = {written(float(v.min()), 'm/s')}; it must be above 0 m/s")
-    for extreme in (v.min(), v.max()):
-        within_range(extreme, "m/s", f"{prefix}: speed", size=True)
-    return v
-
-
-def positive_load(
-    prefix: str, normal_force: QuantityLike | None, indentation: QuantityLike | None, deep: float = 0.0
-) -> tuple[float | None, float | None]:
-    """Force in N above 0, or depth in m above a limit."""
-    one_load(prefix, normal_force, indentation)
-    force = None if normal_force is None else to_si(normal_force, "N", name="normal_force")
-    depth = None if indentation is None else to_si(indentation, "m", name="indentation")
-    for value, given, unit, least in ((force, normal_force, "N", 0.0), (depth, indentation, "m", deep)):
-        if value is not None and value <= least:
-            raise ProblemError(
-                f"{prefix}: the load {shown(given)} must be above 0 {unit}; press the bodies together"
-            )
-        if value is not None:
-            within_range(value, unit, f"{prefix}: the load", size=deep == 0.0)
-    return force, depth
-
-
-def labelled_over_speed(speed: FloatArray, columns: Mapping[str, FloatArray]) -> xr.Dataset:
-    """Columns over speed, with their units."""
-    import xarray as xr
-
-    units = {name: {"units": column.unit} for name, column in SlidingFriction.columns.items()}
-    return xr.Dataset(
-        {name: ("speed", values, units[name]) for name, values in columns.items()},
-        coords={"speed": ("speed", speed, units["speed"])},
-    )
 
 
 @dataclass(frozen=True)
@@ -263,8 +237,6 @@ class _Case:
 
 
 def _read(contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None) -> _Case:
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"{_PREFIX}: {contact!r} is not a Contact; write Contact(profile, body)")
     refuse_curve(contact, _PREFIX, "sliding needs the slope of its surface")
     if not contact.is_viscoelastic:
         raise ProblemError(

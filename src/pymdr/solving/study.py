@@ -9,14 +9,15 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from pymdr.errors import ProblemError, QuantityError
+from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name
 from pymdr.result import Claims
-from pymdr.units import ArrayQuantityLike, FloatArray, from_si, good_unit, shown, to_si_array
+from pymdr.units import FloatArray, from_si, good_unit, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -340,9 +341,21 @@ def number(name: str, doc: str) -> property:
     return property(lambda study: float(study.data[name]), doc=doc)
 
 
-def one_row(given: ArrayQuantityLike, unit: str, prefix: str, name: str) -> FloatArray:
-    """One row of numbers in SI units."""
-    values = np.atleast_1d(to_si_array(given, unit, name=name))
-    if values.ndim != 1 or values.size == 0:
-        raise ProblemError(f"{prefix}: {name} = {shown(given)}; one row of numbers is needed")
-    return values
+def over_rows(
+    over: str,
+    along: ArrayLike,
+    columns: Mapping[str, FloatArray],
+    labels: Mapping[str, Column],
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Columns over one coordinate, with the units of their labels; bands have the unit of their quantity."""
+    import xarray as xr
+
+    def unit(name: str) -> dict[str, str]:
+        return {"units": labels[name.removesuffix("_low").removesuffix("_high")].unit}
+
+    return xr.Dataset(
+        {name: (over, values, unit(name)) for name, values in columns.items()},
+        coords={over: (over, along, unit(over))} if over in labels else {},
+        attrs=attrs,
+    )

@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +20,7 @@ from pymdr.machine import memory_of_machine
 from pymdr.mapping.equivalent import has_callables
 from pymdr.presentation.text import largest_error
 from pymdr.problem.codec import encode, encode_case
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.parameters import parameter_of, with_parameters
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Profile
@@ -28,6 +28,7 @@ from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
 from pymdr.quantities import quantity
 from pymdr.result import Result, Status
+from pymdr.solving.arguments import refuse_unknown
 from pymdr.solving.batch import Request, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.study import Study
@@ -137,6 +138,13 @@ class Sweep(Study):
         return sweep_curves(self.data, name, self.parameters)
 
 
+class SolveOptions(TypedDict, total=False):
+    """Options of :func:`solve` that apply to every point."""
+
+    machine_stiffness: QuantityLike | None
+    keep: int | ArrayLike | None
+
+
 class _Axis(NamedTuple):
     """Values of one parameter."""
 
@@ -151,12 +159,11 @@ def sweep(
     path: LoadingPath,
     over: Mapping[str, Sequence[Any] | ArrayLike],
     *,
-    machine_stiffness: QuantityLike | None = None,
-    keep: int | ArrayLike | None = None,
     quantities: Sequence[str] | None = None,
     workers: int = 1,
     folder: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
+    **options: Unpack[SolveOptions],
 ) -> Sweep:
     """
     Solve a contact for all combinations of some of its parameters.
@@ -168,8 +175,6 @@ def sweep(
     over : mapping of str to sequence
         Values by dotted names, such as ``{"body.young": ["1 MPa", "2 MPa"], "profile.radius": radii}``; whole parts too,
         such as ``{"profile": [Sphere("1 mm"), Cone(slope=0.1)]}``, and ``"machine_stiffness"`` or ``"path"``.
-    machine_stiffness, keep
-        As for :func:`solve`.
     quantities : sequence of str, optional
         Quantities to keep, such as ``["indentation", "normal_force"]``; all by default.
     workers : int
@@ -178,6 +183,8 @@ def sweep(
         Folder of finished points; the same call continues an interrupted one.
     progress : callable, optional
         Called as ``progress(done, total)``.
+    machine_stiffness, keep
+        As for :func:`solve`.
 
     Returns
     -------
@@ -203,11 +210,12 @@ def sweep(
     >>> (swept["normal_force"].isel(step=-1) / swept["normal_force"][0, 0, -1]).values.round(12).tolist()
     [[1.0, 3.0], [2.0, 6.0]]
     """
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"sweep: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "sweep")
     wanted = None if quantities is None else _names(quantities)
     axes = _axes(contact, over)
-    machine = None if machine_stiffness is None else read_stiffness(machine_stiffness)
+    refuse_unknown("sweep", options, SolveOptions)
+    keep, stiffness = options.get("keep"), options.get("machine_stiffness")
+    machine = None if stiffness is None else read_stiffness(stiffness)
     points = list(product(*(axis.values for axis in axes)))
     answers = _Answers(len(points), wanted)
     kept = (

@@ -9,9 +9,9 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.line.foundation import SpringFoundation, spring_foundation, states_at_depth
 from pymdr.line.friction import SpringHistory, springs
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.solving.reach import map_to_springs, refuse_unreachable
-from pymdr.units import ArrayQuantityLike, QuantityLike, metres, shown, to_si, to_si_array
+from pymdr.units import ArrayQuantityLike, QuantityLike, metres, to_si, to_si_array
 
 
 def foundation(
@@ -59,8 +59,7 @@ def foundation(
     """
     if isinstance(n, bool) or not isinstance(n, int) or n < 2:
         raise ProblemError(f"foundation: n = {n!r} springs; a whole number of at least 2 is needed")
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"foundation: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "foundation")
     line = map_to_springs(contact).line
     if half_length is not None:
         length = to_si(half_length, "m", name="half_length")
@@ -125,10 +124,7 @@ def friction_foundation(
     >>> round(float(friction_foundation(ball, [0.5, 0.5], [0.0, 0.25], n=4000).tangential_force[-1]), 5)
     0.30474
     """
-    if not isinstance(contact, Contact):
-        raise ProblemError(
-            f"friction_foundation: {shown(contact)} is not a Contact; write Contact(profile, body)"
-        )
+    require_contact(contact, "friction_foundation")
     if contact.friction is None:
         raise ProblemError("friction_foundation: give Contact(..., friction=Coulomb(0.3))")
     d = np.atleast_1d(to_si_array(indentation, "m", name="indentation"))

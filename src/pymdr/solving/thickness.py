@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import ProblemError
 from pymdr.interpretation.layers import base_assumption, first_fault
 from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, bodies_of
 from pymdr.line.foundation import normal_force, states_at_depth
@@ -18,9 +17,10 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Elastic
 from pymdr.problem.profiles import Profile
+from pymdr.solving.arguments import positive_row
 from pymdr.solving.reach import refuse_unreachable
-from pymdr.solving.study import Column, Study, one_row
-from pymdr.units import ArrayQuantityLike, QuantityLike, shown
+from pymdr.solving.study import Column, Study, over_rows
+from pymdr.units import ArrayQuantityLike, QuantityLike
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -108,11 +108,7 @@ def thickness_correction(
     >>> cell["force_factor"].values.round(6).tolist()
     [1.297254, 2.677441]
     """
-    depth = one_row(indentation, "m", "thickness_correction", "indentation")
-    if not np.all((depth > 0.0) & np.isfinite(depth)):
-        raise ProblemError(
-            f"thickness_correction: indentation = {shown(indentation)}; depths above 0 m are needed"
-        )
+    depth = positive_row(indentation, "m", "thickness_correction", "indentation")
     sample = Elastic(1.0, poisson)
     layered = Contact(profile, Layered([Layer(sample, thickness)], bond=bond))
     line, plain = line_of(layered), line_of(Contact(profile, sample))
@@ -139,20 +135,10 @@ def thickness_correction(
     if fault is not None:
         level, reason = (level if where.any() else Level.NOT_VALID), f"{reason}; {fault.description}"
     claim = Claim(level, reason, source, where, error)
-    import xarray as xr
-
-    variables = {
-        name: (
-            "indentation",
-            np.where(where, values, np.nan),
-            {"units": ThicknessCorrection.columns[name].unit},
-        )
-        for name, values in columns.items()
-    }
-    coordinate = ("indentation", depth, {"units": "m"})
+    columns = {name: np.where(where, values, np.nan) for name, values in columns.items()}
     at = int(np.argmax(a))
     return ThicknessCorrection(
-        data=xr.Dataset(variables, coords={"indentation": coordinate}),
+        data=over_rows("indentation", depth, columns, ThicknessCorrection.columns),
         claims=dict.fromkeys(columns, claim),
         assumptions=base_assumption(line, float(a[at]), float(states.edge_excess[at])),
         notes=(),

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.machine import memory_of_machine
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath, named_channels
 from pymdr.problem.schedule import Progress, check_times, known_legs, planned, total_rows
 from pymdr.problem.values import within_range
@@ -132,8 +132,7 @@ def check_request(
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:
     """Refuse arguments of the wrong kind before any work."""
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"solve: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "solve")
     if not isinstance(path, LoadingPath):
         raise PathError(f"solve: {path!r} is not a path; write for example load('50 N', steps=50)")
     known_legs(path)

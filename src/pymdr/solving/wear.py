@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from pymdr.interpretation.wear import small_amplitude, wear_claims
 from pymdr.line.foundation import rises_to
 from pymdr.line.wear import History
 from pymdr.machine import one_thread
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Profile, Worn
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
@@ -200,61 +200,67 @@ def wear(
     >>> bool(0.99 < worn["worn_volume"][-1] / worn.data.attrs["limit_volume"] < 1.0)
     True
     """
-    import xarray as xr
-
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"wear: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "wear")
     refuse_unknown_wear(contact)
-    if law not in LAWS:
-        raise ProblemError(f"wear: law = {shown(law)}; it must be 'archard' or 'energy'")
-    k = to_si(coefficient, "m^2/N", name="coefficient")
-    if not 0.0 < k < math.inf:
-        raise ProblemError(f"wear: coefficient = {shown(coefficient)}; it must be above 0 m^2/N and finite")
+    k = _coefficient(coefficient, law)
     rows = _counted(cycles)
     request = one_cycle(path)
     mapped, d, mu, _ = pressed_joint("wear", "wear", contact, request.normal_force, request.indentation)
     if not rises_to(mapped.line, d):
-        raise ProblemError(
-            "wear: g(x) of the profile falls within the contact; only profiles that rise from the axis are followed"
-        )
-    case = WearCase(
-        contact, mapped.line.equivalent, mapped.moduli, d, mu, request, k * (mu if law == "energy" else 1.0)
-    )
-    # systems of a few hundred unknowns are slower in several threads
-    with one_thread():
+        raise ProblemError("wear: g(x) falls within the contact; only profiles that rise from the axis wear")
+    rate = k * (mu if law == "energy" else 1.0)
+    case = WearCase(contact, mapped.line.equivalent, mapped.moduli, d, mu, request, rate)
+    with one_thread():  # systems of a few hundred unknowns are slower in several threads
         history, wearing = followed(case, rows, progress)
         halved = remarched(wearing, history, rows)
     fine, coarse = columns_of(case, wearing, history), columns_of(case, *halved)
     errors = {name: _difference(fine[name], coarse[name], history) for name in fine}
-    limit = limit_of(case)
-    surface = surface_of_wear(case, history)
-    contact_radius = case.radius
+    constants = {"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
+    radii = np.array([case.radius, float(fine["contact_radius"].max())])
     return Wear(
-        data=xr.Dataset(
-            {name: ("cycles", values, {"units": UNITS[name]}) for name, values in fine.items()},
-            coords={"cycles": ("cycles", rows, {"long_name": "number of cycles", "units": ""})},
-            attrs={"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
-            | limit,
-        ),
-        surface=xr.Dataset(
-            {
-                name: (("cycles", "node"), values, {"units": "Pa" if name == "pressure" else "m"})
-                for name, values in surface.items()
-            },
-            coords={"cycles": rows},
-        ).set_coords("r"),
+        data=_labelled(rows, fine, constants | limit_of(case)),
+        surface=_surface(case, history, rows),
         original=contact.profile,
         claims=wear_claims(contact, mapped.moduli, law, errors),
         assumptions=(
-            *frictional_assumptions(
-                contact, mapped, np.array([contact_radius, float(fine["contact_radius"].max())])
-            ),
-            small_amplitude(request.amplitude, contact_radius),
+            *frictional_assumptions(contact, mapped, radii),
+            small_amplitude(request.amplitude, case.radius),
         ),
         notes=(*mapped.notes, *_notes(case, history)),
         contact=contact,
         references=("archard", "fouvry", "popov-wear", "cattaneo-mindlin"),
     )
+
+
+def _coefficient(given: QuantityLike, law: str) -> float:
+    """The wear coefficient in m^2/N, or m^3/J."""
+    if law not in LAWS:
+        raise ProblemError(f"wear: law = {shown(law)}; it must be 'archard' or 'energy'")
+    k = to_si(given, "m^2/N", name="coefficient")
+    if not 0.0 < k < math.inf:
+        raise ProblemError(f"wear: coefficient = {shown(given)}; it must be above 0 m^2/N and finite")
+    return k
+
+
+def _labelled(rows: FloatArray, columns: Mapping[str, FloatArray], attrs: Mapping[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
+    return xr.Dataset(
+        {name: ("cycles", values, {"units": UNITS[name]}) for name, values in columns.items()},
+        coords={"cycles": ("cycles", rows, {"long_name": "number of cycles", "units": ""})},
+        attrs=attrs,
+    )
+
+
+def _surface(case: WearCase, history: History, rows: FloatArray) -> xr.Dataset:
+    """Profiles and fields over the nodes of every row."""
+    import xarray as xr
+
+    fields = {
+        name: (("cycles", "node"), values, {"units": "Pa" if name == "pressure" else "m"})
+        for name, values in surface_of_wear(case, history).items()
+    }
+    return xr.Dataset(fields, coords={"cycles": rows}).set_coords("r")
 
 
 def _counted(cycles: ArrayQuantityLike) -> FloatArray:

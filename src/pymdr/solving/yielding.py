@@ -62,7 +62,7 @@ class FirstYield(Study):
     """The body that yields, as it was given."""
     force_ratio: float = 0.0
     """Tangential over normal force."""
-    what: ClassVar[str] = "a first yield"
+    subject: ClassVar[str] = "a first yield"
     columns: ClassVar[Mapping[str, Column]] = {
         "criterion": Column("criterion", ""),
         "normal_force": Column("force", "N"),
@@ -180,13 +180,7 @@ def first_yield(
         return max(one._replace(value=one.value / limit) for one, limit in zip(found, limits, strict=True))
 
     rough = _rough_depth(line, min(limits))
-    slight = interior(_SLIGHT * rough)
-    if slight.singular_radius(0) is not None:
-        raise NotValidError(f"first yield is not valid here: {slight.unbounded(0)}")
-    if contact.adhesion is not None and slight.largest("tresca", 0).value >= min(limits):
-        raise NotValidError(
-            f"first yield is not valid here: adhesion alone reaches the strength of {written(min(limits), 'Pa')} as the bodies touch"
-        )
+    _refuse_yield_at_touch(interior(_SLIGHT * rough), min(limits), contact.adhesion is not None)
     depths, places, notes = [], [], []
     for criterion, name, most in criteria:
         if most_stressed(name, most, rough).value <= _NOTHING:
@@ -205,6 +199,16 @@ def first_yield(
         depths.append(depth)
         places.append(place)
     return _study(contact, [label for label, *_ in criteria], (depths, places), notes, (side, ratio))
+
+
+def _refuse_yield_at_touch(slight: Interior, strength: float, adhesive: bool) -> None:
+    """Refuse a contact that yields as soon as the bodies touch."""
+    if slight.singular_radius(0) is not None:
+        raise NotValidError(f"first yield is not valid here: {slight.unbounded(0)}")
+    if adhesive and slight.largest("tresca", 0).value >= strength:
+        raise NotValidError(
+            f"first yield is not valid here: adhesion alone reaches the strength of {written(strength, 'Pa')} as the bodies touch"
+        )
 
 
 def _where(place: Largest) -> str:

@@ -13,7 +13,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
 from pymdr.result import Result
 from pymdr.solving.loops import friction_loop
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 from pymdr.workbench.records import measured_loops
 
@@ -29,6 +29,7 @@ _STRAIGHT = 0.6
 """Part of the swing of the force over which the stiffness after a turn is fitted."""
 _FEWEST = 4
 _DRAWN = 12
+_NOT_SHOWN = {"normal_force": Column("load", "N"), "model_force": Column("of the model", "N")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,6 +139,46 @@ def fretting_log(
     >>> log.data["regime"].values.tolist()[-1], round(float(log["friction_coefficient"][-1]), 6)
     ('gross', 0.5)
     """
+    data, clean = _read(record, machine_stiffness)
+    shift, force = clean["shift"].values, clean["tangential_force"].values
+    found = measured_loops(clean, least=least).data
+    first, last = found["first_row"].values - 1, found["last_row"].values - 1
+    spans = [slice(int(begin), int(end) + 1) for begin, end in zip(first, last, strict=True)]
+    amplitude, loss = found["amplitude"].values, found["dissipated_per_cycle"].values
+    swing = np.array([0.5 * np.ptp(force[span]) for span in spans])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = loss / (4.0 * swing * amplitude)
+    columns = {
+        "amplitude": amplitude,
+        "force_amplitude": swing,
+        "dissipated_per_cycle": loss,
+        "tangential_stiffness": np.array([_stiffness(shift[span], force[span]) for span in spans]),
+        "energy_ratio": ratio,
+    }
+    load = _loads(data, normal_force, spans)
+    if load is not None:
+        columns |= {"normal_force": load, "friction_coefficient": swing / load}
+    limit = _HERTZ
+    if contact is not None:
+        limit, model = _model(contact, amplitude, load, ratio, swing)
+        columns |= model
+    columns["regime"] = _regimes(ratio, limit)
+    attrs = {"limit": limit}
+    if worn_volume is not None:
+        attrs["wear_coefficient"] = _rate(worn_volume, loss, cycles)
+    number = found["cycle"].values
+    few = np.unique(np.linspace(0, number.size - 1, min(number.size, _DRAWN)).round().astype(int))
+    return FrettingLog(
+        data=over_rows("cycle", number, columns, FrettingLog.columns | _NOT_SHOWN, attrs),
+        contact=contact,
+        loops=tuple((float(number[i]), shift[spans[i]], force[spans[i]]) for i in few),
+    )
+
+
+def _read(
+    record: xr.Dataset | Result, machine_stiffness: QuantityLike | None
+) -> tuple[xr.Dataset, xr.Dataset]:
+    """A record, and its shift and force in SI units without the deflection of the machine."""
     import xarray as xr
 
     data = record.data if isinstance(record, Result) else record
@@ -149,52 +190,14 @@ def fretting_log(
     if machine_stiffness is not None:
         shift = shift - force / _above_zero("machine_stiffness", machine_stiffness, "N/m")
     dim = data["shift"].dims
-    clean = xr.Dataset(
-        {"shift": (dim, shift, {"units": "m"}), "tangential_force": (dim, force, {"units": "N"})}
-    )
-    found = measured_loops(clean, least=least).data
-    first, last = found["first_row"].values - 1, found["last_row"].values - 1
-    spans = [slice(int(begin), int(end) + 1) for begin, end in zip(first, last, strict=True)]
-    amplitude, loss = found["amplitude"].values, found["dissipated_per_cycle"].values
-    swing = np.array([0.5 * np.ptp(force[span]) for span in spans])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = loss / (4.0 * swing * amplitude)
-    columns: dict[str, tuple[np.ndarray, str]] = {
-        "amplitude": (amplitude, "m"),
-        "force_amplitude": (swing, "N"),
-        "dissipated_per_cycle": (loss, "J"),
-        "tangential_stiffness": (np.array([_stiffness(shift[span], force[span]) for span in spans]), "N/m"),
-        "energy_ratio": (ratio, ""),
-    }
-    load = _loads(data, normal_force, spans)
-    if load is not None:
-        columns |= {"normal_force": (load, "N"), "friction_coefficient": (swing / load, "")}
-    limit = _HERTZ
-    if contact is not None:
-        if load is None:
-            raise ProblemError(
-                "fretting_log: a contact needs the load; give normal_force, or a record that has it"
-            )
-        limit, model = _model(contact, amplitude, load, ratio, swing)
-        columns |= model
-    regime = np.where(
-        ratio < limit * (1.0 - _BAND), "partial", np.where(ratio > limit * (1.0 + _BAND), "gross", "mixed")
-    )
-    attrs = {"limit": limit}
-    if worn_volume is not None:
-        attrs["wear_coefficient"] = _rate(worn_volume, loss, cycles)
-    number = found["cycle"].values
-    few = np.unique(np.linspace(0, number.size - 1, min(number.size, _DRAWN)).round().astype(int))
-    return FrettingLog(
-        data=xr.Dataset(
-            {name: ("cycle", values, {"units": unit}) for name, (values, unit) in columns.items()}
-            | {"regime": ("cycle", np.where(np.isfinite(ratio), regime, "unknown"), {"units": ""})},
-            coords={"cycle": ("cycle", number, {"units": ""})},
-            attrs=attrs,
-        ),
-        contact=contact,
-        loops=tuple((float(number[i]), shift[spans[i]], force[spans[i]]) for i in few),
-    )
+    columns = {"shift": (dim, shift, {"units": "m"}), "tangential_force": (dim, force, {"units": "N"})}
+    return data, xr.Dataset(columns)
+
+
+def _regimes(ratio: FloatArray, limit: float) -> np.ndarray:
+    """The regime of slip of every cycle by its energy ratio."""
+    bounds = [~np.isfinite(ratio), ratio < limit * (1.0 - _BAND), ratio > limit * (1.0 + _BAND)]
+    return np.select(bounds, ["unknown", "partial", "gross"], "mixed")
 
 
 def _column(data: xr.Dataset, name: str, unit: str) -> FloatArray:
@@ -247,11 +250,15 @@ def _stiffness(shift: FloatArray, force: FloatArray) -> float:
 
 
 def _model(
-    contact: Contact, amplitude: FloatArray, load: FloatArray, ratio: FloatArray, swing: FloatArray
-) -> tuple[float, dict[str, tuple[FloatArray, str]]]:
+    contact: Contact, amplitude: FloatArray, load: FloatArray | None, ratio: FloatArray, swing: FloatArray
+) -> tuple[float, dict[str, FloatArray]]:
     """The energy ratio of a contact at the limit of gross slip, and its loops at the amplitudes and loads of cycles."""
     from dataclasses import replace
 
+    if load is None:
+        raise ProblemError(
+            "fretting_log: a contact needs the load; give normal_force, or a record that has it"
+        )
     if contact.friction is None:
         slides = ratio > _HERTZ * (1.0 + _BAND)
         if not slides.any():
@@ -277,7 +284,7 @@ def _model(
         ]
         losses = np.array([float(loop["dissipated_per_cycle"][0]) for loop in each])
         forces = np.array([float(loop["force_amplitude"][0]) for loop in each])
-    return limit, {"model_dissipated": (losses, "J"), "model_force": (forces, "N")}
+    return limit, {"model_dissipated": losses, "model_force": forces}
 
 
 def _rate(worn_volume: QuantityLike, loss: FloatArray, cycles: float | None) -> float:

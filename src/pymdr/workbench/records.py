@@ -127,17 +127,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
             "xarray.Dataset"
         )
     displacement, force = _pair(data)
-    columns = [name for name in (displacement, force, "time") if name in data]
-    if data[displacement].ndim != 1 or len({data[name].dims for name in columns}) > 1:
-        over = "; ".join(
-            f"{name} over {', '.join(map(str, data[name].dims)) or 'nothing'}" for name in columns
-        )
-        raise ProblemError(f"measured_loops: {over}; all must be over the same one dimension, such as step")
-    u, pull = _in_si(data, displacement, "m"), _in_si(data, force, "N")
-    for name, values in ((displacement, u), (force, pull)):
-        if not np.all(np.isfinite(values)):
-            row = int(np.argmin(np.isfinite(values))) + 1
-            raise ProblemError(f"measured_loops: {name} is not known in row {row}: leave such rows out")
+    _check_rows(data, [name for name in (displacement, force, "time") if name in data])
+    u, pull = _finite(data, displacement, "m"), _finite(data, force, "N")
     swing = float(np.ptp(u)) if u.size else 0.0
     threshold = 0.1 * swing if least is None else to_si(least, "m", name="least")
     if not threshold > 0.0:
@@ -156,20 +147,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
             "three turns; name a smaller swing with least, or record longer"
         )
     middle = turns[1:-1:2]
-    amplitude = 0.5 * np.abs(u[first] - u[middle])
-    stroke = 0.5 * (pull[first] - pull[middle]) * np.sign(u[first] - u[middle])
-    loss = _areas(u, pull, first, last)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        damping = np.where(stroke > 0.0, loss / (2.0 * math.pi * stroke * amplitude), math.nan)
-    quantities = {
-        "amplitude": (amplitude, "m"),
-        "force_amplitude": (stroke, "N"),
-        "dissipated_per_cycle": (loss, "J"),
-        "damping_ratio": (damping, ""),
-        "secant_stiffness": (stroke / amplitude, "N/m"),
-        "first_row": (first + 1, ""),
-        "last_row": (last + 1, ""),
-    }
+    quantities = _cycles(u, pull, first, middle, last)
     cycles = xr.Dataset(
         {name: ("cycle", values, {"units": unit}) for name, (values, unit) in quantities.items()},
         coords={"cycle": np.arange(1, first.size + 1)},
@@ -181,6 +159,44 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     if isinstance(record, Result) and "stick_radius" in record.data:
         claims = _add_slip(cycles, record, first, middle, last)
     return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims)
+
+
+def _cycles(
+    u: FloatArray, pull: FloatArray, first: np.ndarray, middle: np.ndarray, last: np.ndarray
+) -> dict[str, tuple[np.ndarray, str]]:
+    """Numbers of cycles between the rows at which they begin, turn and end, with their units."""
+    amplitude = 0.5 * np.abs(u[first] - u[middle])
+    stroke = 0.5 * (pull[first] - pull[middle]) * np.sign(u[first] - u[middle])
+    loss = _areas(u, pull, first, last)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        damping = np.where(stroke > 0.0, loss / (2.0 * math.pi * stroke * amplitude), math.nan)
+    return {
+        "amplitude": (amplitude, "m"),
+        "force_amplitude": (stroke, "N"),
+        "dissipated_per_cycle": (loss, "J"),
+        "damping_ratio": (damping, ""),
+        "secant_stiffness": (stroke / amplitude, "N/m"),
+        "first_row": (first + 1, ""),
+        "last_row": (last + 1, ""),
+    }
+
+
+def _check_rows(data: xr.Dataset, columns: list[str]) -> None:
+    """Refuse columns that do not belong to the same rows."""
+    if data[columns[0]].ndim != 1 or len({data[name].dims for name in columns}) > 1:
+        over = "; ".join(
+            f"{name} over {', '.join(map(str, data[name].dims)) or 'nothing'}" for name in columns
+        )
+        raise ProblemError(f"measured_loops: {over}; all must be over the same one dimension, such as step")
+
+
+def _finite(data: xr.Dataset, name: str, unit: str) -> FloatArray:
+    """A column in SI units that is known in all rows."""
+    values = _in_si(data, name, unit)
+    if not np.all(np.isfinite(values)):
+        row = int(np.argmin(np.isfinite(values))) + 1
+        raise ProblemError(f"measured_loops: {name} is not known in row {row}: leave such rows out")
+    return values
 
 
 def _add_slip(

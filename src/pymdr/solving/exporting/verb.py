@@ -12,7 +12,7 @@ from pymdr.errors import ConvergenceError, ProblemError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.numerics.panels import IndexArray
 from pymdr.presentation.text import largest_error
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath, Path, indent
 from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
@@ -137,8 +137,7 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
     ProblemError
         With the reason, or the limits of the tolerance.
     """
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"export_law: {shown(contact)} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "export_law")
     if (
         isinstance(tolerance, bool)
         or not isinstance(tolerance, int | float)

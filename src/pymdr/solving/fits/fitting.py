@@ -10,7 +10,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import EXACT_WITHIN, Claim
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.result import labelled
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.calibrations import with_uncertainty
@@ -126,8 +126,7 @@ def fit(
     >>> round(result["body.young"].value, 6), round(1e9 * result["contact_point"].value, 6)
     (1000.0, 300.0)
     """
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"fit: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "fit")
     search, marked = _search(
         contact,
         curve,

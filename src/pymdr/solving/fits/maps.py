@@ -13,7 +13,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Assumption, Claim
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
@@ -223,8 +223,7 @@ def fit_map(
     >>> found["body.young"].values.round(3).tolist()
     [1000.0, 2000.0]
     """
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"fit_map: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "fit_map")
     if contact.friction is not None:
         raise ProblemError(
             "fit_map: the contact has friction, which does not affect force curves; leave friction out, or pass each record of "

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.values import within_range
 from pymdr.units import QuantityLike, shown, to_si
 
@@ -53,8 +53,7 @@ def read(
     steps: int,
 ) -> ImpactRequest:
     """Check the arguments; balls are solid by default."""
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"impact: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "impact")
     m, v = above(mass, "kg", "mass"), above(speed, "m/s", "speed")
     tilt = to_si(angle, "rad", name="angle")
     if not 0.0 <= tilt < 0.5 * math.pi:

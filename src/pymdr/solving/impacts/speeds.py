@@ -17,7 +17,7 @@ from pymdr.interpretation.validity import SOURCES, Claim
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.impact import at_many, depths_of_energy
 from pymdr.line.rebound import Motion, largest_force, rebound
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import LoadingPath, Path, indent
 from pymdr.problem.values import within_range
@@ -73,8 +73,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     """
     import xarray as xr
 
-    if not isinstance(contact, Contact):
-        raise ProblemError(f"restitution: {contact!r} is not a Contact; write Contact(profile, body)")
+    require_contact(contact, "restitution")
     m = above(mass, "kg", "mass", "restitution")
     v = np.atleast_1d(to_si_array(speeds, "m/s", name="speeds"))
     if v.ndim != 1 or v.size == 0 or not np.all((v > 0.0) & np.isfinite(v)):

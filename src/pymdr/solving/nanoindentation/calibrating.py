@@ -50,7 +50,7 @@ class AreaCalibration(Study):
     covariance: FloatArray
     """Of the frame compliance in m/N and the coefficients."""
 
-    what: ClassVar[str] = "a calibration of an area function"
+    subject: ClassVar[str] = "a calibration of an area function"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
@@ -173,10 +173,7 @@ def calibrate_area(
     True
     """
     listed = records_of(records, _WHO)
-    if isinstance(terms, bool) or not isinstance(terms, int) or not 1 <= terms <= MOST_COEFFICIENTS:
-        raise ProblemError(
-            f"{_WHO}: terms = {shown(terms)}; a whole number from 1 to {MOST_COEFFICIENTS} is needed"
-        )
+    _check_terms(terms)
     given = None if frame_compliance is None else frame_of(frame_compliance, _WHO)
     unknowns = terms + (given is None)
     if len(listed) <= unknowns:
@@ -203,6 +200,13 @@ def calibrate_area(
         if abs(change) <= _SETTLED * float(np.min(1.0 / peaks.stiffness)):
             break
     return _study(model, solved, frame, (beta, modulus))
+
+
+def _check_terms(terms: int) -> None:
+    if isinstance(terms, bool) or not isinstance(terms, int) or not 1 <= terms <= MOST_COEFFICIENTS:
+        raise ProblemError(
+            f"{_WHO}: terms = {shown(terms)}; a whole number from 1 to {MOST_COEFFICIENTS} is needed"
+        )
 
 
 def frame_of(given: QuantityLike, who: str) -> float:

@@ -75,7 +75,7 @@ class ContinuousStiffness(Study):
     settings: Settings
     """Tip, frame and area function."""
 
-    what: ClassVar[str] = "a continuous stiffness"
+    subject: ClassVar[str] = "a continuous stiffness"
     subject: ClassVar[str] = "a continuous stiffness"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {

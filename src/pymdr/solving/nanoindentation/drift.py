@@ -64,7 +64,7 @@ class ThermalDrift(Study, CorrectedRecords):
     holds: tuple[tuple[FloatArray, FloatArray, FloatArray], ...]
     """Times in s and depths in m of each hold, and the depths of the fit."""
 
-    what: ClassVar[str] = "a thermal drift"
+    subject: ClassVar[str] = "a thermal drift"
     subject: ClassVar[str] = "a thermal drift"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {

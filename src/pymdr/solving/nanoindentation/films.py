@@ -73,7 +73,7 @@ class FilmModulus(Study):
     body: Layered
     """Film and substrate, for :func:`pymdr.solve`."""
 
-    what: ClassVar[str] = "a modulus of a film"
+    subject: ClassVar[str] = "a modulus of a film"
     subject: ClassVar[str] = "a modulus of a film"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
@@ -198,10 +198,7 @@ def film_modulus(
     >>> round(study.young_modulus / 1e9, 2)
     10.0
     """
-    if not isinstance(profile, ContinuousStiffness):
-        raise ProblemError(
-            f"{_WHO}: profile = {shown(profile)}; give what continuous_stiffness returns, over the depth"
-        )
+    _check(profile, substrate)
     height, error = (
         to_si(thickness, "m", name="thickness"),
         to_si(thickness_error, "m", name="thickness_error"),
@@ -211,10 +208,6 @@ def film_modulus(
     if not 0.0 <= error < height:
         raise ProblemError(
             f"{_WHO}: thickness_error = {shown(thickness_error)}; it must be at least 0 m and below the thickness"
-        )
-    if not isinstance(substrate, Elastic | Rigid):
-        raise ProblemError(
-            f"{_WHO}: substrate = {shown(substrate)}; Elastic('165 GPa', 0.22) or Rigid() is needed"
         )
     nu = profile.settings.poisson if poisson is None else to_si(poisson, "", name="poisson")
     if nu is None:
@@ -230,6 +223,17 @@ def film_modulus(
     first = float(np.median(data.reduced[: max(1, data.reduced.size // 8)]))
     apparent = (1.0 - nu**2) / max(1.0 / first - profile.settings.tip, 1e-3 / first)
     return _study(data, _fitted(data, model, apparent, error / height), body, height)
+
+
+def _check(profile: ContinuousStiffness, substrate: Elastic | Rigid) -> None:
+    if not isinstance(profile, ContinuousStiffness):
+        raise ProblemError(
+            f"{_WHO}: profile = {shown(profile)}; give what continuous_stiffness returns, over the depth"
+        )
+    if not isinstance(substrate, Elastic | Rigid):
+        raise ProblemError(
+            f"{_WHO}: substrate = {shown(substrate)}; Elastic('165 GPa', 0.22) or Rigid() is needed"
+        )
 
 
 def _data(profile: ContinuousStiffness, height: float, widths: Sequence[float]) -> _Data:

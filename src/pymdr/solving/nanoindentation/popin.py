@@ -69,7 +69,7 @@ class PopIn(Study):
     records: tuple[tuple[FloatArray, FloatArray], ...]
     """Depths in m and forces in N."""
 
-    what: ClassVar[str] = "a first pop-in"
+    subject: ClassVar[str] = "a first pop-in"
     subject: ClassVar[str] = "a first pop-in"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {

@@ -43,7 +43,7 @@ class Nanoindentation(Study):
     indents: tuple[Indent, ...]
     """The unloading rows, and the curves fitted to them."""
 
-    what: ClassVar[str] = "a nanoindentation"
+    subject: ClassVar[str] = "a nanoindentation"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),

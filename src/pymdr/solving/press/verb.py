@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -19,13 +19,13 @@ from pymdr.presentation.text import bytes_text
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography, as_topography
+from pymdr.solving.arguments import Loads, positive_loads
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.press.keeping import as_dataset, fingerprint, from_dataset
 from pymdr.solving.press.states import TOLERANCE, Grid, State, rms_slope, summit_rise
 from pymdr.solving.press.value import PressedSurface
-from pymdr.solving.reach import one_load
-from pymdr.solving.study import one_row
-from pymdr.units import ArrayQuantityLike, FloatArray, shown, written
+from pymdr.solving.study import over_rows
+from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
     import os
@@ -46,12 +46,11 @@ def press(
     body: Material,
     counterbody: Material | None = None,
     *,
-    normal_force: ArrayQuantityLike | None = None,
-    indentation: ArrayQuantityLike | None = None,
     punch: bool = False,
     engine: str | Engine | None = None,
     keep: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    **load: Unpack[Loads],
 ) -> PressedSurface:
     """
     Press a surface of any shape on a half-space by boundary elements, without friction and adhesion.
@@ -121,56 +120,36 @@ def press(
     39.61
     """
     modulus = _modulus(body, counterbody)
-    one_load(_PREFIX, normal_force, indentation)
-    by_force = normal_force is not None
-    name, unit = ("normal_force", "N") if by_force else ("indentation", "m")
-    given = normal_force if by_force else indentation
-    assert given is not None
-    rows = one_row(given, unit, _PREFIX, name)
-    if np.any(rows <= 0.0):
-        raise ProblemError(
-            f"{_PREFIX}: {name} = {written(float(rows.min()), unit)}; it must be above 0 {unit}"
-        )
+    name, rows = positive_loads(_PREFIX, load)
     solver = find_engine(engine)
-    shape = pixels_of(surface)
-    _refuse_too_large(shape, rows.size, solver, keep is not None)
+    _refuse_too_large(pixels_of(surface), rows.size, solver, keep is not None)
     patch, punch = patch_of(surface, punch)
-    package = solver.version
-    parts = None
-    if keep is not None:
-        identity = {
-            "heights": fingerprint(patch),
-            "modulus": modulus,
-            name: rows.tolist(),
-            "engine": package,
-            "tolerance": TOLERANCE,
-        }
-        parts = KeptParts(keep, identity)
-    states = _followed(patch, modulus, rows, by_force, solver, parts, progress)
-    columns = {field: np.array([getattr(state, field) for state in states]) for field in State.numbers()}
-    columns["rise"] = np.full(rows.size, summit_rise(patch.heights))
-    columns["peak_pressure"] = np.array([float(state.pressure.max()) for state in states])
-    columns["mean_pressure"] = columns["normal_force"] / columns["contact_area"]
-    claims = press_claims(columns, name, punch, package)
+    numerics = {"modulus": modulus, "engine": solver.version, "tolerance": TOLERANCE}
+    identity = {"heights": fingerprint(patch), name: rows.tolist()} | numerics
+    parts = None if keep is None else KeptParts(keep, identity)
+    states = _followed(patch, modulus, rows, name == "normal_force", solver, parts, progress)
+    columns = _columns(patch, states)
+    claims = press_claims(columns, name, punch, solver.version)
     lengths = {"": columns["normal_stiffness"] / (2.0 * modulus)}
     conducted = conduction_of_stiffness(body, counterbody or Rigid(), lengths, claims["normal_stiffness"])
     columns, claims = columns | conducted[0], claims | conducted[1]
-    deepest = int(np.argmax(columns["indentation"]))
-    attributes = {
-        "modulus": modulus,
-        "engine": package,
-        "points": patch.heights.shape,
-        "size": tuple(patch.size.tolist()),
-        "tolerance": TOLERANCE,
-    }
+    grid = {"points": patch.heights.shape, "size": tuple(patch.size.tolist())}
     return PressedSurface(
-        data=_labelled(name, columns, claims, attributes),
+        data=_labelled(name, columns, claims, numerics | grid),
         surface=patch,
         maps=tuple((state.pressure, state.gap) for state in states),
         claims=claims,
-        assumptions=press_assumptions(columns, deepest),
-        notes=(),
+        assumptions=press_assumptions(columns, int(np.argmax(columns["indentation"]))),
     )
+
+
+def _columns(patch: Topography, states: Sequence[State]) -> dict[str, FloatArray]:
+    """The numbers of all loads."""
+    columns = {field: np.array([getattr(state, field) for state in states]) for field in State.numbers()}
+    columns["rise"] = np.full(len(states), summit_rise(patch.heights))
+    columns["peak_pressure"] = np.array([float(state.pressure.max()) for state in states])
+    columns["mean_pressure"] = columns["normal_force"] / columns["contact_area"]
+    return columns
 
 
 def bytes_of(
@@ -329,12 +308,9 @@ def _labelled(
     name: str, columns: dict[str, FloatArray], claims: Mapping[str, Claim], attributes: Mapping[str, Any]
 ) -> xr.Dataset:
     """Columns with units over the given load, NaN where their claims do not hold."""
-    import xarray as xr
-
-    arrays = {
-        other: (name, np.where(claims[other].where, columns[other], np.nan), {"units": column.unit})
-        for other, column in PressedSurface.columns.items()
+    valid = {
+        other: np.where(claims[other].where, columns[other], np.nan)
+        for other in PressedSurface.columns
         if other != name and other in claims and claims[other].level is not Level.NOT_VALID
     }
-    coordinate = (name, columns[name], {"units": PressedSurface.columns[name].unit})
-    return xr.Dataset(arrays, coords={name: coordinate}, attrs=attributes)
+    return over_rows(name, columns[name], valid, PressedSurface.columns, attributes)

@@ -1,0 +1,92 @@
+"""Arguments that many studies share: rows of numbers, loads and speeds, read in SI units and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypedDict
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.problem.values import within_range
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array, written
+
+
+class Loads(TypedDict, total=False):
+    """Loads of a study, of which exactly one is given."""
+
+    normal_force: ArrayQuantityLike | None
+    indentation: ArrayQuantityLike | None
+
+
+def one_row(given: ArrayQuantityLike, unit: str, prefix: str, name: str) -> FloatArray:
+    """One row of numbers in SI units."""
+    values = np.atleast_1d(to_si_array(given, unit, name=name))
+    if values.ndim != 1 or values.size == 0:
+        raise ProblemError(f"{prefix}: {name} = {shown(given)}; one row of numbers is needed")
+    return values
+
+
+def positive_row(given: ArrayQuantityLike, unit: str, prefix: str, name: str) -> FloatArray:
+    """One row of numbers above 0 in SI units."""
+    values = one_row(given, unit, prefix, name)
+    if not np.all(values > 0.0):
+        raise ProblemError(
+            f"{prefix}: {name} = {written(float(values.min()), unit)}; it must be above 0 {unit}"
+        )
+    return values
+
+
+def positive_speeds(prefix: str, speed: ArrayQuantityLike) -> FloatArray:
+    """One row of speeds in m/s, above 0."""
+    v = positive_row(speed, "m/s", prefix, "speed")
+    for extreme in (v.min(), v.max()):
+        within_range(extreme, "m/s", f"{prefix}: speed", size=True)
+    return v
+
+
+def one_load(prefix: str, normal_force: object, indentation: object) -> None:
+    """Require exactly one of a load and an indentation."""
+    if (normal_force is None) == (indentation is None):
+        raise ProblemError(f"{prefix}: give exactly one of normal_force and indentation")
+
+
+def refuse_unknown(prefix: str, given: Iterable[str], known: type) -> None:
+    """
+    Refuse keywords that a function does not have.
+
+    Raises
+    ------
+    TypeError
+    """
+    for name in given:
+        if name not in known.__annotations__:
+            raise TypeError(f"{prefix}() got an unexpected keyword argument {name!r}")
+
+
+def positive_loads(prefix: str, load: Loads) -> tuple[str, FloatArray]:
+    """The name of the given load, and one row of forces in N or depths in m, above 0."""
+    refuse_unknown(prefix, load, Loads)
+    force, depth = load.get("normal_force"), load.get("indentation")
+    one_load(prefix, force, depth)
+    if force is not None:
+        return "normal_force", positive_row(force, "N", prefix, "normal_force")
+    assert depth is not None
+    return "indentation", positive_row(depth, "m", prefix, "indentation")
+
+
+def positive_load(
+    prefix: str, normal_force: QuantityLike | None, indentation: QuantityLike | None, deep: float = 0.0
+) -> tuple[float | None, float | None]:
+    """Force in N above 0, or depth in m above a limit."""
+    one_load(prefix, normal_force, indentation)
+    force = None if normal_force is None else to_si(normal_force, "N", name="normal_force")
+    depth = None if indentation is None else to_si(indentation, "m", name="indentation")
+    for value, given, unit, least in ((force, normal_force, "N", 0.0), (depth, indentation, "m", deep)):
+        if value is not None and value <= least:
+            raise ProblemError(
+                f"{prefix}: the load {shown(given)} must be above 0 {unit}; press the bodies together"
+            )
+        if value is not None:
+            within_range(value, unit, f"{prefix}: the load", size=deep == 0.0)
+    return force, depth

@@ -1,0 +1,145 @@
+"""Limits of the source that keep it readable: sizes of functions, and branches on kinds outside the tables of laws."""
+
+import ast
+import inspect
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import pymdr as mdr
+from pymdr.problem.codec import tables
+from pymdr.solving.study import Study
+
+SOURCE = Path(mdr.__file__).parent
+MOST_ARGUMENTS, MOST_LINES = 8, 100
+COMMANDS = "workbench/cli/"
+
+# Branches on profiles, bodies, rheologies and laws outside the places that define them. Lower these numbers when one goes; never raise them.
+MOST_BRANCHES = 105
+MOST_CACHES = 157
+
+OF_KINDS = ("problem/", "solving/laws.py", "interpretation/theories.py", "independent/")
+"""The values and their codec, the tables of laws, and the solutions that share nothing with them."""
+BASES = {"AdhesionLaw", "Material", "Rheology", "SpringsAndDashpots", "Function"}
+KINDS = BASES | {
+    kind.__name__
+    for table in ("PROFILES", "MATERIALS", "RHEOLOGIES", "ADHESION", "FRICTION")
+    for kind in getattr(tables, table).values()
+}
+
+
+def modules():
+    for file in sorted(SOURCE.rglob("*.py")):
+        yield file.relative_to(SOURCE).as_posix(), ast.parse(file.read_text(encoding="utf-8"))
+
+
+def functions():
+    for place, tree in modules():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                yield place, node
+
+
+def names(node):
+    """All names in an expression, the last part of dotted ones."""
+    for part in ast.walk(node):
+        if isinstance(part, ast.Name):
+            yield part.id
+        elif isinstance(part, ast.Attribute):
+            yield part.attr
+
+
+def branches_on_kinds(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
+            tested = node.args[1]
+        elif isinstance(node, ast.MatchClass):
+            tested = node.cls
+        elif isinstance(node, ast.Compare) and all(isinstance(op, ast.Is | ast.IsNot) for op in node.ops):
+            tested = ast.Tuple(node.comparators)
+        else:
+            continue
+        if KINDS & set(names(tested)):
+            yield node
+
+
+def test_functions_have_few_arguments():
+    def count(node):
+        arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+        return sum(one.arg not in ("self", "cls") for one in arguments)
+
+    many = [
+        f"{place} {node.name}: {count(node)}"
+        for place, node in functions()
+        if count(node) > MOST_ARGUMENTS and not place.startswith(COMMANDS)
+    ]
+    assert many == []
+
+
+def test_functions_are_short():
+    def lines(node):
+        return node.end_lineno - node.lineno + 1
+
+    assert [
+        f"{place} {node.name}: {lines(node)}" for place, node in functions() if lines(node) > MOST_LINES
+    ] == []
+
+
+def test_few_branches_on_kinds():
+    count = Counter(
+        {
+            place: sum(1 for _ in branches_on_kinds(tree))
+            for place, tree in modules()
+            if not place.startswith(OF_KINDS)
+        }
+    )
+    assert count.total() == MOST_BRANCHES, count.most_common(40)
+
+
+def test_few_caches():
+    names_of_caches = {"lru_cache", "cached_property", "WeakKeyDictionary", "cache"}
+    found = sum(
+        len(names_of_caches & set(names(decorator)))
+        for place, tree in modules()
+        for node in ast.walk(tree)
+        for decorator in getattr(node, "decorator_list", [])
+    )
+    assert found == MOST_CACHES
+
+
+def all_studies(base=Study):
+    for study in base.__subclasses__():
+        yield study
+        yield from all_studies(study)
+
+
+def test_every_study_has_a_name_for_messages():
+    for public in mdr.__all__:
+        getattr(mdr, public)
+    unnamed = {
+        study.__name__
+        for study in all_studies()
+        if study.__module__.startswith("pymdr")
+        and not study.__subclasses__()
+        and not isinstance(inspect.getattr_static(study, "subject", None), str)
+    }
+    assert unnamed == set()
+
+
+def test_yield_names_what_it_has():
+    ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3))
+    found = mdr.first_yield(ball, strength="1 GPa")
+    with pytest.raises(mdr.QuantityError, match=r"a first yield has"):
+        found["slip"]
+
+
+def test_unknown_loads_are_refused():
+    surface = mdr.RoughSurface(hurst=0.7, rms="1 um", size="1 mm", shortest="20 um")
+    with pytest.raises(TypeError, match=r"press_rough\(\) got an unexpected keyword argument 'force'"):
+        mdr.press_rough(surface, mdr.Elastic("1 GPa", 0.3), force="1 N")
+    with pytest.raises(TypeError, match=r"press\(\) got an unexpected keyword argument 'force'"):
+        mdr.press(surface, mdr.Elastic("1 GPa", 0.3), force="1 N")
+    ball = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5))
+    with pytest.raises(TypeError, match=r"sweep\(\) got an unexpected keyword argument 'stiffness'"):
+        mdr.sweep(ball, mdr.indent("1 um"), {"body.young": [1e6]}, stiffness="1 N/m")
