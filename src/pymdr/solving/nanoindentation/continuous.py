@@ -76,7 +76,6 @@ class ContinuousStiffness(Study):
     """Tip, frame and area function."""
 
     subject: ClassVar[str] = "a continuous stiffness"
-    subject: ClassVar[str] = "a continuous stiffness"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),

@@ -65,7 +65,6 @@ class ThermalDrift(Study, CorrectedRecords):
     """Times in s and depths in m of each hold, and the depths of the fit."""
 
     subject: ClassVar[str] = "a thermal drift"
-    subject: ClassVar[str] = "a thermal drift"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),

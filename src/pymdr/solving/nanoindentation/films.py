@@ -74,7 +74,6 @@ class FilmModulus(Study):
     """Film and substrate, for :func:`pymdr.solve`."""
 
     subject: ClassVar[str] = "a modulus of a film"
-    subject: ClassVar[str] = "a modulus of a film"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "point": Column("point", ""),

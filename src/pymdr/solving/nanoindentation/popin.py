@@ -70,7 +70,6 @@ class PopIn(Study):
     """Depths in m and forces in N."""
 
     subject: ClassVar[str] = "a first pop-in"
-    subject: ClassVar[str] = "a first pop-in"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
