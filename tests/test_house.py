@@ -3,6 +3,7 @@
 import ast
 import inspect
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -29,9 +30,13 @@ KINDS = BASES | {
 }
 
 
+@cache
 def modules():
-    for file in sorted(SOURCE.rglob("*.py")):
-        yield file.relative_to(SOURCE).as_posix(), ast.parse(file.read_text(encoding="utf-8"))
+    """Every module of the package by its place."""
+    files = sorted(SOURCE.rglob("*.py"))
+    return [
+        (file.relative_to(SOURCE).as_posix(), ast.parse(file.read_text(encoding="utf-8"))) for file in files
+    ]
 
 
 def functions():
@@ -94,7 +99,7 @@ def test_few_branches_on_kinds():
             if not place.startswith(OF_KINDS)
         }
     )
-    assert count.total() == MOST_BRANCHES, count.most_common(40)
+    assert count.total() <= MOST_BRANCHES, count.most_common(40)
 
 
 def test_few_caches():
@@ -105,7 +110,7 @@ def test_few_caches():
         for node in ast.walk(tree)
         for decorator in getattr(node, "decorator_list", [])
     )
-    assert found == MOST_CACHES
+    assert found <= MOST_CACHES
 
 
 def all_studies(base=Study):

@@ -21,7 +21,7 @@ from pymdr.mapping.moduli import EffectiveModuli
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Graded
 from pymdr.problem.paths import Cycle, Hold, Leg, LoadingPath, Path, Ramp, legs, named_channels
-from pymdr.problem.profiles import ForceCurve
+from pymdr.solving.closure import is_curve
 from pymdr.units import FloatArray, metres
 
 _CELLS, _TOLERANCE = 160, 1e-4
@@ -72,7 +72,7 @@ def refuse_unknown_wear(contact: Contact) -> None:
         why = "a body has memory, and wear of a viscoelastic contact is unknown; give Elastic bodies"
     elif any(isinstance(body, Graded) or not body.homogeneous for body in bodies):
         why = "a body is graded or layered; give homogeneous bodies such as Elastic"
-    elif isinstance(profile, ForceCurve):
+    elif is_curve(contact):
         why = "a force curve has no shape that could wear; give the profile itself"
     elif profile.no_radius:
         why = "the profile is not of revolution; give one that is, such as Paraboloid"

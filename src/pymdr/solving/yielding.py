@@ -149,27 +149,9 @@ def first_yield(
     [1.612797, 1.612797]
     """
     body, _ = stressed_body(contact, side)
-    limits = _strengths("strength", strength, body)
-    criteria = [(label, measure, limits) for label, measure in _CRITERIA.items()]
-    if tensile_strength is not None:
-        tensions = _strengths("tensile_strength", tensile_strength, body)
-        criteria.append(("largest tension", "principal_stress", tensions))
-    if bond_strength is not None:
-        if not isinstance(body, Layered):
-            raise ProblemError(
-                "first_yield: bond_strength is for a body of layers; leave it out, or give the other side="
-            )
-        bond = _strengths("bond_strength", bond_strength, body)[: len(body.layers)]
-        criteria.append(("interface shear", "interface_shear", bond))
-    why = (
-        unknown_stress(contact) or contact.is_viscoelastic * "in bodies with memory it depends on the history"
-    )
-    if why:
-        raise NotValidError(f"first yield is not valid here: {why} [{SOURCES['stress']}]")
-    if isinstance(contact.adhesion, JKR):
-        raise ProblemError(
-            "first_yield: the contact has the adhesion of JKR: its edge yields under any load; take MaugisDugdale"
-        )
+    criteria = _criteria(body, strength, tensile_strength, bond_strength)
+    limits = criteria[0][2]
+    _refuse_unknown_stress(contact)
     ratio = _checked_ratio(contact, force_ratio)
     interior = _states_of(contact, side, ratio)
     line = line_of(contact)
@@ -199,6 +181,41 @@ def first_yield(
         depths.append(depth)
         places.append(place)
     return _study(contact, [label for label, *_ in criteria], (depths, places), notes, (side, ratio))
+
+
+def _criteria(
+    body: Material,
+    strength: QuantityLike | Sequence[QuantityLike],
+    tensile_strength: QuantityLike | Sequence[QuantityLike] | None,
+    bond_strength: QuantityLike | None,
+) -> list[tuple[str, str, list[float]]]:
+    """Label, measure of stress and limits in Pa of every criterion, that of yield first."""
+    limits = _strengths("strength", strength, body)
+    criteria = [(label, measure, limits) for label, measure in _CRITERIA.items()]
+    if tensile_strength is not None:
+        tensions = _strengths("tensile_strength", tensile_strength, body)
+        criteria.append(("largest tension", "principal_stress", tensions))
+    if bond_strength is not None:
+        if not isinstance(body, Layered):
+            raise ProblemError(
+                "first_yield: bond_strength is for a body of layers; leave it out, or give the other side="
+            )
+        bond = _strengths("bond_strength", bond_strength, body)[: len(body.layers)]
+        criteria.append(("interface shear", "interface_shear", bond))
+    return criteria
+
+
+def _refuse_unknown_stress(contact: Contact) -> None:
+    """Refuse a contact whose stress is not known, or has no bound under any load."""
+    why = (
+        unknown_stress(contact) or contact.is_viscoelastic * "in bodies with memory it depends on the history"
+    )
+    if why:
+        raise NotValidError(f"first yield is not valid here: {why} [{SOURCES['stress']}]")
+    if isinstance(contact.adhesion, JKR):
+        raise ProblemError(
+            "first_yield: the contact has the adhesion of JKR: its edge yields under any load; take MaugisDugdale"
+        )
 
 
 def _refuse_yield_at_touch(slight: Interior, strength: float, adhesive: bool) -> None:
