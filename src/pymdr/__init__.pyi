@@ -32,6 +32,8 @@ from .problem.materials import Graded as Graded
 from .problem.materials import Rigid as Rigid
 from .problem.materials import TransverselyIsotropic as TransverselyIsotropic
 from .problem.materials import Viscoelastic as Viscoelastic
+from .problem.orbits import circle as circle
+from .problem.orbits import lissajous as lissajous
 from .problem.parameters import parameters_of as parameters_of
 from .problem.parameters import with_parameters as with_parameters
 from .problem.paths import Path as Path

@@ -159,6 +159,9 @@ ALONG = Quantity("x", "x", "m", "position along the shift", ("x",))
 ACROSS = Quantity("y", "y", "m", "position across the shift", ("y",))
 POSITION = Quantity("x", "x", "m", "position on the line", ("x",))
 
+AXES = {"x": "along x", "y": "along y"}
+"""Components of vectors over the axis of a plane."""
+
 BAND_ENDS = {"low": "lower end of the band of", "high": "upper end of the band of"}
 
 
@@ -207,9 +210,22 @@ def one_name(name: object) -> str:
     return name
 
 
+def of_whole(name: str) -> str:
+    """
+    The quantity of which a name is a component, or the name itself.
+
+    Examples
+    --------
+    >>> of_whole("shift_x"), of_whole("semi_axis_x")
+    ('shift', 'semi_axis_x')
+    """
+    base, _, end = name.rpartition("_")
+    return base if name not in QUANTITIES and end in AXES and base in QUANTITIES else name
+
+
 def quantity(name: str) -> Quantity:
     """
-    The row of a quantity, or of an end of its band (``normal_force_low``).
+    The row of a quantity, of an end of its band (``normal_force_low``), or of a component (``shift_y``).
 
     Raises
     ------
@@ -225,4 +241,8 @@ def quantity(name: str) -> Quantity:
     if name not in QUANTITIES and end in BAND_ENDS and base in QUANTITIES:
         row = QUANTITIES[base]
         return replace(row, name=name, long_name=f"{BAND_ENDS[end]} {row.long_name}")
+    if name not in QUANTITIES and end in AXES and base in QUANTITIES:
+        row = QUANTITIES[base]
+        symbol = f"{row.symbol.removesuffix('_x')}_{end}"
+        return replace(row, name=name, symbol=symbol, long_name=f"{row.long_name} {AXES[end]}")
     return QUANTITIES[name]

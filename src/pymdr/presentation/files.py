@@ -162,10 +162,14 @@ def _split_path(path: LoadingPath) -> tuple[LoadingPath, dict[str, Any]]:
     for i, leg in enumerate(legs(path)):
         if isinstance(leg, Path) and leg.steps > _LONG:
             named = [name for name in ("time", *CHANNELS) if getattr(leg, name) is not None]
+            columns = {name: np.asarray(getattr(leg, name)) for name in named}
             arrays |= {
-                f"{_PREFIX}{i}_{name}": (f"{_PREFIX}{i}", np.asarray(getattr(leg, name))) for name in named
+                f"{_PREFIX}{i}_{name}": ((f"{_PREFIX}{i}", "axis")[: values.ndim], values)
+                for name, values in columns.items()
             }
-            leg = Path(**{name: [0.0, 1.0] for name in named}, relative_time=leg.relative_time)
+            # two rows of the same shape stand for the array
+            rows = {name: np.multiply.outer([0.0, 1.0], np.ones(v.shape[1:])) for name, v in columns.items()}
+            leg = Path(**rows, relative_time=leg.relative_time)
         short.append(leg)
     return (short[0] if len(short) == 1 else History(tuple(short))), arrays
 
@@ -319,7 +323,9 @@ def _check_consistent(dataset: xr.Dataset, claims: Mapping[str, Claim], referenc
     foreign = [
         str(name)
         for name, array in dataset.items()
-        if _base(str(name)) not in QUANTITIES or array.dims != ("step",) or array.dtype.kind not in "biuf"
+        if _base(str(name)) not in QUANTITIES
+        or array.dims not in (("step",), ("step", "axis"))
+        or array.dtype.kind not in "biuf"
     ]
     unknown = [key for key in references if key not in SOURCES]
     missing = [

@@ -16,7 +16,8 @@ from pymdr.presentation.text import (
     last_value,
     number_lines,
 )
-from pymdr.quantities import BAND_ENDS, QUANTITIES
+from pymdr.quantities import BAND_ENDS, QUANTITIES, of_whole
+from pymdr.quantities import quantity as quantity_of
 from pymdr.units import written
 
 if TYPE_CHECKING:
@@ -83,9 +84,9 @@ def result_html(
     for name in map(str, data):
         if name.rpartition("_")[2] in BAND_ENDS and name not in QUANTITIES:
             continue
-        quantity = QUANTITIES[name]
+        quantity = quantity_of(name)
         value = escape(written(last_value(data, name), quantity.unit))
-        claim = claims.get(name)
+        claim = claims.get(of_whole(name))
         level = badge(last_level(claim)) if claim is not None else ""
         error = last_error(claim) if claim is not None else ""
         remark = f" <small>{error}</small>" if error else ""

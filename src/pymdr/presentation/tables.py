@@ -16,6 +16,7 @@ from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.files import named_file, write_atomically
 from pymdr.presentation.text import assumption_text, largest_error
 from pymdr.problem.contact import Contact
+from pymdr.quantities import of_whole
 
 if TYPE_CHECKING:
     from openpyxl import Workbook
@@ -110,7 +111,7 @@ def with_error_columns(
     for title, values in columns.items():
         extended[title] = values
         name = title.partition(" [")[0]
-        claim = claims.get(name)
+        claim = claims.get(of_whole(name))
         if claim is None or claim.level is not Level.APPROXIMATE or values.size % max(claim.where.size, 1):
             continue
         error = np.full(claim.where.shape, np.nan) if claim.error is None else claim.error

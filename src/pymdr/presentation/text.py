@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, Claim, Level
-from pymdr.quantities import BAND_ENDS, QUANTITIES
+from pymdr.quantities import BAND_ENDS, QUANTITIES, of_whole
+from pymdr.quantities import quantity as quantity_of
 from pymdr.units import without_rounding, written
 
 if TYPE_CHECKING:
@@ -29,16 +30,16 @@ def summary(
     for name in map(str, data):
         if name.rpartition("_")[2] in BAND_ENDS:
             continue
-        quantity = QUANTITIES[name]
+        quantity, claimed = quantity_of(name), of_whole(name)
         value = last_value(data, name)
         if quantity.name == "edge_amplitude" and value == 0.0:
             continue
-        level = f"  {last_level(claims[name]).value}" if name in claims else ""
+        level = f"  {last_level(claims[claimed]).value}" if claimed in claims else ""
         band = ""
         if f"{name}_low" in data:
             ends = (written(float(data[f"{name}_{end}"].values[-1]), quantity.unit) for end in BAND_ENDS)
             band = f"  between {' and '.join(ends)}"
-        error = f"  {last_error(claims[name])}".rstrip() if name in claims else ""
+        error = f"  {last_error(claims[claimed])}".rstrip() if claimed in claims else ""
         lines.append(f"  {quantity.long_name:<36}{written(value, quantity.unit):>16}{level}{error}{band}")
     return "\n".join([*lines, *_claims(claims), *_assumptions(assumptions), *_notes(notes)])
 
@@ -54,7 +55,7 @@ def last_value(data: xr.Dataset, name: str) -> float:
         radius = data["contact_radius"].values
         if 0.0 < radius[-1] < _MUCH_SMALLER * np.nanmax(radius):
             return float(values[-1])
-    return without_rounding(float(values[-1]), values, QUANTITIES[name].unit)
+    return without_rounding(float(values[-1]), values, quantity_of(name).unit)
 
 
 Numbers = Mapping[str, Mapping[str, float]]

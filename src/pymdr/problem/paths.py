@@ -13,8 +13,15 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 
 from pymdr.errors import PathError, UnitError
-from pymdr.problem.values import OptionalArrayField, OptionalSIField, Value, within_range
-from pymdr.units import FloatArray, QuantityLike, shown, to_si
+from pymdr.problem.values import (
+    OptionalArrayField,
+    OptionalPlaneArrayField,
+    OptionalPlaneField,
+    OptionalSIField,
+    Value,
+    within_range,
+)
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si
 
 NORMAL_CHANNELS = ("indentation", "normal_force", "travel")
 """Channels of the normal direction; a leg prescribes at most one."""
@@ -133,9 +140,9 @@ class Ramp(Leg):
     travel : quantity, optional
         Target of the drive of the machine, indentation + normal_force / machine_stiffness, in m.
     shift : quantity, optional
-        Target of the tangential displacement u_x in m.
+        Target of the tangential displacement in m: u_x, or a pair (u_x, u_y).
     tangential_force : quantity, optional
-        Target of the tangential force in N.
+        Target of the tangential force in N: F_x, or a pair (F_x, F_y).
     twist : quantity, optional
         Target of the rotation about the axis in rad.
     torque : quantity, optional
@@ -163,8 +170,10 @@ class Ramp(Leg):
     indentation: OptionalSIField = OptionalSIField("m", description="target of the indentation")
     normal_force: OptionalSIField = OptionalSIField("N", description="target of the normal force")
     travel: OptionalSIField = OptionalSIField("m", description="target of the travel of the machine")
-    shift: OptionalSIField = OptionalSIField("m", description="target of the tangential displacement")
-    tangential_force: OptionalSIField = OptionalSIField("N", description="target of the tangential force")
+    shift: OptionalPlaneField = OptionalPlaneField("m", description="target of the tangential displacement")
+    tangential_force: OptionalPlaneField = OptionalPlaneField(
+        "N", description="target of the tangential force"
+    )
     twist: OptionalSIField = OptionalSIField("rad", description="target of the rotation about the axis")
     torque: OptionalSIField = OptionalSIField("N*m", description="target of the torque")
     steps: int = 1
@@ -229,7 +238,8 @@ class Cycle(Leg):
     Parameters
     ----------
     indentation, normal_force, travel, shift, tangential_force, twist, torque : quantity, optional
-        Amplitudes in m, N, rad or N m; several channels move in phase.
+        Amplitudes in m, N, rad or N m; several channels move in phase. A pair of amplitudes of shift or tangential_force moves to and
+        fro along their direction.
     cycles : int
         Number of cycles, at least 1.
     steps : int, optional
@@ -251,8 +261,12 @@ class Cycle(Leg):
     indentation: OptionalSIField = OptionalSIField("m", description="amplitude of the indentation")
     normal_force: OptionalSIField = OptionalSIField("N", description="amplitude of the normal force")
     travel: OptionalSIField = OptionalSIField("m", description="amplitude of the travel of the machine")
-    shift: OptionalSIField = OptionalSIField("m", description="amplitude of the tangential displacement")
-    tangential_force: OptionalSIField = OptionalSIField("N", description="amplitude of the tangential force")
+    shift: OptionalPlaneField = OptionalPlaneField(
+        "m", description="amplitude of the tangential displacement"
+    )
+    tangential_force: OptionalPlaneField = OptionalPlaneField(
+        "N", description="amplitude of the tangential force"
+    )
     twist: OptionalSIField = OptionalSIField("rad", description="amplitude of the rotation about the axis")
     torque: OptionalSIField = OptionalSIField("N*m", description="amplitude of the torque")
     cycles: int = 1
@@ -302,9 +316,9 @@ class Path(Leg):
     travel : array_like, optional
         Travel of the machine in m.
     shift : array_like, optional
-        Tangential displacement in m.
+        Tangential displacement in m, shape (n,), or (n, 2) in the plane.
     tangential_force : array_like, optional
-        Tangential force in N.
+        Tangential force in N, shape (n,), or (n, 2) in the plane.
     twist : array_like, optional
         Rotation about the axis in rad.
     torque : array_like, optional
@@ -330,8 +344,8 @@ class Path(Leg):
     indentation: OptionalArrayField = OptionalArrayField("m", description="indentations")
     normal_force: OptionalArrayField = OptionalArrayField("N", description="normal forces")
     travel: OptionalArrayField = OptionalArrayField("m", description="travels of the machine")
-    shift: OptionalArrayField = OptionalArrayField("m", description="tangential displacements")
-    tangential_force: OptionalArrayField = OptionalArrayField("N", description="tangential forces")
+    shift: OptionalPlaneArrayField = OptionalPlaneArrayField("m", description="tangential displacements")
+    tangential_force: OptionalPlaneArrayField = OptionalPlaneArrayField("N", description="tangential forces")
     twist: OptionalArrayField = OptionalArrayField("rad", description="rotations about the axis")
     torque: OptionalArrayField = OptionalArrayField("N*m", description="torques")
     relative_time: bool = False
@@ -339,13 +353,13 @@ class Path(Leg):
     def __post_init__(self) -> None:
         _check_channels(self, "Path(indentation=[1e-6, 2e-6])")
         named = named_channels(self)
-        size = getattr(self, named[0]).size
+        size = len(getattr(self, named[0]))
         if size == 0:
             raise PathError(f"Path.{named[0]} is empty: at least one sample is needed")
         for name in named[1:]:
-            if getattr(self, name).size != size:
+            if len(getattr(self, name)) != size:
                 raise PathError(
-                    f"Path: {size} samples of {named[0]} and {getattr(self, name).size} of {name}; give equal "
+                    f"Path: {size} samples of {named[0]} and {len(getattr(self, name))} of {name}; give equal "
                     "numbers"
                 )
         for name in named:
@@ -372,7 +386,7 @@ class Path(Leg):
     @property
     def steps(self) -> int:
         """Number of rows."""
-        return int(getattr(self, named_channels(self)[0]).size)
+        return len(getattr(self, named_channels(self)[0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -508,7 +522,7 @@ def travel(
 
 
 def shift(
-    shift: QuantityLike,
+    shift: QuantityLike | ArrayQuantityLike,
     *,
     steps: int = 1,
     duration: QuantityLike | None = None,
@@ -520,7 +534,7 @@ def shift(
     Parameters
     ----------
     shift : quantity
-        Target in m.
+        Target in m; a pair (x, y) moves in the plane.
     steps : int
         Number of rows.
     duration : quantity, optional
@@ -537,12 +551,14 @@ def shift(
     >>> import pymdr as mdr
     >>> mdr.shift("2 um", steps=4).shift
     2e-06
+    >>> mdr.shift(("2 um", "1 um")).shift.tolist()
+    [2e-06, 1e-06]
     """
     return Ramp(shift=shift, steps=steps, duration=duration, rate=rate)
 
 
 def drag(
-    tangential_force: QuantityLike,
+    tangential_force: QuantityLike | ArrayQuantityLike,
     *,
     steps: int = 1,
     duration: QuantityLike | None = None,
@@ -554,7 +570,7 @@ def drag(
     Parameters
     ----------
     tangential_force : quantity
-        Target in N.
+        Target in N; a pair (x, y) pulls in the plane.
     steps : int
         Number of rows.
     duration : quantity, optional
@@ -581,8 +597,8 @@ class ChannelValues(TypedDict, total=False):
     indentation: QuantityLike | None
     normal_force: QuantityLike | None
     travel: QuantityLike | None
-    shift: QuantityLike | None
-    tangential_force: QuantityLike | None
+    shift: QuantityLike | ArrayQuantityLike | None
+    tangential_force: QuantityLike | ArrayQuantityLike | None
     twist: QuantityLike | None
     torque: QuantityLike | None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -52,13 +53,15 @@ class Planned:
     """Channels that the leg does not name keep the control of the preceding legs."""
     timed: bool
     """Whether the path has times; a leg without one then takes none."""
+    planar: bool = False
+    """Whether shifts and tangential forces of the path are pairs along x and y."""
 
     @property
     def size(self) -> int:
         """Number of rows."""
         return rows_of(self.leg)
 
-    def time(self, begin: float, start: float, target: float) -> FloatArray | None:
+    def time(self, begin: float, start: Any, target: Any) -> FloatArray | None:
         """Time of every row in s for a start time, start value and target; None if the leg has no time."""
         leg = self.leg
         if isinstance(leg, Path):
@@ -74,10 +77,10 @@ class Planned:
             return np.asarray(leg.time)
         duration = leg.duration
         if isinstance(leg, Ramp) and leg.rate is not None:
-            duration = abs(target - start) / leg.rate
+            duration = float(np.linalg.norm(target - start)) / leg.rate
             if duration == 0.0:
                 channel = named_channels(leg)[0]
-                value = written(target, unit_of(channel))
+                value = " and ".join(written(float(v), unit_of(channel)) for v in np.atleast_1d(target))
                 raise PathError(
                     f"leg {self.number}: the start equals the target, {channel} = {value}, so a rate gives no duration; use hold(...) with "
                     "a duration"
@@ -105,22 +108,22 @@ class Planned:
                 error.args = (f"{label}: {text}",)
             raise
 
-    def stretch(self, here: Mapping[str, float], begin: float = 0.0) -> Stretch:
+    def stretch(self, here: Mapping[str, Any], begin: float = 0.0) -> Stretch:
         """
         The rows of the leg.
 
         Parameters
         ----------
-        here : mapping of str to float
-            Values of the channels at the start of the leg, in SI units; missing ones are 0.
+        here : mapping
+            Values of the channels at the start of the leg, in SI units, pairs in the plane; missing ones are 0.
         begin : float
             Start time in s.
         """
         channels = self.controls.normal, self.controls.tangential
-        start = here.get(channels[0], 0.0), here.get(channels[1], 0.0)
+        start = here.get(channels[0], 0.0), here.get(channels[1], np.zeros(2) if self.planar else 0.0)
         normal, tangential = (_rows(self.leg, *pair) for pair in zip(channels, start, strict=True))
         moved = 1 if any(name in TANGENTIAL_CHANNELS for name in named_channels(self.leg)) else 0
-        time = self.time(begin, start[moved], float((normal, tangential)[moved][-1]))
+        time = self.time(begin, start[moved], (normal, tangential)[moved][-1])
         return Stretch(self, normal, tangential, start, time, begin)
 
 
@@ -132,8 +135,8 @@ class Stretch:
     normal: FloatArray
     """The prescribed normal channel in every row."""
     tangential: FloatArray
-    """The prescribed tangential channel in every row."""
-    start: tuple[float, float] = (0.0, 0.0)
+    """The prescribed tangential channel in every row: (n,), or (n, 2) in the plane."""
+    start: tuple[float, Any] = (0.0, 0.0)
     """Values of both channels before the first row."""
     time: FloatArray | None = None
     """Time of every row in s, if the path states it."""
@@ -149,7 +152,7 @@ class Stretch:
     def taken(self, span: slice) -> Stretch:
         """Consecutive rows, without their times."""
         before = span.start - 1
-        start = (float(self.normal[before]), float(self.tangential[before])) if span.start else self.start
+        start = (float(self.normal[before]), self.tangential[before]) if span.start else self.start
         return Stretch(
             self.leg, self.normal[span], self.tangential[span], start, first=self.first + span.start
         )
@@ -170,11 +173,12 @@ class Stretch:
         return None if self.time is None else np.diff(self.time, prepend=self.begin)
 
     @property
-    def end(self) -> dict[str, float]:
+    def end(self) -> dict[str, Any]:
         """Values of the prescribed channels after the last row."""
+        last = self.tangential[-1]
         return {
             self.controls.normal: float(self.normal[-1]),
-            self.controls.tangential: float(self.tangential[-1]),
+            self.controls.tangential: float(last) if last.ndim == 0 else last.copy(),
         }
 
 
@@ -207,6 +211,35 @@ def uses(path: LoadingPath, name: str) -> bool:
     return any(name in named_channels(leg) for leg in known_legs(path))
 
 
+PLANE_CHANNELS = ("shift", "tangential_force")
+"""Channels that may have components along x and y."""
+
+
+def is_planar(path: LoadingPath) -> bool:
+    """
+    Whether a path prescribes shifts or tangential forces in the plane, as pairs along x and y.
+
+    Raises
+    ------
+    PathError
+        If some legs give pairs and others one number.
+    """
+    kinds = [
+        (number, name, np.ndim(target) - isinstance(leg, Path) == 1)
+        for number, leg in enumerate(known_legs(path), 1)
+        for name in PLANE_CHANNELS
+        if (target := getattr(leg, name, None)) is not None
+    ]
+    pairs = [kind for kind in kinds if kind[2]]
+    if pairs and len(pairs) < len(kinds):
+        single = next(kind for kind in kinds if not kind[2])
+        raise PathError(
+            f"leg {single[0]} gives {single[1]} as one number, leg {pairs[0][0]} gives {pairs[0][1]} as a pair (x, y); give pairs in all "
+            "legs, such as ('1 um', 0)"
+        )
+    return bool(pairs)
+
+
 def planned(path: LoadingPath) -> tuple[Planned, ...]:
     """
     The legs of a path in order, each with its number, its rows, its controls and its time.
@@ -218,7 +251,7 @@ def planned(path: LoadingPath) -> tuple[Planned, ...]:
     """
     legs = known_legs(path)
     controls, first = Controls(), 0
-    timed = any(map(_has_time, legs))
+    timed, planar = any(map(_has_time, legs)), is_planar(path)
     plan: list[Planned] = []
     for number, leg in enumerate(legs, 1):
         named = named_channels(leg)
@@ -226,7 +259,7 @@ def planned(path: LoadingPath) -> tuple[Planned, ...]:
             next((name for name in named if name in NORMAL_CHANNELS), controls.normal),
             next((name for name in named if name in TANGENTIAL_CHANNELS), controls.tangential),
         )
-        plan.append(Planned(leg, number, len(legs), first, controls, timed))
+        plan.append(Planned(leg, number, len(legs), first, controls, timed, planar))
         first += rows_of(leg)
     return tuple(plan)
 
@@ -249,28 +282,30 @@ def refined(rows: Stretch, between: int) -> Refined:
     between : int
         Number of parts of every such step.
     """
-    ends = np.stack([rows.normal, rows.tangential])
-    moves = np.diff(ends, axis=1, prepend=np.array(rows.start)[:, None])
-    count = np.where((moves != 0.0).all(axis=0), between, 1)
+    ends = np.stack([rows.normal, *np.atleast_2d(rows.tangential.T)])
+    moves = np.diff(ends, axis=1, prepend=np.hstack(rows.start)[:, None])
+    count = np.where((moves[0] != 0.0) & (moves[1:] != 0.0).any(axis=0), between, 1)
     own = np.cumsum(count) - 1
     remaining = (np.repeat(own, count) - np.arange(own[-1] + 1)) / np.repeat(count, count)
     # at first and last contact the indentation is not smooth in the load: short parts there
     bare = np.repeat((ends[0] <= 0.0) | (ends[0] - moves[0] <= 0.0), count)
     remaining = np.where(bare, remaining**3 * (10.0 - remaining * (15.0 - 6.0 * remaining)), remaining)
-    normal, tangential = np.repeat(ends, count, axis=1) - np.repeat(moves, count, axis=1) * remaining
-    return Refined(replace(rows, normal=normal, tangential=tangential, time=None), own)
+    finer = np.repeat(ends, count, axis=1) - np.repeat(moves, count, axis=1) * remaining
+    tangential = finer[1] if rows.tangential.ndim == 1 else finer[1:].T
+    return Refined(replace(rows, normal=finer[0], tangential=tangential, time=None), own)
 
 
-def _rows(leg: KnownLeg, channel: str, start: float) -> FloatArray:
+def _rows(leg: KnownLeg, channel: str, start: Any) -> FloatArray:
     target = getattr(leg, channel, None)
     if target is None:
-        return np.full(rows_of(leg), start)
+        return np.repeat(np.asarray(start, dtype=float)[None], rows_of(leg), axis=0)
     if isinstance(leg, Path):
         return np.asarray(target)
     if isinstance(leg, Cycle):
-        return np.asarray(start + target * leg.wave)
+        return np.asarray(start + np.multiply.outer(leg.wave, target))
     assert isinstance(leg, Ramp)
-    rows: FloatArray = start + (target - start) * np.arange(1.0, leg.steps + 1.0) / leg.steps
+    moved = np.multiply.outer(np.arange(1.0, leg.steps + 1.0), target - start)
+    rows: FloatArray = start + moved / leg.steps
     rows[-1] = target
     return rows
 
@@ -319,7 +354,7 @@ def ends_only(leg: KnownLeg) -> LoadingPath:
         kept = {0, leg.steps - 1}
         for name in named_channels(leg):
             samples = np.asarray(getattr(leg, name))
-            kept |= {int(samples.argmin()), int(samples.argmax())}
+            kept |= {*samples.argmin(axis=0).ravel().tolist(), *samples.argmax(axis=0).ravel().tolist()}
         chosen = np.array(sorted(kept))
         columns = {name: np.asarray(getattr(leg, name))[chosen] for name in named_channels(leg)}
         time = None if leg.time is None else leg.time[chosen]

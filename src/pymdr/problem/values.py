@@ -261,6 +261,26 @@ class OptionalSIField(SIField):
         instance.__dict__[self.name] = None if value is None else self.read(value)
 
 
+class OptionalPlaneField(OptionalSIField):
+    """An optional quantity along one line, or a pair of its components along x and y as a read-only array (2,)."""
+
+    def __set__(self, instance: object, value: Any) -> None:
+        instance.__dict__[self.name] = None if value is None else self.read(value)
+
+    def read(self, value: Any) -> Any:
+        """Convert one value, or a pair of components, to SI."""
+        if not isinstance(value, list | tuple) and np.ndim(getattr(value, "magnitude", value)) == 0:
+            return super().read(value)
+        name = f"{self.owner}.{self.name}"
+        pair = to_si_array(value, self.unit, name=name)
+        if pair.shape != (2,):
+            raise ProblemError(
+                f"{name} has {' x '.join(map(str, pair.shape))} components; give one value, or a pair (x, y): the normal direction "
+                "has its own channels"
+            )
+        return within_range(pair, self.unit, name)
+
+
 class OptionalArrayField:
     """An optional field of a one-dimensional read-only SI array."""
 
@@ -291,6 +311,20 @@ class OptionalArrayField:
         if array.ndim != 1:
             raise ProblemError(
                 f"{self.owner}.{self.name}: a one-dimensional array is needed, not shape {array.shape}"
+            )
+        return array
+
+
+class OptionalPlaneArrayField(OptionalArrayField):
+    """An optional read-only SI array with one value per row, or a pair of components along x and y per row."""
+
+    def read(self, values: ArrayQuantityLike) -> FloatArray:
+        """Convert to a read-only SI array of shape (n,) or (n, 2)."""
+        array = to_si_array(values, self.unit, name=f"{self.owner}.{self.name}")
+        if array.ndim != 1 and array.shape[1:] != (2,):
+            raise ProblemError(
+                f"{self.owner}.{self.name} has the shape {array.shape}; give one value per row, or a pair (x, y) per row: the normal "
+                "direction has its own channels"
             )
         return array
 

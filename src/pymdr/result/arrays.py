@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Claim
-from pymdr.quantities import quantity
+from pymdr.quantities import AXES, quantity
 from pymdr.units import FloatArray, from_si, shown
 
 if TYPE_CHECKING:
@@ -28,8 +28,9 @@ def _locked(values: np.ndarray) -> np.ndarray:
 def locked_data(data: xr.Dataset) -> xr.Dataset:
     """A copy of the dataset with read-only arrays."""
     locked = data.copy()
-    for variable in locked.variables.values():
-        if variable.ndim:
+    for name, variable in locked.variables.items():
+        # an index of xarray is read-only already
+        if variable.ndim and name not in locked.dims:
             variable.data = _locked(variable.values)
     return locked
 
@@ -42,7 +43,7 @@ def locked_claim(claim: Claim) -> Claim:
 
 def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) -> xr.Dataset:
     """
-    Arrays over ``step`` with units and names from the table of quantities.
+    Arrays over ``step``, vectors over ``step`` and ``axis``, with units and names from the table of quantities.
 
     Parameters
     ----------
@@ -56,13 +57,34 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
     variables = {}
     for name, values in columns.items():
         q = quantity(name)
+        array = np.asarray(values)
         variables[name] = (
-            "step",
-            np.asarray(values),
+            ("step", "axis")[: array.ndim],
+            array,
             {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol},
         )
-    coords = {} if rows is None else {"row": ("step", np.asarray(rows), {"long_name": "row of the path"})}
+    coords: dict[str, Any] = {}
+    if rows is not None:
+        coords["row"] = ("step", np.asarray(rows), {"long_name": "row of the path"})
+    if any(len(dims) == 2 for dims, _, _ in variables.values()):
+        coords["axis"] = list(AXES)
     return xr.Dataset(variables, coords=coords)
+
+
+def by_component(data: xr.Dataset) -> xr.Dataset:
+    """A dataset whose vectors are split into their components, ``shift_x`` and ``shift_y``."""
+    if "axis" not in data.dims:
+        return data
+    parts: dict[str, xr.DataArray] = {}
+    for name, array in data.items():
+        if "axis" not in array.dims:
+            parts[str(name)] = array
+            continue
+        for i, axis in enumerate(AXES):
+            q = quantity(f"{name}_{axis}")
+            words = {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol}
+            parts[q.name] = array.isel(axis=i, drop=True).assign_attrs(words)
+    return data.drop_vars([*data.data_vars, "axis"], errors="ignore").assign(parts)
 
 
 def titled_columns(

@@ -21,6 +21,7 @@ class Status(enum.Enum):
     """
 
     COMPLETED = "every step was solved and its contact is a disk"
+    GLIDING = "from some step on the tangential force exceeds friction: the body glides away, and values in the plane are NaN"
     OF_A_CURVE = (
         "every step was solved on the line of a force curve: contact areas and pressures are not in it"
     )

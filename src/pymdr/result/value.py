@@ -30,8 +30,15 @@ from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
-from pymdr.quantities import POSITION, RADIUS, one_name, quantity
-from pymdr.result.arrays import error_with_band, labelled, locked_claim, locked_data, titled_columns
+from pymdr.quantities import AXES, POSITION, RADIUS, one_name, quantity
+from pymdr.result.arrays import (
+    by_component,
+    error_with_band,
+    labelled,
+    locked_claim,
+    locked_data,
+    titled_columns,
+)
 from pymdr.result.readers import DirectedReader, EdgedField, FieldReader
 from pymdr.result.rows import drawn_row, row_indices, spread_rows
 from pymdr.result.status import Claims, Status
@@ -275,7 +282,8 @@ class Result:
         Returns
         -------
         xarray.DataArray
-            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, NaN in those that are not valid; inside a body over
+            Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, tangential fields of a path in the plane over ``axis``
+            before ``r``, NaN in those that are not valid; inside a body over
             ``z`` and ``r``, or ``z``, ``y`` if given, and ``x``, tensors and vectors over ``component`` before them. Pressure and fluxes are inf at a singular edge,
             with its amplitude as the coordinate ``edge_amplitude``.
 
@@ -323,7 +331,10 @@ class Result:
         if edged is not None:
             coords["edge_amplitude"] = ("step", amplitude, edged)
         attrs = {"units": unit, "long_name": long_name, "symbol": row.symbol}
-        found = xr.DataArray(values, dims=("step", axis.name), coords=coords, name=name, attrs=attrs)
+        dims: tuple[str, ...] = ("step", axis.name)
+        if values.ndim == 3:
+            dims, coords["axis"] = ("step", "axis", axis.name), list(AXES)
+        found = xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)
         return found if several else found.isel(step=0)
 
     def _require_field(self, name: str) -> None:
@@ -431,7 +442,12 @@ class Result:
         from pymdr.presentation.text import summary
 
         return summary(
-            self.data, self.claims, self.assumptions, self.status.name, self.status.value, self.notes
+            by_component(self.data),
+            self.claims,
+            self.assumptions,
+            self.status.name,
+            self.status.value,
+            self.notes,
         )
 
     def __str__(self) -> str:
@@ -442,7 +458,12 @@ class Result:
         from pymdr.presentation.html import result_html
 
         return result_html(
-            self.data, self.claims, self.assumptions, self.status.name, self.status.value, self.notes
+            by_component(self.data),
+            self.claims,
+            self.assumptions,
+            self.status.name,
+            self.status.value,
+            self.notes,
         )
 
     def __repr__(self) -> str:
@@ -737,7 +758,7 @@ class Result:
         if quantities is None and self.data.sizes["step"] <= _FEW_PEAKS and self.claims["pressure"].readable:
             quantities = [name for name in names if name not in LARGEST]
         rows = self.data.coords.get("row")
-        return titled_columns(self._table(quantities), rows, self.claims, units or {}, names)
+        return titled_columns(by_component(self._table(quantities)), rows, self.claims, units or {}, names)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows, part_text
@@ -808,7 +829,7 @@ class Result:
 
     def to_dataframe(self, *, quantities: Sequence[str] | None = None) -> pd.DataFrame:
         """One row per step, one column per quantity, in SI units; `quantities` as in :meth:`to_csv`."""
-        return self._table(quantities).to_dataframe()
+        return by_component(self._table(quantities)).to_dataframe()
 
     def _table(self, quantities: Sequence[str] | None) -> xr.Dataset:
         """The requested quantities over ``step``; all stored ones by default."""

@@ -15,6 +15,7 @@ from pymdr.interpretation.jumps import Branches, branches_of
 from pymdr.interpretation.memory import MemorySurface, along_line
 from pymdr.interpretation.memory_friction import ShearedSurface
 from pymdr.interpretation.peaks import infinite_pressures
+from pymdr.interpretation.plane import PlaneSurface
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
@@ -70,6 +71,16 @@ def frictional_plots(result: Result, row: int) -> Plots:
     assert friction is not None
     data = _figure_data(result, row, friction=friction.coefficient)
     return Plots(data, frictional_overview, frictional_figures)
+
+
+def planar_plots(result: Result, row: int) -> Plots:
+    """Figures of a contact that is moved in the plane."""
+    from pymdr.presentation.plot import Plots, planar_figures, planar_overview
+
+    friction = result.contact.friction
+    assert friction is not None
+    data = _figure_data(result, row, friction=friction.coefficient)
+    return Plots(data, planar_overview, planar_figures)
 
 
 def frictional_memory_plots(result: Result, row: int) -> Plots:
@@ -192,7 +203,9 @@ def _layers(result: Result) -> LayersDrawn | None:
 
 
 def _line_of(result: Result) -> Line | None:
-    return result.surface.line if isinstance(result.surface, Surface | FrictionSurface) else None
+    return (
+        result.surface.line if isinstance(result.surface, Surface | FrictionSurface | PlaneSurface) else None
+    )
 
 
 def _extent(result: Result, line: Line) -> float | None:

@@ -15,6 +15,7 @@ from pymdr.interpretation.interior import Interior
 from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
+from pymdr.interpretation.plane import PlaneSurface, along, stacks_of
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.torsion import TORSIONAL_FIELDS, TorsionSurface
 from pymdr.interpretation.traction import (
@@ -23,6 +24,7 @@ from pymdr.interpretation.traction import (
     FrictionSurface,
     friction_surface,
 )
+from pymdr.line.friction import FrictionState
 from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
@@ -35,12 +37,14 @@ from pymdr.solving.drawing import (
     frictional_plots,
     memory_plots,
     normal_plots,
+    planar_plots,
     plots_with_conduction,
 )
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.frictional_memory import solve_frictional_memory
 from pymdr.solving.memory import relaxation_along, tangential_relaxation_along
 from pymdr.solving.normal import solve_normal
+from pymdr.solving.planar import is_frictional_plane, line_of_path, on_line, replay_of, solve_planar
 from pymdr.solving.ringed import (
     ring_history_with_memory,
     ring_solutions,
@@ -60,6 +64,11 @@ _WITHOUT_SHIFT = dict.fromkeys(
     ("shear_traction", "tangential_displacement", *TANGENTIAL_LINE_FIELDS),
     "the path turns the body; its fields are torsional_traction and circumferential_displacement",
 )
+
+
+_IN_PLANE = {
+    "tangential_stiffness": "in the plane the stiffness depends on the direction of the next move; take the difference of two paths"
+}
 
 
 @dataclass(frozen=True)
@@ -94,6 +103,30 @@ def _friction_surface(result: Result) -> FrictionSurface:
     return friction_surface(
         result.contact, result.path, result.starts, result.machine_stiffness, _surface(result), rows
     )
+
+
+def _plane_surface(result: Result) -> PlaneSurface:
+    rows = np.arange(result.data.sizes["step"])
+    if "row" in result.data.coords:
+        rows = result.data["row"].values
+    normal, contact, direction = _surface(result), result.contact, line_of_path(result.path)
+    assert contact.friction is not None
+    mu = contact.friction.coefficient
+    if direction is not None:
+        assert result.starts is not None
+        single = friction_surface(
+            contact, on_line(result.path, direction), result.starts, result.machine_stiffness, normal, rows
+        )
+        return PlaneSurface(
+            normal, lambda step: along(single.replay.state(int(single.rows[step])), direction)
+        )
+    springs_at = replay_of(Task(contact, result.path, result.reading, result.machine_stiffness))
+
+    def states(step: int) -> tuple[FrictionState, FrictionState]:
+        law, state = springs_at(int(rows[step]))
+        return stacks_of(law.law, law.springs, state, mu)
+
+    return PlaneSurface(normal, states)
 
 
 def _torsion_surface(result: Result) -> TorsionSurface:
@@ -136,6 +169,17 @@ def _sheared_surface(result: Result) -> ShearedSurface:
 
 
 LAWS = (
+    Law(
+        lambda contact, solver, path: is_frictional_plane(contact, path, solver is not None),
+        solve_planar,
+        Reading(
+            (*SURFACE_FIELDS, *TANGENTIAL_FIELDS),
+            (*LINE_FIELDS, *TANGENTIAL_LINE_FIELDS),
+            _plane_surface,
+            planar_plots,
+            _IN_PLANE,
+        ),
+    ),
     Law(
         lambda contact, solver, path: is_shape(contact),
         solve_shape,

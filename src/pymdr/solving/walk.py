@@ -166,7 +166,7 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     if walked.time is not None and not own.is_viscoelastic:
         notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {
-        name: values if claims[name].where.all() else np.where(claims[name].where, values, math.nan)
+        name: values if (where := claims[name].where).all() else np.where(where, values.T, math.nan).T
         for name, values in columns.items()
         if claims[name].readable
     }

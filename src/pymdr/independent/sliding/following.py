@@ -66,7 +66,8 @@ class SlidingSolution:
 
     Attributes
     ----------
-    indentation, shift : array (m,), m
+    indentation : array (m,), m
+    shift : array (m,) or (m, 2), m
     normal_force, tangential_force, transverse_force : array (m,), N
         F_N, and the forces along x and y.
     contact_radius, stick_radius : array (m,), m
@@ -119,8 +120,10 @@ def solve_sliding(
         At least one elastic. Elastic dissimilarity is neglected: pressure causes no tangential displacement.
     friction : float
         mu, finite and above 0.
-    indentation, shift : array_like, shape (m,), m
-        Approach d and rigid shift along x; the first row is one increment from (0, 0).
+    indentation : array_like, shape (m,), m
+        Approach d.
+    shift : array_like, shape (m,) or (m, 2), m
+        Rigid shift along x, or along x and y; the first row is one increment from 0.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
@@ -154,14 +157,14 @@ def solve_sliding(
         width = _half_width(profile, float(d.max()), n, body, counterbody)
     surface = make_surface(width, n, body, counterbody)
     gap = _gap(profile, surface.x)
-    p, q, before = np.zeros((n, n)), np.zeros((2, n, n)), 0.0
+    p, q = np.zeros((n, n)), np.zeros((2, n, n))
     displaced, rows = np.zeros_like(q), []
+    moves = np.diff(u if u.ndim == 2 else np.stack([u, np.zeros_like(u)], axis=1), axis=0, prepend=0.0)
     for i in range(d.size):
         p = solve_pressure(surface, gap, float(d[i]), p)
         _check_extent(profile, surface, p > 0)
-        reference = displaced + np.array([u[i] - before, 0.0])[:, None, None]
-        q = solve_tractions(surface, reference, friction * p, q)
-        displaced, before = surface.tangential_displacement(q), float(u[i])
+        q = solve_tractions(surface, displaced + moves[i][:, None, None], friction * p, q)
+        displaced = surface.tangential_displacement(q)
         rows.append(_row(p, q, friction, surface.side))
         if progress is not None:
             progress(i + 1, d.size)
@@ -186,9 +189,9 @@ def solve_sliding(
 def _check(friction: float, d: FloatArray, u: FloatArray) -> None:
     if not 0 < friction < math.inf:
         raise ProblemError(f"solve_sliding: friction = {friction!r}; give a finite coefficient above 0")
-    if d.ndim != 1 or d.shape != u.shape or d.size == 0:
-        raise PathError(f"solve_sliding: {d.size} indentations and {u.size} shifts; give equal numbers")
-    if not np.all(np.isfinite(d) & np.isfinite(u)):
+    if d.ndim != 1 or u.shape not in (d.shape, (*d.shape, 2)) or d.size == 0:
+        raise PathError(f"solve_sliding: {d.size} indentations and {len(u)} shifts; give equal numbers")
+    if not (np.isfinite(d).all() and np.isfinite(u).all()):
         raise PathError("solve_sliding: indentation and shift must be finite in every row")
 
 

@@ -39,6 +39,7 @@ from pymdr.presentation.plot.nanoindentation import (
     pop_in_study,
     profile_study,
 )
+from pymdr.presentation.plot.plane import planar_figures, planar_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rolling import rolling_study, sliding_study
 from pymdr.presentation.plot.rough import calibration_study, rough_study
@@ -93,6 +94,8 @@ __all__ = [
     "memory_overview",
     "normal_figures",
     "normal_overview",
+    "planar_figures",
+    "planar_overview",
     "pop_in_study",
     "pressed_surface",
     "profile_study",

@@ -15,7 +15,15 @@ from pymdr.problem.profiles import ForceCurve, Shape, Sum, Worn
 from pymdr.problem.profiles.shapes import MOST_SIDES
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import HeightsField
-from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, SidesField, SIField
+from pymdr.problem.values import (
+    ArrayField,
+    OptionalArrayField,
+    OptionalPlaneArrayField,
+    OptionalPlaneField,
+    OptionalSIField,
+    SidesField,
+    SIField,
+)
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, TypeAdapter
@@ -250,9 +258,15 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if isinstance(descriptor, ArrayField):
         note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
         return _checked(list[number], descriptor), Field(..., description=note)
+    if isinstance(descriptor, OptionalPlaneArrayField):
+        note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}, or pairs (x, y) of them"
+        return _checked(list[number] | list[list[number]] | None, descriptor), Field(None, description=note)
     if isinstance(descriptor, OptionalArrayField):
         note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
         return _checked(list[number] | None, descriptor), Field(None, description=note)
+    if isinstance(descriptor, OptionalPlaneField):
+        note = f"{descriptor.description}; text with unit, or number in {descriptor.unit}, or a pair (x, y) of them"
+        return _checked(number | list[number] | None, descriptor), Field(None, description=note)
     if isinstance(descriptor, SIField):
         unit = f"text with unit, or number in {descriptor.unit}" if descriptor.unit else "number"
         note = "; ".join(part for part in (descriptor.description, unit, descriptor.limits) if part)

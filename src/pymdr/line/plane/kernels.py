@@ -1,0 +1,347 @@
+"""Compiled springs that follow shifts in the plane, each exactly over a straight row. Loads numba.
+
+Spring y carries the vector t = q / (mu E*) with |t| <= m = d - y, all lengths. Over a straight row the normalised shift moves by
+s e, and m changes linearly with s, dm/ds = alpha. A spring sticks until |t + e s| = m. From then on it slips along t to the end of
+the row, and the angle theta of t to e obeys m dtheta = -sin(theta) ds: with dtau = ds / m
+
+    tan(theta / 2) = tan(theta_0 / 2) exp(-tau).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numpy.polynomial.legendre import leggauss
+
+from pymdr.compiling import compiled, inner, stamp_of
+from pymdr.units import FloatArray
+
+_NODES = tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(8), strict=True))
+_SHORT = 0.03
+"""Largest slip in units of the limit that is integrated by Simpson's rule: relative error 5e-9 of the lost part."""
+_STICKS = 1e-12
+"""Distance from Coulomb's limit, relative to it, from which on a spring counts as sticking."""
+_ITERATIONS = 200
+_HALVINGS = 12
+_SOLVED = 1e-12
+"""Residual of a prescribed force over mu F_N."""
+
+COMPLETE, NOT_ATTAINABLE, NOT_CONVERGED = 0, 1, 2
+FORCE_X, FORCE_Y, STORED, WORK, STICK, SLID, SHIFT_X, SHIFT_Y, COARSE_X, COARSE_Y, COARSE_WORK = range(11)
+"""Columns of the rows; forces over 2 mu E* dx, energies over 2 mu^2 E*^2 dx / G*, shifts over mu E* / G*. Coarse ones are of every third spring alone."""
+
+_STAMP = stamp_of(__file__)
+
+
+class Spring(NamedTuple):
+    """A spring after a row: its vector, its slip work, and the distance it slipped."""
+
+    x: float
+    y: float
+    work: float
+    slid: float
+
+
+class Move(NamedTuple):
+    """A straight row: the shift, its length and direction, the depths before and after."""
+
+    x: float
+    y: float
+    length: float
+    e_x: float
+    e_y: float
+    before: float
+    after: float
+
+
+@inner
+def move_of(x: float, y: float, before: float, after: float) -> Move:
+    """A row from its shift and depths."""
+    length = math.sqrt(x * x + y * y)
+    if length > 0.0:
+        return Move(x, y, length, x / length, y / length, before, after)
+    return Move(0.0, 0.0, 0.0, 1.0, 0.0, before, after)
+
+
+@inner
+def lost(tau: float, start: float, forward: bool, m: float, alpha: float) -> tuple[float, float]:
+    """
+    Integrals of (1 - cos(theta)) m^k dtau over a slip, for k = 1 and 2, by Gauss's rule.
+
+    `start` is tan(theta_0 / 2)^2 if `forward`, else its inverse; m grows as exp(alpha tau).
+    """
+    if forward:
+        tau = min(tau, 21.0 + 0.5 * math.log(start)) if start > 1e-18 else 0.0
+    elif start > 0.0:
+        tau = min(tau, 21.0 - 0.5 * math.log(start))
+    if alpha < 0.0:
+        tau = min(tau, -40.0 / alpha)
+    first = second = 0.0
+    if not tau > 0.0:
+        return first, second
+    panels = 1 + int(tau * max(1.0, abs(alpha)))
+    width = tau / panels
+    for panel in range(panels):
+        for node, weight in _NODES:
+            at = width * (panel + node)
+            turned = start * math.exp(-2.0 * at) if forward else start * math.exp(2.0 * at)
+            share = 2.0 * turned / (1.0 + turned) if forward else 2.0 / (1.0 + turned)
+            limit = m * math.exp(alpha * at)
+            first += width * weight * share * limit
+            second += width * weight * share * limit * limit
+    return first, second
+
+
+@inner
+def slipped(x: float, y: float, move: Move, length: float, low: float, high: float) -> Spring:
+    """A spring at its limit that slips over a length, while the limit goes from `low` to `high`."""
+    e_x, e_y = move.e_x, move.e_y
+    along, across = x * e_x + y * e_y, e_x * y - e_y * x
+    size = math.sqrt(along * along + across * across)
+    grown = (high - low) / low
+    if grown <= -1.0:
+        tau = math.inf if length > 0.0 else 0.0
+    elif abs(grown) < 1e-5:
+        tau = length / low * (1.0 - grown * (0.5 - grown / 3.0))
+    else:
+        tau = length / low * math.log1p(grown) / grown
+    forward = along >= 0.0
+    root = abs(across) / (size + abs(along))
+    turn = math.exp(-tau if forward else min(tau, 350.0))
+    start, end = root * root, (root * turn) ** 2
+    if abs(grown) < 1e-13:
+        first = low * math.log((1.0 + start) / (1.0 + end))
+        if not forward:
+            first += 2.0 * length
+        second = low * first
+    elif tau <= _SHORT:
+        half = start * turn
+        if forward:
+            before, middle, after = start / (1.0 + start), half / (1.0 + half), end / (1.0 + end)
+        else:
+            before, middle, after = 1.0 / (1.0 + start), 1.0 / (1.0 + half), 1.0 / (1.0 + end)
+        first = tau / 3.0 * (low * before + 4.0 * math.sqrt(low * high) * middle + high * after)
+        second = tau / 3.0 * (low * low * before + 4.0 * low * high * middle + high * high * after)
+    else:
+        first, second = lost(tau, start, forward, low, (high - low) / length)
+    slid = max(length - first - (high - low), 0.0)
+    work = max(0.5 * (low + high) * (length - (high - low)) - second, 0.0)
+    root *= turn
+    if root <= 1.0:
+        cosine, sine = (1.0 - end) / (1.0 + end), 2.0 * root / (1.0 + end)
+        if not forward:
+            cosine = -cosine
+    else:  # past a right angle
+        root = 1.0 / root
+        end = root * root
+        cosine, sine = (1.0 - end) / (1.0 + end), 2.0 * root / (1.0 + end)
+    if across < 0.0:
+        sine = -sine
+    return Spring(high * (cosine * e_x - sine * e_y), high * (cosine * e_y + sine * e_x), work, slid)
+
+
+@inner
+def advanced(x: float, y: float, label: float, move: Move, slips: bool) -> Spring:
+    """A spring after a straight row."""
+    low, high = move.before - label, move.after - label
+    if low <= 0.0 and high <= 0.0:
+        return Spring(0.0, 0.0, 0.0, 0.0)
+    length = move.length
+    if low <= 0.0:
+        length *= high / (high - low)
+        if not slips or length <= high:
+            return Spring(length * move.e_x, length * move.e_y, 0.0, 0.0)
+        return Spring(high * move.e_x, high * move.e_y, 0.5 * high * (length - high), length - high)
+    change = high - low
+    until = 1.0 if high >= 0.0 else -low / change
+    if not slips:
+        if high <= 0.0:
+            x, y = x + until * move.x, y + until * move.y
+            return Spring(0.0, 0.0, 0.5 * (x * x + y * y), 0.0)
+        return Spring(x + move.x, y + move.y, 0.0, 0.0)
+    a = (length - change) * (length + change)
+    b = x * move.x + y * move.y - low * change
+    c = min(x * x + y * y - low * low, 0.0)
+    begin = math.inf
+    if b > 0.0:
+        inside = b * b - a * c
+        if inside >= 0.0:
+            begin = -c / (b + math.sqrt(inside))
+    elif a > 0.0:
+        begin = (math.sqrt(b * b - a * c) - b) / a
+    if begin >= until:
+        if high <= 0.0:
+            return Spring(0.0, 0.0, 0.0, 0.0)
+        return Spring(x + move.x, y + move.y, 0.0, 0.0)
+    x, y = x + begin * move.x, y + begin * move.y
+    limit = low + begin * change
+    if not limit > 0.0:
+        return Spring(0.0, 0.0, 0.0, 0.0)
+    return slipped(x, y, move, length * (until - begin), limit, max(high, 0.0))
+
+
+@inner
+def force_of(labels: FloatArray, held: FloatArray, move: Move, slips: bool) -> tuple[float, float]:
+    """The sum of the springs after a row."""
+    x = y = 0.0
+    for i in range(1, labels.size):
+        spring = advanced(held[0, i], held[1, i], labels[i], move, slips)
+        x += spring.x
+        y += spring.y
+    return x, y
+
+
+@inner
+def moved_to(
+    labels: FloatArray, held: FloatArray, before: float, after: float, target: FloatArray, slips: bool
+) -> tuple[float, float, int]:
+    """The shift of a row that ends at a force, and how the search ended: Newton's method with damping."""
+    limit, touching = 0.0, 0
+    for i in range(1, labels.size):
+        if labels[i] < after:
+            limit += after - labels[i]
+            touching += 1
+    if touching == 0:
+        return 0.0, 0.0, COMPLETE if target[0] == 0.0 and target[1] == 0.0 else NOT_ATTAINABLE
+    if slips and math.hypot(target[0], target[1]) >= limit * (1.0 - 1e-9):
+        return 0.0, 0.0, NOT_ATTAINABLE
+    x = y = 0.0
+    f_x, f_y = force_of(labels, held, move_of(x, y, before, after), slips)
+    r_x, r_y = f_x - target[0], f_y - target[1]
+    size = math.hypot(r_x, r_y)
+    trusted = 4.0 * size / touching
+    for _ in range(_ITERATIONS):
+        if size <= _SOLVED * limit:
+            return x, y, COMPLETE
+        step = 1e-7 * (limit / touching + size / touching)
+        a_x, a_y = force_of(labels, held, move_of(x + step, y, before, after), slips)
+        b_x, b_y = force_of(labels, held, move_of(x, y + step, before, after), slips)
+        xx, yx, xy, yy = (a_x - f_x) / step, (a_y - f_y) / step, (b_x - f_x) / step, (b_y - f_y) / step
+        determinant = xx * yy - xy * yx
+        if determinant > 0.0:
+            g_x, g_y = (xy * r_y - yy * r_x) / determinant, (yx * r_x - xx * r_y) / determinant
+        else:
+            g_x, g_y = -r_x / touching, -r_y / touching
+        # unloading may leave all springs at their limits: the first steps are those of springs that stick
+        part = min(1.0, trusted / max(math.hypot(g_x, g_y), 1e-300))
+        for _halving in range(_HALVINGS):
+            t_x, t_y = force_of(labels, held, move_of(x + part * g_x, y + part * g_y, before, after), slips)
+            smaller = math.hypot(t_x - target[0], t_y - target[1])
+            if smaller < size:
+                break
+            part *= 0.5
+        if not smaller < size:
+            if size <= 1e3 * _SOLVED * limit:
+                return x, y, COMPLETE
+            # the force rises with the shift, so that the step of springs that stick comes closer to the shift
+            part, g_x, g_y = 1.0, -r_x / touching, -r_y / touching
+            t_x, t_y = force_of(labels, held, move_of(x + g_x, y + g_y, before, after), slips)
+            smaller = math.hypot(t_x - target[0], t_y - target[1])
+        trusted = 4.0 * part * math.hypot(g_x, g_y)
+        x, y, f_x, f_y, size = x + part * g_x, y + part * g_y, t_x, t_y, smaller
+        r_x, r_y = f_x - target[0], f_y - target[1]
+    return x, y, NOT_CONVERGED
+
+
+@inner
+def stick_border(
+    labels: FloatArray, places: FloatArray, held: FloatArray, depth: float, edge: float
+) -> float:
+    """Radius of the springs below their limit: between two springs where the distance from it comes to 0."""
+    i = labels.size - 1
+    while i >= 0 and labels[i] >= depth:
+        i -= 1
+    border = edge
+    while i >= 0:
+        limit = depth - labels[i]
+        left = limit - math.hypot(held[0, i], held[1, i])
+        if left > _STICKS * limit:
+            if border < edge and i > 0:
+                inner_left = depth - labels[i - 1] - math.hypot(held[0, i - 1], held[1, i - 1])
+                if inner_left > left:
+                    rest = left * (places[i] - places[i - 1]) / (inner_left - left)
+                    return float(min(places[i] + rest, border))
+            return border
+        border = places[i]
+        i -= 1
+    return 0.0
+
+
+def _run(
+    labels: FloatArray,
+    places: FloatArray,
+    held: FloatArray,
+    depth: FloatArray,
+    edge: FloatArray,
+    target: FloatArray,
+    begin: FloatArray,
+    rows: FloatArray,
+    options: tuple[bool, bool],
+) -> tuple[int, int]:
+    """
+    Follow the rows of a leg; `held` holds the springs and is overwritten.
+
+    Parameters
+    ----------
+    labels, places : (n + 1,)
+        Labels y and places x of the springs, rising; the first is that of the middle and has no weight.
+    held : (2, n + 1)
+        Their vectors.
+    depth, edge : (m,)
+        Depth and contact radius of every row.
+    target : (m, 2)
+        Shifts, or forces, in the units of `rows`.
+    begin : (6,)
+        Depth, shift along x and y, slip work, distance of full sliding and coarse slip work before the first row.
+    rows : (m, 11)
+        Columns, filled.
+    options : tuple of bool
+        Whether springs slip, and whether forces are prescribed.
+
+    Returns
+    -------
+    tuple of int
+        Number of rows that were followed, and how the run ended.
+    """
+    slips, by_force = options
+    before, at_x, at_y, work, slid, coarse_work = begin[0], begin[1], begin[2], begin[3], begin[4], begin[5]
+    for row in range(depth.size):
+        after = depth[row]
+        if by_force:
+            x, y, ending = moved_to(labels, held, before, after, target[row], slips)
+            if ending != COMPLETE:
+                return row, ending
+            at_x, at_y = at_x + x, at_y + y
+        else:
+            x, y = target[row, 0] - at_x, target[row, 1] - at_y
+            at_x, at_y = target[row, 0], target[row, 1]
+        move = move_of(x, y, before, after)
+        f_x = f_y = stored = c_x = c_y = 0.0
+        for i in range(labels.size):
+            spring = advanced(held[0, i], held[1, i], labels[i], move, slips)
+            held[0, i], held[1, i] = spring.x, spring.y
+            if i == 0:
+                slid += spring.slid
+            else:
+                f_x += spring.x
+                f_y += spring.y
+                stored += 0.5 * (spring.x * spring.x + spring.y * spring.y)
+                work += spring.work
+                if i % 3 == 2:  # the middle of three cells
+                    c_x += 3.0 * spring.x
+                    c_y += 3.0 * spring.y
+                    coarse_work += 3.0 * spring.work
+        before = after
+        rows[row, FORCE_X], rows[row, FORCE_Y] = f_x, f_y
+        rows[row, STORED], rows[row, WORK] = stored, work
+        rows[row, COARSE_X], rows[row, COARSE_Y], rows[row, COARSE_WORK] = c_x, c_y, coarse_work
+        rows[row, SLID], rows[row, SHIFT_X], rows[row, SHIFT_Y] = slid, at_x, at_y
+        if slips:
+            rows[row, STICK] = stick_border(labels, places, held, after, edge[row])
+        else:
+            rows[row, STICK] = edge[row]
+    return depth.size, COMPLETE
+
+
+run = compiled(_run, _STAMP)

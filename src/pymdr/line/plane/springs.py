@@ -1,0 +1,225 @@
+"""Springs in the plane: their places on a line, their state, and the rows of a leg."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from pymdr.line.curves import Curve
+from pymdr.units import FloatArray
+
+
+class PlaneEnding(Enum):
+    """How a run ended."""
+
+    COMPLETE = "all rows were followed"
+    NOT_ATTAINABLE = "a row asks for a tangential force of mu F_N or more"
+    NOT_CONVERGED = "the shift at a tangential force was not found"
+
+
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """
+    Springs of equal stiffness along one half of a line.
+
+    Attributes
+    ----------
+    label : ndarray, shape (n + 1,), m
+        Indentation at which each touches; the first is the middle of the line, which carries nothing.
+    place : ndarray, shape (n + 1,), m
+        Distance from the middle: the first at 0, the others in the middles of n equal cells.
+    """
+
+    label: FloatArray
+    place: FloatArray
+
+    @property
+    def spacing(self) -> float:
+        """Length in m of the cell of a spring."""
+        return float(2.0 * self.place[1])
+
+    @classmethod
+    def along(cls, line: Curve, radius: float, n: int) -> Springs:
+        """
+        `n` springs up to a contact radius in m.
+
+        Parameters
+        ----------
+        line : Curve
+            Its d0(a) gives the labels.
+        radius : float
+            The largest contact radius of the history.
+        n : int
+            At least 2.
+        """
+        place = radius / n * np.concatenate([[0.0], np.arange(n) + 0.5])
+        label = np.asarray(line.depth(place), dtype=float)
+        label[0] = min(label[0], label[1])
+        return cls(np.maximum.accumulate(label), place)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneState:
+    """
+    The springs after a row.
+
+    Attributes
+    ----------
+    vector : ndarray, shape (2, n + 1), m
+        q / (mu E*) of every spring along x and y; q / E* without slip.
+    indentation : float, m
+    shift : ndarray, shape (2,), m
+        Normalised shift G* u / (mu E*).
+    slip_work, slip_distance, coarse_work : float
+        So far, in the units of the kernel.
+    """
+
+    vector: FloatArray
+    indentation: float
+    shift: FloatArray
+    slip_work: float = 0.0
+    slip_distance: float = 0.0
+    coarse_work: float = 0.0
+
+
+def virgin_plane(springs: Springs) -> PlaneState:
+    """The state before the first row: no contact, no shift."""
+    return PlaneState(np.zeros((2, springs.label.size)), 0.0, np.zeros(2))
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneRows:
+    """
+    The rows of a leg, in SI units; those that were not followed are NaN.
+
+    Attributes
+    ----------
+    shift, force : ndarray, shape (m, 2), m and N
+    stored, slip_work : ndarray, shape (m,), J
+        Energy of the springs, and work of friction since the beginning by its own sum.
+    stick_radius, slip_distance : ndarray, shape (m,), m
+    force_error, work_error : ndarray, shape (m,), N and J
+        By how much a third of the springs changes force and work, over 3.
+    """
+
+    shift: FloatArray
+    force: FloatArray
+    stored: FloatArray
+    slip_work: FloatArray
+    stick_radius: FloatArray
+    slip_distance: FloatArray
+    force_error: FloatArray
+    work_error: FloatArray
+
+
+@dataclass(frozen=True)
+class PlaneLaw:
+    """Constants of the springs: mu (infinite without slip), E* and G* in Pa."""
+
+    friction: float
+    modulus: float
+    tangential_modulus: float
+
+    @property
+    def scale(self) -> float:
+        """Mu, or 1 without slip: traction per pressure of the springs' vectors."""
+        return self.friction if math.isfinite(self.friction) else 1.0
+
+    @property
+    def shift_scale(self) -> float:
+        """Shift u per normalised shift, mu E* / G*."""
+        return self.scale * self.modulus / self.tangential_modulus
+
+
+def follow_plane(
+    law: PlaneLaw,
+    springs: Springs,
+    depth: FloatArray,
+    radius: FloatArray,
+    target: FloatArray,
+    state: PlaneState,
+    *,
+    by_force: bool = False,
+) -> tuple[PlaneRows, PlaneState, PlaneEnding]:
+    """
+    Follow the rows of a leg with springs of vectors q, straight in (d, u) between rows.
+
+    dq = G* du while |q| < mu E* (d - y), else the spring slips along q. Every spring advances exactly over a row.
+
+    Parameters
+    ----------
+    law : PlaneLaw
+    springs : Springs
+    depth, radius : ndarray, shape (m,), m
+        Indentation and contact radius of every row.
+    target : ndarray, shape (m, 2)
+        Shift u in m, or with `by_force` the tangential force in N, along x and y.
+    state : PlaneState
+        Before the first row.
+
+    Returns
+    -------
+    PlaneRows, PlaneState, PlaneEnding
+        The state after the last row that was followed.
+
+    Notes
+    -----
+    Popov and Hess (2015), chapter 5, for the springs; the advance over a straight row is a closed form.
+
+    Examples
+    --------
+    >>> from pymdr.line.curves import ElasticLine
+    >>> from pymdr.mapping.equivalent import equivalent_profile
+    >>> from pymdr.problem.profiles import Paraboloid
+    >>> springs = Springs.along(ElasticLine(equivalent_profile(Paraboloid(1.0)), 1.0), 1.0, 400)
+    >>> law, d, a = PlaneLaw(0.3, 1.0, 1.0), np.array([1.0, 1.0]), np.array([1.0, 1.0])
+    >>> rows, _, _ = follow_plane(law, springs, d, a, np.array([[0.0, 0.0], [0.3, 0.4]]), virgin_plane(springs))
+    >>> (rows.force[1] / 0.4).round(4).tolist()
+    [0.6, 0.8]
+    """
+    from pymdr.line.plane import kernels as k
+
+    per_shift = law.shift_scale
+    per_force = 2.0 * law.scale * law.modulus * springs.spacing
+    rows = np.full((depth.size, 11), math.nan)
+    held = state.vector.copy()
+    before = (state.slip_work, state.slip_distance, state.coarse_work)
+    begin = np.array([max(state.indentation, 0.0), *state.shift, *before])
+    followed, ending = k.run(
+        springs.label.copy(),
+        springs.place.copy(),
+        held,
+        np.array(np.maximum(depth, 0.0)),
+        np.array(radius),
+        np.array(target / (per_force if by_force else per_shift)),
+        begin,
+        rows,
+        (math.isfinite(law.friction), by_force),
+    )
+    if followed:
+        last = rows[followed - 1]
+        state = PlaneState(
+            held,
+            float(depth[followed - 1]),
+            last[[k.SHIFT_X, k.SHIFT_Y]],
+            *last[[k.WORK, k.SLID, k.COARSE_WORK]].tolist(),
+        )
+    force, coarse = rows[:, [k.FORCE_X, k.FORCE_Y]], rows[:, [k.COARSE_X, k.COARSE_Y]]
+    per_energy = per_force * per_shift
+    return (
+        PlaneRows(
+            shift=per_shift * rows[:, [k.SHIFT_X, k.SHIFT_Y]],
+            force=per_force * force,
+            stored=per_energy * rows[:, k.STORED],
+            slip_work=per_energy * rows[:, k.WORK],
+            stick_radius=rows[:, k.STICK],
+            slip_distance=per_shift * rows[:, k.SLID],
+            force_error=per_force / 3.0 * np.hypot(*(force - coarse).T),
+            work_error=per_energy / 3.0 * np.abs(rows[:, k.WORK] - rows[:, k.COARSE_WORK]),
+        ),
+        state,
+        list(PlaneEnding)[ending],
+    )

@@ -1,0 +1,124 @@
+"""Figures of contacts that are moved in the plane: the path, its force, and slip vectors."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.section import section, section_into
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    FigureData,
+    legend_above,
+    letter_panels,
+    new_figure,
+    row_name,
+    styled,
+    thinned_curve,
+    with_unit,
+)
+from pymdr.quantities import AXES, quantity
+from pymdr.units import FloatArray, from_si, good_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_RINGS, _SPOKES = 9, 24
+
+
+def planar_overview(data: FigureData) -> Figure:
+    """The contact in section, its path and its force in the plane."""
+    with styled():
+        figure = new_figure(10.4, 5.8)
+        left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
+        section_into(left, data)
+        path, force = right.subplots(2, 1)
+        _draw_path(path, data, "shift")
+        _draw_path(force, data, "tangential_force")
+        letter_panels(figure)
+    return figure
+
+
+def planar_figures(data: FigureData) -> dict[str, Figure]:
+    """
+    The figures of a contact that is moved in the plane, by name.
+
+    Returns
+    -------
+    dict of str to matplotlib.figure.Figure
+        ``section``, ``plane`` (the path with the force beside it) and ``slip`` (slip vectors of a row over the contact).
+    """
+    with styled():
+        plane = new_figure(9.6, 4.4)
+        left, right = plane.subplots(1, 2)
+        _draw_path(left, data, "shift")
+        _draw_path(right, data, "tangential_force")
+        letter_panels(plane)
+        slip = new_figure(5.6, 5.0)
+        _draw_slip(slip.subplots(), data)
+    return {"section": section(data), "plane": plane, "slip": slip}
+
+
+def _draw_path(axes: Axes, data: FigureData, name: str) -> None:
+    """A vector over the path, its start and the drawn row, and for forces the circle mu F_N."""
+    values = data.data[name].values
+    unit = good_unit(values[np.isfinite(values)], data.data[name].attrs["units"])
+    x, y = from_si(values, data.data[name].attrs["units"], unit).T
+    axes.plot(*thinned_curve(x, y), color=GREY, lw=1.2)
+    axes.plot(x[:1], y[:1], "o", color=GREEN, ms=5, label="first row")
+    if data.row >= 0:
+        axes.plot(x[[data.row]], y[[data.row]], "o", color=BLUE, ms=6, label=row_name(data, data.row))
+        if name == "tangential_force" and data.friction is not None and math.isfinite(data.friction):
+            most = data.friction * float(data.data["normal_force"].values[data.row])
+            angle = np.linspace(0.0, 2.0 * np.pi, 200)
+            most = float(from_si(most, "N", unit))
+            axes.plot(
+                most * np.cos(angle), most * np.sin(angle), "--", color=GREY, lw=0.9, label=r"$\mu F_N$"
+            )
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(with_unit(quantity(f"{name}_x").label, unit))
+    axes.set_ylabel(with_unit(quantity(f"{name}_y").label, unit))
+    legend_above(axes)
+
+
+def _draw_slip(axes: Axes, data: FigureData) -> None:
+    """Slip vectors on rings of the contact, the longest half as long as the distance of two rings."""
+    if data.field is None or data.row < 0:
+        return
+    a = float(data.data["contact_radius"].values[data.row])
+    stick = float(data.data["stick_radius"].values[data.row])
+    if not a > 0.0:
+        return
+    r = a * (np.arange(_RINGS) + 0.5) / _RINGS
+    slip = np.nan_to_num(np.asarray(data.field("slip", r)))
+    unit = good_unit(np.array([a]), "m")
+    scale = float(from_si(1.0, "m", unit))
+    longest = float(np.max(np.hypot(*slip)))
+    angle = 2.0 * np.pi * np.arange(_SPOKES) / _SPOKES
+    x, y = (np.multiply.outer(r, part(angle)).ravel() * scale for part in (np.cos, np.sin))
+    u, v = (np.repeat(part, _SPOKES) for part in slip)
+    if longest > 0.0:
+        length = 1.5 * a * scale / _RINGS / longest
+        axes.quiver(
+            x, y, length * u, length * v, angles="xy", scale_units="xy", scale=1.0, color=BLUE, width=0.004
+        )
+    for radius, colour, label in ((a, GREY, "contact"), (stick, ORANGE, "stick")):
+        axes.plot(*_circle(radius * scale), color=colour, lw=1.2, label=label)
+    axes.set_aspect("equal")
+    unit_of_slip = good_unit(np.array([longest or a]), "m")
+    shown = float(from_si(longest, "m", unit_of_slip))
+    axes.set_title(f"slip, longest arrow {shown:.3g} {unit_of_slip}, {row_name(data, data.row)}", fontsize=9)
+    axes.set_xlabel(with_unit(f"position {AXES['x']}", unit))
+    axes.set_ylabel(with_unit(f"position {AXES['y']}", unit))
+    axes.legend(loc="lower right", fontsize=8)
+
+
+def _circle(radius: float) -> FloatArray:
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    return radius * np.array([np.cos(angle), np.sin(angle)])
