@@ -219,6 +219,12 @@ class TestControls:
         known, one = (mdr.solve(c, path)["tangential_force"].values for c in (JOINT, contact))
         assert np.abs(known - one).max() < 2e-3 * np.abs(known).max()
 
+    def test_travel_of_a_machine(self):
+        path = mdr.travel("4 um") >> mdr.circle(shift="0.2 um", steps=16)
+        result = mdr.solve(JOINT, path, machine_stiffness="20 MN/m")
+        assert np.allclose(result["travel"], 4e-6, rtol=1e-12)
+        assert np.isfinite(result["tangential_force"]).all()
+
 
 class TestReading:
     path = mdr.load("50 N") >> mdr.circle(shift="0.4 um", steps=64)
@@ -307,3 +313,10 @@ class TestRefused:
             mdr.solve(JOINT, mdr.indent("1 um") >> mdr.shift(("1 um", "1 um")) >> mdr.twist("1 mrad"))
         with pytest.raises(mdr.PathError, match="leg 3 gives shift as one number"):
             mdr.solve(JOINT, mdr.indent("1 um") >> mdr.shift(("1 um", "1 um")) >> mdr.shift("1 um"))
+
+    def test_comparison_and_wear(self):
+        path = mdr.indent("1 um") >> mdr.cycle(shift=("0.2 um", "0.1 um"))
+        with pytest.raises(mdr.ProblemError, match="plane"):
+            mdr.verify(JOINT, path)
+        with pytest.raises(mdr.ProblemError, match="one line"):
+            mdr.wear(JOINT, path, coefficient="1e-5 mm^3/(N m)", cycles=10, law="archard")

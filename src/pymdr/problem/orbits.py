@@ -54,8 +54,8 @@ def circle(
     Examples
     --------
     >>> import pymdr as mdr
-    >>> mdr.circle(shift="1 um", steps=4).shift.round(9).tolist()
-    [[1e-06, 0.0], [0.0, 1e-06], [-1e-06, 0.0], [0.0, -1e-06], [1e-06, 0.0]]
+    >>> mdr.circle(shift="1 um", steps=4).shift[1:].round(9).tolist()[:2]
+    [[0.0, 1e-06], [-1e-06, 0.0]]
     """
     name, radius = _one("circle", {"shift": shift, "tangential_force": tangential_force})
     size = to_si(radius, _CHANNELS[name], name=f"circle: {name}")

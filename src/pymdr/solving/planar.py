@@ -285,6 +285,7 @@ def _interpret(task: Task, law: PlanarLaw, walked: Walked[Rows]) -> Interpretati
         "stored_tangential_energy": followed.stored,
         "dissipated_energy": followed.slip_work,
     }
+    columns = with_travel(task, columns)
     missed = {
         "tangential_force": followed.force_error + rows.missed,
         "dissipated_energy": followed.work_error,
@@ -294,7 +295,7 @@ def _interpret(task: Task, law: PlanarLaw, walked: Walked[Rows]) -> Interpretati
         contact, law.mapped.moduli, columns, missed, _prescribed(task.path)
     )
     return Interpretation(
-        columns=with_travel(task, columns),
+        columns=columns,
         claims=claims,
         assumptions=frictional_assumptions(contact, law.mapped, states.contact_radius),
         status=Status.GLIDING if law.lost else Status.COMPLETED,

@@ -21,6 +21,7 @@ from pymdr.mapping.moduli import EffectiveModuli
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Graded
 from pymdr.problem.paths import Cycle, Hold, Leg, LoadingPath, Path, Ramp, legs, named_channels
+from pymdr.problem.schedule import is_planar
 from pymdr.solving.closure import is_curve
 from pymdr.units import FloatArray, metres
 
@@ -104,6 +105,10 @@ def one_cycle(path: LoadingPath) -> WearCycle:
     shifts = [0.0]
     if not isinstance(path, LoadingPath):
         raise ProblemError(f"wear: {path!r} is not a path; write load('10 N') >> cycle(shift='1 um')")
+    if is_planar(path):
+        raise ProblemError(
+            "wear: the path shifts the body in the plane; wear is followed along one line only, such as cycle(shift='1 um')"
+        )
     for number, leg in enumerate(legs(path), 1):
         names = named_channels(leg)
         if isinstance(leg, Hold):

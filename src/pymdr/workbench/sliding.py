@@ -14,6 +14,7 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.independent.sliding import HalfSpaceGrid, SlidingSolution, solve_sliding
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
+from pymdr.problem.schedule import is_planar
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Result
 from pymdr.solving.drawing import infinite_in
@@ -126,6 +127,10 @@ def verify_sliding(
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
     assert contact.friction is not None
+    if is_planar(path):
+        raise ProblemError(
+            "verify: shifts in the plane are not compared here; pymdr.independent.sliding.solve_sliding follows them on a grid"
+        )
     if contact.adhesion is not None:
         raise ProblemError(
             "verify: adhesion with friction has no independent solver here; leave one of them out"

@@ -269,8 +269,7 @@ def stick_border(
 
 
 def _run(
-    labels: FloatArray,
-    places: FloatArray,
+    line: FloatArray,
     held: FloatArray,
     depth: FloatArray,
     edge: FloatArray,
@@ -284,7 +283,7 @@ def _run(
 
     Parameters
     ----------
-    labels, places : (n + 1,)
+    line : (2, n + 1)
         Labels y and places x of the springs, rising; the first is that of the middle and has no weight.
     held : (2, n + 1)
         Their vectors.
@@ -305,6 +304,7 @@ def _run(
         Number of rows that were followed, and how the run ended.
     """
     slips, by_force = options
+    labels, places = line[0], line[1]
     before, at_x, at_y, work, slid, coarse_work = begin[0], begin[1], begin[2], begin[3], begin[4], begin[5]
     for row in range(depth.size):
         after = depth[row]

@@ -189,8 +189,7 @@ def follow_plane(
     before = (state.slip_work, state.slip_distance, state.coarse_work)
     begin = np.array([max(state.indentation, 0.0), *state.shift, *before])
     followed, ending = k.run(
-        springs.label.copy(),
-        springs.place.copy(),
+        np.stack([springs.label, springs.place]),
         held,
         np.array(np.maximum(depth, 0.0)),
         np.array(radius),

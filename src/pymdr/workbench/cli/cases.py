@@ -89,6 +89,7 @@ def _run_one(
 ) -> dict[str, Any]:
     import logging
 
+    from pymdr.result.arrays import by_component
     from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
 
@@ -118,7 +119,7 @@ def _run_one(
         rows=result.data.sizes["step"],
         last={
             str(name): with_unit(float(array.values[-1]), array.attrs["units"])
-            for name, array in result.data.items()
+            for name, array in by_component(result.data).items()
         },
         largest={
             name: with_unit(float(result.data[name].max()), result.data[name].attrs["units"])
