@@ -237,6 +237,8 @@ def fatigue(
         )
     rows, how = _rows_of(result, steps)
     result.claims["stress"].require("fatigue")
+    if isinstance(criterion, RuizWork | RuizDamage) and "slip" in result.claims:
+        result.claims["slip"].require(f"{type(criterion).__name__} of slip")
     if result.reading.interior is None:
         raise NotValidError(
             "fatigue is not valid here: the stress in the bodies of this contact is not computed"
