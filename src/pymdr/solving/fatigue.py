@@ -11,7 +11,8 @@ import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.inside import background_of
-from pymdr.interpretation.fatigue import Rating, Site, StressCycle, most_endangered, rating_of, stress_cycle
+from pymdr.interpretation.endangered import Site, most_endangered
+from pymdr.interpretation.fatigue import Rating, StressCycle, rating_of, stress_cycle
 from pymdr.interpretation.interior import Background
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.problem.fatigue import (
