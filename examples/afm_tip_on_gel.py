@@ -3,8 +3,8 @@ AFM tip on a gel
 ================
 
 A colloidal tip on a soft cantilever approaches a gel, jumps into contact, is pressed and pulled off. The piezo moves the base of
-the cantilever: its travel is the indentation plus the force over the stiffness. A soft cantilever loses the contact near the
-largest pull, -3/2 pi work R, a stiff one only at -5/6 pi work R.
+the cantilever: its travel is the indentation plus the force over the stiffness. A soft cantilever loses contact near the
+largest pull, -3/2 pi work R; a stiff cantilever loses contact only at -5/6 pi work R.
 """
 
 import math

@@ -2,8 +2,8 @@
 A bead on a cell, and a pyramid on a gel
 ========================================
 
-A bead of 5 um presses a round cell of 8 um: near the tip, both together are a sphere of the effective radius. A modulus that does not depend on the range
-of the fit supports the model. A four-sided tip on a gel is fitted like any other.
+A bead of 5 um presses a round cell of 8 um. Near the tip both together act like a sphere of the effective radius. A modulus that does not depend on the range
+of the fit supports the model. A second fit uses a four-sided tip on a gel.
 """
 
 import numpy as np

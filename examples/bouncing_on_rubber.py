@@ -2,8 +2,8 @@
 Bouncing on rubber
 ==================
 
-A ball falls on rubber with a relaxation time of 0.1 ms. Slow impacts see the rubbery modulus and lose little; the loss grows
-until the contact time is about the relaxation time. Rubber with a relaxation time of 10 ms is glassy in the same impacts: faster
+A ball falls on rubber with a relaxation time of 0.1 ms. In slow impacts the rubber has its rubbery modulus and dissipates little. The loss
+grows until the contact time is about the relaxation time. Rubber with a relaxation time of 10 ms is glassy in the same impacts, and faster
 impacts lose less.
 """
 

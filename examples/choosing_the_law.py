@@ -2,8 +2,8 @@
 Choosing the law of adhesion
 ============================
 
-Small stiff tips attract over a range that is large compared with their deformation (DMT), large soft ones only where they touch
-(JKR). Maugis and Dugdale cover both; pymdr gives the error of the simpler laws in the pull-off force.
+Small stiff tips attract over a range that is large compared with their deformation (DMT). Large soft tips attract only where they touch
+(JKR). The law of Maugis and Dugdale covers both; pymdr gives the error of the simpler laws in the pull-off force.
 """
 
 import numpy as np

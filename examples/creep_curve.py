@@ -2,7 +2,7 @@
 Creep curve of a rolling ball
 =============================
 
-A driven ball rolls a little slower than its surface rotates. Friction transmits a force that depends on this difference, the
+A driven ball rolls slightly slower than its surface rotates. Friction transmits a force that depends on this difference, the
 creepage. At first the contact sticks nearly everywhere and the force grows with the creepage; then slip spreads from the trailing
 edge until the ball slides at Coulomb's limit.
 """

@@ -2,8 +2,8 @@
 A film, drift and a pop-in
 ==========================
 
-The modulus of a film on silicon from continuous stiffness, by the springs of film and substrate; the thermal drift of an indent from a hold; and
-the shear stress at a pop-in.
+The springs of film and substrate give the modulus of a film on silicon from continuous stiffness. A hold gives the thermal drift of an indent. The load of
+a pop-in gives its shear stress.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 First pop-in of a tungsten crystal
 ==================================
 
-A diamond tip with a radius of 400 nm is pressed on tungsten. The contact stays elastic until the first dislocations form: the record jumps.
-The shear stress below the tip at that load is the strength of the perfect crystal.
+A diamond tip with a radius of 400 nm is pressed on tungsten. The contact stays elastic until the first dislocations form and the record jumps.
+The shear stress below the tip at this load is the strength of the perfect crystal.
 """
 
 import numpy as np

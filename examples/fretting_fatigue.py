@@ -2,7 +2,7 @@
 Fretting fatigue of a joint
 ===========================
 
-A pad is pressed on a bar whose bulk stress cycles in phase with the tangential force. Where does a crack start, and on which plane?
+A pad is pressed on a bar whose bulk stress cycles in phase with the tangential force. Criteria of fatigue give the place and the plane at which a crack starts.
 """
 
 import numpy as np

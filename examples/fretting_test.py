@@ -2,8 +2,8 @@
 A measured fretting test
 ========================
 
-The amplitude of a test grows from cycle to cycle. The log tells where gross slip begins, and the coefficient of friction there. The record is made
-by the model, with the compliance of a machine added.
+The amplitude of a test grows from cycle to cycle. The log shows the cycle at which gross slip begins, and its coefficient of friction. The model makes
+the record, with the compliance of a machine added.
 """
 
 import numpy as np

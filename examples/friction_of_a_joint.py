@@ -3,7 +3,7 @@ Coefficient of friction of a measured loop
 ==========================================
 
 A joint vibrates tangentially under a known load with so small an amplitude that its middle never slips. The force has no plateau
-that shows the coefficient of friction, but the shape of the loop contains it. A fit finds it, together with the modulus from the
+that shows the coefficient of friction, but the shape of the loop determines it. A fit gives the coefficient, and the modulus from the
 slope after each reversal.
 """
 

@@ -2,7 +2,7 @@
 Creep of a polymer gel
 ======================
 
-An AFM presses a gel up to a force that a feedback keeps constant, while the tip penetrates further. The path is the measured
+An AFM presses a gel up to a force. A feedback keeps this force constant while the tip penetrates further. The path is the measured
 force, and the model gives the indentation.
 
 Run it on your own record with ``python gel_creep.py FILE``, in any format of afmformats (``pip install 'pymdr[afm]'``). Without a

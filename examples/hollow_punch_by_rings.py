@@ -2,7 +2,7 @@
 A ring contact
 ==============
 
-The hollow cylinder that the method refuses, solved by boundary elements on rings. The result has the same form, and its claims
+Boundary elements on rings solve the hollow cylinder that the method refuses. The result has the same form, and its claims
 state that the method was not used.
 """
 

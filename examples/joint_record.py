@@ -2,8 +2,8 @@
 A measured joint
 ================
 
-A test rig records load, shift and tangential force. The record contains the dissipation and the damping of each cycle. Its
-history of load and shift is also a path, for which the theory predicts the force.
+A test rig records load, shift and tangential force. The record determines the dissipation and the damping of each cycle. Its
+history of load and shift is also a path, and the theory predicts the force along it.
 """
 
 from pathlib import Path

@@ -2,8 +2,8 @@
 A law for a particle code
 =========================
 
-A particle code evaluates force and stiffness of a contact millions of times. The law of a worn grain is tabulated once with a
-stated error and written as a C header. A grain that falls on a plate with this law rebounds with its initial energy.
+A particle code evaluates force and stiffness of a contact millions of times. pymdr tabulates the law of a worn grain once with a
+stated error and writes it as a C header. A grain that falls on a plate with this law rebounds with its initial energy.
 """
 
 import math

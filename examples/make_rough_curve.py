@@ -3,8 +3,8 @@ How data/rough_curve.csv was made
 =================================
 
 Five caps of different height and radius, anywhere on a square, are pressed between two elastic bodies, by boundary elements on
-24 x 24 cells. Noise of 0.3 % of the largest force is added. The same cells with friction give the numbers with which
-`rough_joint.py` is held.
+24 x 24 cells. Noise of 0.3 % of the largest force is added. The same cells with friction give the numbers for comparison
+in `rough_joint.py`.
 """
 
 from pathlib import Path

@@ -3,7 +3,7 @@ A callable as a shape
 =====================
 
 Any axisymmetric shape is a callable. Its map is accurate to rounding at every radius, and every number of the result states its
-error. A tip with a blunt end and straight flanks, a hyperboloid, has one kink from wear; it is pressed over nine decades of
+error. The example is a hyperboloid, a tip with a blunt end and straight flanks, with one kink from wear. It is pressed over nine decades of
 depth.
 """
 

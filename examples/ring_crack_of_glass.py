@@ -2,8 +2,8 @@
 Ring crack of glass
 ===================
 
-A steel ball of 10 mm is pressed on a glass plate. Around the contact the surface is in tension: below which load does the plate stay whole,
-and how much less does it bear when the ball slides?
+A steel ball of 10 mm is pressed on a glass plate. The surface around the contact is in tension. The example gives the load below which the plate
+does not crack, and the smaller load if the ball slides.
 """
 
 import pymdr as mdr

@@ -2,8 +2,8 @@
 Punch with a domed end
 ======================
 
-A cylinder with a slightly domed end, written as a sum of two profiles. Below full contact it acts like a sphere, above like a
-flat punch, and the pressure at its edge becomes singular. pymdr gives the regular part and the amplitude of the singularity.
+The punch is a cylinder with a slightly domed end, written as a sum of two profiles. Below full contact it acts like a sphere. Above
+full contact it acts like a flat punch, and the pressure at its edge becomes singular. pymdr gives the regular part and the amplitude of the singularity.
 """
 
 import pymdr as mdr

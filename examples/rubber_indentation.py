@@ -2,8 +2,8 @@
 A ball on rubber
 ================
 
-A ball is pressed into rubber, held, and retracted. The force relaxes during the hold. In the retraction the contact is lost
-before the ball is back, because the rubber recovers more slowly.
+A ball is pressed into rubber, held, and retracted. The force relaxes during the hold. In the retraction the ball loses contact
+before it returns to its first touch, because the rubber recovers more slowly.
 """
 
 import numpy as np

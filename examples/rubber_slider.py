@@ -2,8 +2,8 @@
 Friction of a slider on wet rubber
 ==================================
 
-A smooth cap slides over wet rubber, without friction between the surfaces. The rubber is compressed at the front of the cap and
-does not recover completely behind its tip. The friction depends on the ratio of passage time and relaxation times.
+A smooth cap slides over wet rubber, without friction between the surfaces. The cap compresses the rubber at its front, and the rubber
+does not recover completely behind the tip. The friction depends on the ratio of passage time and relaxation times.
 """
 
 import numpy as np

@@ -2,7 +2,7 @@
 Samples of a gel
 ================
 
-Two gels of three samples each, five curves a sample. Curves of one sample are not independent samples: each sample counts once in the interval over
+Two gels have three samples each, with five curves per sample. Curves of one sample are not independent, so each sample counts once in the interval over
 samples.
 """
 

@@ -3,7 +3,7 @@ A steel ball on a hard coat: what fails first
 =============================================
 
 A steel plate has a coat of diamond-like carbon, 5 um thick. A steel ball of 6 mm is pressed on it with 10 N. The coat may crack in
-the ring of tension around the contact, it may come off by the shear at its interface, or the steel below may yield.
+the ring of tension around the contact, the shear at its interface may detach it, or the steel below may yield.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 Pull-off of a tip from many gels
 ================================
 
-The same colloidal tip leaves gels of all stiffnesses and works of adhesion. The largest pull does not depend on the stiffness;
-the elongation of the gel at pull-off does.
+The same colloidal tip is pulled off gels of different stiffness and work of adhesion. The largest pull does not depend on the stiffness.
+The elongation of the gel at pull-off depends on it.
 """
 
 import numpy as np

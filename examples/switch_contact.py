@@ -2,7 +2,7 @@
 Resistance of a switch
 ======================
 
-A silver rivet closes a switch. The current constricts in the contact, whose resistance is that of the disk, (rho1 + rho2)/(4 a):
+A silver rivet closes a switch. The current narrows in the contact. The resistance of the disk is (rho1 + rho2)/(4 a);
 for a round rivet it decreases with the cubic root of the force. The current heats the contact; at about 90 mV silver softens, and
 the contact grows.
 """

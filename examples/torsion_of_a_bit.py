@@ -2,7 +2,7 @@
 Torsion of a screwdriver bit
 ============================
 
-A hardened ball tip is pressed with 50 N and turned to and fro. It slips from the edge inward; the torque has a limit that it never reaches.
+A hardened ball tip is pressed with 50 N and turned to and fro. It slips from the edge inward. The torque tends to a limit without reaching it.
 """
 
 import math

@@ -2,8 +2,8 @@
 Vibrating contact
 =================
 
-Load and shift oscillate together, out of phase. If the load decreases, the stick zone shrinks from outside; if it increases, new
-surface sticks without tension. The state depends on the whole history, which is followed exactly.
+Load and shift oscillate together, out of phase. If the load decreases, the stick zone shrinks from outside. If the load increases, new
+surface sticks without shear. The state depends on the whole history, and pymdr follows this history exactly.
 """
 
 import numpy as np

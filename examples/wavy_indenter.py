@@ -2,8 +2,8 @@
 Wavy indenter
 =============
 
-Waves on a tip increase its adhesion: the edge of the contact jumps over every wave, and each jump dissipates energy. Folds and
-jumps are located exactly, so the dissipation does not depend on the number of steps.
+Waves on a tip increase its adhesion: the edge of the contact jumps over every wave, and each jump dissipates energy. pymdr locates folds and
+jumps exactly, so the dissipation does not depend on the number of steps.
 """
 
 import numpy as np

@@ -2,9 +2,9 @@
 Comparison of laws of adhesion for a curve
 ==========================================
 
-A small tip is pressed on a body and pulled off by a machine that is much stiffer than the contact. The record is fitted by Hertz'
-contact without adhesion, by the short-ranged attraction of Johnson, Kendall and Roberts, by the long-ranged one of Derjaguin,
-Müller and Toporov, and by that of Maugis between them. Akaike's weights compare the four.
+A small tip is pressed on a body and pulled off by a machine that is much stiffer than the contact. Four laws are fitted to the record: Hertz'
+contact without adhesion, the short-ranged attraction of Johnson, Kendall and Roberts, the long-ranged attraction of Derjaguin,
+Müller and Toporov, and that of Maugis between them. Akaike's weights compare the four.
 """
 
 import numpy as np

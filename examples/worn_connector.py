@@ -3,7 +3,7 @@ A connector worn to its limit
 =============================
 
 A spring presses a gold-plated pin to a fixed depth, and vibration shifts it to and fro. The ring around the sticking core wears until it carries
-nothing.
+no load.
 """
 
 import pymdr as mdr

@@ -2,8 +2,8 @@
 A worn ball
 ===========
 
-A polymer ball with a flat from wear is pressed against a plate and compared with the original ball. The flat is in contact at
-once, so the worn ball is stiffer from the beginning; the difference decreases with the load.
+A polymer ball with a flat from wear is pressed against a plate and compared with the original ball. The flat is in contact from
+first touch, so the worn ball is stiffer from the beginning. The difference decreases with the load.
 """
 
 import math

@@ -2,7 +2,7 @@
 A measured tip
 ==============
 
-The profile of a worn indenter is given by samples with scatter. A smoothing spline through them is mapped segment by segment. The
+Samples with scatter give the profile of a worn indenter. pymdr maps a smoothing spline through them segment by segment. The
 scatter becomes a band on every quantity, and the claim states the meaning of the azimuthal mean for the measured body.
 """
 

@@ -2,8 +2,8 @@
 Indentation modulus of zinc
 ===========================
 
-A zinc crystal is much softer along its axis than across it. A cone pressed along the axis measures one modulus, which depends on
-all five constants: the indentation modulus. No mean of Young's moduli gives it.
+A zinc crystal is much softer along its axis than across it. A cone pressed along the axis measures the indentation modulus, which depends on
+all five constants. No mean of Young's moduli gives this modulus.
 """
 
 import numpy as np

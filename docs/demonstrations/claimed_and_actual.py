@@ -2,9 +2,9 @@
 Claimed and actual errors
 =========================
 
-Numerical results are often called exact because they agree with a closed form in one case. Here are random profiles, solved by
-pymdr and compared with quadrature in extended precision that shares no code with it. Every point is one quantity of one profile:
-its claimed and its actual error. ``python -m benchmarks.accuracy docs/demonstrations/claimed_and_actual.csv`` repeats the study.
+Numerical results are often called exact because they agree with a closed form in one case. This program compares solutions of random
+profiles by pymdr with a quadrature in extended precision that shares no code with pymdr. Every point shows the claimed and the actual
+error of one quantity of one profile. ``python -m benchmarks.accuracy docs/demonstrations/claimed_and_actual.csv`` repeats the study.
 """
 
 from pathlib import Path

@@ -2,8 +2,8 @@
 Clipped springs are not a ring contact
 ======================================
 
-Where g does not rise, one might sum only the compressed springs. This sum of clipped springs is neither the force nor a bound:
-for the same body it is far too large at one indentation and too small at another. The best single disk is a rigorous lower bound,
+Where g does not rise, one might sum only the compressed springs. The sum of these clipped springs is neither the force nor a bound.
+For the same body it is far too large at one indentation and too small at another. The best single disk is a rigorous lower bound,
 and boundary elements on rings give the force.
 """
 

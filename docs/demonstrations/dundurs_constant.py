@@ -3,7 +3,7 @@ Dundurs' constant
 =================
 
 The constant named after Dundurs in Argatov's discussion lacks the factor 1/2 and has (1 - 2 nu) in place of (1 - nu) in the
-denominator. Both vanish together, so the test for elastic similarity is unaffected; the value is not: for steel on aluminium
+denominator. Both constants vanish together, so the test for elastic similarity is unaffected. Its value is wrong: for steel on aluminium
 -0.117 instead of -0.446.
 """
 

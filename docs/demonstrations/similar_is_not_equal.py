@@ -3,8 +3,8 @@ Similar is not equal
 ====================
 
 Argatov's discussion states elastic similarity correctly (its eq. 15), but it is often read as "equal materials". Equal bodies are
-similar. So is an incompressible body on a rigid one, or on any other incompressible one, and so are two bodies of different
-Poisson's ratio with suitable moduli. Two bodies of nearly equal stiffness may be far from similar. pymdr measures Dundurs' beta
+similar. An incompressible body is also similar to a rigid body and to any other incompressible body, and two bodies of different
+Poisson's ratios are similar if their moduli are suitable. Two bodies of nearly equal stiffness may be far from similar. pymdr measures Dundurs' beta
 and lowers its claims where it is not 0.
 """
 

@@ -3,8 +3,8 @@ A factor of two in the loop
 ===========================
 
 The dissipation of a sphere that vibrates at constant load (Mindlin and Deresiewicz 1953) is written with the compliance (2 - nu)
-/ G. Two bodies have two compliances, and their sum is 4 / G*. With that of one body, as for a sphere on a rigid plane, the
-dissipation of two equal spheres, over the relative shift of their centres, is one half of the true value.
+/ G. Two bodies have two compliances, and their sum is 4 / G*. With the compliance of one body, as for a sphere on a rigid plane, the
+calculated dissipation of two equal spheres, over the relative shift of their centres, is one half of the true value.
 """
 
 import numpy as np

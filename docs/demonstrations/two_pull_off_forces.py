@@ -3,9 +3,9 @@ Two pull-off forces
 ===================
 
 The equation of Argatov's discussion for the radius of an adhesive contact, d = g(a) - dl(a) (its eq. 14), has two roots at
-negative depths, without a criterion for the root and for the loss of contact. It is often said that JKR is lost at -3/2 pi work
-R. This is correct under a dead load. At a prescribed indentation the same contact is lost at -5/6 pi work R, and with a
-cantilever between the two: law and machine together determine the pull-off force.
+negative depths, without a criterion for the root and for the loss of contact. It is often said that a JKR contact separates at
+-3/2 pi work R. This is correct under a dead load. At a prescribed indentation the same contact separates at -5/6 pi work R, and with
+a cantilever between the two values. Law and machine together determine the pull-off force.
 """
 
 import math
