@@ -416,7 +416,6 @@ def contact_laws():
 def test_the_law_that_made_a_curve_is_the_best(true):
     adhesion = {"Hertz": None, "JKR": mdr.JKR("0.2 mJ/m^2"), "DMT": mdr.DMT("0.2 mJ/m^2")}[true]
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=adhesion)
-    # on a soft machine JKR and DMT are told apart by nothing but how far the contact reaches back
     found = mdr.compare_laws(contact_laws(), curve_of(contact, 1e-6, None, 0.002, 2), FREE)
     assert found.best == true
     assert found.weights[true] > 0.99
@@ -436,6 +435,43 @@ def test_the_law_that_made_a_curve_is_the_best(true):
     assert any("Burnham and Anderson" in source for source in found.cite())
     assert len(set(found.cite())) == len(found.cite())
     assert not faults(found.plot())
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [None, pytest.param(0.5, marks=pytest.mark.long), pytest.param(5.0, marks=pytest.mark.long)],
+)
+@pytest.mark.parametrize("law", ["JKR", "DMT"])
+def test_jumps_of_each_law_count_in_a_comparison(law, machine):
+    """A record of DMT has no hysteresis, one of JKR has; noise is a tenth of the pull or of the largest force, whichever is smaller."""
+    right = 0
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        radius, young = 10 ** rng.uniform(-8, -2), 10 ** rng.uniform(3, 11)
+        depth, modulus = 0.05 * radius, young / 0.75
+        load = 4 / 3 * modulus * radius**0.5 * depth**1.5
+        pull = load * 10 ** rng.uniform(-0.3, 0.3)
+        work = pull / ({"JKR": 1.5, "DMT": 2.0}[law] * np.pi * radius)
+        stiffness = None if machine is None else machine * load / depth
+        lag = 0.0 if machine is None else 1.0 / stiffness
+        far = -2.0 * depth - 3.0 * (work**2 * radius / modulus**2) ** (1 / 3)
+        ends = far, depth + lag * load, far - 2.0 * lag * pull
+        positions = np.concatenate([np.linspace(*ends[:2], 150), np.linspace(*ends[1:], 150)])
+        channel, options = (
+            ("indentation", {}) if machine is None else ("travel", {"machine_stiffness": stiffness})
+        )
+        bodies = mdr.Paraboloid(radius), mdr.Elastic(young, 0.5)
+        made = mdr.Contact(*bodies, adhesion=getattr(mdr, law)(work))
+        force = mdr.solve(made, mdr.Path(**{channel: positions}), **options)["normal_force"].values
+        force = force + 0.1 * min(load, pull) * rng.normal(size=force.size)
+        curve = mdr.MeasuredCurve(force=force, spring_constant=stiffness, **{channel: positions + depth})
+        laws = {
+            name: mdr.Contact(*bodies, adhesion=getattr(mdr, name)(0.5 * work)) for name in ("JKR", "DMT")
+        }
+        weights = mdr.compare_laws(laws, curve, FREE).weights
+        assert weights[law] > 0.05
+        right += weights[law] > 0.5
+    assert right >= 3
 
 
 def test_laws_that_cannot_be_compared_are_refused():

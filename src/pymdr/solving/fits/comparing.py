@@ -15,6 +15,7 @@ from pymdr.quantities import one_name
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.estimating import aicc
 from pymdr.solving.fits.fitting import fit
+from pymdr.solving.fits.own_jumps import judged
 from pymdr.solving.fits.results import FitResult
 from pymdr.solving.fits.unknowns import TILT
 from pymdr.solving.study import Answer, Column
@@ -126,6 +127,9 @@ def compare_laws(
 
     Notes
     -----
+    A fit takes the jumps into and out of contact from the record; a comparison uses those of the law, which is refitted so that its misfit
+    is least: JKR must come off later than it came on, DMT must not. Samples adjacent to a jump of any law are not counted.
+
     AICc = n log(S/n) + 2 k + 2 k (k + 1)/(n - k - 1), with the sum of squares S over the samples that all fits use, k numbers and
     the noise, and n independent samples: those of the law that leaves the least correlated differences. Akaike's weights are
     exp(-difference/2) over their sum (Burnham and Anderson 2002, sections 2.4 and 2.9). They compare the given laws only; all of
@@ -170,9 +174,13 @@ def compare_laws(
             refusals[name] = str(error)
     if not fits:
         raise ProblemError(f"compare_laws: no law can be fitted: {'; '.join(refusals.values())}")
-    used = np.logical_and.reduce([one.data["used"].values for one in fits.values()])
+    against = {name: judged(one) for name, one in fits.items()}
+    used = np.logical_and.reduce([one.used for one in against.values()])
     n = used.sum() / min(one.correlated for one in fits.values())
-    criteria = {name: _aicc(one, used, n) for name, one in fits.items()}
+    criteria = {
+        name: aicc(float((one.residuals[used] ** 2).mean()), n, len(fits[name].values))
+        for name, one in against.items()
+    }
     return LawComparison(
         data=_weighed(fits, criteria),
         fits=fits,
@@ -206,8 +214,3 @@ def _weighed(fits: Mapping[str, FitResult], criteria: Mapping[str, float]) -> xr
     return xr.Dataset(
         {name: ("law", values, {"units": ""}) for name, values in columns.items()}, coords={"law": order}
     )
-
-
-def _aicc(result: FitResult, used: np.ndarray, n: float) -> float:
-    mean_square = float((result.data["residual"].values[used] ** 2).mean())
-    return aicc(mean_square, n, len(result.values))

@@ -348,9 +348,13 @@ def _parameter_at_depth(line: AdhesiveLine, deepest: float) -> float:
     return last
 
 
-def modelled(forces: Forces, depth: FloatArray, measured: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Force of the model in N at every sample, and whether it is in contact; between the jumps the record decides."""
+def modelled(
+    forces: Forces, depth: FloatArray, measured: FloatArray, touches: BoolArray | None = None
+) -> tuple[FloatArray, BoolArray]:
+    """Force of the model in N at every sample, and whether it is in contact; between the jumps the record decides unless it is given."""
     force, _ = forces.at(depth)
+    if touches is not None:
+        return np.where(touches, force, 0.0), touches
     if math.isinf(forces.fold):
         return force, force != 0.0
     touches = in_contact(depth, measured, force, forces.fold) if forces.fold < 0.0 else depth > 0.0

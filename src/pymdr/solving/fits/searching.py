@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -71,6 +71,8 @@ class Search:
     known: dict[str, float]
     """The known origins."""
     used: tuple[BoolArray, ...] = field(default=())
+    touches: tuple[BoolArray, ...] = field(default=())
+    """Samples in contact of every curve, if they are prescribed."""
 
     @property
     def shears(self) -> bool:
@@ -143,7 +145,7 @@ class Search:
         values, origins = self.from_free(free)
         contact = put_into(self.contact, self.unknowns, values)
         return [
-            _modelled(contact, self.curves[i], one[self.place], one[BASELINE], one.get(TILT, 0.0))
+            _modelled(contact, self.curves[i], one, self.touches[i] if self.touches else None)
             for i, one in enumerate(origins)
         ]
 
@@ -205,15 +207,20 @@ class Search:
 
 
 def _modelled(
-    contact: Contact, curve: MeasuredCurve | ShearRecord, origin: float, baseline: float, tilt: float
+    contact: Contact,
+    curve: MeasuredCurve | ShearRecord,
+    origins: Mapping[str, float],
+    touches: BoolArray | None,
 ) -> Modelled:
+    origin = origins[SHIFT_ORIGIN if isinstance(curve, ShearRecord) else CONTACT_POINT]
+    baseline, tilt = origins[BASELINE], origins.get(TILT, 0.0)
     middle = 0.5 * float(curve.position.min() + curve.position.max())
     force, position = curve.force - baseline - tilt * (curve.position - middle), curve.position - origin
     if isinstance(curve, ShearRecord):
         return Modelled(position, force, curve.forces(contact, origin), np.ones(force.size, dtype=bool))
     deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
     forces = forces_of(contact, deepest, curve.compliance, curve.time)
-    model, touches = modelled(forces, position, force)
+    model, touches = modelled(forces, position, force, touches)
     return Modelled(position - curve.compliance * model, force, model, touches)
 
 

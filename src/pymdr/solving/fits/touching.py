@@ -34,6 +34,13 @@ def in_contact(position: FloatArray, measured: FloatArray, model: FloatArray, fo
     return touches
 
 
+def in_contact_by_law(position: FloatArray, onset: float, fold: float) -> BoolArray:
+    """Samples in contact with the jumps of the law: beyond the onset in approach, and up to the fold in retreat; positions of shape (..., samples)."""
+    after = np.arange(position.shape[-1]) > np.argmax(position, axis=-1)[..., None]
+    touches: BoolArray = np.where(after, position > fold, position > onset)
+    return touches
+
+
 def _best_count(gain: FloatArray) -> int:
     """The number of samples, counted from the deepest one, with the largest sum of gains."""
     total = np.cumsum(gain)
