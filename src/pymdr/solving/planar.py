@@ -139,14 +139,13 @@ class PlanarLaw:
     def _follow(self, stretch: Stretch, state: PlaneState) -> tuple[PlaneRows, PlaneState]:
         depth = depths_of(self.mapped, stretch, self.machine_stiffness)
         radius = states_at_depth(self.mapped.line, depth).contact_radius
-        by_force = stretch.controls.tangential == "tangential_force"
+        pulled = stretch.controls.tangential == "tangential_force"
+        load = _forces(self.mapped, stretch, depth) if pulled else None
         target = np.full((depth.size, 2), math.nan) if self.lost else stretch.tangential
         if self.lost or np.isnan(target).any():
             nothing = np.full((depth.size, 2), math.nan)
             return PlaneRows(nothing, nothing, *nothing[:, :1].T.repeat(6, axis=0)), state
-        rows, state, ending = follow_plane(
-            self.law, self.springs, depth, radius, target, state, by_force=by_force
-        )
+        rows, state, ending = follow_plane(self.law, self.springs, depth, radius, target, state, load)
         if ending is PlaneEnding.NOT_CONVERGED:
             i = int(np.argmax(np.isnan(rows.stored)))
             force = " and ".join(newtons(float(f)) for f in stretch.tangential[i])

@@ -23,9 +23,15 @@ _SHORT = 0.03
 _STICKS = 1e-12
 """Distance from Coulomb's limit, relative to it, from which on a spring counts as sticking."""
 _ITERATIONS = 200
+_PATIENCE = 10
+"""Iterations that have to halve the residual."""
 _HALVINGS = 12
 _SOLVED = 1e-12
 """Residual of a prescribed force over mu F_N."""
+_ACCEPTED = 1e3 * _SOLVED
+"""The same where rounding stops the search."""
+_TURNS, _DOUBLINGS = 12, 7
+"""Directions and lengths from which a search begins anew."""
 
 COMPLETE, NOT_ATTAINABLE, NOT_CONVERGED = 0, 1, 2
 FORCE_X, FORCE_Y, STORED, WORK, STICK, SLID, SHIFT_X, SHIFT_Y, COARSE_X, COARSE_Y, COARSE_WORK = range(11)
@@ -193,27 +199,33 @@ def force_of(labels: FloatArray, held: FloatArray, move: Move, slips: bool) -> t
 
 
 @inner
-def moved_to(
-    labels: FloatArray, held: FloatArray, before: float, after: float, target: FloatArray, slips: bool
-) -> tuple[float, float, int]:
-    """The shift of a row that ends at a force, and how the search ended: Newton's method with damping."""
-    limit, touching = 0.0, 0
-    for i in range(1, labels.size):
-        if labels[i] < after:
-            limit += after - labels[i]
-            touching += 1
-    if touching == 0:
-        return 0.0, 0.0, COMPLETE if target[0] == 0.0 and target[1] == 0.0 else NOT_ATTAINABLE
-    if slips and math.hypot(target[0], target[1]) >= limit * (1.0 - 1e-9):
-        return 0.0, 0.0, NOT_ATTAINABLE
-    x = y = 0.0
+def closer(
+    labels: FloatArray,
+    held: FloatArray,
+    depths: tuple[float, float],
+    target: FloatArray,
+    slips: bool,
+    begin: tuple[float, float, float],
+    capacity: tuple[float, int],
+) -> tuple[float, float, float]:
+    """
+    Newton's method with damping for the shift of a row that ends at a force.
+
+    `begin` is a shift and its residual, as is the answer; `capacity` is mu F_N and the number of springs in contact.
+    """
+    x, y, size = begin
+    limit, touching = capacity
+    before, after = depths
     f_x, f_y = force_of(labels, held, move_of(x, y, before, after), slips)
     r_x, r_y = f_x - target[0], f_y - target[1]
-    size = math.hypot(r_x, r_y)
-    trusted = 4.0 * size / touching
-    for _ in range(_ITERATIONS):
+    trusted, earlier = 4.0 * max(size / touching, 0.1 * math.hypot(x, y)), math.inf
+    for iteration in range(_ITERATIONS):
         if size <= _SOLVED * limit:
-            return x, y, COMPLETE
+            break
+        if iteration % _PATIENCE == 0:
+            if size > 0.5 * earlier:
+                break
+            earlier = size
         step = 1e-7 * (limit / touching + size / touching)
         a_x, a_y = force_of(labels, held, move_of(x + step, y, before, after), slips)
         b_x, b_y = force_of(labels, held, move_of(x, y + step, before, after), slips)
@@ -225,22 +237,57 @@ def moved_to(
             g_x, g_y = -r_x / touching, -r_y / touching
         # unloading may leave all springs at their limits: the first steps are those of springs that stick
         part = min(1.0, trusted / max(math.hypot(g_x, g_y), 1e-300))
+        smaller = size
         for _halving in range(_HALVINGS):
-            t_x, t_y = force_of(labels, held, move_of(x + part * g_x, y + part * g_y, before, after), slips)
-            smaller = math.hypot(t_x - target[0], t_y - target[1])
+            f_x, f_y = force_of(labels, held, move_of(x + part * g_x, y + part * g_y, before, after), slips)
+            smaller = math.hypot(f_x - target[0], f_y - target[1])
             if smaller < size:
                 break
             part *= 0.5
         if not smaller < size:
-            if size <= 1e3 * _SOLVED * limit:
-                return x, y, COMPLETE
-            # the force rises with the shift, so that the step of springs that stick comes closer to the shift
-            part, g_x, g_y = 1.0, -r_x / touching, -r_y / touching
-            t_x, t_y = force_of(labels, held, move_of(x + g_x, y + g_y, before, after), slips)
-            smaller = math.hypot(t_x - target[0], t_y - target[1])
+            break
         trusted = 4.0 * part * math.hypot(g_x, g_y)
-        x, y, f_x, f_y, size = x + part * g_x, y + part * g_y, t_x, t_y, smaller
+        x, y, size = x + part * g_x, y + part * g_y, smaller
         r_x, r_y = f_x - target[0], f_y - target[1]
+    return x, y, size
+
+
+def _moved_to(
+    labels: FloatArray, held: FloatArray, before: float, after: float, target: FloatArray, slips: bool
+) -> tuple[float, float, int]:
+    """
+    The shift of a row that ends at a force, and how the search ended.
+
+    A load that falls leaves all springs at their limits, so that short shifts turn their sum but do not change its size, and the residual
+    has minima above 0. The search then begins anew from longer shifts: every force below mu F_N has one, since the force of long
+    shifts is mu F_N along them.
+    """
+    limit, touching = 0.0, 0
+    for i in range(1, labels.size):
+        if labels[i] < after:
+            limit += after - labels[i]
+            touching += 1
+    if touching == 0:
+        return 0.0, 0.0, COMPLETE if target[0] == 0.0 and target[1] == 0.0 else NOT_ATTAINABLE
+    if slips and math.hypot(target[0], target[1]) >= limit * (1.0 - 1e-9):
+        return 0.0, 0.0, NOT_ATTAINABLE
+    depths, capacity = (before, after), (limit, touching)
+    f_x, f_y = force_of(labels, held, move_of(0.0, 0.0, before, after), slips)
+    size = math.hypot(f_x - target[0], f_y - target[1])
+    x, y, least = closer(labels, held, depths, target, slips, (0.0, 0.0, size), capacity)
+    if least <= _ACCEPTED * limit:
+        return x, y, COMPLETE
+    first = math.atan2(target[1] - f_y, target[0] - f_x)
+    for doubling in range(_DOUBLINGS):
+        length = 0.25 * 2.0**doubling * max(before, after)
+        for turn in range(_TURNS):
+            angle = first + 2.0 * math.pi / _TURNS * turn
+            x, y = length * math.cos(angle), length * math.sin(angle)
+            f_x, f_y = force_of(labels, held, move_of(x, y, before, after), slips)
+            size = math.hypot(f_x - target[0], f_y - target[1])
+            x, y, least = closer(labels, held, depths, target, slips, (x, y, size), capacity)
+            if least <= _ACCEPTED * limit:
+                return x, y, COMPLETE
     return x, y, NOT_CONVERGED
 
 
@@ -276,8 +323,8 @@ def _run(
     target: FloatArray,
     begin: FloatArray,
     rows: FloatArray,
-    options: tuple[bool, bool],
-) -> tuple[int, int]:
+    slips: bool,
+) -> None:
     """
     Follow the rows of a leg; `held` holds the springs and is overwritten.
 
@@ -290,32 +337,20 @@ def _run(
     depth, edge : (m,)
         Depth and contact radius of every row.
     target : (m, 2)
-        Shifts, or forces, in the units of `rows`.
+        Shifts, in the units of `rows`.
     begin : (6,)
         Depth, shift along x and y, slip work, distance of full sliding and coarse slip work before the first row.
     rows : (m, 11)
         Columns, filled.
-    options : tuple of bool
-        Whether springs slip, and whether forces are prescribed.
-
-    Returns
-    -------
-    tuple of int
-        Number of rows that were followed, and how the run ended.
+    slips : bool
+        Whether springs slip.
     """
-    slips, by_force = options
     labels, places = line[0], line[1]
     before, at_x, at_y, work, slid, coarse_work = begin[0], begin[1], begin[2], begin[3], begin[4], begin[5]
     for row in range(depth.size):
         after = depth[row]
-        if by_force:
-            x, y, ending = moved_to(labels, held, before, after, target[row], slips)
-            if ending != COMPLETE:
-                return row, ending
-            at_x, at_y = at_x + x, at_y + y
-        else:
-            x, y = target[row, 0] - at_x, target[row, 1] - at_y
-            at_x, at_y = target[row, 0], target[row, 1]
+        x, y = target[row, 0] - at_x, target[row, 1] - at_y
+        at_x, at_y = target[row, 0], target[row, 1]
         move = move_of(x, y, before, after)
         f_x = f_y = stored = c_x = c_y = 0.0
         for i in range(labels.size):
@@ -341,7 +376,7 @@ def _run(
             rows[row, STICK] = stick_border(labels, places, held, after, edge[row])
         else:
             rows[row, STICK] = edge[row]
-    return depth.size, COMPLETE
 
 
+moved_to = compiled(_moved_to, _STAMP)
 run = compiled(_run, _STAMP)

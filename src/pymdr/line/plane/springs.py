@@ -141,8 +141,7 @@ def follow_plane(
     radius: FloatArray,
     target: FloatArray,
     state: PlaneState,
-    *,
-    by_force: bool = False,
+    load: FloatArray | None = None,
 ) -> tuple[PlaneRows, PlaneState, PlaneEnding]:
     """
     Follow the rows of a leg with springs of vectors q, straight in (d, u) between rows.
@@ -156,9 +155,11 @@ def follow_plane(
     depth, radius : ndarray, shape (m,), m
         Indentation and contact radius of every row.
     target : ndarray, shape (m, 2)
-        Shift u in m, or with `by_force` the tangential force in N, along x and y.
+        Shift u in m, or with `load` the tangential force in N, along x and y.
     state : PlaneState
         Before the first row.
+    load : ndarray, shape (m,), N, optional
+        Normal force of every row, if forces are prescribed: these are possible below mu F_N.
 
     Returns
     -------
@@ -184,29 +185,16 @@ def follow_plane(
 
     per_shift = law.shift_scale
     per_force = 2.0 * law.scale * law.modulus * springs.spacing
-    rows = np.full((depth.size, 11), math.nan)
-    held = state.vector.copy()
-    before = (state.slip_work, state.slip_distance, state.coarse_work)
-    begin = np.array([max(state.indentation, 0.0), *state.shift, *before])
-    followed, ending = k.run(
-        np.stack([springs.label, springs.place]),
-        held,
-        np.array(np.maximum(depth, 0.0)),
-        np.array(radius),
-        np.array(target / (per_force if by_force else per_shift)),
-        begin,
-        rows,
-        (math.isfinite(law.friction), by_force),
-    )
-    if followed:
-        last = rows[followed - 1]
-        state = PlaneState(
-            held,
-            float(depth[followed - 1]),
-            last[[k.SHIFT_X, k.SHIFT_Y]],
-            *last[[k.WORK, k.SLID, k.COARSE_WORK]].tolist(),
-        )
-    force, coarse = rows[:, [k.FORCE_X, k.FORCE_Y]], rows[:, [k.COARSE_X, k.COARSE_Y]]
+    depth, line = np.maximum(depth, 0.0), np.stack([springs.label, springs.place])
+    slips, rows = math.isfinite(law.friction), np.full((depth.size, 11), math.nan)
+    ratio, ending = np.ones((depth.size, 1)), PlaneEnding.COMPLETE
+    if load is None:
+        state = _moved(line, depth, radius, target / per_shift, state, (rows, slips))
+    else:
+        if slips:  # the springs carry mu F_N but for their number
+            ratio = _shares(springs, depth, load / (2.0 * law.modulus * springs.spacing))[:, None]
+        state, ending = _pulled(line, depth, radius, ratio * target / per_force, state, (rows, slips))
+    force, coarse = rows[:, [k.FORCE_X, k.FORCE_Y]] / ratio, rows[:, [k.COARSE_X, k.COARSE_Y]] / ratio
     per_energy = per_force * per_shift
     return (
         PlaneRows(
@@ -220,5 +208,67 @@ def follow_plane(
             work_error=per_energy / 3.0 * np.abs(rows[:, k.WORK] - rows[:, k.COARSE_WORK]),
         ),
         state,
-        list(PlaneEnding)[ending],
+        ending,
     )
+
+
+Filled = tuple[FloatArray, bool]
+"""Columns of the kernel, to be filled, and whether springs slip."""
+
+
+def _moved(
+    line: FloatArray,
+    depth: FloatArray,
+    radius: FloatArray,
+    shift: FloatArray,
+    state: PlaneState,
+    filled: Filled,
+) -> PlaneState:
+    """The state after rows of shifts."""
+    from pymdr.line.plane import kernels as k
+
+    rows, slips = filled
+    held = state.vector.copy()
+    so_far = (state.slip_work, state.slip_distance, state.coarse_work)
+    begin = np.array([max(state.indentation, 0.0), *state.shift, *so_far])
+    k.run(line, held, np.array(depth), np.array(radius), np.array(shift), begin, rows, slips)
+    last = rows[-1]
+    return PlaneState(
+        held,
+        float(depth[-1]),
+        last[[k.SHIFT_X, k.SHIFT_Y]],
+        *last[[k.WORK, k.SLID, k.COARSE_WORK]].tolist(),
+    )
+
+
+def _pulled(
+    line: FloatArray,
+    depth: FloatArray,
+    radius: FloatArray,
+    force: FloatArray,
+    state: PlaneState,
+    filled: Filled,
+) -> tuple[PlaneState, PlaneEnding]:
+    """The state after rows of forces, as far as they were followed."""
+    from pymdr.line.plane import kernels as k
+
+    rows, slips = filled
+    labels, wanted = line[0].copy(), np.array(force)
+    for i, after in enumerate(depth.tolist()):
+        before = max(state.indentation, 0.0)
+        x, y, ending = k.moved_to(labels, state.vector, before, after, wanted[i], slips)
+        if ending != k.COMPLETE:
+            return state, list(PlaneEnding)[ending]
+        one = slice(i, i + 1)
+        shift = state.shift + np.array([[x, y]])
+        state = _moved(line, depth[one], radius[one], shift, state, (rows[one], slips))
+    return state, PlaneEnding.COMPLETE
+
+
+def _shares(springs: Springs, depth: FloatArray, load: FloatArray) -> FloatArray:
+    """What the springs carry at every depth over a load in their units; 1 without load."""
+    labels = springs.label[1:]
+    touching = np.searchsorted(labels, depth)
+    carried = touching * depth - np.concatenate([[0.0], np.cumsum(labels)])[touching]
+    loaded = (load > 0.0) & (carried > 0.0)
+    return np.where(loaded, carried, 1.0) / np.where(loaded, load, 1.0)
