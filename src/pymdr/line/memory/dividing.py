@@ -132,8 +132,8 @@ def parts_of(
             springs, relaxation, modes, state, goal.machine_stiffness, first_target
         )
         notes = np.zeros((row_kernels.NOTES, 3 if loads else 0, springs.position.size))
-        states = first, first.copy(), first.copy(), first.copy()
-        count = row_kernels.follow(run, course, begin, states, rows, notes, division)
+        states = first, first.copy(), first.copy()
+        count = row_kernels.divide(run, course, begin, states, rows, notes, division)
         if count >= 0:
             return Parts(rows[:count, kernels.OWNER].astype(np.int64), rows[:count, kernels.PART].copy())
         if count == row_kernels.ENDED:

@@ -157,20 +157,19 @@ def _touching(count: int, active: int, state: FloatArray) -> int:
 
 
 @merged
-def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool) -> First:
+def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray) -> First:
     """The first guess of an indentation; springs well within the contact are grouped, or released where that is not possible."""
     springs, body, machine = run.springs, run.body, run.machine
-    here, by_depth = now.here, math.isinf(machine)
-    lift = machine == 0.0 and target <= 0.0
+    here, lift = now.here, machine == 0.0 and target <= 0.0
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if lift or sudden:
         release(old, body)
-    elif body.known[GROUPED] == 0.0 and (lasting or not by_depth):
+    elif body.known[GROUPED] == 0.0:
         join(springs, _touching(int(run.body.known[GROUPED]), now.active, old), old, new, body)
     if body.known[GROUPED] == 0.0:
         if machine == 0.0 and not lift:  # separated bodies rest on each other before a force presses
             here = max(here, _rest(springs, old, now.active))
-        elif sudden and 0.0 < machine < math.inf:
+        elif sudden and machine > 0.0:
             here = max(here, min(_rest(springs, old, now.active), target / machine))
     springy = body.equilibrium
     for j in range(body.branches):
@@ -179,8 +178,8 @@ def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, 
     stiffest = springy
     if body.viscosity > 0.0:
         stiffest += body.viscosity / (1.0 if sudden else now.duration)
-    guess = target if by_depth else min(2.0 * here - now.before, run.limit)
-    parting = lift or (sudden and not by_depth and target < machine * here)
+    guess = min(2.0 * here - now.before, run.limit)
+    parting = lift or (sudden and target < machine * here)
     if parting:
         guess = here - 1e2 * (springs[HEIGHT, last] + abs(here))
         if sudden:  # by a load that no spring of the body withstands
@@ -207,11 +206,34 @@ def _try(run: Run, move: Move, limits: tuple[int, int, bool], old: FloatArray, n
 
 
 @merged
+def _move(run: Run, now: Now, depth: float, old: FloatArray, new: FloatArray, lasting: bool) -> int:
+    """Move springs straight to an indentation, grouped if `lasting`, as :func:`_press` does; returns how many are touched."""
+    springs, body = run.springs, run.body
+    sudden = body.viscosity > 0.0 and now.duration == 0.0
+    if sudden:
+        release(old, body)
+    elif body.known[GROUPED] == 0.0 and lasting:
+        join(springs, _touching(int(body.known[GROUPED]), now.active, old), old, new, body)
+    touched = _touched(springs, now.active, now.here if sudden else max(now.here, depth))
+    move = straight(body.viscosity, now.here, depth, now.duration)
+    grouped = int(body.known[GROUPED])
+    alone = _try(run, move, (grouped, touched, True), old, new)
+    if grouped > 0:
+        # without two springs next to the group the edge is unknown
+        if alone >= 2.0 and lowest(body, move) >= 0.0:
+            carry(body, move.change)
+        else:
+            release(old, body)
+            step(springs, body, move, (int(body.known[GROUPED]), touched, True), old, new, run.row)
+    return touched
+
+
+@inner
 def _press(
     run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool
 ) -> tuple[float, float, int, int]:
     """
-    Move springs straight to where the target of a row is met.
+    Move springs straight to where the target of a row is met, on a machine of finite stiffness.
 
     Springs well within the contact move as one while all of them surely stay in it. They get their own values where they may not,
     or at the end unless `lasting`.
@@ -221,10 +243,9 @@ def _press(
     """
     springs, body, known, row = run.springs, run.body, run.body.known, run.row
     machine, limit, active, most = run.machine, run.limit, now.active, now.active
-    here, guess, stiffest, sudden, lift, parting = _first(run, now, target, old, new, lasting)
-    by_depth, low, high, out, edge = math.isinf(machine), -math.inf, math.inf, 0.0, 0
-    whole = by_depth
-    if known[GROUPED] > 0.0 and not whole:
+    here, guess, stiffest, sudden, lift, parting = _first(run, now, target, old, new)
+    low, high, out, edge, whole = -math.inf, math.inf, 0.0, 0, False
+    if known[GROUPED] > 0.0:
         edge = _touching(int(known[GROUPED]), active, old)
     while True:
         touched = _touched(springs, active, here if sudden else max(here, guess))
@@ -232,17 +253,14 @@ def _press(
         grouped = int(known[GROUPED])
         near = touched if grouped == 0 or whole else min(touched, edge + beside(edge))
         move = straight(body.viscosity, here, guess, now.duration)
-        alone = _try(run, move, (grouped, near, by_depth), old, new)
-        if grouped == 0 and by_depth:
-            return guess, here, touched, most
+        alone = _try(run, move, (grouped, near, False), old, new)
         if parting:
             if lift:
                 return _rest(springs, new, touched), here, touched, most
             row[FORCE] = 0.0
             return target / machine, here, touched, most
         place = here if sudden else guess
-        over = 0.0 if by_depth else row[FORCE] + machine * place - target
-        small = _CLOSE * (abs(target) + (0.0 if by_depth else machine * abs(place)))
+        over, small = row[FORCE] + machine * place - target, _CLOSE * (abs(target) + machine * abs(place))
         close = abs(over) <= small or (sudden and row[COUNT] == 0.0)  # nothing bears the load yet
         if not close:
             low, high = (low, min(high, guess)) if over > 0.0 else (max(low, guess), high)
@@ -350,13 +368,13 @@ def follow(
     run: Run,
     course: FloatArray,
     start: FloatArray,
-    states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    states: tuple[FloatArray, FloatArray],
     rows: FloatArray,
-    notes: FloatArray,
-    division: Division,
+    notes: FloatArray | None,
+    by_load: bool | None,
 ) -> int:
     """
-    Follow rows, or parts of rows on which the indentation is all but straight.
+    Follow rows on which the indentation is straight. What is None is not compiled.
 
     Parameters
     ----------
@@ -365,12 +383,80 @@ def follow(
     start : ndarray
         Time, indentation, target and active springs before the first row; takes those after the last.
     states : tuple of ndarray
-        Of the springs, four equal ones; the first takes that after the last row.
+        Of the springs, two equal ones; the first takes that after the last row.
     rows : ndarray
-        Takes the end of each row or part: its columns, the indentation, its row and its end as a fraction of that.
+        Takes the end of each row: its columns, and the indentation.
+    notes : ndarray or None
+        Takes the loads of springs before every row and after the last.
+    by_load : bool or None
+        None if the targets are indentations.
+
+    Returns
+    -------
+    int
+        How many rows were followed: fewer where the springs end.
+    """
+    now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
+    (state, new), body, known, row = states, run.body, run.body.known, run.row
+    old, done = state, int(0.0)  # numbers: kernels are compiled once more for constants
+    work, lost = 0.0, 0.0
+    for r in range(course.shape[1]):
+        if notes is not None:
+            _note(run, here, old, notes, r)
+        goal = course[TARGET, r]
+        part = Now(here, before, course[TIME, r] - now, active)
+        there, begin = goal, here
+        if by_load is None:
+            touched = _move(run, part, goal, old, new, True)
+        else:
+            there, begin, touched, most = _press(run, part, goal, old, new, True)
+            if math.isinf(there):
+                break
+            for i in range(touched, most):
+                copy_spring(new, old, i)
+        for c in range(THERE):
+            rows[r, c] = row[c]
+        before, here, active = begin, there, touched
+        old, new = new, old
+        grouped = int(known[GROUPED])
+        if grouped > 0 and strays(grouped, int(row[COUNT])):
+            release(old, body)
+        work += row[WORK]
+        lost += row[LOST]
+        rows[r, WORK], rows[r, LOST], rows[r, THERE] = work, lost, there
+        now, target, done = course[TIME, r], goal, r + 1
+    if notes is not None:
+        _note(run, here, old, notes, done)
+    release(old, body)
+    for i in range(active):
+        copy_spring(state, old, i)
+    start[0], start[1], start[2], start[3] = now, here, target, active
+    return done
+
+
+@compiled
+def divide(
+    run: Run,
+    course: FloatArray,
+    start: FloatArray,
+    states: tuple[FloatArray, FloatArray, FloatArray],
+    rows: FloatArray,
+    notes: FloatArray,
+    division: Division,
+) -> int:
+    """
+    Divide rows into parts on which the indentation is all but straight.
+
+    Parameters
+    ----------
+    run, course, start
+        As in :func:`follow`.
+    states : tuple of ndarray
+        Of the springs, three equal ones.
+    rows : ndarray
+        Takes the row of each part, and its end as a fraction of that.
     notes : ndarray
-        Unless it is empty, takes the loads of springs before every row and after the last; with division, work space to compare
-        loads.
+        Work space to compare loads, unless it is empty.
     division : Division
         A part is halved where the indentation that meets its target half-way is off the middle by more than the tolerance, or the
         work of the difference exceeds a part of tolerance times strength; and, unless `notes` is empty, where the loads half-way
@@ -379,67 +465,46 @@ def follow(
     Returns
     -------
     int
-        How many rows or parts were followed: fewer rows where the springs end. Or why rows were not divided.
+        How many parts, or why rows were not divided.
     """
     now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
-    (state, old, new, half), body, known, row = states, run.body, run.body.known, run.row
-    divides, noted = division.tolerance > 0.0, notes.shape[1] > 0
+    (old, new, half), by_depth, loads = states, math.isinf(run.machine), notes.shape[1] > 0
     deepest = float(_DEEPEST)  # numbers: kernels are compiled once more for constants
-    parts = int(0.0)
-    work, lost, moved, ended = 0.0, 0.0, active, False
+    parts, moved, no = int(0.0), active, deepest < 0.0
     for r in range(course.shape[1]):
         whole, rise, done, size = course[TIME, r] - now, course[TARGET, r] - target, 0.0, 1.0
         long, short = int(0.0), int(deepest)
-        if noted and not divides:
-            _note(run, here, old, notes, parts)
         while done < 1.0:
             if parts == rows.shape[0]:
                 return FULL
             goal = course[TARGET, r] if done + size == 1.0 else target + rise * (done + size)
             part = Now(here, before, whole * size, active)
-            there, begin, touched, most = _press(run, part, goal, old, new, not divides)
+            if by_depth:
+                there, begin, touched = goal, here, _move(run, part, goal, old, new, no)
+                most = touched
+            else:
+                there, begin, touched, most = _press(run, part, goal, old, new, no)
             moved = max(moved, most)
             if math.isinf(there):
-                ended = True
-                break
-            for c in range(THERE):  # the middle of a part is computed in the same row
-                rows[parts, c] = row[c]
-            if divides:
-                halve = False
-                if size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(course[TIME, r]):
-                    goals = target + rise * (done + 0.5 * size), goal, noted and size > _SUDDEN
-                    limits = division.tolerance, division.straightness, course[STRENGTH, r]
-                    place = there, begin, touched
-                    halve = _is_bent(run, part, goals, place, (old, new, half), notes, limits)
-                tried = size
-                size, long, short = _next_size(halve, done == 0.0, size, (long, short))
-                if size != tried:
-                    continue
+                return ENDED
+            halve = False
+            if size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(course[TIME, r]):
+                goals = target + rise * (done + 0.5 * size), goal, loads and size > _SUDDEN
+                limits = division.tolerance, division.straightness, course[STRENGTH, r]
+                halve = _is_bent(run, part, goals, (there, begin, touched), (old, new, half), notes, limits)
+            tried = size
+            size, long, short = _next_size(halve, done == 0.0, size, (long, short))
+            if size != tried:
+                continue
             before, here, active = begin, there, touched
             old, new = new, old
             for i in range(active, moved):
                 copy_spring(old, new, i)
             moved = active
-            grouped = int(known[GROUPED])
-            if grouped > 0 and strays(grouped, int(row[COUNT])):
-                release(old, body)
             done += size
-            work += rows[parts, WORK]
-            lost += rows[parts, LOST]
-            rows[parts, WORK], rows[parts, LOST], rows[parts, THERE] = work, lost, there
             rows[parts, OWNER], rows[parts, PART] = r, done
             parts += 1
             while size < 1.0 and (done / size) % 2.0 == 0.0:
                 size *= 2.0
-        if ended:
-            break
         now, target = course[TIME, r], course[TARGET, r]
-    if ended and divides:
-        return ENDED
-    if noted and not divides:
-        _note(run, here, old, notes, parts)
-    release(old, body)
-    for i in range(active):
-        copy_spring(state, old, i)
-    start[0], start[1], start[2], start[3] = now, here, target, active
     return parts
