@@ -23,9 +23,11 @@ from pymdr.line.memory import (
     follow_loads,
     follow_springs,
     follow_travels,
+    histories,
     kernels,
     line_state,
     row_kernels,
+    springs_to,
     tabulated,
     ting,
     virgin,
@@ -97,7 +99,8 @@ def test_kernels_are_compiled_once_for_arrays_that_can_be_written_and_for_others
             follow_loads(PARABOLOID, STANDARD, times, depths, n=20)
             goal = dividing.Goal(times, depths, 0.0, 0.0)
             dividing.parts_of(PARABOLOID, STANDARD, goal, virgin(0.0, 0.0), tolerance=0.1)
-    assert len(row_kernels.follow.signatures) == 1
+    assert len(row_kernels.divide.signatures) == 1
+    assert len(row_kernels.follow.signatures) <= 4  # indentations or loads, watched or not
 
 
 def orders(errors):
@@ -737,6 +740,75 @@ def test_bodies_that_rest_on_each_other_are_loaded_again(body, loads, unit, data
     without = force[1:] == 0.0
     assert (np.diff(found.indentation)[without] <= 1e-15).all()
     assert (found.indentation >= 0.0).all()
+
+
+SHAPES = [Paraboloid(1.0), Cone(slope=0.3), FlatPunch(0.3), PowerLaw(exponent=4, height=1.0, radius=1.0)]
+ROWS = st.lists(
+    st.tuples(st.one_of(st.none(), st.floats(-2.0, 1.0)), st.sampled_from([0.0, 0.02, 0.3, 0.5, 0.7, 1.0])),
+    min_size=2,
+    max_size=20,
+)
+"""Decades of the duration of a row in s, None in no time, and its load."""
+
+
+def loaded(rows, unit):
+    """Times and loads of rows."""
+    wait = [0.0 if decade is None else 10.0 ** (unit + decade) for decade, _ in rows]
+    return np.cumsum([10.0**unit, *wait]), np.array([0.5, *(load for _, load in rows)])
+
+
+def random_body(numbers):
+    """A body of up to five branches, with a dashpot or not."""
+    n, equilibrium = int(numbers.integers(0, 5)), float(numbers.choice([0.0, 1.0]))
+    moduli, times = numbers.uniform(0.1, 3.0, n), 10.0 ** numbers.uniform(-2.0, 2.0, n)
+    return Relaxation(equilibrium if n else 1.0, moduli, times, float(numbers.choice([0.0, 0.3])))
+
+
+@settings(deadline=None, max_examples=examples(60))
+@given(ROWS, st.integers(0, 2**32 - 1), st.sampled_from(SHAPES), st.sampled_from([0.0, 0.3, 10.0]))
+def test_energy_of_random_loads_also_in_no_time(rows, seed, shape, machine):
+    """Loads that jump where springs just part; deeper ones than expected, for which springs are added on the way."""
+    body, (t, load) = random_body(np.random.default_rng(seed)), loaded(rows, 0.0)
+    if machine > 0.0:
+        found = follow_travels(line_of(shape), body, t, load, machine, n=40)
+    else:
+        found = follow_loads(line_of(shape), body, t, load, n=40)
+        assert found.force == pytest.approx(load, rel=1e-9, abs=1e-12)
+    kept = found.stored + found.dissipated
+    assert found.work == pytest.approx(kept, rel=1e-9, abs=1e-12 * np.max(np.abs(kept)))
+
+
+def test_a_load_that_falls_in_no_time_leaves_springs_free_whatever_the_rounding_of_their_gap():
+    numbers = np.random.default_rng(0)
+    for _ in range(100):
+        body = replace(random_body(numbers), viscosity=0.3)
+        line = line_of(SHAPES[numbers.integers(4)])
+        t = np.repeat(np.cumsum(10.0 ** numbers.uniform(-2.0, 1.0, 6)), 2)
+        found = follow_loads(line, body, t, np.maximum(numbers.normal(0.3, 0.4, 12), 0.0), n=300)
+        kept = found.stored + found.dissipated
+        assert found.work == pytest.approx(kept, rel=1e-9, abs=1e-12 * np.max(kept))
+
+
+@settings(deadline=None, max_examples=examples(20))
+@given(ROWS, st.integers(0, 2**32 - 1), st.sampled_from(SHAPES), st.booleans())
+def test_rows_without_force_are_not_divided_after_bodies_have_parted(rows, seed, shape, loads):
+    """Held at zero force they creep back free of load; held at an indentation, springs would be touched again."""
+    body, (t, load) = random_body(np.random.default_rng(seed)), loaded(rows, 0.0)
+    goal = dividing.Goal(np.append(t, t[-1] + [1.0, 100.0]), np.append(load, [0.0, 0.0]), 0.0, 0.0)
+    parts = dividing.parts_of(line_of(shape), body, goal, virgin(), tolerance=1e-3, loads=loads, n=40)
+    counts = np.bincount(parts.row, minlength=goal.time.size)
+    apart = (goal.target == 0.0) & (np.append(1.0, goal.target[:-1]) == 0.0)
+    assert (counts[apart] == 1).all()
+    assert counts.max() < 1000
+
+
+def test_a_search_that_does_not_converge_ends():
+    springs = springs_to(PARABOLOID, 0.1, 20)
+    run, start, first = histories.prepared_run(springs, STANDARD, modes_of(STANDARD), virgin(), 0.0, 0.0)
+    run = run._replace(limit=math.inf)
+    course, rows = np.array([[1.0], [math.nan], [0.0]]), np.zeros((1, kernels.COLUMNS))
+    count = row_kernels.follow(run, course, start, (first, first.copy()), rows, None, True)
+    assert (count, start[0]) == (row_kernels.STUCK, 1.0)
 
 
 @settings(deadline=None, max_examples=examples(20))

@@ -136,6 +136,8 @@ def parts_of(
         count = row_kernels.divide(run, course, begin, states, rows, notes, division)
         if count >= 0:
             return Parts(rows[:count, kernels.OWNER].astype(np.int64), rows[:count, kernels.PART].copy())
+        if count == row_kernels.STUCK:
+            return whole_rows(t.size)
         if count == row_kernels.ENDED:
             springs = extended(curve, springs, farther(curve, springs))
         else:

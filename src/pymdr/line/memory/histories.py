@@ -171,7 +171,7 @@ def follow_springs(
     PathError
         If the times fall, a value is not finite, or a dashpot is moved suddenly.
     ConvergenceError
-        If the curve ends before the depth, or the rounding of a spring decides when it parts and touches.
+        If the curve ends before the depth.
 
     Notes
     -----
@@ -212,7 +212,8 @@ def follow_loads(
     PathError
         As :func:`follow_springs`, or if a force is below 0.
     ConvergenceError
-        As :func:`follow_springs`, or if no disk within the known curve bears the largest force.
+        As :func:`follow_springs`, if no disk within the known curve bears the largest force, or if the search for an indentation does
+        not converge.
     """
     load = np.asarray(force, dtype=float)
     for wrong in load[load < 0.0]:
@@ -360,6 +361,11 @@ def _passed(
         count = row_kernels.follow(
             run, sections, start, (first, first.copy()), rows[done:stop], notes, by_load
         )
+        if count == row_kernels.STUCK:
+            raise ConvergenceError(
+                f"no indentation that meets the target at t = {start[0]:g} s was found in {row_kernels.TRIES} steps: "
+                "divide its row, or check the magnitudes of its force, duration and moduli"
+            )
         here = slice(done, done + count)
         radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
         for column in (kernels.WORK, kernels.LOST):

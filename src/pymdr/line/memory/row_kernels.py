@@ -44,8 +44,8 @@ def compiled(function: compiling.Function) -> compiling.Function:
     return compiling.compiled(function, _STAMP, **compiling.UNCOUNTED)
 
 
-ENDED, FULL = -1, -2
-"""Why rows were not divided: the springs end, or there are more parts than rows to write."""
+ENDED, FULL, STUCK = -1, -2, -3
+"""Why rows were not followed or divided: the springs end, there are more parts than rows to write, or no indentation meets a target."""
 TIME, TARGET, STRENGTH = range(3)
 """Rows of the course: time, the target F + machine d, and the strength of every row in N for its division."""
 LOAD, GAP, TURNED = range(3)
@@ -53,6 +53,8 @@ LOAD, GAP, TURNED = range(3)
 which they last changed sides."""
 NOTES = 3
 _CLOSE = 1e-13
+_NEWTON, TRIES = 100, 2400
+"""Most steps of a search by Newton's method, and in all: halving the range of all numbers takes 2100."""
 _DEEPEST = 48
 """Most halvings of a row."""
 _SUDDEN = 2.0**-16
@@ -239,15 +241,16 @@ def _press(
     or at the end unless `lasting`.
 
     Returns the indentation, where it starts, the springs touched, and those moved in the search. The indentation is inf where the
-    springs end; without a force it is where the bodies part.
+    springs end; without a force it is where the bodies part. It is nan if the search does not converge.
     """
     springs, body, known, row = run.springs, run.body, run.body.known, run.row
     machine, limit, active, most = run.machine, run.limit, now.active, now.active
     here, guess, stiffest, sudden, lift, parting = _first(run, now, target, old, new)
-    low, high, out, edge, whole = -math.inf, math.inf, 0.0, 0, False
+    low, high, out, edge, whole, tries = -math.inf, math.inf, 0.0, 0, False, 0
     if known[GROUPED] > 0.0:
         edge = _touching(int(known[GROUPED]), active, old)
     while True:
+        tries += 1
         touched = _touched(springs, active, here if sudden else max(here, guess))
         most = max(most, touched)
         grouped = int(known[GROUPED])
@@ -266,7 +269,7 @@ def _press(
             low, high = (low, min(high, guess)) if over > 0.0 else (max(low, guess), high)
         enclosed = low > -math.inf and high < math.inf
         close |= enclosed and high - low <= 4e-16 * max(abs(high), abs(low), abs(here))
-        ends = low >= limit and not sudden
+        ends = limit <= low < math.inf and not sudden
         if grouped > 0 and (close or ends):
             # without two springs next to the group the edge is unknown
             stays = lasting and (near < touched or (alone >= 2.0 and lowest(body, move) >= 0.0))
@@ -280,8 +283,10 @@ def _press(
             continue
         if close or ends:
             break
+        if tries > TRIES:
+            return math.nan, here, touched, most
         slope = row[RATE] + (0.0 if sudden else machine)
-        newton = guess - over / slope if slope > 0.0 else math.nan
+        newton = guess - over / slope if slope > 0.0 and tries < _NEWTON else math.nan
         if low < newton < high:
             guess = newton if newton < limit or sudden else limit
         elif not enclosed:
@@ -336,7 +341,8 @@ def _is_bent(
     for k in range(3):
         _note(run, depths[k], states[k], notes, k)
     for i in range(touched):
-        bent += run.springs[SHARE, i] * abs(notes[LOAD, 2, i] - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 1, i]))
+        load = 0.0 if lift else notes[LOAD, 2, i]
+        bent += run.springs[SHARE, i] * abs(load - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 1, i]))
     return bent > straightness * strength
 
 
@@ -394,7 +400,7 @@ def follow(
     Returns
     -------
     int
-        How many rows were followed: fewer where the springs end.
+        How many rows were followed: fewer where the springs end. STUCK if no indentation meets a target; the start takes its time.
     """
     now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
     (state, new), body, known, row = states, run.body, run.body.known, run.row
@@ -410,10 +416,14 @@ def follow(
             touched = _move(run, part, goal, old, new, True)
         else:
             there, begin, touched, most = _press(run, part, goal, old, new, True)
+            if math.isnan(there):
+                start[0] = course[TIME, r]
+                return STUCK
+            # both states are equal beyond the touched springs, also where the springs end and the row is not taken
+            for i in range(active if math.isinf(there) else touched, most):
+                copy_spring(new, old, i)
             if math.isinf(there):
                 break
-            for i in range(touched, most):
-                copy_spring(new, old, i)
         for c in range(THERE):
             rows[r, c] = row[c]
         before, here, active = begin, there, touched
@@ -485,8 +495,8 @@ def divide(
             else:
                 there, begin, touched, most = _press(run, part, goal, old, new, no)
             moved = max(moved, most)
-            if math.isinf(there):
-                return ENDED
+            if not math.isfinite(there):
+                return ENDED if math.isinf(there) else STUCK
             halve = False
             if size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(course[TIME, r]):
                 goals = target + rise * (done + 0.5 * size), goal, loads and size > _SUDDEN
