@@ -13,7 +13,7 @@ from pymdr.errors import NotValidError, ProblemError
 from pymdr.inside import background_of
 from pymdr.interpretation.endangered import Site, most_endangered
 from pymdr.interpretation.fatigue import Rating, StressCycle, rating_of, stress_cycle
-from pymdr.interpretation.interior import Background
+from pymdr.interpretation.interior import Background, Interior
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.problem.fatigue import (
     DangVan,
@@ -228,23 +228,8 @@ def fatigue(
     """
     import xarray as xr
 
-    if not isinstance(result, Result):
-        raise ProblemError(
-            f"fatigue: {shown(result)} is not a Result; write fatigue(solve(contact, path), ...)"
-        )
-    if not isinstance(criterion, FatigueCriterion):
-        raise ProblemError(
-            f"fatigue: criterion = {shown(criterion)}; a criterion such as DangVan(hydrostatic_slope=0.3) is needed"
-        )
+    interior = _stress_of(result, criterion, side)
     rows, how = _rows_of(result, steps)
-    result.claims["stress"].require("fatigue")
-    if isinstance(criterion, RuizWork | RuizDamage) and "slip" in result.claims:
-        result.claims["slip"].require(f"{type(criterion).__name__} of slip")
-    if result.reading.interior is None:
-        raise NotValidError(
-            "fatigue is not valid here: the stress in the bodies of this contact is not computed"
-        )
-    interior = result.reading.interior(result, side)
     name = side or ("counterbody" if interior.sign < 0.0 else "body")
     if isinstance(getattr(result.contact, name), Layered):
         raise NotValidError("fatigue is not valid here: it is computed in half-spaces, not in layers")
@@ -276,6 +261,26 @@ def fatigue(
         cycle=cycle,
         contact_radius=float(np.nanmax(result.data["contact_radius"].values[list(rows)])),
     )
+
+
+def _stress_of(result: Result, criterion: FatigueCriterion, side: str | None) -> Interior:
+    """The stress in a body; refuse what is not a result and a criterion, and results without the stress or slip that the criterion needs."""
+    if not isinstance(result, Result):
+        raise ProblemError(
+            f"fatigue: {shown(result)} is not a Result; write fatigue(solve(contact, path), ...)"
+        )
+    if not isinstance(criterion, FatigueCriterion):
+        raise ProblemError(
+            f"fatigue: criterion = {shown(criterion)}; a criterion such as DangVan(hydrostatic_slope=0.3) is needed"
+        )
+    result.claims["stress"].require("fatigue")
+    if isinstance(criterion, RuizWork | RuizDamage) and "slip" in result.claims:
+        result.claims["slip"].require(f"{type(criterion).__name__} of slip")
+    if result.reading.interior is None:
+        raise NotValidError(
+            "fatigue is not valid here: the stress in the bodies of this contact is not computed"
+        )
+    return result.reading.interior(result, side)
 
 
 def _columns(criterion: FatigueCriterion, site: Site) -> dict[str, float]:

@@ -154,24 +154,8 @@ def compare_laws(
         raise ProblemError(
             "compare_laws: at least two laws are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
         )
-    fits: dict[str, FitResult] = {}
-    refusals: dict[str, str] = {}
-    for name, contact in contacts.items():
-        own = {p.name for p in parameters_of(contact)}
-        taken = [key for key in free if key in own or key == TILT]
-        if not own.intersection(taken):
-            raise ProblemError(f"compare_laws: {name} has none of the parameters {', '.join(free)}")
-        try:
-            fits[name] = fit(
-                contact,
-                curve,
-                {key: free[key] for key in taken} if isinstance(free, Mapping) else taken,
-                contact_point=contact_point,
-                shift_origin=shift_origin,
-                baseline=baseline,
-            )
-        except PymdrError as error:
-            refusals[name] = str(error)
+    known = {"contact_point": contact_point, "shift_origin": shift_origin, "baseline": baseline}
+    fits, refusals = _fits_of(contacts, curve, free, known)
     if not fits:
         raise ProblemError(f"compare_laws: no law can be fitted: {'; '.join(refusals.values())}")
     against = {name: judged(one) for name, one in fits.items()}
@@ -195,6 +179,34 @@ def compare_laws(
             else ()
         ),
     )
+
+
+def _fits_of(
+    contacts: Mapping[str, Contact],
+    curve: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
+    free: Sequence[str] | Mapping[str, ArrayQuantityLike | None],
+    known: Mapping[str, QuantityLike | None],
+) -> tuple[dict[str, FitResult], dict[str, str]]:
+    """The fits by law, and the messages of the laws that could not be fitted."""
+    fits: dict[str, FitResult] = {}
+    refusals: dict[str, str] = {}
+    for name, contact in contacts.items():
+        own = {p.name for p in parameters_of(contact)}
+        taken = [key for key in free if key in own or key == TILT]
+        if not own.intersection(taken):
+            raise ProblemError(f"compare_laws: {name} has none of the parameters {', '.join(free)}")
+        try:
+            fits[name] = fit(
+                contact,
+                curve,
+                {key: free[key] for key in taken} if isinstance(free, Mapping) else taken,
+                contact_point=known["contact_point"],
+                shift_origin=known["shift_origin"],
+                baseline=known["baseline"],
+            )
+        except PymdrError as error:
+            refusals[name] = str(error)
+    return fits, refusals
 
 
 def _weighed(fits: Mapping[str, FitResult], criteria: Mapping[str, float]) -> xr.Dataset:
