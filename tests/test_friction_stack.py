@@ -642,7 +642,7 @@ def test_tables_refuse_what_they_cannot_hold():
 
 def test_one_memory_belongs_to_one_contact():
     state = follow_displacements(HERTZ, [0.5], [0.1], 0.3, 1.0).state
-    with pytest.raises(PathError, match="one contact"):
+    with pytest.raises(PathError, match="same contact"):
         follow_displacements(HERTZ, [0.5], [0.1], 0.4, 1.0, start=state)
     with pytest.raises(PathError, match="rows"):
         follow_displacements(HERTZ, [0.5], [0.1], 0.3, 1.0, keep=[1])

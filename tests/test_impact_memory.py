@@ -562,7 +562,7 @@ def test_what_is_refused():
         mdr.impact(ended, mass="1 g", speed="100 m/s")
     assert mdr.impact(ended, mass="1 g", speed="1 cm/s", steps=8).restitution < 1.0
     wavy = mdr.Paraboloid("1 mm") + mdr.Waviness("10 um", "0.1 mm")
-    with pytest.raises(mdr.ProblemError, match="the equivalent profile falls"):
+    with pytest.raises(mdr.ProblemError, match="the equivalent profile decreases"):
         mdr.impact(mdr.Contact(wavy, rubber), mass="1 mg", speed="0.1 m/s")
 
 

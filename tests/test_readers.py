@@ -254,7 +254,7 @@ def test_the_travel_of_optics11_is_that_of_the_piezo(tmp_path):
     assert [one.metadata["record"] for one in curves] == [0.0, 0.0, 1.0, 1.0]
     with zipfile.ZipFile(tmp_path / "outer.zip", "w") as archive:
         archive.write(tmp_path / "two.zip", "two.zip")
-    with pytest.raises(CaseError, match="an archive in an archive"):
+    with pytest.raises(CaseError, match="contains another archive"):
         mdr.read_curves(tmp_path / "outer.zip")
 
 
@@ -340,12 +340,12 @@ def test_damaged_and_other_files_of_nanoscope_are_refused(tmp_path):
         (whole[:300], "whose header has no end", FileError),
         (
             whole.replace(b"DeflectionError", b"Other").replace(b'"Deflection Error"', b'"Other"'),
-            "without a channel of the deflection",
+            "without a deflection channel",
             ProblemError,
         ),
         (
             whole.replace(b"\\Version", b"\\Start context: SCRIPT\r\n\\Version"),
-            "of a script with ramps",
+            "by a script with its own ramps",
             ProblemError,
         ),
         (b"\\*File list\r\n" + whole, "with images, not force curves", ProblemError),

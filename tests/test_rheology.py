@@ -657,7 +657,7 @@ def test_the_figure_of_a_fit():
         assert len(left.lines) == 2 * (len(data) - 1) + 1
         assert left.lines[0].get_ydata()[0] == pytest.approx(left.lines[1].get_ydata()[0], rel=1e-6)
         assert right.get_xlabel() == "relaxation time (s)"
-        assert "% off the rows" in str(fit)
+        assert "root mean square misfit" in str(fit)
 
 
 @pytest.mark.parametrize("name", [name for name in BODIES if name not in ("elastic", "rigid")])

@@ -120,9 +120,9 @@ def test_a_faintly_hollow_cone_is_passed_over():
     [
         (lambda: mdr.Function(np.square, breakpoints=[1e-300]), "breakpoints"),
         (lambda: mdr.Function(np.square, breakpoints=[1e-200]), "breakpoints"),
-        (lambda: mdr.Function(lambda r: np.where(r > 0.0, np.nan, 0.0)), "no finite slope"),
-        (lambda: mdr.Function(lambda r: np.where(r > 0.0, np.inf, 0.0)), "no finite slope"),
-        (lambda: mdr.Function(derivative=lambda r: r * np.nan), "no finite slope"),
+        (lambda: mdr.Function(lambda r: np.where(r > 0.0, np.nan, 0.0)), "is not finite"),
+        (lambda: mdr.Function(lambda r: np.where(r > 0.0, np.inf, 0.0)), "is not finite"),
+        (lambda: mdr.Function(derivative=lambda r: r * np.nan), "is not finite"),
         (
             lambda: mdr.Function(lambda r: np.where(r > 0.0, np.nan, 0.0), derivative=lambda r: r),
             "returns nan",

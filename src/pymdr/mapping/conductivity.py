@@ -53,8 +53,8 @@ def conductivity_of(body: Material, counterbody: Material, carrier: Carrier) -> 
     for name, one in bodies.items():
         if not one.homogeneous:
             return (
-                f"the {name} is not the same at every depth: how its conductivity changes with it is not known, and what "
-                "conducts through a film has a kernel of its own"
+                f"the {name} is graded or layered: the conductivity over its depth is unknown; give a homogeneous "
+                "half-space"
             )
     for name, one in bodies.items():
         if getattr(one, carrier) is None:

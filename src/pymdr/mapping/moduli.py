@@ -139,8 +139,8 @@ def _(body: Graded) -> SurfaceCompliances:
 @surface_compliances.register
 def _(body: Viscoelastic) -> SurfaceCompliances:
     raise ProblemError(
-        "the stiffness of a Viscoelastic body depends on the history: solve(...) follows it, and "
-        "pymdr.relaxation_of(body, counterbody) gives E*(t); for studies without a history take Elastic for the stiffness at "
+        "the stiffness of a Viscoelastic body depends on the history; solve(...) computes it, and "
+        "pymdr.relaxation_of(body, counterbody) gives E*(t); for studies without a history use Elastic with the stiffness at "
         "one time"
     )
 
@@ -148,9 +148,9 @@ def _(body: Viscoelastic) -> SurfaceCompliances:
 @surface_compliances.register
 def _(body: Layered) -> SurfaceCompliances:
     raise ProblemError(
-        "a Layered body has no modulus: its stiffness depends on the width of the contact. solve(...) and pull_off(...) follow "
-        "it; for other studies take Elastic with the material of the layer, where the contact is much smaller than it is thick, "
-        "or with that of the base, where it is much larger"
+        "a Layered body has no single modulus, because its stiffness depends on the contact radius; solve(...) and pull_off(...) cover "
+        "it. For other studies use Elastic with the material of the layer if the contact is much smaller than its thickness, "
+        "or with that of the base if it is much larger"
     )
 
 

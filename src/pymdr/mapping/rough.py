@@ -41,7 +41,7 @@ def refuse_coarse(surface: RoughSurface, points: int) -> None:
     if points < needed:
         raise ProblemError(
             f"points = {points}: the line has {modes_of(surface)} waves and needs at least {needed} points, 4 for the shortest "
-            "wave; take more of them, or a longer shortest wavelength"
+            "wave; use more points, or a longer shortest wavelength"
         )
 
 

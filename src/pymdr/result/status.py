@@ -23,14 +23,14 @@ class Status(enum.Enum):
     COMPLETED = "every step was solved and its contact is a disk"
     GLIDING = "from some step on the tangential force exceeds friction: the body glides away, and values in the plane are NaN"
     OF_A_CURVE = (
-        "every step was solved on the line of a force curve: contact areas and pressures are not in it"
+        "every step was solved on the line of a force curve, which gives no contact areas and pressures"
     )
     PARTLY_REFUSED = "at some steps the contact is not a disk, or could not be solved: values there are NaN, and only force_lower_bound is given"
     BY_RINGS = "every step was solved by boundary elements on rings, without the method"
     ATTACHED = "every step was solved; the path ends in contact"
     PULLED_OFF = "every step was solved; the contact was pulled off"
     NOT_TOUCHED = "every step was solved; the surfaces never came into contact"
-    NOT_ROUND = "every step was solved; the body is not of revolution, and its contact no disk"
+    NOT_ROUND = "every step was solved; the body is not of revolution, and its contact is not a disk"
     ESTIMATED = "the body is not of revolution: the force is an estimate, given with its lower bound"
     BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
     ADHESION_PARTLY_REFUSED = (

@@ -236,7 +236,7 @@ def _refuse_beyond(stretch: Stretch, friction: float, row: int, pressed: float) 
     most = friction * pressed if pressed > 0.0 else 0.0
     raise PathError(
         f"tangential_force = {newtons(float(stretch.tangential[row]))} in {stretch.leg.row(row)}: friction carries "
-        f"at most mu F_N = {newtons(most)} on the way there, beyond which the bodies slide apart; reduce it, or move the body "
+        f"at most mu F_N = {newtons(most)} before it is reached, and then the whole contact slides; reduce it, or move the body "
         "with shift(...)"
     )
 

@@ -143,7 +143,7 @@ class RoughLine:
         if np.any(depth > last):
             raise PathError(
                 f"{PREFIX}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
-                f"{metres(self.length)} long; press it less, or make RoughSurface.size larger"
+                f"{metres(self.length)} long; reduce the load, or increase RoughSurface.size"
             )
 
     def states(self, realisation: int, rows: FloatArray, by_force: bool, grid: FloatArray) -> States:
@@ -237,7 +237,7 @@ def line_coefficient(given: float | None) -> float:
     """The lambda of a line, by default that of Geike."""
     factor = GEIKE if given is None else to_si(given, "", name="coefficient")
     if not factor > 0.0:
-        raise ProblemError(f"coefficient = {factor:g}; the lambda of C1D = lambda q C2D is above 0")
+        raise ProblemError(f"coefficient = {factor:g}; the lambda of C1D = lambda q C2D must be above 0")
     return factor
 
 

@@ -127,8 +127,8 @@ class TorsionLaw:
             disks_down_to(self.contact, line, deepest, "torsion")
             if not rises_to(line, deepest):
                 raise ProblemError(
-                    "the equivalent profile falls somewhere within the contact: torsion of such a profile is not followed; take one that "
-                    "rises, or smooth it"
+                    "the equivalent profile decreases within the contact, which is not covered in torsion; use an increasing "
+                    "profile, or smooth it"
                 )
         return states.indentation
 
@@ -192,7 +192,7 @@ class TorsionLaw:
             range_ *= 2.0
         else:
             raise ConvergenceError(
-                f"no twist found for torque = {written(torque, 'N*m')} in {stretch.row(row)} (last {other!r} rad)"
+                f"the search for the twist at torque = {written(torque, 'N*m')} in {stretch.row(row)} did not converge (last value {other!r} rad)"
             )
         return float(brentq(excess, state.twist, other, xtol=1e-300, rtol=8.9e-16))
 
@@ -221,7 +221,7 @@ def solve_torsional(task: Task) -> Result:
     for name in ("shift", "tangential_force"):
         if uses(task.path, name):
             raise PathError(
-                f"the path prescribes {name} and a twist: slip under both at once does not superpose and is not available; solve them apart"
+                f"the path prescribes {name} and a twist: slip under both at once does not superpose and is not available; solve them separately"
             )
     law = torsion_law(task.contact, task.machine_stiffness)
     walked = walk(task, TwistState(), law.step)

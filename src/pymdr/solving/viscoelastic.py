@@ -306,7 +306,7 @@ def interpreted(
         name: error + np.where(given.get(name, False), 0.0, kernel[name]) for name, error in errors.items()
     }
     if relaxation.error > 0.0:
-        notes.append(f"the rheology is a Prony series whose kernel errs by at most {relaxation.error:.1g}")
+        notes.append(f"the rheology is a Prony series whose kernel has an error of at most {relaxation.error:.1g}")
     alike = states_at_depth(line, depth)
     elastic = normal_force(line, alike)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -338,7 +338,7 @@ def interpreted(
     remark = (
         ""
         if relaxation.error == 0.0
-        else f"; the kernel of the rheology errs by at most {relaxation.error:.1g}"
+        else f"; the kernel of the rheology has an error of at most {relaxation.error:.1g}"
     )
     if surface.marks(int(np.argmax(radius))):
         remark += "; the error of the pressure is larger within 1 % of the radius of a kink of the profile"

@@ -97,7 +97,7 @@ class Wear(Study):
         """
         r, depth = self.surface["r"].values[row], self.surface["worn_depth"].values[row]
         if not depth.max() > 0.0:
-            raise ProblemError(f"wear: nothing has worn in row {row}; use the original profile")
+            raise ProblemError(f"wear: row {row} is without wear; use the original profile")
         last = int(np.flatnonzero(depth > 0.0)[-1]) + 1
         known = np.flatnonzero(np.append(True, np.diff(r[: last + 1]) > 0.0))
         r, depth = r[known], depth[known]
@@ -207,7 +207,9 @@ def wear(
     request = one_cycle(path)
     mapped, d, mu, _ = pressed_joint("wear", "wear", contact, request.normal_force, request.indentation)
     if not rises_to(mapped.line, d):
-        raise ProblemError("wear: g(x) falls within the contact; only profiles that rise from the axis wear")
+        raise ProblemError(
+            "wear: the equivalent profile decreases within the contact; use one that rises from the axis"
+        )
     rate = k * (mu if law == "energy" else 1.0)
     case = WearCase(contact, mapped.line.equivalent, mapped.moduli, d, mu, request, rate)
     with one_thread():  # systems of a few hundred unknowns are slower in several threads

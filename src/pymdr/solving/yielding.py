@@ -336,7 +336,7 @@ def _study(
     stress = result.claims["stress"]
     stress.require("first yield")
     if not stress.where.all():
-        raise NotValidError("first yield is not valid here: the contact is not a disk at the load found")
+        raise NotValidError("first yield is not valid here: the contact is not a disk at the load of first yield")
     columns = {
         name: result[name].values[np.argsort(order)]
         for name in ("normal_force", "indentation", "contact_radius", "peak_pressure")

@@ -192,7 +192,7 @@ def read_prepared_curves(
     turned = sum(_is_turned(one) for one in ready)
     if 0 < turned < len(ready):
         _log.warning(
-            "%s: the forces of %d of %d records were turned and the others not: some records may show no contact; "
+            "%s: the forces of %d of %d records changed sign and the others did not, so some records may show no contact; "
             "keep_signs=True (--keep-signs) keeps all signs",
             file,
             turned,

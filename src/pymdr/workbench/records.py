@@ -144,7 +144,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     if first.size == 0:
         raise ProblemError(
             f"measured_loops: {displacement} turns {turns.size} times by more than {metres(threshold)}, and a cycle needs "
-            "three turns; name a smaller swing with least, or record longer"
+            "three turns; give a smaller swing by least, or a longer record"
         )
     middle = turns[1:-1:2]
     quantities = _cycles(u, pull, first, middle, last)

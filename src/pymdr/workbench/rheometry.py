@@ -65,7 +65,7 @@ class PronyFit(Study):
     def _remarks(self) -> list[str]:
         number = self.series.times.size
         return [
-            f"{number} term{'s' if number != 1 else ''} in shear, {100.0 * self.misfit:.3g} % off the rows (root mean square)"
+            f"{number} term{'s' if number != 1 else ''} in shear, root mean square misfit {100.0 * self.misfit:.3g} %"
         ]
 
     def _table(self) -> tuple[tuple[list[str], list[str]], list[list[str]]]:

@@ -251,7 +251,7 @@ steps = 50
 """,
 }
 _ROUGH = """\
-# A pymdr case of a rough surface. Ask with: pymdr rough CASE.toml --normal-force "1 N"
+# A pymdr case of a rough surface. Solve it with: pymdr rough CASE.toml --normal-force "1 N"
 # Quantities are texts with units, or plain numbers in SI units.
 title = "My rough"
 
@@ -273,27 +273,27 @@ kind = "elastic"
 young = "70 GPa"
 poisson = 0.22
 
-# [ball]                    # what bears the roughness, if it is not flat
+# [ball]                    # the rough ball; without this table the surface is nominally flat
 # radius = "10 mm"
 """
 _PRESS = """\
-# A pymdr case of a surface that boundary elements press. Ask with: pymdr press CASE.toml --normal-force "1 N"
+# A pymdr case of a surface that boundary elements press. Solve it with: pymdr press CASE.toml --normal-force "1 N"
 # Quantities are texts with units, or plain numbers in SI units.
 title = "My press"
-# punch = true              # of measured heights: the body ends where they end
+# punch = true              # with measured heights: the body ends at their border
 
-[surface]                   # measured heights: file and what becomes of them, in the place of what stands here
+[surface]                   # for measured heights replace these keys by the commented ones
 hurst = 0.8                 # Hurst exponent, above 0 and at most 1
 rms = "1 um"                # root mean square of the heights of the patch
 size = "1 mm"               # side of a square, or [ "1 mm", "2 mm" ]
 shortest = "0.1 mm"         # shortest wavelength, of 8 pixels
 seed = 0                    # which surface of all
-# file = "ground.sdf"       # paths count from this file; any format of read_topography
+# file = "ground.sdf"       # relative to this file; any format of read_topography
 # channel = 0               # number or name, where the file has several
 # size = "1 mm"             # where the file has none
 # unit = "nm"               # of the heights, where the file has none
-# missing = "interpolate"   # or "crop": what becomes of missing heights
-# detrend = "plane"         # mean, plane, sphere or curvature: what is taken off
+# missing = "interpolate"   # or "crop": treatment of missing heights
+# detrend = "plane"         # mean, plane, sphere or curvature: trend to subtract
 
 [body]
 kind = "elastic"            # or "transversely_isotropic"

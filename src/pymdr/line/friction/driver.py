@@ -112,8 +112,8 @@ def follow(
     state = virgin_state(friction, ratio) if start is None else start
     if (state.friction, state.modulus_ratio) != (friction, ratio):
         raise PathError(
-            f"friction {friction:g} and E*/G* {ratio:g} differ from those of the state to go on from, "
-            f"{state.friction:g} and {state.modulus_ratio:g}: a memory belongs to one contact"
+            f"friction {friction:g} and E*/G* {ratio:g} differ from those of the initial state, "
+            f"{state.friction:g} and {state.modulus_ratio:g}: a state can be continued with the same contact only"
         )
     if given[0].shape != given[1].shape or given[0].ndim != 1:
         raise PathError(f"two rows of equal length are needed, not {given[0].shape} and {given[1].shape}")
@@ -138,7 +138,7 @@ def _kept(keep: int | ArrayLike | None, count: int) -> IntArray | None:
     rows = np.unique(np.asarray(keep, dtype=np.int64))
     if rows.size and not (rows[0] >= 0 and rows[-1] < count):
         raise PathError(
-            f"keep: rows {rows[0]} to {rows[-1]} are asked for, the history has rows 0 to {count - 1}"
+            f"keep: rows {rows[0]} to {rows[-1]} are requested, but the history has rows 0 to {count - 1}"
         )
     return rows
 

@@ -19,8 +19,8 @@ class Ending(Enum):
 
     COMPLETE = "all rows were followed"
     NOT_FINITE = "a row is not finite"
-    NOT_ATTAINABLE = "a row asks for |F_x| > mu F_N, for F_x without contact or for F_N < 0"
-    TOO_DEEP = "a row is deeper than the table of the elastic line: build it for the largest depth"
+    NOT_ATTAINABLE = "a row prescribes |F_x| > mu F_N, F_x without contact, or F_N < 0"
+    TOO_DEEP = "a row is deeper than the table of the elastic line; build the table for the largest depth"
 
 
 @dataclass(frozen=True, eq=False)

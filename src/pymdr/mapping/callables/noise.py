@@ -238,7 +238,7 @@ def slope_panel(f: Curve, low: float, high: float, n: int = 16) -> tuple[FloatAr
     if not np.all(np.isfinite(values)):
         bad = r[~np.isfinite(values)][0]
         raise ProblemError(
-            f"the profile is not defined at r = {metres(float(bad))}: state how far it goes with Function(..., max_radius=...)"
+            f"the profile is not defined at r = {metres(float(bad))}: declare its last radius, Function(..., max_radius=...)"
         )
     middle = float(values[values.size // 2])
     shifted = values - middle

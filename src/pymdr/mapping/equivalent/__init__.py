@@ -191,9 +191,9 @@ def _(profile: ForceCurve, exponent: float = 0.0) -> EquivalentProfile:
 def _(profile: Shape, exponent: float = 0.0) -> EquivalentProfile:
     name = type(profile).__name__
     raise ProblemError(
-        f"{name} is not of revolution and has no line of its own: solve(...) gives its normal force without adhesion and friction; "
-        "what follows from a force curve (friction, memory, impacts) is had with solve(...).force_curve() as the profile of "
-        "another contact, and azimuthal_mean(shape) is the profile of its lower bound"
+        f"{name} is not of revolution and has no equivalent profile: solve(...) gives its normal force without adhesion and friction; "
+        "for friction, memory and impacts use solve(...).force_curve() as the profile of "
+        "another contact; azimuthal_mean(shape) is the profile of its lower bound"
     )
 
 
@@ -233,7 +233,7 @@ def _on_panels(profile: Profile, exponent: float) -> PanelLine:
 def _checked(exponent: float) -> float:
     if not -1.0 < exponent < 1.0:
         raise ProblemError(
-            f"the exponent of a graded half-space must lie between -1 and 1; it is {exponent:g}"
+            f"the exponent of a graded half-space is {exponent:g}; it must lie between -1 and 1"
         )
     return exponent
 
@@ -329,4 +329,4 @@ def _on_grid(profile: Function2D, top: float) -> Sampled2D:
             spacing = 2.0 * half / (_PIXELS - 1)
             return Sampled2D(-gap, _PIXELS * spacing)
         half /= 2.0
-    raise ProblemError(f"Function2D: its gap is not known about the apex, up to {top:g} m")
+    raise ProblemError(f"Function2D: the gap is not finite around the apex, up to {top:g} m; define it there")

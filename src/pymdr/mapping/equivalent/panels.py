@@ -221,7 +221,7 @@ class PanelLine(MappedProfile):
         """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
         text = [self.source.fitted] if self.source.fitted else []
         if self.source.continued > 0.0:
-            text.append(f"continued below r = {metres(self.source.continued)}, where its values are rounding")
+            text.append(f"extrapolated below r = {metres(self.source.continued)}, where rounding dominates its values")
         if not self.source.surveyed:
             text.append("features narrower than 1/2500 of their radius may be missed")
         return tuple(text)

@@ -109,12 +109,12 @@ def _no_start(finite: bool, top: float) -> ProblemError:
     """That a profile does not start at 0."""
     if not finite:
         return ProblemError(
-            f"the profile gives no finite slope at radii of {_INNERMOST:g} m to {metres(top)}: its callables must be defined from "
-            "the tip on, at r > 0 too"
+            f"the slope of the profile is not finite at radii from {_INNERMOST:g} m to {metres(top)}; define its callables from "
+            "the tip on, for all r > 0"
         )
     return ProblemError(
-        f"the profile rises within {_INNERMOST:g} m of its tip by more than is resolved, about as 1 / r or steeper in f' or as a "
-        "step of f: let f start at f(0) and rise from there, or give FlatPunch for a flat end"
+        f"the profile rises within {_INNERMOST:g} m of its tip too steeply to be resolved: f' grows about as 1 / r or faster, or f has a "
+        "step; let f rise from f(0), or give FlatPunch for a flat end"
     )
 
 
@@ -146,7 +146,7 @@ def _between(
 def never_rises(low: float) -> ProblemError:
     """That a contact has no end."""
     return ProblemError(
-        f"the profile never rises so far, as far as it is defined and resolved (up to {metres(low)}): a contact without "
-        "an edge has no end; add FlatPunch(radius) for a cylinder of that end shape, or state how far the "
-        "profile goes with Function(..., max_radius=...)"
+        f"the profile does not rise so far up to r = {metres(low)}, where it ends or is no longer resolved: a contact without "
+        "an edge has no end; add FlatPunch(radius) for a cylinder with this end, or state the last radius of the "
+        "profile by Function(..., max_radius=...)"
     )

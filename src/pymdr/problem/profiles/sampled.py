@@ -295,7 +295,7 @@ def _refuse_unsorted(r: FloatArray) -> None:
         i = int(np.argmax(merged))
         raise ProblemError(
             f"Sampled.radius: entries {i + 1} and {i + 2} ({float(r[i])!r} m, then {float(r[i + 1])!r} m) are "
-            f"{metres(steps[i])} apart, less than {CLOSEST:g} of their radius, where double precision cannot resolve a slope; "
+            f"at a distance of {metres(steps[i])}, less than {CLOSEST:g} of their radius, where double precision cannot resolve a slope; "
             "average them"
         )
     if r[1] < r[-1] / WIDEST:

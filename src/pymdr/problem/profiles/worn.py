@@ -73,7 +73,7 @@ class Worn(Profile):
             raise ProblemError("Worn.radius must rise strictly from 0 m or more; sort the radii")
         if np.any(h < 0.0) or h[-1] != 0.0:
             raise ProblemError(
-                f"Worn.depth: the least is {metres(h.min())}, the last {metres(h[-1])}; depths are at least 0 m, and the last is 0 m"
+                f"Worn.depth: the smallest is {metres(h.min())}, the last {metres(h[-1])}; depths must be at least 0 m, and the last 0 m"
             )
 
     @cached_property

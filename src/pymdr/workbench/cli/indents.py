@@ -42,8 +42,8 @@ Area = Annotated[
         help="Coefficients C0 C1 ... of the area function: '24.5 900'; by default those of the files."
     ),
 ]
-AreaUnit = Annotated[str, typer.Option(help="Length in which they are given.")]
-AreaTable = Annotated[Path | None, typer.Option(help="CSV of contact depth and area with units, instead.")]
+AreaUnit = Annotated[str, typer.Option(help="Unit of length of the coefficients.")]
+AreaTable = Annotated[Path | None, typer.Option(help="Instead of coefficients: CSV of contact depth and area.")]
 Reference = Annotated[
     list[str] | None,
     typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
@@ -54,12 +54,12 @@ TipYoung = Annotated[str, typer.Option(help="Young's modulus of the tip.")]
 TipPoisson = Annotated[float, typer.Option(help="Poisson's ratio of the tip.")]
 Poisson = Annotated[float | None, typer.Option(help="Poisson's ratio of the sample.")]
 Beta = Annotated[float, typer.Option(help="Beta of the power law; 1.034 for Berkovich tips.")]
-Drift = Annotated[bool, typer.Option("--drift", help="Subtract the thermal drift, from a hold.")]
+Drift = Annotated[bool, typer.Option("--drift", help="Subtract the thermal drift measured in a hold.")]
 Hold = Annotated[
     str | None,
-    typer.Option(help="Start and end of the hold, such as '60 s to 90 s'; found by default."),
+    typer.Option(help="Start and end of the hold, such as '60 s to 90 s'; detected by default."),
 ]
-Settle = Annotated[float, typer.Option(help="Part of the hold that is left out at its start.")]
+Settle = Annotated[float, typer.Option(help="Fraction of the hold left out at its start.")]
 
 
 def nanoindent(
@@ -75,12 +75,12 @@ def nanoindent(
     poisson: Poisson = None,
     beta: Beta = 1.0,
     epsilon: Annotated[
-        float, typer.Option(help="Epsilon of the power law; 0 takes that of its exponent.")
+        float, typer.Option(help="Epsilon of the method; 0 derives it from the fitted exponent.")
     ] = 0.75,
     fit_from: Annotated[
-        float, typer.Option(help="Smallest force of the power law, over the largest.")
+        float, typer.Option(help="Smallest fitted force over the largest force.")
     ] = 0.25,
-    fit_to: Annotated[float, typer.Option(help="Largest force of the power law, over the largest.")] = 0.98,
+    fit_to: Annotated[float, typer.Option(help="Largest fitted force over the largest force.")] = 0.98,
     drift: Drift = False,
     hold: Hold = None,
     output: Table = None,
@@ -139,7 +139,7 @@ def stiffness(
     tip_poisson: TipPoisson = 0.07,
     poisson: Poisson = None,
     beta: Beta = 1.0,
-    epsilon: Annotated[float, typer.Option(help="Epsilon, (h - h_c) S/F.")] = 0.75,
+    epsilon: Annotated[float, typer.Option(help="Epsilon of the method, (h - h_c) S/F.")] = 0.75,
     points: Annotated[int, typer.Option(help="Number of depths.")] = 40,
     drift: Drift = False,
     hold: Hold = None,
@@ -151,10 +151,10 @@ def stiffness(
     ] = None,
     substrate: Annotated[
         str | None,
-        typer.Option(help="Young's modulus and Poisson's ratio below it: '165 GPa, 0.22'; or rigid."),
+        typer.Option(help="Young's modulus and Poisson's ratio of the substrate, '165 GPa, 0.22'; or rigid."),
     ] = None,
     widths: Annotated[
-        str, typer.Option(help="Range of contact radius over thickness of the film's points.")
+        str, typer.Option(help="Range of contact radius over film thickness to fit.")
     ] = "0 3",
     output: Table = None,
     report_file: ReportFile = None,
@@ -213,7 +213,7 @@ def pop_in(
         str | None, typer.Option(help="Shear strength, such as '5 GPa'; gives the load that reaches it.")
     ] = None,
     significance: Annotated[
-        float, typer.Option(help="Jump over its standard deviation from which on it counts.")
+        float, typer.Option(help="Smallest pop-in that counts, in standard deviations.")
     ] = 6.0,
     output: Table = None,
     report_file: ReportFile = None,

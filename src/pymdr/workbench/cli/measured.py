@@ -62,18 +62,18 @@ def fretting(
     record: Annotated[
         Path, typer.Argument(metavar="RECORD", help="CSV of tangential force and shift, or a result.nc.")
     ],
-    case: Annotated[Path | None, typer.Option(help="Case of the contact, whose loops are compared.")] = None,
+    case: Annotated[Path | None, typer.Option(help="Case of the contact, whose loops the record is compared with.")] = None,
     normal_force: Annotated[
         str | None, typer.Option(help="Constant load, if the record has none, such as '10 N'.")
     ] = None,
     machine_stiffness: Annotated[
-        str | None, typer.Option(help="Tangential stiffness of the machine to take off.")
+        str | None, typer.Option(help="Tangential stiffness of the machine, to be subtracted.")
     ] = None,
     worn_volume: Annotated[
         str | None, typer.Option(help="Worn volume after the record, such as '0.01 mm^3'.")
     ] = None,
     cycles: Annotated[
-        float | None, typer.Option(help="Number of cycles that wore it, if not all are recorded.")
+        float | None, typer.Option(help="Number of cycles that caused it; by default those recorded.")
     ] = None,
     least: Annotated[
         str | None,

@@ -45,7 +45,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     channels = [section for name, section in sections if name == "Ciao force image list"]
     if any(section.get("Start context") == "SCRIPT" for _, section in sections):
         raise ProblemError(
-            f"{source}: {_MAKER}, of a script with ramps of its own; export its curves as tables"
+            f"{source}: {_MAKER}, recorded by a script with its own ramps; export its curves as tables"
         )
     if source.suffix.lower() == ".pfc":
         raise ProblemError(
@@ -55,7 +55,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     if deflection is None:
         names = ", ".join(map(_name, channels)) or "none"
         raise ProblemError(
-            f"{source}: {_MAKER}, without a channel of the deflection (channels: {names}); save the deflection error too"
+            f"{source}: {_MAKER}, without a deflection channel (channels: {names}); save the deflection error too"
         )
     counts = _counts(deflection, merged)
     signals = _curves(source, content, deflection, counts)
@@ -66,7 +66,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     }
     if len(constants) > 1:
         _log.warning(
-            "%s: channels of the deflection have spring constants %s N/m; that of the first, %g N/m, is used: give spring_constant to choose",
+            "%s: the deflection channels have the spring constants %s N/m; the first, %g N/m, is used: give spring_constant to choose another",
             source,
             ", ".join(sorted(map(str, constants))),
             constant or math.nan,

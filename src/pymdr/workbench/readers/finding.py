@@ -61,8 +61,8 @@ def registered() -> tuple[ForceFormat, ...]:
             loaded = point.load()
         except Exception as error:
             raise ProblemError(
-                f"the reader {point.name!r} of the group {GROUP} ({point.value}) cannot be loaded: {type(error).__name__}: {error}; remove the "
-                "package that offers it, or mend it"
+                f"the reader {point.name!r} of the group {GROUP} ({point.value}) cannot be loaded: {type(error).__name__}: {error}; repair or uninstall "
+                "its package"
             ) from error
         if not isinstance(loaded, ForceFormat):
             raise ProblemError(
@@ -248,7 +248,7 @@ def _members(source: Path, archive: zipfile.ZipFile) -> Iterator[zipfile.ZipInfo
     members = [one for one in archive.infolist() if not one.is_dir()]
     inner = next((one.filename for one in members if one.filename.lower().endswith(".zip")), None)
     if inner is not None:
-        raise CaseError(f"{source}: an archive in an archive ({inner!r}); unpack it")
+        raise CaseError(f"{source}: the archive contains another archive, {inner!r}; unpack it")
     size = sum(one.file_size for one in members)
     if len(members) > _MOST_MEMBERS or size > _LARGEST_ZIP:
         raise CaseError(
