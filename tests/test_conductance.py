@@ -379,7 +379,11 @@ def test_friction_and_memory_conduct_by_their_radius():
     [
         (GEL, mdr.Rigid(), r"counterbody, Rigid, has no thermal_conductivity"),
         (mdr.Elastic(1e9, 0.3), SINK, r"body, Elastic, has no thermal_conductivity"),
-        (mdr.Graded(1e9, 1e-3, 0.2, 0.3, thermal_conductivity=1.0), SINK, "conductivity over its depth is unknown"),
+        (
+            mdr.Graded(1e9, 1e-3, 0.2, 0.3, thermal_conductivity=1.0),
+            SINK,
+            "conductivity over its depth is unknown",
+        ),
     ],
 )
 def test_what_is_not_known_is_not_given(body, counterbody, words):

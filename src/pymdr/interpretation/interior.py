@@ -1,4 +1,4 @@
-"""Fields inside a body of a whole history on demand, their largest values, and how far they can be trusted."""
+"""Fields inside a body on demand for all rows of a history, their largest values, and their claims."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ LARGEST = {
 }
 """Quantities that are the largest value of a field in a body, times a number."""
 Background: TypeAlias = Callable[[FloatArray], FloatArray]
-"""A stress xx, yy, zz, xz, xy, yz in Pa at depths in m, shape (6, ...), that the contact does not cause."""
+"""Superposed stress xx, yy, zz, xz, xy, yz in Pa at depths in m, shape (6, ...), which the contact does not cause."""
 
 MEASURES: Mapping[str, Callable[[FloatArray], FloatArray]] = {
     **DERIVED,
     "principal_stress": lambda tensor: principal_stresses(tensor)[0],
 }
-"""What has a largest value, from the stress."""
+"""Measures with a largest value, computed from the stress."""
 _SEARCHED = 20
-"""Steps of which one is searched everywhere."""
+"""Number of steps of which one is searched completely."""
 _ALIKE = 0.02
 """Distance of the places of two largest values, over the loaded radius, up to which those between them are near."""
 _SHOWN_RINGS = 12
@@ -274,7 +274,7 @@ class Interior:
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """What has a largest value."""
+        """Names of the measures of stress with a largest value."""
         return tuple(field for field, _ in LARGEST.values())
 
     def largest_by_layer(self, name: str, step: int, background: Background | None = None) -> list[Largest]:

@@ -52,17 +52,17 @@ _TIP = 14
 _MOST = 400_000
 """Most wavenumbers."""
 _BLOCK = 1 << 20
-"""Values of sines and Bessel functions at once."""
+"""Largest number of values of sines and Bessel functions computed together."""
 _FEW = 32
-"""Points that are evaluated as a net even if they are none."""
+"""Largest number of points that are evaluated as a net although they do not form one."""
 _WORST = 1e-9
-"""Error of the integrals over the typical stress above which they are no result."""
+"""Largest accepted error of the integrals, over the typical stress."""
 _SAME = 1e-12
 """Relative distance from an interface at which a depth is on it."""
 _SHARES = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 9)))
-"""Depths that are searched in a layer, in parts of it."""
+"""Depths of the search in a layer, over its thickness."""
 _DRAWN = 11
-"""Depths that are drawn at least in a layer."""
+"""Smallest number of depths drawn in a layer."""
 _J0, _J1, _RATIO = range(3)
 """J0(kr), J1(kr), and J1(kr)/(kr)."""
 
@@ -74,11 +74,11 @@ INTERFACE_TRACTIONS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
     ),
     "interface_tension": lambda tensor: tensor[2],
 }
-"""What bears on the bonds between layers, from the stress."""
+"""Tractions on the interfaces between layers, from the stress."""
 
 
 class _Waves(NamedTuple):
-    """The pressure in waves, and what they do in the stack."""
+    """The pressure in waves, and their amplitudes in the stack."""
 
     weight: FloatArray
     """P(k) dk in N."""
@@ -261,7 +261,7 @@ class LayeredInterior(Interior):
 
     @property
     def measures(self) -> tuple[str, ...]:
-        """What has a largest value."""
+        """Names of the measures of stress with a largest value."""
         return (*super().measures, *INTERFACE_TRACTIONS)
 
     def largest(self, name: str, step: int, background: Background | None = None) -> Largest:

@@ -33,7 +33,7 @@ class Cells(NamedTuple):
     """Intervals of the line, parents before their halves, in a unit of length of about the loaded radius."""
 
     anchor: FloatArray
-    """A radius from which the rest is counted."""
+    """Reference radius (anchor) from which offsets are measured."""
     low: FloatArray
     """Lower end, counted from the anchor; the very number that is the upper end of the interval below."""
     high: FloatArray
@@ -43,7 +43,7 @@ class Cells(NamedTuple):
     series: FloatArray
     """Chebyshev coefficients of the density of a leaf, shape (n, NODES)."""
     terms: IntArray
-    """How many of them count."""
+    """Number of significant coefficients."""
     left: IntArray
     """The lower half, -1 for a leaf."""
     right: IntArray

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 _TERMS = 20
 _RESOLVED = 3e-14
-"""Last terms of a series over its largest; what follows them is smaller still."""
+"""Ratio of the last terms of a series to its largest below which it is resolved."""
 _NOTHING = 1e-16
-"""Stress under an interval over the typical one that needs no resolution."""
+"""Stress under an interval, over the typical stress, below which it is not resolved further."""
 _SHORTEST = 1e-32
-"""Of the loaded radius: an interval at the end of a load that needs no resolution, at a root in its denominator."""
+"""Width, over the loaded radius, of the interval at the end of a load that is not resolved further."""
 _LEVELS = 130
 _MOST = 4000
-"""Intervals, beyond which a load is not resolved."""
+"""Largest number of intervals of a load."""
 
 
 class Punches(NamedTuple):

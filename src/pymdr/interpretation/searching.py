@@ -14,18 +14,18 @@ from pymdr.units import FloatArray
 _STEPS = 9
 """Radii that are searched between two marks of the profile."""
 DEPTHS = np.append(0.0, np.geomspace(1e-4, 2.0, 25))
-"""Depths that are searched, of the loaded radius."""
+"""Depths of the search, over the loaded radius."""
 _PLACE = 1e-6
-"""Of the loaded radius: how closely a largest value is located."""
+"""Tolerance of the place of a largest value, over the loaded radius."""
 _RIVALS = 0.02
-"""Of the largest value found: how far others may be below it from which the search begins too."""
+"""Fraction below the largest sample within which other samples also start a search."""
 _ANGLES = 24
 """Intervals of half a turn in which an angle is searched first."""
 _TURNS = 22
-"""How often the interval around an angle is halved."""
+"""Number of halvings of the interval around an angle."""
 
 _POLISHING = (2e-2, 2e-3, 2e-4)
-"""Widths of the nets around a peak that is nearly known, of the loaded radius."""
+"""Widths of the nets around an approximately known peak, over the loaded radius."""
 
 Tensor: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 """Components in Pa at radii and depths in m, components first."""

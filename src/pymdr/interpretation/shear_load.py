@@ -12,7 +12,7 @@ from pymdr.line.friction import FrictionState, superposition
 from pymdr.units import FloatArray
 
 _ROUNDING = 1e-14
-"""Sums of steps below this fraction of their terms are rounding."""
+"""Fraction of the sum of magnitudes below which a sum of steps is rounding."""
 _NOTHING = LineLoad((), 0.0, 0.0, 0.0, 0.0)
 
 

@@ -26,17 +26,18 @@ if TYPE_CHECKING:
     from pymdr.interpretation.punch_kernel import Cells
 
 _LEVELS = (0.25, 0.125, 0.0625, 0.03125, 0.015625, 0.0078125)
-"""Steps of the rule, each half of the one before."""
+"""Step lengths of the rule, each half of the preceding one."""
 _END = 4.0
-"""Where the rule ends: a root at the end of a piece leaves less than rounding beyond."""
+"""End of the rule: beyond it a root singularity at the end of a segment contributes less than rounding."""
 _AGREEMENT = 3e-8
-"""Relative difference of two levels at which the finer is taken; its own error is about the square of that."""
+"""Relative difference of two levels below which the finer one is accepted; its error is about the square of the
+difference."""
 _ROUNDING = 1e-15
-"""Of the typical stress: differences of two levels that are rounding."""
+"""Difference of two levels that counts as rounding, over the typical stress."""
 _SURFACE = 1e-30
-"""Of the radius: depths less than this are read there, where the stress differs from that at the surface by rounding."""
+"""Smallest depth over the radius; at smaller depths the stress differs from that at the surface by rounding only."""
 _BLOCK = 1 << 16
-"""Nodes that are evaluated at once."""
+"""Largest number of nodes evaluated together."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class LineLoad:
     rings: tuple[tuple[float, float], ...] = ()
     """Radii in m and weights in N/m of more punches, at steps of the line load inside the edge."""
     noise: float = _ROUNDING
-    """Error of the load itself, of the typical stress."""
+    """Error of the load, over the typical stress."""
 
     @cached_property
     def cells(self) -> Cells | None:
@@ -72,7 +73,7 @@ class Loads(NamedTuple):
 
     normal: LineLoad
     shear: LineLoad | None = None
-    """Of the shear traction on the body, in the direction of x; None without friction."""
+    """Shear load on the body, in the direction of x; None without friction."""
 
 
 def line_load(
@@ -175,7 +176,7 @@ class Sums(NamedTuple):
 
 
 Kernel: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-"""Closed forms of a punch of weight 1 at r and z: of its radius s, and of s - r with all its digits."""
+"""Closed forms of a punch of weight 1 at r and z: of its radius s, and of s - r without cancellation."""
 
 
 def sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True) -> Sums:

@@ -35,7 +35,7 @@ _STILL = 1e-15
 
 
 class Along(NamedTuple):
-    """What a contact is at some parameters."""
+    """States of a contact at some parameters."""
 
     depth: FloatArray
     """In m."""
@@ -383,7 +383,7 @@ def _double_exponential() -> tuple[FloatArray, FloatArray]:
 
 _ENDS = _double_exponential()
 _MANY = 500
-"""Panels from which on each is so short that eight nodes do."""
+"""Number of panels from which on eight nodes per panel suffice."""
 
 
 def _panels(marks: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -278,7 +278,7 @@ class RolledPath:
 
 
 _CHANGE = 1e-6
-"""Change at which the spring spacing is fine enough."""
+"""Change below which the spring spacing is fine enough."""
 _FEWEST, _CLOSEST = 256, 8192
 
 

@@ -33,11 +33,11 @@ NODES, FEWER = 16, 12
 """Nodes of a panel, and the second number for the error estimate."""
 _GRADES = 46
 _PANELS = 320
-"""About how many halve toward weak kinks."""
+"""Approximate number of panels that are halved toward weak kinks."""
 _HALVED, _MOST = 12, 4096
 _RESOLVED, _ALIKE = 1e-14, 1e-12
 _ENDLESS = -0.99
-"""The power of the distance from a knot with which g'^2 is taken to have no integral."""
+"""Exponent of the distance from a knot below which g'^2 counts as not integrable."""
 
 
 class _Radau(NamedTuple):

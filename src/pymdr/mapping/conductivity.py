@@ -1,4 +1,4 @@
-"""What a pair of bodies conducts: one number for the line, as E* is one for its springs."""
+"""Conductivity of a pair of bodies on the line, the counterpart of E*."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ Carrier = Literal["thermal_conductivity", "resistivity"]
 
 @dataclass(frozen=True)
 class Conductivity:
-    """What two bodies conduct, in W/(m K) or 1/(ohm m)."""
+    """Effective conductivities of two bodies, in W/(m K) or 1/(ohm m)."""
 
     one: float
     other: float
 
     @property
     def line(self) -> float:
-        """Of the line, lambda_eff = 2 lambda_1 lambda_2/(lambda_1 + lambda_2) = 2/(rho_1 + rho_2): one body after the other."""
+        """Conductivity of the line, lambda_eff = 2 lambda_1 lambda_2/(lambda_1 + lambda_2) = 2/(rho_1 + rho_2): bodies in series."""
         return 2.0 / (1.0 / self.one + 1.0 / self.other)
 
     @property
     def both(self) -> float:
-        """Of both bodies beside each other, lambda_1 + lambda_2."""
+        """Sum lambda_1 + lambda_2 of both bodies in parallel."""
         return self.one + self.other
 
 
 def conductivity_of(body: Material, counterbody: Material, carrier: Carrier) -> Conductivity | str:
     """
-    What two bodies conduct, or why it is not known, in words.
+    The conductivities of two bodies, or a text why they are unknown.
 
     Parameters
     ----------

@@ -29,21 +29,22 @@ from pymdr.problem.profiles import Function, call
 from pymdr.units import FloatArray, metres
 
 _WIDTH = 1e-12
-"""Error of f', in parts of it, above which a panel is divided if that helps."""
+"""Relative error of f' above which a panel is divided if that helps."""
 _DEEPEST = 40
 _STAIRS = 1e-9
-"""Error of f', in parts of it, up to which one that grows on halves, as that of stairs in f does, is what there is."""
+"""Relative error of f' that is accepted if it grows on halves of a panel, as that of a staircase does."""
 _GAIN = 0.5
 _NOISY = 1e3
-"""Error of f' on a panel in roundings of f over its width, if it is nothing but rounding."""
+"""Error of f' on a panel by rounding alone, in roundings of f over the width."""
 _MOST = 1024
 _KINKED = 2.0**-6
-"""Width of a panel, in parts of its distance from the breakpoint before it, from which kinks are looked for."""
+"""Width of a panel, over its distance from the preceding breakpoint, from which on kinks are searched."""
 _SERIES = ("_low", "_high", "_series", "_error")
 _SURE, _CANCELLED = 1e-10, 64.0
 _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 2.0
-"""Where on a panel beside a breakpoint f' is no smaller than by that factor."""
+"""Position on a panel at a breakpoint, and the ratio of f' at its end to f' there above which f' spans orders of
+magnitude."""
 _DIGITS = 1e6
 _INTEGRALS = np.array([0.0 if j % 2 else 1.0 / (1.0 - j * j) for j in range(TERMS)])
 """Integrals of the Chebyshev polynomials over a panel of length 1."""
@@ -51,9 +52,9 @@ _MISSED = 16.0
 """Roundings of f and of a radius by which the rise of f may differ from the integral of its slope."""
 _EPS = float(np.finfo(float).eps)
 _ROUNDED = 4.0
-"""Roundings of a value of f, those of elementary functions among them."""
+"""Rounding error of a value of f, including elementary functions, in units of its last place."""
 _HIDDEN = 4.0
-"""Roundings of f by which it may rise before that is seen."""
+"""Undetected rise of f, in roundings of f."""
 
 
 class DerivedSource(SlopeSource):
@@ -102,7 +103,7 @@ class DerivedSource(SlopeSource):
         return float(self._f(np.zeros(1))[0])
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' at the rounded radii, and their offsets; NaN on the axis, unless a law stands for f there."""
+        """Slope f' at the rounded radii, and their offsets; NaN on the axis, unless a law replaces f there."""
         r = radii_next_to(self.knots, base, offset)
         outermost = float(r.max())
         if outermost > 0.0:
@@ -131,7 +132,7 @@ class DerivedSource(SlopeSource):
         return whole
 
     def _series_errors(self, panels: Panels) -> FloatArray:
-        """Errors of the series on panels; a thin one counts by its share in an integral with an inverse square root."""
+        """Errors of the series on panels; a thin panel is weighted by its fraction of an integral with an inverse square root."""
         if not self._error:
             return np.zeros(panels.count)
         errors = np.array(self._error)[self._order]
@@ -213,7 +214,7 @@ class DerivedSource(SlopeSource):
         return bool(np.any((40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & resolved))
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About f' at radii in m, as parabolas have it."""
+        """Approximate f' at radii in m, by parabolas."""
         values = self._f(np.concatenate([0.84 * r, 0.92 * r, r])).reshape(3, -1)
         answer: FloatArray = (values[0] - 4.0 * values[1] + 3.0 * values[2]) / (0.16 * r)
         below = r < self.continued
@@ -370,7 +371,7 @@ class DerivedSource(SlopeSource):
         return error * width < 0.99 * _EPS * abs(self._apex)
 
     def _hidden_beyond(self, r: float) -> float:
-        """How far in m beyond a radius f does not rise by what its offset hides."""
+        """Distance in m beyond a radius over which the offset of f hides its rise."""
         away = r * 2.0 ** -np.arange(0.0, 50.0)
         away = away[r + away <= min(self.max_radius, self._end)]
         f = self._f(np.append(r + away, r))

@@ -32,9 +32,9 @@ _WORK = 1 << 17
 _TOLERANCE = 4e-15
 _RATE_TOLERANCE = 1e-13
 _MANY = 2000
-"""Number of initial panels above which larger errors are accepted, as averages over knots have them."""
+"""Number of initial panels above which larger errors are accepted, such as those of averages over knots."""
 _OF_MANY = 256.0
-"""Factor of these errors."""
+"""Factor by which these errors may be larger."""
 _SETTLED = 1e-9
 _GENERATIONS = 26
 _STEEP, _SPREAD = 8.0, 64.0

@@ -21,7 +21,7 @@ from pymdr.units import FloatArray
 _THIN = 1.0
 """Wavenumber times thickness below which a layer is solved by its state at mid-depth, above by waves from its two faces."""
 _BLOCK = 1 << 21
-"""Entries of the systems that are solved at once."""
+"""Largest number of matrix entries of systems solved together."""
 _UZ, _UX, _PRESSURE, _SHEAR = range(4)
 
 

@@ -302,11 +302,11 @@ _POWERS = np.stack(
 _STEP = 0.125
 """Width of its panels in log(1 + t)."""
 _ANGLE = math.pi / 8.0
-"""That of the ray on which the kernel is integrated, where waves die out."""
+"""Panel width on the ray along which waves decay and the kernel is integrated."""
 _LEAST, _MOST = 1e-9, 1e3
 """Ends of the ray, in wavelengths per thickness."""
 _ROUNDING = 1e-12
-"""What rounding of 1 - L adds to the kernel at most."""
+"""Largest error of the kernel by rounding of 1 - L."""
 _BLOCK = 1 << 13
 """Points evaluated at once, so that they stay in the cache."""
 
@@ -333,7 +333,7 @@ class Kernel:
 
     compliance: PairCompliance
     error: float = 0.0
-    """How far the integrals of two ways are apart, as a part of the largest value."""
+    """Difference of the integrals by two methods, over the largest value."""
 
     def __post_init__(self) -> None:
         self._ray = _rule(_ANGLE)

@@ -29,18 +29,19 @@ from pymdr.units import FloatArray, metres
 
 _EPS = float(np.finfo(float).eps)
 _ROUNDED = 8.0
-"""Roundings of f' by which a series may miss it."""
+"""Accepted misfit of a series, in roundings of f'."""
 _CHECKED_BEYOND = 1.5
 _OUTWARD = 2.0**30
 _COSTLY_KNOTS = 4000
 _BETWEEN = np.array([0.0, 0.25, 0.5, 0.75])
-"""Where between knots misfits are measured."""
+"""Positions between knots at which misfits are measured."""
 MANY_KNOTS = 400
 """Samples from which on knots only count where panels do not resolve the curve across them."""
 
 
 _SHORT_OF = 1.0 - 1e-9
-"""Part of the radius at which a profile is upright, as a sphere is at its own, up to which panels resolve it."""
+"""Fraction of the radius at which a profile is vertical, as a sphere at its equator, up to which panels resolve
+it."""
 
 
 def _resolvable(profile: Profile) -> float:
@@ -153,7 +154,7 @@ class CurveSource(SlopeSource):
 
 
 _GRAIN = 8.0 * _EPS
-"""By how much roundings of neighbouring heights differ at most, in parts of them, and what a spline makes of that."""
+"""Largest relative difference of roundings of neighbouring heights, and its effect on a spline."""
 
 
 class SplineSource(SlopeSource):

@@ -17,11 +17,11 @@ from pymdr.units import FloatArray
 DECAYING, GROWING, RATES = range(3)
 """First columns of the terms of a sum, one term per row: a, b and x, which is not below 0."""
 ROUNDING = 2e-15
-"""Of the size of the terms: what counts as 0."""
+"""Relative size of the terms that counts as 0."""
 SHORTEST = 2.0**-40
-"""Intervals that are not halved."""
+"""Width of intervals that are not halved."""
 NEVER = 2.0
-"""Where a sum crosses 0 that does not."""
+"""Result for a sum without a zero."""
 _NEWTON = 60
 _VALUE, _SLOPE, _FALLING, _RISE, _BEND, _DROP, _CURL, _SIZE = range(8)
 """Of a sum at one place: f and f'; its falling terms; f' and f'' of its rising and of its falling terms; the size of all terms."""

@@ -61,7 +61,7 @@ class Course:
     branches: int = 1
     """Number of branches of the traced curve under a prescribed indentation."""
     jumps_in: bool = False
-    """Whether the contact is made by a jump that loses energy."""
+    """Whether the contact begins with a jump that dissipates energy."""
 
 
 def bounce(contact: Contact, mapped: Springs, mass: float, speed: float, rows: int) -> Course:

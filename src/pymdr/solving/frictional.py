@@ -488,7 +488,7 @@ def pressed_joint(
     normal_force: QuantityLike | None,
     indentation: QuantityLike | None,
 ) -> tuple[Springs, float, float, Certificate]:
-    """The line, depth in m, coefficient and certificate of a joint under a constant load; `meaningless` is what mu 0 has not."""
+    """The line, depth in m, coefficient and certificate of a joint under a constant load; `meaningless` names what is not defined for mu = 0."""
     if contact.friction is None:
         raise ProblemError(f"{prefix}: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
     mu = contact.friction.coefficient

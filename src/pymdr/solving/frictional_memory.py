@@ -69,12 +69,12 @@ from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walk
 from pymdr.units import FloatArray, newtons
 
 _SLACK = (0.0, 1e-3, 4e-3)
-"""By how much the springs of each level may carry less than all of them."""
+"""Accepted relative deficit of the friction that the springs of each level carry."""
 
 
 @dataclass(frozen=True)
 class _Sheared:
-    """Rows sideways; energies are sums from the start on."""
+    """Tangential rows; energies are cumulative."""
 
     shift: FloatArray
     tangential_force: FloatArray
@@ -95,9 +95,9 @@ class _Rows:
     normal: MemoryRows
     fine: _Sheared
     coarse: _Sheared
-    """Half as many springs in half as many steps."""
+    """Results with half as many springs and steps."""
     coarsest: _Sheared
-    """Half as many springs once more."""
+    """Results with a quarter of the springs."""
     forced: np.ndarray
     """Whether the tangential force is prescribed."""
 
@@ -107,7 +107,7 @@ class _State:
     normal: MemoryState
     sideways: TangentialState
     sums: tuple[float, ...]
-    """Those of `_SUMMED` so far."""
+    """Cumulative values of the quantities `_SUMMED`."""
 
 
 @dataclass(frozen=True)
@@ -301,7 +301,7 @@ def _surface(
 
 
 def _scaled_forces(rows: _Rows, friction: float, force: FloatArray) -> FloatArray:
-    """Tangential forces beside a normal force that may be without springs: all slips at mu F_N to rounding."""
+    """Tangential forces for a normal force that may be computed without springs; in full slip they are mu F_N to rounding."""
     springs, found = rows.normal.normal_force, rows.fine.tangential_force
     if math.isinf(friction):
         return found
@@ -310,7 +310,7 @@ def _scaled_forces(rows: _Rows, friction: float, force: FloatArray) -> FloatArra
 
 
 def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
-    """Prescribed shifts are known whatever the contact is."""
+    """The claim of shifts; prescribed ones are known for any contact."""
     if forced.all():
         return claim
     if not forced.any():
@@ -333,7 +333,7 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
 
 
 def _compared(sheared: _Sheared, dissipated: FloatArray, work: FloatArray) -> dict[str, FloatArray]:
-    """What levels are compared by, with the energies of the normal springs."""
+    """Quantities by which levels are compared, including the energies of the normal springs."""
     return {
         "shift": sheared.shift,
         "tangential_force": sheared.tangential_force,
@@ -350,7 +350,7 @@ def _kernel_errors(
     bodies: _Bodies, walked: Walked[_Rows], columns: Mapping[str, FloatArray], friction: float
 ) -> dict[str, FloatArray]:
     """
-    What the error of the kernel makes of rows, in parts of their own values, as `kernel_errors` of what is normal.
+    Relative errors of rows by the error of the kernel, as `kernel_errors` gives them for normal quantities.
 
     Springs slip where their moves would load them beyond mu times their pressure: in a row they are loaded by 2 mu F_N at most,
     however stiff a sudden move would find them.

@@ -1,4 +1,4 @@
-"""Loops of friction at constant load: what an engineer of joints reads off them."""
+"""Friction loops at constant load: dissipation, damping and stiffness."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from pymdr.units import (
 
 _NODES, _LEVELS, _SETTLED = 16, 60, 1e-14
 _ROUNDED = 4.0 * float(np.finfo(float).eps)
-"""Of d: to what d - g(x) is known."""
+"""Relative precision of d - g(x), over d."""
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +76,7 @@ class FrictionLoop(Study):
 
     @property
     def claim(self) -> Claim:
-        """How far the dissipation can be trusted."""
+        """The claim of the dissipation."""
         return self.claims["dissipated_per_cycle"]
 
     def by_coefficient(self) -> list[tuple[float | None, xr.Dataset]]:
@@ -349,7 +349,7 @@ def _shifted_study(
 
 
 _SMALL_SHARE = 1e-3
-"""Of mu F_N: forces below it have lost digits in the difference of two loads."""
+"""Fraction of mu F_N below which forces lose digits in the difference of two loads."""
 
 
 def _shifts_at(

@@ -1,4 +1,4 @@
-"""What every solution of a contact with memory needs: how it relaxes along a path, when, and what is assumed of it."""
+"""Common steps of solutions with memory: relaxation along a path, times, and assumptions."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ OWN_ERRORS = (
     "; the error of a value is its largest change up to that row with half as many springs and steps, relative to the value; "
     "that of a field is relative to the largest value of the field"
 )
-"""What errors are relative to, in words."""
+"""Text on the reference of relative errors."""
 _PARTS = 100.0
-"""Into how many parts of alike length a path is divided at least, where that tells the shortest time that matters."""
+"""Smallest number of equal parts of a path that determine the shortest relevant time."""
 _LATER = 4
-"""How many later rows tell of the error of one."""
+"""Number of later rows that contribute to the error of a row."""
 
 
 def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
-    """E*(t) of a contact, over the times of a path where a power of time asks for them; those that only its rows tell are given."""
+    """E*(t) of a contact; a power of time is represented over the times of the path, of which those known only from the rows are given."""
     return relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path, time))
 
 
@@ -57,7 +57,7 @@ def span_along(
 
 
 def depends_on_rows(contact: Contact, path: LoadingPath) -> bool:
-    """Whether only the rows of a solution tell the times that a power of time asks for."""
+    """Whether the times that a power of time needs are known only from the rows of a solution."""
     return bool(powers_of(contact)) and any(map(_led, *_neighbours(path)))
 
 
@@ -77,13 +77,13 @@ def _neighbours(path: LoadingPath) -> tuple[tuple[Planned | None, ...], tuple[Pl
 
 
 def _led(before: Planned | None, leg: Planned) -> bool:
-    """Whether a leg at a rate starts where only the history leads, so that only this tells how long it takes."""
+    """Whether the start of a leg at a rate, and therefore its duration, is known only from the history."""
     at_rate = isinstance(leg.leg, Ramp) and leg.leg.rate is not None
     return at_rate and before is not None and before.controls.normal != leg.controls.normal
 
 
 def _span(path: LoadingPath) -> tuple[float, float]:
-    """About the shortest step and the length of a path in s without what only its rows tell; legs without times are refused."""
+    """Approximate shortest step and length of a path in s, without times known only from the rows; legs without times are refused."""
     steps, now, here = [], 0.0, dict[str, float]()
     for before, leg in zip(*_neighbours(path), strict=True):
         if _led(before, leg):
@@ -119,7 +119,7 @@ def times_of(stretch: Stretch) -> FloatArray:
 
 
 def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
-    """Refuse an indentation in no time of a body that answers at once with an infinite force."""
+    """Refuse a sudden indentation of a body whose force would be infinite."""
     if stretch.controls.normal != "indentation" or not relaxation.instantly_rigid:
         return
     start, end = float(stretch.start[0]), float(stretch.normal[0])
@@ -131,7 +131,7 @@ def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
 
 
 def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assumption, ...]:
-    """What the model assumes, measured on the largest of some contact radii in m."""
+    """Assumptions of the model, measured on the largest of some contact radii in m."""
     a = float(np.max(radius, initial=0.0))
     if a == 0.0:
         return ()
@@ -141,7 +141,7 @@ def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assum
 
 
 def error_of(values: FloatArray, half: FloatArray) -> FloatArray:
-    """Relative errors of rows from half as many springs and steps; 1 where nothing is known of a number."""
+    """Relative errors of rows from half as many springs and steps; 1 where unknown."""
     values, half = np.nan_to_num(values), np.nan_to_num(half)
     so_far = np.maximum.accumulate(np.abs(values))
     largest = float(np.max(so_far, initial=0.0)) or 1.0
@@ -160,7 +160,7 @@ def error_of_levels(values: FloatArray, half: FloatArray, quarter: FloatArray) -
 
 def later_too(difference: FloatArray, size: FloatArray) -> FloatArray:
     """
-    Twice the most by which half as many springs and steps differ up to a row, or up to some rows later as parts of their size.
+    Twice the running maximum of the difference by half as many springs and steps, some later rows included.
 
     What is left to err is a third of the difference where it falls as the square of steps and springs, and all of it where a
     liquid follows forces faster than the steps are; in single rows the difference passes 0.
@@ -177,7 +177,7 @@ def travelled(
     time: FloatArray,
     values: FloatArray,
 ) -> FloatArray:
-    """What all changes of a value leave by a law, `relaxed` or `compliant`, as if each counted upward, times the error of the kernel."""
+    """Bound of the effect of the kernel's error: the response by a law, `relaxed` or `compliant`, to the summed magnitudes of all changes, times that error."""
     if relaxation.error == 0.0:
         return np.zeros(time.size)
     way = np.cumsum(np.abs(np.diff(values, prepend=0.0)))
@@ -185,7 +185,7 @@ def travelled(
 
 
 def own_share(errors: FloatArray, values: FloatArray) -> FloatArray:
-    """Relative errors of rows, at most 1; 0 for a value of 0, which has no part that is wrong."""
+    """Relative errors of rows, at most 1; 0 for a value of 0."""
     size = np.abs(values)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(size > 0.0, np.fmin(errors / size, 1.0), 0.0)

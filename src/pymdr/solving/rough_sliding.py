@@ -22,7 +22,7 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, sho
 
 _PREFIX = "rough_sliding_friction"
 _PER_WAVE = 64
-"""Places per shortest wave."""
+"""Points per shortest wave."""
 _STEEP = 0.3
 _MOST_WAVES = 4096
 """Largest number of waves of a line; every speed passes about ten times over 64 places per shortest wave."""

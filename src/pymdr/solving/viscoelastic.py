@@ -71,12 +71,12 @@ _COMPARED = ("force", "contact_radius", "stored", "dissipated", "indentation", "
 SPRINGS = 1000
 """Springs in the largest contact."""
 LEVELS = ((2, SPRINGS), (1, SPRINGS // 2), (1, SPRINGS // 4))
-"""Parts of a step and springs, from which rows and their errors are found."""
+"""Parts of a step and numbers of springs by which rows and their errors are computed."""
 _STRAIGHT = 1e-3
-"""How far an indentation that is not prescribed may be off a straight line on a part of a row, of the largest one, before the
-parts are divided once more in two and four."""
+"""Largest deviation of an indentation that is not prescribed from a straight line within a part of a row, over the
+largest indentation, before the parts are refined twice more."""
 _SHALLOW = 0.1
-"""Of the largest target: what stays below it first is divided by its own size."""
+"""Fraction of the largest target below which the first rows are divided by their own size."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,12 @@ class MemoryRows:
     moved: BoolArray
     """Whether the indentation is."""
     coarse: FloatArray
-    """What half as many springs give, in half as many steps between the rows where they are needed: a column for each of
-    `_COMPARED`."""
+    """Results with half as many springs and steps, where needed: one column for each of `_COMPARED`."""
     coarsest: FloatArray
-    """What half as many springs once more give."""
+    """Results with a quarter of the springs."""
 
     def of_fewer(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """What half and a quarter of the springs give of one quantity."""
+        """One quantity with half and with a quarter of the springs."""
         column = _COMPARED.index(name)
         return self.coarse[:, column], self.coarsest[:, column]
 
@@ -127,7 +126,7 @@ def _step(
     kept: np.ndarray | None,
     progress: LegProgress | None,
 ) -> tuple[MemoryRows, Sequence[MemoryState], Channels]:
-    """Step 2: springs with memory, and fewer of them, from which their error follows."""
+    """Step 2: springs with memory, and fewer springs for the error."""
     refuse_untimed(stretch, relaxation)
     state = untouched_states(task, line, relaxation, stretch) if state is None else state
     # as with friction, which changes nothing here
@@ -142,7 +141,7 @@ def _step(
 
 
 def refuse_untimed(stretch: Stretch, relaxation: Relaxation) -> None:
-    """Refuse a leg without times, forces that pull, and moves that would need an infinite one."""
+    """Refuse legs without times, tensile forces, and moves that would need an infinite force."""
     times_of(stretch)
     refuse_sudden(stretch, relaxation)
     if stretch.by_force:
@@ -156,7 +155,7 @@ def rows_met(
     stretch: Stretch,
     levels: Sequence[MemoryHistory],
 ) -> tuple[MemoryRows, Channels]:
-    """Rows of a leg, with what fewer springs give, and where it ends."""
+    """Rows of a leg with those by fewer springs, and the end of the leg."""
     fine, *others = levels
     deepest = states_at_depth(line, np.array([float(np.max(fine.indentation))]))
     refuse_unreachable(line, task.contact.profile, deepest)
@@ -306,7 +305,9 @@ def interpreted(
         name: error + np.where(given.get(name, False), 0.0, kernel[name]) for name, error in errors.items()
     }
     if relaxation.error > 0.0:
-        notes.append(f"the rheology is a Prony series whose kernel has an error of at most {relaxation.error:.1g}")
+        notes.append(
+            f"the rheology is a Prony series whose kernel has an error of at most {relaxation.error:.1g}"
+        )
     alike = states_at_depth(line, depth)
     elastic = normal_force(line, alike)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -366,7 +367,7 @@ def interpreted(
 
 
 def _where(claim: Claim, known: BoolArray) -> Claim:
-    """The claim of a number that not all rows have."""
+    """The claim of a number that is not known in all rows."""
     where = claim.where & known
     if where.all():
         return claim
@@ -377,7 +378,7 @@ def _where(claim: Claim, known: BoolArray) -> Claim:
 
 
 def status_of(claims: Mapping[str, Claim]) -> Status:
-    """How it ended: where there is a disk."""
+    """The status: whether the contact is a disk in all rows."""
     valid = claims["contact_radius"].where
     return Status.COMPLETED if valid.all() else Status.PARTLY_REFUSED if valid.any() else Status.REFUSED
 
@@ -403,7 +404,7 @@ def kernel_errors(
     line: ElasticLine, relaxation: Relaxation, rows: MemoryRows, time: FloatArray
 ) -> dict[str, FloatArray]:
     """
-    What the error of the kernel makes of rows, in parts of their own values.
+    Relative errors of rows by the error of the kernel.
 
     A kernel that errs by a part of itself moves a force by no more than that part of int E*(t - s) |dF0(d(s))|, which a force that
     is left after a retreat is small beside; a depth by the same of int J(t - s) |d(F/k)|; energies by what such forces do.
@@ -457,7 +458,7 @@ def _grown(line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
 def surface_with_memory(
     contact: Contact, relaxation: Relaxation, time: FloatArray, depth: FloatArray, radius: FloatArray
 ) -> MemorySurface:
-    """What fields of a contact with memory are computed from."""
+    """The surface from which fields of a contact with memory are computed."""
     equivalent = equivalent_profile(contact.profile)
     gap = gap_function(contact.profile, equivalent)
     return MemorySurface(equivalent, relaxation, gap, time, depth, radius, SPRINGS)

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 _ROWS, _DECADES = 31, 5.0
 _FOOT = 0.01
-"""Of the largest depth: below it the edge of a worn ring is left to the curve through the others."""
+"""Fraction of the largest depth below which the edge of a worn ring is extrapolated from deeper points."""
 _COUNTED = 100.0
 """Cycles above which the rows are at whole numbers of them."""
 LAWS = ("archard", "energy")

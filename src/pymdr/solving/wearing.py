@@ -1,4 +1,4 @@
-"""A contact that wears in its own units, and what its states are in those of users."""
+"""Wear in dimensionless form, and its states in SI units."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pymdr.units import FloatArray, metres
 
 _CELLS, _TOLERANCE = 160, 1e-4
 _FULL, _WIDER, _TRIES = 0.97, 1.6, 8
-"""Part of the mesh that the contact may fill, and how often the mesh is made wider by what factor."""
+"""Fraction of the mesh that the contact may fill, factor of an extension of the mesh, and number of extensions."""
 _ROOM = 1.3
 _FAINT = 1e-9
 """Pressure over E* d/a below which the bodies only touch."""

@@ -38,15 +38,15 @@ _CRITERIA = {"von Mises": "von_mises", "Tresca": "tresca"}
 _STEP, _TRIES = 4.0, 20
 """Factor from one indentation to the next in the search for one below and one above first yield, and how many are tried."""
 _SLIGHT = 1e-6
-"""Of the expected indentation: where the stress has no bound, it has none under any load."""
+"""Fraction of the expected indentation at which an unbounded stress is detected: it is unbounded under any load."""
 _HALVINGS = 60
-"""How often a radius is halved until the contact is under a moderate stress."""
+"""Largest number of halvings of a radius in the search for a moderate stress."""
 _NOTHING = 1e-9
-"""Stress over the strength, at a typical load, up to which there is none."""
+"""Ratio of stress to strength at a typical load below which the stress counts as 0."""
 _CLOSE = 1e-9
-"""Of the logarithm of the indentation: how closely it is found."""
+"""Tolerance of the logarithm of the indentation."""
 _MET = 1e-6
-"""Relative difference of stress and strength beyond which the stress has jumped over the strength."""
+"""Relative difference of stress and strength above which the stress has jumped over the strength."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -336,7 +336,9 @@ def _study(
     stress = result.claims["stress"]
     stress.require("first yield")
     if not stress.where.all():
-        raise NotValidError("first yield is not valid here: the contact is not a disk at the load of first yield")
+        raise NotValidError(
+            "first yield is not valid here: the contact is not a disk at the load of first yield"
+        )
     columns = {
         name: result[name].values[np.argsort(order)]
         for name in ("normal_force", "indentation", "contact_radius", "peak_pressure")

@@ -1,1 +1,1 @@
-"""Where people meet pymdr: case files and the command line."""
+"""User interfaces: case files, readers of measured data and the command line."""

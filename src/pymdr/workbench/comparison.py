@@ -22,12 +22,12 @@ class Comparison(Study):
     """Quantities by the method and by another solution, over ``step``."""
 
     data: xr.Dataset
-    """Each quantity by the method (``_mdr``) and by the other, as far as there are such."""
+    """Each quantity by the method (``_mdr``) and by the other solution, if both have it."""
 
     compared: ClassVar[tuple[str, ...]]
     """The quantities."""
     others: ClassVar[Mapping[str, str]]
-    """Endings of the columns beside those of the method, and their heads."""
+    """Suffixes of the columns of the other solution, and their headings."""
 
     @property
     def largest_difference(self) -> float:

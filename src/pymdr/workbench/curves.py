@@ -133,7 +133,7 @@ def read_prepared_curves(
     keep_signs: bool | None = None,
 ) -> tuple[MeasuredCurve, ...]:
     r"""
-    Read the force curves of a file ready for a fit: with the signs of pymdr, bad samples marked, and a straight baseline taken off.
+    Read the force curves of a file, ready for a fit: signs of pymdr, bad samples marked, baseline subtracted.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def read_prepared_curves(
 
 
 def _is_turned(curve: MeasuredCurve) -> bool:
-    """Whether the force of a curve was turned."""
+    """Whether the sign of the force of a curve was changed."""
     return any(step.name == "signs" and step.numbers.get("force") == -1.0 for step in curve.steps)
 
 
@@ -385,7 +385,7 @@ def stack_curves(
 
 
 def _on_pixels(data: xr.Dataset, curves: Sequence[MeasuredCurve]) -> xr.Dataset:
-    """What is over curves, over the pixels that they have; the same of a single one, and where one has none."""
+    """Variables over curves, rearranged over the pixels of the curves; pixels without a curve are missing."""
     import xarray as xr
 
     if len(curves) < 2 or any(f"grid index {axis}" not in one.metadata for one in curves for axis in "xy"):

@@ -1,4 +1,4 @@
-"""The door for files that people name: regular, of bounded size, text; and words that are safe to print."""
+"""Safe reading of user files (regular, of limited size, text), and text that is safe to print."""
 
 from __future__ import annotations
 

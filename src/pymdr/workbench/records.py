@@ -202,7 +202,7 @@ def _finite(data: xr.Dataset, name: str, unit: str) -> FloatArray:
 def _add_slip(
     cycles: xr.Dataset, result: Result, first: FloatArray, middle: FloatArray, last: FloatArray
 ) -> dict[str, Claim]:
-    """Add where a contact sticks and slips in its cycles, as far as that is valid; return the claims."""
+    """Add the stick and slip radii of the cycles, as far as they are valid; return the claims."""
     claims: dict[str, Claim] = {}
     spans = [slice(begin, end + 1) for begin, end in zip(first.tolist(), last.tolist(), strict=True)]
     for name, extreme in (("stick_radius", np.nanmin), ("contact_radius", np.nanmax)):
@@ -245,7 +245,7 @@ def _pair(data: xr.Dataset) -> tuple[str, str]:
 
 
 def _in_si(data: xr.Dataset, name: str, unit: str) -> FloatArray:
-    """A column in SI units, from those that it names in its attributes."""
+    """A column in SI units, converted from the unit in its attributes."""
     if data[name].dtype.kind not in "fiu":
         raise ProblemError(f"measured_loops: {name} is of {data[name].dtype}; it must be of real numbers")
     named = data[name].attrs.get("units", unit)

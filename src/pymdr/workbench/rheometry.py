@@ -49,7 +49,7 @@ class PronyFit(Study):
 
     @property
     def misfit(self) -> float:
-        """Root mean square of what the series lies off the moduli, relative to them, as the fit counts it."""
+        """Root mean square relative misfit of the series, as the fit counts it."""
         found = list(self._moduli(self._rows.inverse).values())[1:]
         return self._rows.misfit(np.concatenate(found))
 
@@ -162,7 +162,7 @@ def fit_prony(
 
 
 def _stiffer(name: str, poisson: QuantityLike | None) -> float:
-    """How many times a modulus is that in shear."""
+    """Ratio of a modulus to the shear modulus."""
     if name not in _YOUNG:
         return 1.0
     if poisson is None:

@@ -1,4 +1,4 @@
-"""The segments of a record, found from the change of its position: approach, hold, retreat."""
+"""Segments of a record (approach, hold, retreat), detected from the change of its position."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from pymdr.units import FloatArray
 
 _BLOCKS = 100
 _SLOW = 0.1
-"""Of the speed of the record: what is slower is a hold."""
+"""Speed, relative to that of the record, below which a segment is a hold."""
 _SHARE = 0.25
-"""Part of the distance that is moved at no more than the speed of the record: an approach may be slow, and the retreat fast."""
+"""Fraction of the distance that is moved at the speed of the record or more slowly; approach and retreat may differ
+in speed."""
 _LEAST = 8
 
 
@@ -111,7 +112,7 @@ def _turns(position: FloatArray, clock: FloatArray) -> list[int]:
 
 
 def _kink(x: FloatArray, y: FloatArray) -> int:
-    """Where two lines that meet leave the least squares."""
+    """The place at which two lines that meet there have the smallest sum of squares."""
     best, least = x.size // 2, np.inf
     for k in range(2, x.size - 2):
         columns = np.stack([np.ones_like(x), x - x[k], np.clip(x - x[k], 0.0, None)], axis=1)

@@ -1,4 +1,4 @@
-"""Bodies that are not of revolution held against boundary elements, side by side."""
+"""Comparison of bodies that are not of revolution with boundary elements."""
 
 from __future__ import annotations
 
@@ -37,22 +37,22 @@ COMPARED = (
     "semi_axis_y",
 )
 _OF_ENGINE = {"force_lower_bound": "normal_force", "force_estimate": "normal_force"}
-"""What of boundary elements a quantity is held against, unless it has the same name."""
+"""The boundary-element quantity compared with each quantity, where their names differ."""
 _FEWEST, _MOST = 33, 1025
 _SPARE = 3
-"""Pixels at every side between the border and where the contact may be."""
+"""Pixels on every side between the border and the possible contact."""
 _RAYS, _RADII = 256, 400
 _NEAREST, _FARTHEST = 1.0 / 64.0, 4096.0
-"""Of the disk of the lower bound, where the level of the plane is looked for."""
+"""Radius of the search for the level of the plane, over that of the disk of the lower bound."""
 _LARGER, _TRIES = 1.5, 5
 _BLOCKS = 32
-"""Blocks of pixels along a side, whose forces sink the surface beside the grid."""
+"""Blocks of pixels along a side; their forces displace the surface outside the grid."""
 _SLACK = 1e-4
-"""Of the depth, that a place beside the grid may enter the surface."""
+"""Penetration outside the grid that is accepted, over the depth."""
 _MARGIN, _FINER = 1.1, 4
-"""By how much a grid goes beyond a place that enters the surface, and how many times the pixels it then may have."""
+"""Margin of a grid around a place that penetrates the surface, and the largest growth of its number of pixels."""
 _DEEP = 8.0
-"""Indentations below the apex where a body stands that is not known there."""
+"""Depth, in indentations below the apex, of a body where it is unknown."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PARTS = (8, 16)
-"""Parts into which the grid divides a row in which the depth changes, for an extrapolation to none."""
+"""Parts into which the grid divides a row with a changing depth; results are extrapolated to rows without length."""
 _FINE = 24
 """Points that draw the method's curve over a row."""
 

@@ -25,7 +25,7 @@ _WITH_UNIT = re.compile(r"[\[(]\s*[^\s\[\]()]+\s*[\])]")
 
 
 _UNEVEN = 1e-3
-"""Of a step, by which the steps of a grid may differ."""
+"""Largest difference of the steps of a grid, relative to a step."""
 
 
 HOW = "give size= and unit=, or in a text write '# Width: 10 um', '# Height: 10 um' and '# Value units: nm' above the rows"

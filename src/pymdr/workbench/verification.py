@@ -1,4 +1,4 @@
-"""The method held against boundary elements, on rings or in three dimensions, side by side."""
+"""Comparison of the method with boundary elements, on rings or in three dimensions."""
 
 from __future__ import annotations
 
@@ -211,7 +211,7 @@ def _verify_history(
     steps: int,
     progress: Callable[[int, int], None] | None,
 ) -> Verification:
-    """Both follow all rows, for the state of a viscoelastic body depends on its history; of some of those in contact all is compared."""
+    """Compare both histories in all rows, and all quantities in some of the rows in contact."""
     mdr = solve(contact, path)
     ring = solve(contact, path, solver=solver, progress=progress)
     touching = np.flatnonzero(ring.data["normal_force"].values > 0.0)
@@ -246,7 +246,7 @@ def _ring_state(ring: Result) -> _RingState:
 
 
 def _spread(size: int, steps: int) -> np.ndarray:
-    """That many of some places, with the first and the last."""
+    """A given number of some places, including the first and the last."""
     at = np.linspace(0, size - 1, min(steps, size)) if steps > 1 else np.array([size - 1])
     return np.unique(at.round().astype(int))
 
@@ -289,7 +289,7 @@ def _table(
 
 
 def _column(result: Result, name: str) -> FloatArray:
-    """Nan where a result has none."""
+    """A quantity of a result, NaN if the result does not have it."""
     none = np.full(result.data.sizes["step"], math.nan)
     return result.data[name].values if name in result.data else none
 
@@ -314,7 +314,7 @@ def _pressure_difference(mdr: Result, ring: _RingState, step: int) -> float:
 
 
 def _pressures(mdr: Result, ring: _RingState, rows: np.ndarray) -> xr.Dataset:
-    """At the last of some rows at which the method has one."""
+    """Pressures at the last of some rows in which the method gives one."""
     import xarray as xr
 
     valid = rows[mdr.claims["pressure"].where[rows]]

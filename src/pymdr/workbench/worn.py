@@ -11,7 +11,7 @@ from pymdr.solving.wear import Wear
 from pymdr.units import FloatArray
 
 _INNER = 64
-"""Samples within the ring that wears."""
+"""Number of samples in the worn ring."""
 
 
 def write_worn_profile(study: Wear, file: str | os.PathLike[str], row: int = -1) -> None:

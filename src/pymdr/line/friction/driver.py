@@ -20,7 +20,7 @@ from pymdr.units import FloatArray
 
 
 class Control(Enum):
-    """What the rows of a run hold."""
+    """Channels that the rows of a run prescribe."""
 
     SHIFT = 0
     """(d, u_x)"""
@@ -107,7 +107,7 @@ def follow(
     keep: int | ArrayLike | None,
     checkpoints: Iterable[int],
 ) -> FrictionHistory:
-    """Follow rows of what `control` says; see :mod:`pymdr.line.friction.histories`."""
+    """Follow rows of the channels of `control`; see :mod:`pymdr.line.friction.histories`."""
     ratio = curves.modulus / tangential_modulus
     state = virgin_state(friction, ratio) if start is None else start
     if (state.friction, state.modulus_ratio) != (friction, ratio):
@@ -278,7 +278,7 @@ class _Stack(_Run):
 
 
 class _Frictionless(_Run):
-    """A run at mu = 0: nothing is carried, the contact slides as far as the body moves."""
+    """A run without friction (mu = 0): no tangential force, and the whole contact slides with the body."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)

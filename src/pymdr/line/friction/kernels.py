@@ -209,7 +209,7 @@ def detachment_work(
 
 @fused.inlined
 def lag_behind(point: Point, step: Step) -> float:
-    """By how much the anchor at a point is behind the shift at which its spring parts."""
+    """Lag of the anchor at a point behind the shift at which its spring separates."""
     return step.b + step.d_shift / step.d_depth * (point.y - step.y) - point.b
 
 

@@ -187,7 +187,7 @@ def stuck_shift_for(anchors: Anchors, m: int, depth: float, pull: float) -> floa
 @fused.compiled
 def released_by_force(anchors: Anchors, m: int, depth: float, force: float, pull: float) -> float:
     """
-    What springs hold when they part while (F_N, S) goes straight down to (`force`, `pull`) at `depth`.
+    Energy released by springs that separate while (F_N, S) goes straight down to (`force`, `pull`) at `depth`.
 
     E* int lag^2 da with lag = (S - S(y)) / (2 E* a), where S and the force S(y) of the curve below y are linear in
     F_N over a segment: 1/2 lag_u lag_l dk + dq (mean lag over F_N - mean of its ends), k = 2 E* a, q = k lag.

@@ -32,7 +32,7 @@ _BEYOND = 1.0 + 1e-14  # of the largest depth
 
 
 class Scales(NamedTuple):
-    """What turns normalised forces, energies and shifts into SI."""
+    """Factors from normalised forces, energies and shifts to SI units."""
 
     force: float
     energy: float

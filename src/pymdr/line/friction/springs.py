@@ -13,7 +13,7 @@ from pymdr.units import FloatArray
 
 
 class SpringHistory(NamedTuple):
-    """What the springs did, one entry per row."""
+    """Results of the springs, one entry per row."""
 
     tangential_force: FloatArray
     """F_x in N."""

@@ -1,4 +1,4 @@
-"""What a run of the memory stack leaves behind: rows, and the state from which it goes on."""
+"""Results of a run of the memory stack: its rows, and the state from which it can be continued."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def frozen(values: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class FrictionHistory:
-    """What was followed, one entry per kept row, NaN from the row on where the run stopped."""
+    """The followed rows, one entry per kept row, NaN from the row on where the run stopped."""
 
     kept: IntArray | None
     """Indices of the kept rows, None if all were kept."""
@@ -100,7 +100,7 @@ class FrictionHistory:
     state: FrictionState
     """State after the last row that was followed."""
     checkpoints: dict[int, FrictionState]
-    """States after the rows asked for."""
+    """States after the requested rows."""
     ending: Ending
     """How the run ended."""
     stopped: int

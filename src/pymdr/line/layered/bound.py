@@ -32,13 +32,13 @@ _STEP = math.sqrt(2.0)
 _NARROW = 0.1
 """The smallest trial radius in thicknesses, below which layers are half-spaces of the top one."""
 _OWN = 16
-"""Most radii of contacts that are tried themselves."""
+"""Largest number of contact radii that are tried without interpolation."""
 _INSIDE = np.unique(np.concatenate([np.linspace(0.0, 1.0, 65)[:-1], 1.0 - 0.5 ** np.arange(0.0, 16.0, 0.5)]))
-"""Radii at which a trial pressure is read, in parts of its own."""
+"""Radii at which a trial pressure is evaluated, over its radius."""
 _OUTSIDE = 0.5 ** np.arange(-2.0, 14.0, 0.5)
-"""Distances outside at which its displacement is read, in parts of the radius and of the thickness."""
+"""Distances outside at which its displacement is evaluated, over the radius and over the thickness."""
 _ROUNDS, _FINER = 3, 17
-"""How often an extremum is looked for between the neighbours of the best radius, and at how many."""
+"""Refinements of an extremum between the neighbours of the best radius, and points of each."""
 
 
 @dataclass(frozen=True)

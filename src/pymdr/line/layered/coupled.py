@@ -1,4 +1,4 @@
-"""What layers add to the line load of a contact, as a function on the line: the profile of half-spaces pressed alike."""
+"""The effect of layers on the line load of a contact as an equivalent profile: half-spaces under it carry the same load."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ class Coupled(EquivalentProfile):
         return self.bare.displacement_integral(r, a) - part
 
     def sunk(self, r: FloatArray) -> FloatArray:
-        """How much deeper in m than that of the half-spaces the surface of the layers lies, -(2/pi) int_0^r c / sqrt(r^2 - x^2) dx."""
+        """Additional displacement in m of the surface of the layers relative to half-spaces, -(2/pi) int_0^r c / sqrt(r^2 - x^2) dx."""
         top = float(np.max(r, initial=0.0))
         added = self._series_up_to(top)
         whole = np.full(r.shape, 0.5 * math.pi)

@@ -117,7 +117,7 @@ def gauss(n: int) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=32)
 def _projector(n: int) -> FloatArray:
-    """From moments with Legendre's polynomials to what a polynomial through the nodes is worth at each, shape (n, n)."""
+    """Matrix from moments with Legendre polynomials to values of a polynomial at the nodes, shape (n, n)."""
     nodes, _ = gauss(n)
     return np.asarray(legendre.legvander(nodes, n - 1) * (np.arange(n) + 0.5))
 
@@ -287,7 +287,7 @@ def _solved(kernel: Kernel, outline: Outline, order: int) -> Solved:
 
 def numbers(solved: Solved, outline: Outline) -> FloatArray:
     """
-    What a table of contacts holds: k / (2 E* a), q_A(a), and d0, F0 and U0 as parts of a half-space's.
+    Values for a table of contacts: k / (2 E* a), q_A(a), and d0, F0 and U0 relative to a half-space.
 
     Returns
     -------

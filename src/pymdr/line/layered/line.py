@@ -63,7 +63,7 @@ class LayeredLine(Profiled):
 
     @property
     def thickness(self) -> float:
-        """That of the top layer in m."""
+        """Thickness of the top layer in m."""
         return self.table.thickness
 
     def _read(self, a: Position, column: int, slopes: bool = False) -> FloatArray:

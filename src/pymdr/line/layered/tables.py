@@ -37,22 +37,22 @@ from pymdr.units import FloatArray, metres
 
 STIFFNESS, EDGE, DEPTH, FORCE, ENERGY = range(5)
 _TESTS = np.array([0.005, 0.13, 0.47, 0.81, 0.995])
-"""Where on a panel its series is held against the equation."""
+"""Positions on a panel at which its series is compared with the equation."""
 _RESOLVED = 1e-11
 """Residual at which a panel is not divided further."""
 _HALVINGS = 6
 _WORST = 1e-3
-"""Error above which a panel is no result."""
+"""Largest accepted error of a panel."""
 _NEGLIGIBLE = 1e-14
-"""What may be left out of small contacts."""
+"""Relative size of the terms that are neglected in small contacts."""
 _WIDE = 8.0
 """Ratio of the ends of panels far below the thickness, where the series are all but straight."""
 _SHORT = 1e-12
-"""How far contacts stay below a limit, in parts of it, so that rounding takes none beyond."""
+"""Relative distance of contacts below a limit, so that rounding does not exceed it."""
 _BEFORE = 1e-6
-"""Distance of the last bound before a fall of g, in parts of its radius."""
+"""Distance of the last bound before a decrease of g, over its radius."""
 _BEHIND = 0.25
-"""Length of the panel behind a corner, in parts of its radius."""
+"""Length of the panel behind a corner, over its radius."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Table:
         self.small = self.thickness * (_NEGLIGIBLE / bent) ** (1.0 / 3.0)
         """Radius in m below which the kernel is M(0) everywhere."""
         self.slender = 2.0 / math.pi * self.kernel.at_zero / self.thickness
-        """What a punch of radius a is stiffer by, there, per a, in 1/m."""
+        """Relative increase of the stiffness of a punch of radius a there, divided by a, in 1/m."""
         self._sort()
 
     # -- reading ------------------------------------------------------------------------------------
@@ -179,7 +179,7 @@ class Table:
 
     @cached_property
     def _is_endless(self) -> bool:
-        """Whether g has no bound toward the end of the profile."""
+        """Whether g is unbounded toward the end of the profile."""
         end = min(self.equivalent.edge, self.equivalent.max_radius)
         return math.isfinite(end) and not math.isfinite(float(self.equivalent.g(np.array([end]))[0]))
 

@@ -14,7 +14,7 @@ from pymdr.problem.profiles import Shape
 from pymdr.units import FloatArray
 
 BELOW = 1e-3
-"""Of the force of a disk, that an estimate may lie below it."""
+"""Accepted difference of an estimate below the force of a disk, relative to that force."""
 
 
 @dataclass(frozen=True)
@@ -28,13 +28,13 @@ class ShapeStates:
     energy: FloatArray
     """In m^3."""
     estimate: FloatArray
-    """Of the functional of Shield, Barber and Fabrikant, in m^2."""
+    """Value of the functional of Shield, Barber and Fabrikant, in m^2."""
     error: FloatArray
-    """Relative error of the estimate, of its model as of its numbers; nan where it is not known."""
+    """Relative error of the estimate (model and numerics); NaN where unknown."""
     longest: FloatArray
     """Largest distance of the edge from the apex in m, as far as it is known."""
     clipped: FloatArray
-    """Share of the directions in which the estimate has no outline of its own."""
+    """Fraction of the directions in which the outline of the estimate is cut off."""
 
     def above(self, bound: FloatArray) -> ShapeStates:
         """Those whose force is not below a bound, F / E* in m^2: an estimate that is below it is none."""

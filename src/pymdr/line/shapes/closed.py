@@ -17,11 +17,11 @@ from pymdr.units import FloatArray
 PYRAMID_FORCES = {3: 0.882409, 4: 0.737678, 5: 0.69334, 6: 0.6733, 7: 0.66239, 8: 0.655767}
 """C of F = C E* d^2 / slope by boundary elements on 256 x 256 points."""
 PYRAMID_ERROR = 3e-4
-"""Relative error of these."""
+"""Relative error of these forces."""
 MANY_SIDES_ERROR = 0.0025
 """Relative error of the estimate of a pyramid of 8 sides, which falls with their number."""
 LONGEST_RATIO = 10.0
-"""Ratio of the radii of curvature up to which the estimate was held against Hertz."""
+"""Ratio of the radii of curvature up to which the estimate was compared with Hertz."""
 
 
 @dataclass(frozen=True)

@@ -21,23 +21,24 @@ BoolArray = NDArray[np.bool_]
 LONGEST_OUTLINE = 5.0
 """Longest over shortest radius of the outline of the estimate at that ratio."""
 _ROWS = 16
-"""Solved at once."""
+"""Number of depths that are solved at once."""
 _AROUND = 16.0
 """Radii of a table from the disk of the bound inwards, and half as far outwards."""
 _FEWEST_RAYS, _MOST_RAYS = 64, 256
 _SAME_FORCE = 1e-5
 _CLEAR = 1.3
-"""Of the outline, from where on the surface must be free."""
+"""Distance over the radius of the outline from which on the surface must be free."""
 _FAR, _FAR_RAYS, _FAR_RADII = 64.0, 512, 400
-"""Where other summits are looked for: how many times as far as the outline, and at how many places."""
+"""Search for other summits: distance over the radius of the outline, and number of places."""
 _PER_DISTORTION, _PER_ELONGATION = 0.75, 0.2
-"""Relative error of the estimate over what is in its outline beside an ellipse, and over the fourth power of its elongation."""
+"""Relative error of the estimate per deviation of its outline from an ellipse, and per fourth power of its
+elongation."""
 _MOST_DISTORTED = 0.3
 """Distortion of an outline up to which the estimate was measured."""
 _FALLS_BY = 1e-3
-"""Of the mean of a section's image up to a radius, what the image may fall by per unit of ln a and still rise."""
+"""Largest decrease of the mean image of a section per unit of ln a that counts as rising, relative to the mean."""
 _WITHIN = 1e-9
-"""Of a bracket of less than a unit of ln a, of whose error the force has the square."""
+"""Tolerance of a bracket of less than one unit of ln a; the error of the force is its square."""
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
 _SAMPLES = 24
-"""Places in a segment at which slip is looked for."""
+"""Number of positions in a segment at which slip is searched."""
 _ROUNDING = 1e-12
 _CHECKED = np.array([0.005, 0.02, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.98, 0.995])
-"""Places in a segment at which the traction is compared with friction."""
+"""Positions in a segment at which the traction is compared with friction."""
 
 
 @dataclass(frozen=True)

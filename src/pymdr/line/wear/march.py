@@ -23,13 +23,13 @@ _STAGE = 1.0 - math.sqrt(0.5)
 _ITERATIONS, _SETTLED = 60, 1e-11
 _SHRINK, _GROW, _SAFE = 0.2, 4.0, 0.8
 _SHORTEST = 1e-12
-"""Of all cycles: the block below which the solution has failed."""
+"""Fraction of all cycles below which a block counts as failure."""
 _SLIVER = 0.3
-"""Part of its cell below which what is left beyond the stick radius joins the next cell."""
+"""Fraction of a cell below which its remainder beyond the stick radius joins the next cell."""
 _MOVES = 0.1
-"""Error of the stick radius in a block, over it, that counts like one of the volume, times the latter."""
+"""Weight of the relative error of the stick radius in a block against that of the volume."""
 _WEIGHED = 8.0
-"""Of the wear in a block: how much of it a ring may be off in a guess and still count as in contact."""
+"""Largest error of the guess for a ring that still counts as in contact, over the wear in a block."""
 _MOST_BLOCKS = 4000
 
 

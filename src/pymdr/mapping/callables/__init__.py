@@ -1,4 +1,4 @@
-"""What has to be found out about a callable before it is mapped: its rounding, slope, tip and kinks."""
+"""Properties of a callable that its map needs: rounding, slope, tip and kinks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A curve on both sides of one kink, as two branches that part there: where that is, by least squares."""
+"""A curve on both sides of one kink as two branches; the kink is located by least squares."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ SIDE_DEGREE, _PARTED_DEGREE = 10, 6
 _NEAR = 0.7 ** np.arange(2.0, 62.0)
 _NEAR_POINTS, _HALVINGS = 96, 8
 _SLIGHT = 1e-2
-"""Amplitude at a kink, in parts of the largest one past it, below which the kink may be of a higher order."""
+"""Amplitude at a kink, over the largest one past it, below which the kink may be of higher order."""
 _LIKE_A_KINK = 0.02
-"""By how much a fitted order may differ from 1 at a kink."""
+"""Largest difference of a fitted order from 1 at a kink."""
 
 
 class _Fitted(NamedTuple):
-    """What least squares made of a model."""
+    """Result of the least squares of a model."""
 
     b: float
     order: float
@@ -41,11 +41,11 @@ class Model:
     values: FloatArray
     tolerance: float
     ends: tuple[float, float]
-    """Of the stretch that holds b."""
+    """Interval that contains b."""
     start: float
     order: float
     free: bool
-    """Whether the order is sought too."""
+    """Whether the order is fitted too."""
     mirrored: bool
 
     def solved(self) -> tuple[float, float, bool] | None:
@@ -140,7 +140,7 @@ class Model:
         return bool(np.all(np.abs(self.curve(near) - met) <= self.tolerance + place))
 
     def _beyond(self, r: FloatArray, b: float) -> FloatArray:
-        """How far radii lie past the kink, in half lengths of the whole."""
+        """Distances of radii past the kink, in half lengths of the interval."""
         past = b - r if self.mirrored else r - b
         return np.asarray(np.maximum(past / (0.5 * (self.r[-1] - self.r[0])), 0.0))
 

@@ -1,4 +1,4 @@
-"""What a callable gives away about itself: its rounding, its slope, and radii at which nothing hides."""
+"""Measured properties of a callable: its rounding, its slope, and radii for the search for features."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Curve: TypeAlias = Callable[[FloatArray], FloatArray]
 EPS = float(np.finfo(float).eps)
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 _STRETCHES = (2e-2, 1e-3, 5e-5, 2e-6)
-"""Relative lengths over which a callable is taken as smooth: the shortest are that to any profile."""
+"""Relative lengths over which a callable counts as smooth; over the shortest ones every profile does."""
 _SCATTERED, _DEGREE = 28, 6
 _LEAST_OF_FOUR = 1.18
-"""A standard deviation over the mean of the least of four estimates of it."""
+"""Ratio of a standard deviation to the mean of the smallest of four estimates of it."""
 _ALONE = 8192
 """Entries of a matrix up to which OpenBLAS, which numpy brings, takes one thread for it and a vector."""
 _SPARE = 4
@@ -266,7 +266,7 @@ def slope_panel(f: Curve, low: float, high: float, n: int = 16) -> tuple[FloatAr
 
 
 def _reddening(left: FloatArray) -> float:
-    """By how much neighbouring rounding errors that agree weaken the average over them."""
+    """Factor by which correlated rounding errors of neighbours weaken the average over them."""
     power = float(left @ left)
     if power == 0.0:
         return 1.0

@@ -1,4 +1,4 @@
-"""Steps of f where nobody looks for them: on the axis, and at breakpoints, on whose sides f is taken by itself."""
+"""Steps of f on the axis and at breakpoints, where f is sampled on each side separately."""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ from pymdr.mapping.callables.noise import Curve, rounding
 from pymdr.units import FloatArray, metres
 
 _TO_AXIS, _TO_BREAKPOINT = 2.0 ** -np.arange(0.0, 61.0), 2.0 ** -np.arange(3.0, 48.0)
-"""Distances in which a step is looked for, in parts of the radius."""
+"""Distances at which a step is searched, over the radius."""
 _LEVEL, _LAST = 1e-3, 8
-"""Change of a step over the last distances, in parts of it: a power of the distance of more than 0.0002 changes by more."""
+"""Relative change of a step over the last distances that is accepted: a power of the distance above 0.0002 changes by
+more."""
 _ROUNDINGS = 64.0
 _MEANT = 1e-6
 """Step at a breakpoint, in parts of the profile, up to which it is a constant of few digits: its error, and no edge."""
 _APEX = 1e-9
 """The same on the axis, where it is only an offset."""
 _AFTER = 1.03
-"""Radius, in parts of the breakpoint, at which the rounding beyond it is measured without crossing it."""
+"""Radius, over the breakpoint, at which the rounding beyond it is measured without crossing it."""
 
 
 def step_refused(radius: float, step: float) -> ProblemError:
-    """That f jumps by `step` at a radius, both in m."""
+    """The error for a jump of f by `step` at a radius, both in m."""
     return ProblemError(
         f"the profile jumps by {metres(step)} at r = {metres(radius)}: a step is not a disk contact; use FlatPunch for a "
         f"sharp edge there, Function(...) + FlatPunch({radius:.6g}), or take the step out of f"
@@ -34,7 +35,7 @@ def step_refused(radius: float, step: float) -> ProblemError:
 
 class Steps:
     """
-    Steps of f on the axis and at breakpoints, each looked for once, when a contact comes there.
+    Steps of f on the axis and at breakpoints, each checked once, when a contact reaches it.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ class Steps:
 
     def refuse(self, top: float, breakpoints: Sequence[float]) -> None:
         """
-        Look at the axis and at those of some rising breakpoints in m that lie below `top` in m.
+        Check the axis and those of some rising breakpoints in m that lie below `top` in m.
 
         Raises
         ------
@@ -91,7 +92,7 @@ class Steps:
         self._slight.append((b, abs(step)))
 
     def errors(self, base: FloatArray, low: FloatArray, width: FloatArray) -> FloatArray:
-        """What slight steps are in f' on panels: all of them on those that begin there, shape (P,)."""
+        """Errors of f' on panels by small steps, on all panels that begin at them, shape (P,)."""
         found = np.zeros(base.shape)
         for b, step in self._slight:
             found += np.where((base == b) & (low == 0.0), step / width, 0.0)
@@ -99,7 +100,7 @@ class Steps:
 
 
 def _level(values: FloatArray, noise: float = 0.0) -> float:
-    """What values at ever shorter distances end in; 0 where they go on changing by more than noise."""
+    """Limit of values at decreasing distances; 0 where they keep changing by more than noise."""
     last = values[-_LAST:]
     level = float(last[-1])
     steady = math.isfinite(level) and bool(np.all(np.abs(last - level) <= _LEVEL * abs(level) + 8.0 * noise))

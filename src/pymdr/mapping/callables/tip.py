@@ -16,7 +16,7 @@ from pymdr.mapping.callables.noise import EPS, Curve, jitter, orthonormal, scatt
 from pymdr.units import FloatArray, metres
 
 _SURE = 1e-10
-"""Largest error of f' that f alone may leave, in parts of f'."""
+"""Largest accepted relative error of f' computed from f alone."""
 _SAFETY = 40.0
 """Roundings of f by which f' errs on a panel of a quarter octave, times its width."""
 _UNUSABLE = 1e-4
@@ -30,10 +30,10 @@ _DEEPEST, _LAST, _DEPTH, _OUTWARD = 56.0, 1000.0, 24.0, (0.0, 6.0, 24.0)
 _FAINT = 0.3
 """Fraction of rounding to the power 1.5 times the values at the requested radii: smaller values that end in 0 are no differences."""
 _UNFELT = 1e-40
-"""Of the values farther out: what is nothing to them."""
+"""Fraction of the values farther out that is negligible."""
 _DIGITS_LOST, _ROUNDINGS = 1e-13, 16.0
 _STEADY = 1e-6
-"""Change of a power from octave to octave, above which it is none."""
+"""Largest change of an exponent from octave to octave of a power law."""
 _LEAST_DIFFERENCE = 0.1
 """Difference of two exponents below which a fit cannot separate them."""
 
@@ -355,7 +355,7 @@ class _Fit:
     slope: FloatArray
     """f' / (r / radius)^(n - 1) at nodes of [0, radius]."""
     spread: float
-    """Its standard deviation, in parts."""
+    """Its relative standard deviation."""
 
 
 def _nodes() -> FloatArray:
@@ -378,11 +378,11 @@ class _Series:
         self.clean = u * end >= fits.radius
 
     def rest(self, terms: int) -> FloatArray:
-        """What a fit leaves of f, over its rounding."""
+        """Residuals of a fit of f, over its rounding."""
         return self.target - self.q[:, : terms + 1] @ self.parts[: terms + 1]
 
     def misfit(self, terms: int) -> float:
-        """About 1 where only rounding is left."""
+        """Misfit; about 1 if only rounding is left."""
         return _misfit(self.rest(terms), self.clean)
 
     def fit(self, terms: int) -> _Fit:
@@ -465,7 +465,7 @@ def _established(fits: _Stretches, n: float, s: float, exponent_error: float) ->
 
 
 def _is_met(fits: _Stretches, law: TipLaw) -> bool:
-    """Whether f below the radius keeps to the law within its rounding."""
+    """Whether f below the radius agrees with the law within its rounding."""
     r = law.radius * 2.0 ** (-24.0 * jitter(96, 0.1))
     # int_0^1 t^(n-1) Q(t^s) dt with w = t^s
     power = law.exponent / law.step

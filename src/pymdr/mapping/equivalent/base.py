@@ -1,4 +1,4 @@
-"""What every equivalent profile offers."""
+"""The interface of equivalent profiles."""
 
 from __future__ import annotations
 
@@ -59,12 +59,12 @@ class EquivalentProfile(ABC):
         """The first x in m at which the first moment has the given value."""
 
     def place(self, depth: ArrayLike) -> Place:
-        """As `inverse`, with the digits beside a breakpoint."""
+        """As `inverse`, with full precision next to a breakpoint."""
         x = self.inverse(depth)
         return Place(np.zeros(np.shape(x)), x)
 
     def place_of_moment(self, moment: ArrayLike) -> Place:
-        """As `inverse_moment`, with the digits beside a breakpoint."""
+        """As `inverse_moment`, with full precision next to a breakpoint."""
         x = self.inverse_moment(moment)
         return Place(np.zeros(np.shape(x)), x)
 
@@ -88,7 +88,7 @@ class EquivalentProfile(ABC):
         return np.zeros(np.shape(rounded(x)))
 
     def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
-        """How far off in m places may lie at which g, or the moment, has its value there, from all their errors allow."""
+        """Largest error in m of the places at which g, or the moment, has a value, from all errors."""
         return np.zeros(np.shape(place.x))
 
     def kinks(self, top: float) -> tuple[float, ...]:
@@ -120,7 +120,7 @@ class EquivalentProfile(ABC):
         return 0.0
 
     def rests_on(self) -> tuple[str, ...]:
-        """What else than values of the profile the map rests on, in words."""
+        """Text on the basis of the map besides values of the profile."""
         return ()
 
     @property

@@ -32,9 +32,9 @@ from pymdr.units import FloatArray
 INWARD = 2.0**-8
 """Factor by which the tip is mapped farther inward than requested."""
 _SMALLEST = 1e-18
-"""Radius in m from which a search for the size of a contact goes up, or down."""
+"""Start radius in m of the search for the size of a contact."""
 _ROUGH = 0.97
-"""Part of a value that a rough image of it reaches where the map is to end: it is good to one part in a hundred."""
+"""Fraction of a value that an approximate image, with an error of 1 %, reaches at the end of the map."""
 _SAVED = 2.0**-60
 """Innermost radius of the panels of a saved profile over the requested radius."""
 _TRUSTED = 10.0
@@ -43,7 +43,7 @@ WIDER = 2.0**0.25
 
 
 class MappedProfile(EquivalentProfile):
-    """Where a profile is mapped, its values and their errors there; :class:`PanelLine` has the inverses and the integrals."""
+    """The mapped part of a profile with values and errors; :class:`PanelLine` has the inverses and the integrals."""
 
     rises = False
 
@@ -336,7 +336,7 @@ class MappedProfile(EquivalentProfile):
         return np.asarray(spread[:, None] * np.array([1.0, 1.0, 1.0, 2.0]) + np.nan_to_num(shifted))
 
     def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
-        """How far off in m places may lie at which g, or the moment, has its value there, from all their errors allow."""
+        """Largest error in m of the places at which g, or the moment, has a value, from all errors."""
         answer = np.zeros(place.x.shape)
         for k, which in ((0, "g"), (2, "moment")):
             rows = np.flatnonzero((of_moment == (which == "moment")) & (place.x < self._end))

@@ -27,21 +27,21 @@ from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray, metres
 
 _FALLEN = 256.0
-"""How far beyond its highest value a curve is followed down."""
+"""Ratio of radii over which a curve is followed beyond its highest value."""
 _HOLLOW = 1e6
 _NEWTON = 60
 _NOTHING = 1e-60
-"""Part of g that no fall is seen below."""
+"""Fraction of g below which a decrease is not detected."""
 _LAST = 1e-10
-"""Part of a value by which a step of Newton's method moves it, if it is the last that is needed."""
+"""Relative change of a value by a step of Newton's method below which it is the last one."""
 _NEXT_TO = 1e-13
-"""Part of a value below which steps of Newton's method may be nothing but rounding."""
+"""Relative change below which steps of Newton's method may be rounding."""
 _ENDED = 8.0 * float(np.finfo(float).eps)
-"""Rounding of the lower end of a panel, in parts of its distance from the base."""
+"""Rounding of the lower end of a panel, over its distance from the base."""
 _FIRST_STEP, _STEP_GROWTH = 1e-9, 64.0
-"""The shortest step outward, in parts of what is mapped, and how it grows from step to step."""
+"""The shortest step outward, over the mapped radius, and its growth from step to step."""
 _SEARCHED = 2.0**10
-"""How far, in contact radii, a profile without an end is searched for another contact."""
+"""Distance, in contact radii, up to which a profile without an end is searched for another contact."""
 
 
 class PanelLine(MappedProfile):
@@ -218,16 +218,18 @@ class PanelLine(MappedProfile):
         return max(first, self._last_overlap(depth, first))
 
     def rests_on(self) -> tuple[str, ...]:
-        """What was fitted to samples, below which radius a law stands for the tip, and how narrow features were looked for."""
+        """Text on the basis of the map: the fit of samples, the law of the tip with its radius, and the width of undetected features."""
         text = [self.source.fitted] if self.source.fitted else []
         if self.source.continued > 0.0:
-            text.append(f"extrapolated below r = {metres(self.source.continued)}, where rounding dominates its values")
+            text.append(
+                f"extrapolated below r = {metres(self.source.continued)}, where rounding dominates its values"
+            )
         if not self.source.surveyed:
             text.append("features narrower than 1/2500 of their radius may be missed")
         return tuple(text)
 
     def searched_to(self, depth: float) -> float:
-        """How far in m `overlap_radius` looks for a depth in m."""
+        """Radius in m up to which `overlap_radius` searches at a depth in m."""
         first = float(self.place(np.array([depth])).x[0])
         return min(self._end, _SEARCHED * first)
 

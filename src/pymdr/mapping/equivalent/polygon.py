@@ -16,15 +16,15 @@ from pymdr.numerics.panels import Place, Position, as_place
 from pymdr.units import FloatArray
 
 _STEEP = 1e-12
-"""Of x: how far a stretch of constant stiffness, on which g steps up, is drawn out so that g has one value."""
+"""Relative widening in x of an interval of constant stiffness, on which g jumps, so that g has one value."""
 _DEEPER, _WIDER = 1e-9, 1e-6
-"""Of the last depth and stiffness: how far the line goes on, so that the last point lies well within it."""
+"""Extension of the line, over the last depth and stiffness, so that the last point lies inside."""
 
 
 @dataclass(frozen=True, eq=False)
 class PolygonLine(EquivalentProfile):
     """
-    A rising polygon g(x) from (0, 0) on; where it is level, a ring of it touches at once.
+    A rising polygon g(x) from (0, 0) on; where it is horizontal, a ring comes into contact at once.
 
     Integrals are sums of closed forms of its pieces.
 

@@ -1,4 +1,4 @@
-"""The search for the radius at which a curve on the line gets somewhere, by rough images of the slope."""
+"""Search for the radius at which a curve on the line reaches a value, by approximate images of the slope."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from pymdr.mapping.kernels import fraction_below
 from pymdr.units import FloatArray, metres
 
 _FARTHEST = 1e100
-"""Radius in m beyond which no value is looked for."""
+"""Largest radius in m of the search."""
 _INNERMOST = 1e-270
-"""Radius in m down to which a profile may have risen too far."""
+"""Smallest radius in m of the search downward."""
 _LEAP = 1e4
-"""Below a value by that much, radii are doubled."""
+"""Ratio of the target to a value above which radii are doubled."""
 _BLOCK = 16
 """Steps of the search that are evaluated together."""
 _FLAT, _FLATTEST = 0.3, 1e-3
-"""Exponents of f below which most of it is far within, and the least one."""
+"""Exponent of f below which most of its rise is close to the axis, and the smallest exponent."""
 Reached: TypeAlias = Callable[[float, float, float], bool]
-"""Of a radius in m, and about g and the moment there."""
+"""Predicate of a radius in m and the approximate g and moment there."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Search:
 
 
 def _no_start(finite: bool, top: float) -> ProblemError:
-    """That a profile does not start at 0."""
+    """The error for a profile that does not start at 0."""
     if not finite:
         return ProblemError(
             f"the slope of the profile is not finite at radii from {_INNERMOST:g} m to {metres(top)}; define its callables from "
@@ -119,7 +119,7 @@ def _no_start(finite: bool, top: float) -> ProblemError:
 
 
 def _below(r: FloatArray, f: FloatArray) -> float:
-    """About g in m of a flat tip, below the first of some radii at which |f'| is known; 0 of others, of which it is little."""
+    """Approximate g in m of a flat tip below the first radius at which |f'| is known; 0 for other tips, where it is small."""
     n = 1.0 + math.log(f[1] / f[0]) / math.log(r[1] / r[0]) if f[0] > 0.0 and 0.0 < f[1] < math.inf else 1.0
     return float(f[0] * r[0] / max(n, _FLATTEST)) if n < _FLAT else 0.0
 
@@ -131,7 +131,7 @@ def _step(x: float, g: float, m: float, reached: Reached) -> float:
 def _between(
     low: float, high: float, below: tuple[float, float], above: tuple[float, float], reached: Reached
 ) -> float:
-    """About the last radius between two at which an image that goes like a power is not there yet."""
+    """Approximate last radius between two at which an image, a local power law, has not reached the value."""
     if not min(below) > 0.0 or not low < high:
         return low
     first, last = 0.0, 1.0
@@ -144,7 +144,7 @@ def _between(
 
 
 def never_rises(low: float) -> ProblemError:
-    """That a contact has no end."""
+    """The error for a contact without an end."""
     return ProblemError(
         f"the profile does not rise so far up to r = {metres(low)}, where it ends or is no longer resolved: a contact without "
         "an edge has no end; add FlatPunch(radius) for a cylinder with this end, or state the last radius of the "

@@ -13,10 +13,10 @@ from pymdr.units import FloatArray, metres
 
 BINS_PER_DECADE = 8
 WITHIN = 0.25
-"""By how much a bin may lie off the law, besides its scatter, on the range where it holds."""
+"""Accepted deviation of a bin from the law, in addition to its scatter."""
 FEWEST_BINS = 5
 _DISBELIEF = 6.63
-"""What a roll-off must gain: twice the logarithm of a likelihood ratio that chance passes once in a hundred."""
+"""Gain of a significant roll-off: twice the logarithm of a likelihood ratio that chance exceeds in 1 % of cases."""
 _SCATTERS = 2.58
 _ALIKE = (1.0, 4.0 / 9.0, 1.0 / 36.0)
 """Squares of the correlation of waves that are 0, 1 or 2 steps apart under a Hann window: of the transform of its square."""
@@ -28,7 +28,7 @@ _FIRST_OF_WINDOW, _FIRST_OF_PERIOD = 2.5, 0.5
 _SECTORS = 6
 _ROUNDING = 1.0 + 1e-9
 _NOTHING = 4.0
-"""Roundings of the largest height that each of the heights may add to a wave that is not there."""
+"""Spurious amplitude of a wave by each height, in roundings of the largest height."""
 _TRIES = 160
 
 
@@ -40,11 +40,11 @@ class Rings(NamedTuple):
     spectrum: FloatArray
     """C2D in m^4."""
     waves: FloatArray
-    """How many independent ones are in a ring."""
+    """Number of independent waves in a ring."""
     alike: FloatArray
     """Correlations of the means of rings, (rings, rings)."""
     smear: FloatArray
-    """What bends the mean: C2D ~ q^-a comes out larger by the factor 1 + a^2 smear."""
+    """Smearing of the mean: C2D ~ q^-a is overestimated by the factor 1 + a^2 smear."""
     sectors: FloatArray
     """C2D in m^4 by direction, (rings, sectors of the half plane); nan where there are no waves."""
 
@@ -55,13 +55,13 @@ class Bins(NamedTuple):
     log_q: FloatArray
     log_c: FloatArray
     variance: FloatArray
-    """Of log_c, by chance."""
+    """Variance of log_c by chance."""
     waves: FloatArray
-    """How many independent ones are in a bin."""
+    """Number of independent waves in a bin."""
     low: FloatArray
     """ln q of the first ring of a bin."""
     high: FloatArray
-    """Of the last one."""
+    """ln q of the last ring of a bin."""
 
 
 class Law(NamedTuple):
@@ -73,11 +73,11 @@ class Law(NamedTuple):
     """ln of the roll-off; that of the first bin where there is none."""
     rolled: bool
     covariance: FloatArray
-    """Of level, steepness and corner, that of the corner 0 where there is none."""
+    """Covariance of level, steepness and corner; 0 for the corner without one."""
     first: int
     last: int
     excess: float
-    """Standard deviation of ln C2D about the law beyond what is chance."""
+    """Standard deviation of ln C2D about the law beyond chance."""
 
     def log_c(self, log_q: FloatArray) -> FloatArray:
         """Ln C2D."""

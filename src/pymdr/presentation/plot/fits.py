@@ -41,7 +41,7 @@ _LAWS = tuple(zip(CYCLE, ("-", "--", "-.", ":", "-", "--"), strict=True))
 _NAMED, _LONGEST = 8, 14
 """Largest number of groups whose names are drawn, and characters of a name."""
 _SMALL = 0.005
-"""Smallest weight that is written out."""
+"""Smallest weight that is printed."""
 
 
 def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:

@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 _LEVELS = 16
 _SHOWN = 0.995
-"""Share of the points whose values the colours resolve; those beside a singular edge are beyond."""
+"""Fraction of the points whose values the colours resolve; values next to a singular edge are beyond."""
 _SLIGHT = 0.03
-"""Share of the largest value below which values of the other sign have no colours of their own."""
+"""Fraction of the largest value below which values of the other sign have no colours of their own."""
 _DRAWN = 0.97
 """The same for lines."""
 _NOTHING = 1e-9
-"""Share of the largest component below which one is not drawn."""
+"""Fraction of the largest component below which one is not drawn."""
 _SIGNED = ("principal_stress", "hydrostatic")
 """Measures whose sign distinguishes tension and compression."""
 _LINES = {"rr": BLUE, "xx": BLUE, "tt": GREEN, "yy": GREEN, "zz": ORANGE, "rz": PURPLE, "xz": PURPLE}

@@ -24,7 +24,7 @@ _FLATTEST, _FLAT = 0.1, math.log(1e-30)
 """Exponent of A(h) at the apex below which f = r^(2/p) underflows, and the height below which it is a flat instead, in logarithms and
 parts of the depth at which the exponent has doubled."""
 _TINY = 1e-60
-"""In m, in place of a radius of 0."""
+"""Radius in m that replaces 0."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from pymdr.compiling import compiled
 from pymdr.units import FloatArray
 
 _ROUNDING = 1e-40
-"""Variance, for heights of about 1, below which noise is rounding."""
+"""Variance below which noise counts as rounding, for heights of about 1."""
 _SMALLEST = 1e-100
 """Smallest deviation whose square is a normal float."""
 _REJECTION = 6.63

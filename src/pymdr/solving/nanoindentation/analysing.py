@@ -37,17 +37,17 @@ UNITS = {
     "plane_strain_modulus": "Pa",
     "young_modulus": "Pa",
 }
-"""Of what is evaluated, with its interval."""
+"""SI units of the evaluated quantities, which have intervals."""
 _LINEAR = ("max_depth", "residual_depth", "contact_depth", "exponent")
-"""Whose intervals are symmetric; those of the others are symmetric in logarithms."""
+"""Quantities with symmetric intervals; those of the others are symmetric in logarithms."""
 STEP = 1e-2
-"""Of differences, in standard deviations."""
+"""Step of numerical differences, in standard deviations."""
 PROCEDURES = ("power_law", "effective_shape")
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What is known before an indent is evaluated."""
+    """Known data of tip, frame and area function."""
 
     area: AreaFunction
     frame: float

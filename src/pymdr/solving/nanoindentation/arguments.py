@@ -1,4 +1,4 @@
-"""What is known about tip, frame and sample before indents are evaluated."""
+"""Known data of tip, frame and sample of an evaluation."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class AreaCalibration(Study):
 
     @property
     def frame_compliance(self) -> float:
-        """In m/N."""
+        """Compliance of the frame in m/N."""
         return float(self.data.attrs["frame_compliance"])
 
     @property
@@ -225,7 +225,7 @@ def tip_compliance(tip: Material, who: str) -> float:
 
 
 def check_factors(beta: float, epsilon: float | None, who: str) -> None:
-    """Refuse what is no beta or no epsilon."""
+    """Refuse values of beta and epsilon outside their limits."""
     if not 0.5 < to_si(beta, "", name="beta") < 2.0:
         raise ProblemError(f"{who}: beta = {shown(beta)}; it lies near 1, such as 1.034 for a Berkovich tip")
     if epsilon is not None and not 0.0 < to_si(epsilon, "", name="epsilon") <= 1.0:
@@ -279,7 +279,7 @@ class _Model:
         return np.asarray(depth - change * force - epsilon * force * (compliance - change))
 
     def area(self, coefficients: FloatArray, depth: FloatArray) -> FloatArray:
-        """In m^2."""
+        """Area in m^2 by the area function."""
         powers = (np.maximum(depth, 0.0) / self.length)[:, None] ** self.exponents
         return np.asarray(self.length**2 * np.maximum(powers @ coefficients, 1e-12))
 

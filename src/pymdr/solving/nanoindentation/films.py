@@ -321,7 +321,7 @@ def _fitted(
 
 
 def _inverted(series: FloatArray, measured: FloatArray) -> FloatArray:
-    """Where each series has its measured value; nan where nowhere."""
+    """The place at which each series has its measured value; NaN without one."""
     grid = np.linspace(-1.0, 1.0, 801)
     values = chebyshev.chebval(grid, series)
     result = np.full(measured.size, math.nan)

@@ -25,7 +25,7 @@ _TOP, _BLOCK = 4.0, 0.98
 _SHALLOWEST, _ABOVE_LEAST = 0.03, 0.01
 """Parts of the largest force: where a complete unloading ends, and how far above its smallest force."""
 _EXPONENTS, _UNCERTAIN = (0.4, 12.0), 1.0
-"""Of fits that are no noise, and the standard deviation of their exponents."""
+"""Range of the exponents of a determined fit, and their largest standard deviation."""
 _TANH_SINH = np.linspace(-3.3, 3.3, 97)
 
 
@@ -151,7 +151,7 @@ class Shape(NamedTuple):
     covariance: FloatArray
     rows: int
     correlated: float
-    """How many rows are worth one independent row."""
+    """Number of rows equivalent to one independent row."""
     misfit: float
     """Root mean square of the residuals, in parts of the largest force."""
 
@@ -237,7 +237,7 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
 
 
 def correlated_rows(residuals: FloatArray, slopes: FloatArray, inverse: FloatArray) -> float:
-    """How many rows are worth one independent row: the largest ratio of the variances of parameters to those under white noise."""
+    """Number of rows equivalent to one independent row: the largest ratio of the variances of parameters to those under white noise."""
     basis, coefficients = orthonormal(slopes.T[None])
     own = np.diag(coefficients[0] @ noise_spectra(residuals[None], basis).covariance[0] @ coefficients[0].T)
     white = (inverse**2).sum(axis=1) * (residuals @ residuals) / max(residuals.size - len(inverse), 1)
@@ -278,7 +278,7 @@ def forces(p: FloatArray, z: FloatArray) -> FloatArray:
 
 def _attenuation(p: FloatArray, z: FloatArray, noise: float) -> FloatArray:
     """
-    What noise of the depths takes from the parameters of a fit of forces, to first order in its variance.
+    Bias of the parameters of a fit of forces by noise of the depths, to first order in its variance.
 
     With residuals r = F - f(h + e) and J = df/dp at h + e, the mean of J r is -(J' f' + J f''/2) e^2, not 0.
     """

@@ -43,7 +43,9 @@ Area = Annotated[
     ),
 ]
 AreaUnit = Annotated[str, typer.Option(help="Unit of length of the coefficients.")]
-AreaTable = Annotated[Path | None, typer.Option(help="Instead of coefficients: CSV of contact depth and area.")]
+AreaTable = Annotated[
+    Path | None, typer.Option(help="Instead of coefficients: CSV of contact depth and area.")
+]
 Reference = Annotated[
     list[str] | None,
     typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
@@ -77,9 +79,7 @@ def nanoindent(
     epsilon: Annotated[
         float, typer.Option(help="Epsilon of the method; 0 derives it from the fitted exponent.")
     ] = 0.75,
-    fit_from: Annotated[
-        float, typer.Option(help="Smallest fitted force over the largest force.")
-    ] = 0.25,
+    fit_from: Annotated[float, typer.Option(help="Smallest fitted force over the largest force.")] = 0.25,
     fit_to: Annotated[float, typer.Option(help="Largest fitted force over the largest force.")] = 0.98,
     drift: Drift = False,
     hold: Hold = None,
@@ -153,9 +153,7 @@ def stiffness(
         str | None,
         typer.Option(help="Young's modulus and Poisson's ratio of the substrate, '165 GPa, 0.22'; or rigid."),
     ] = None,
-    widths: Annotated[
-        str, typer.Option(help="Range of contact radius over film thickness to fit.")
-    ] = "0 3",
+    widths: Annotated[str, typer.Option(help="Range of contact radius over film thickness to fit.")] = "0 3",
     output: Table = None,
     report_file: ReportFile = None,
     quiet: Quiet = False,

@@ -62,7 +62,9 @@ def fretting(
     record: Annotated[
         Path, typer.Argument(metavar="RECORD", help="CSV of tangential force and shift, or a result.nc.")
     ],
-    case: Annotated[Path | None, typer.Option(help="Case of the contact, whose loops the record is compared with.")] = None,
+    case: Annotated[
+        Path | None, typer.Option(help="Case of the contact, whose loops the record is compared with.")
+    ] = None,
     normal_force: Annotated[
         str | None, typer.Option(help="Constant load, if the record has none, such as '10 N'.")
     ] = None,

@@ -298,7 +298,9 @@ def joule(
         list[str] | None,
         typer.Option(help="Voltage between the bodies, such as '50 mV'; one, or one per row."),
     ] = None,
-    current: Annotated[list[str] | None, typer.Option(help="Current in place of the voltage, such as '10 A'.")] = None,
+    current: Annotated[
+        list[str] | None, typer.Option(help="Current in place of the voltage, such as '10 A'.")
+    ] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,

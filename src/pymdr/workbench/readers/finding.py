@@ -1,4 +1,4 @@
-"""Which format a file has: those of the package, and those that other packages offer by entry points."""
+"""Formats of files: those of the package, and those that other packages offer by entry points."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ BUILT_IN = (
 
 
 def suffixes() -> tuple[str, ...]:
-    """Ends of names that are known, those of registered formats among them."""
+    """Known suffixes, including those of registered formats."""
     own = [suffix for one in (*BUILT_IN, *registered()) for suffix in one.suffixes]
     return tuple(dict.fromkeys((*TEXT, *SPREADSHEETS, *afm.SUFFIXES, *own)))
 
@@ -143,7 +143,7 @@ def is_user_table(source: Path) -> bool:
 
 
 def check_file(source: Path) -> None:
-    """Refuse what is no regular file or empty."""
+    """Refuse files that are empty or not regular."""
     try:
         state = source.stat()
     except (OSError, ValueError) as error:

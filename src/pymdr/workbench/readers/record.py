@@ -1,4 +1,4 @@
-"""What a reader of force curves gives, and how it becomes curves."""
+"""Records of readers of force curves, and their conversion to curves."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ def _calibrated(
 
 
 def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple[dict[str, FloatArray], int]:
-    """The columns, all numbers, and how many samples were left out for it."""
+    """The columns without samples that are not numbers, and the number of samples left out."""
     for key, values in columns.items():
         missing = ~np.isfinite(values)
         if missing.any() and not leave_out:
@@ -286,7 +286,7 @@ def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple
 
 
 def _step_of(missing: int, size: int) -> Step | None:
-    """That samples were left out, if any were."""
+    """The preparation step that records the samples left out, if any."""
     if not missing:
         return None
     words = f"{missing} of {size} samples were not numbers, left out"
