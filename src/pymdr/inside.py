@@ -51,7 +51,7 @@ class Inside(TypedDict, total=False):
 
 
 def checked(inside: Inside, name: str, *, within: bool) -> Inside:
-    """The places that are given; an error if one is unknown, or for a field that is not inside a body."""
+    """The given places; refuse unknown ones, and places for a field that is not inside a body."""
     known = Inside.__optional_keys__
     for key in inside:
         if key not in known:
@@ -251,17 +251,17 @@ def largest_in(
     if one_name(name) not in interior.measures:
         raise QuantityError(f"largest: {shown(name)}; known are {', '.join(interior.measures)}")
     (chosen, several), background = rows, background_of(superposed)
-    found = np.full((len(chosen), len(Largest._fields)), np.nan)
+    peaks = np.full((len(chosen), len(Largest._fields)), np.nan)
     known = [k for k, i in enumerate(chosen) if valid[i]]
     if known:
-        found[known] = interior.largest_of(name, [chosen[k] for k in known], background)
-    unbounded = np.isinf(found[:, 0])
-    touching = (found[:, 0] != 0.0) & ~np.isnan(found[:, 0])
+        peaks[known] = interior.largest_of(name, [chosen[k] for k in known], background)
+    unbounded = np.isinf(peaks[:, 0])
+    touching = (peaks[:, 0] != 0.0) & ~np.isnan(peaks[:, 0])
     if touching.any() and unbounded[touching].all():
         why = interior.unbounded(chosen[int(np.flatnonzero(touching)[-1])])
         raise NotValidError(f"the largest {quantity(name).long_name} is not valid here: {why}")
     dims = ("step",) * several
-    values, r, z, angle, layer = found.T if several else found[0]
+    values, r, z, angle, layer = peaks.T if several else peaks[0]
     places = {"r": (r, "radius"), "z": (z, "depth")}
     if background is not None or not interior.revolves:
         # the sine of pi is not exactly 0

@@ -150,9 +150,9 @@ def stress_of_tractions(
     phi = math.pi * np.arange(2 * n) / n
     x, y = (r[:, None] * turn(phi) for turn in (np.cos, np.sin))
     normal, shear = (weight * values(r) for values in (pressure, traction))
-    found = np.empty((6, len(places)))
+    stresses = np.empty((6, len(places)))
     for i, (px, py, pz) in enumerate(places):
         at = px - x, py - y, np.full(x.shape, pz)
-        found[:, i] = normal_point_load(*at, poisson).sum(axis=-1) @ normal
-        found[:, i] += tangential_point_load(*at, poisson).sum(axis=-1) @ shear
-    return found
+        stresses[:, i] = normal_point_load(*at, poisson).sum(axis=-1) @ normal
+        stresses[:, i] += tangential_point_load(*at, poisson).sum(axis=-1) @ shear
+    return stresses

@@ -157,8 +157,8 @@ def _pressed(
             assert force is not None
             bordered = np.zeros((n + 1, n + 1))
             bordered[:n, :n], bordered[:n, n], bordered[n, :n] = system, -1.0, areas[inside]
-            found = np.linalg.solve(bordered, np.append(-gap[inside], force))
-            p[inside], d = found[:n], float(found[n])
+            solved = np.linalg.solve(bordered, np.append(-gap[inside], force))
+            p[inside], d = solved[:n], float(solved[n])
         else:
             p[inside] = np.linalg.solve(system, d - gap[inside])
         overlap = d - gap - matrix @ p

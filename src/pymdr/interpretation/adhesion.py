@@ -156,21 +156,21 @@ def _first_fault(
     def opening(a: float) -> float:
         return -float(jkr_opening(line, a, work))
 
-    first_found: tuple[int, float, float, ProfileFeatures] | None = None
+    earliest: tuple[int, float, float, ProfileFeatures] | None = None
     low, high = np.minimum(visited.begin, visited.end), np.maximum(visited.begin, visited.end)
     for bottom, peak in _negative(
         lambda a: _margin(features, a, opening(a)), float(ends[0]), float(ends[1]), features
     ):
         hit = np.flatnonzero((low <= peak) & (high >= bottom) & (high < equivalent.edge))
-        if hit.size and (first_found is None or visited.row[hit[0]] < first_found[0]):
+        if hit.size and (earliest is None or visited.row[hit[0]] < earliest[0]):
             a = float(np.clip(visited.begin[hit[0]], bottom, peak))
-            first_found = int(visited.row[hit[0]]), a, opening(a), features
+            earliest = int(visited.row[hit[0]]), a, opening(a), features
     for path in paths:
-        if first_found is not None and path.row > first_found[0]:
+        if earliest is not None and path.row > earliest[0]:
             break
         if (radius := path.fault(features, work)) is not None:
             return path.row, radius, path.excess(radius), features
-    return first_found
+    return earliest
 
 
 class _JumpPath:

@@ -12,7 +12,7 @@ from pymdr.units import FloatArray
 
 @dataclass(frozen=True)
 class Dragged:
-    """A surface whose shear traction is everywhere the same share of the pressure, in sticking and in sliding."""
+    """A surface whose shear traction is everywhere the same fraction of the pressure, in sticking and in sliding."""
 
     normal: Surface
     ratio: float
@@ -24,7 +24,7 @@ class Dragged:
         return self.ratio == 0.0
 
     def loads(self, step: int) -> Loads:
-        """The load on the line, and its share."""
+        """The normal load on the line, and its fraction as shear load."""
         normal = self.normal.loads(step).normal
         if self.revolves:
             return Loads(normal)

@@ -152,13 +152,13 @@ def _nearer(
         grid = [axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")]
         planes = np.repeat(plane[:, None], grid[0].size, axis=1)
         width = min(0.1, max(2.0 * float(half.max() / radius), 2e-3))
-        values, found = rating.best((grid[0], grid[1], grid[2]), planes, width)
+        values, best_planes = rating.best((grid[0], grid[1], grid[2]), planes, width)
         top = int(np.argmax(values))
         moved = np.zeros(3, dtype=bool)
         if values[top] > value:
             new = np.array([axis[top] for axis in grid])
             moved = new != best
-            best, value, plane = new, float(values[top]), found[:, top]
+            best, value, plane = new, float(values[top]), best_planes[:, top]
         # a net whose largest value lies at its rim is moved before it shrinks
         half *= np.where(moved, 1.0, 0.5)
         if best[0] >= 2.0 * radius:

@@ -309,7 +309,7 @@ class Interior:
         Every 20th step is searched. Where its largest value lies at the same place inside the body, over the loaded radius, as that of
         the one before, the steps between them are searched around this place only.
         """
-        found: list[Largest] = []
+        peaks: list[Largest] = []
         before: Largest | None = None
         for first in range(0, len(steps), _SEARCHED):
             block = list(steps[first : first + _SEARCHED])
@@ -322,10 +322,10 @@ class Interior:
             alike = alike and bool(np.max(np.abs(ends[0] - ends[1])) <= _ALIKE)
             for step in between:
                 near = self._around(name, step, 0.5 * (ends[0] + ends[1])) if alike else None
-                found.append(self.largest(name, step, background) if near is None else near)
-            found.append(last)
+                peaks.append(self.largest(name, step, background) if near is None else near)
+            peaks.append(last)
             before = last
-        return found
+        return peaks
 
     def _share(self, place: Largest | None, step: int) -> FloatArray:
         """A place over the loaded radius, nan if it is not inside the body."""
@@ -333,12 +333,12 @@ class Interior:
             return np.full(2, math.nan)
         return np.array([place.r, place.z]) / self.load(step).radius
 
-    def _around(self, name: str, step: int, share: FloatArray) -> Largest | None:
+    def _around(self, name: str, step: int, place: FloatArray) -> Largest | None:
         """The largest value around a place over the loaded radius; None if it is none there, or the stress has no bound."""
         load, measure = self.load(step), MEASURES[name]
         if not load.radius > 0.0 or self.singular_radius(step) is not None:
             return None
-        near = float(share[0] * load.radius), float(share[1] * load.radius)
+        near = float(place[0] * load.radius), float(place[1] * load.radius)
         return polished(lambda r, z: measure(self.solid.normal_stress(load, r, z)), near, load.radius)
 
     def singular_radius(self, step: int) -> float | None:

@@ -156,12 +156,12 @@ class LayeredInterior(Interior):
             count = len(SPATIAL_COMPONENTS.get(name, ()))
             return np.full((count,) * bool(count) + x.shape, math.nan)
         of_revolution = name if name == "interior_displacement" else "stress"
-        found = self.field(of_revolution, r.reshape(len(r), -1), z.reshape(len(z), -1), step)
-        found = found.reshape(len(INTERIOR_COMPONENTS[of_revolution]), *x.shape)
+        values = self.field(of_revolution, r.reshape(len(r), -1), z.reshape(len(z), -1), step)
+        values = values.reshape(len(INTERIOR_COMPONENTS[of_revolution]), *x.shape)
         if name == "interior_displacement":
-            return np.array([found[0] * c, found[0] * s, found[1]])
+            return np.array([values[0] * c, values[0] * s, values[1]])
         with np.errstate(invalid="ignore"):
-            turned = fixed_axes(np.concatenate([found, np.zeros((2, *x.shape))]), c, s)
+            turned = fixed_axes(np.concatenate([values, np.zeros((2, *x.shape))]), c, s)
         return derived(name, turned if background is None else turned + background(z))
 
     def _normal(self, load: LineLoad, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
@@ -179,11 +179,11 @@ class LayeredInterior(Interior):
     ) -> FloatArray:
         """Components at points, read in the layer of each; NaN in a rigid base."""
         layers = self.layers_at(z)
-        found = np.full((components, *r.shape), math.nan)
+        values = np.full((components, *r.shape), math.nan)
         for layer in np.unique(layers[layers < len(self._solids)]).tolist():
             some = layers == layer
-            found[:, some] = value(layer, r[some], z[some])
-        return found
+            values[:, some] = value(layer, r[some], z[some])
+        return values
 
     def _stress_in(self, layer: int, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
         """The stress in Pa at points of one layer, shape (4, n)."""
@@ -288,16 +288,16 @@ class LayeredInterior(Interior):
             return [Largest(nothing, math.nan, math.nan, layer=layer) for layer in range(parts)]
         singular = None if on_interfaces else self.singular_radius(step)
         ends = [*self.interfaces, math.inf]
-        found = []
+        peaks = []
         for layer in range(parts):
             if layer == 0 and singular is not None:
-                found.append(Largest(math.inf, singular, 0.0))
+                peaks.append(Largest(math.inf, singular, 0.0))
                 continue
             top, bottom = self._tops[layer], ends[layer]
             span = (bottom, bottom) if on_interfaces else (top, bottom)
             here = self._searched(name, (layer, *span), step, background)
-            found.append(here._replace(layer=layer))
-        return found
+            peaks.append(here._replace(layer=layer))
+        return peaks
 
     def _searched(
         self, name: str, where: tuple[int, float, float], step: int, background: Background | None
@@ -319,11 +319,11 @@ class LayeredInterior(Interior):
             radii = np.unique(np.concatenate([radii, size * np.linspace(0.0, 2.0, _SHARES.size)]))
         depths = np.unique(np.concatenate([top + size * DEPTHS, top + min(bottom - top, size) * _SHARES]))
         net, parts = (radii, depths[depths <= bottom]), (revolving, None, background)
-        found = largest_in_span(measure, parts, net, load.radius, (top, bottom))
-        if name in INTERFACE_TRACTIONS and found.value <= _WORST * load.scale:
+        largest = largest_in_span(measure, parts, net, load.radius, (top, bottom))
+        if name in INTERFACE_TRACTIONS and largest.value <= _WORST * load.scale:
             # an interface that is compressed everywhere has no tension but that which vanishes far away
             return Largest(0.0, math.nan, math.nan)
-        return found
+        return largest
 
 
 class _Wanted(NamedTuple):
@@ -368,15 +368,15 @@ def _integrated(waves: _Waves, wanted: _Wanted, per_wave: FloatArray) -> FloatAr
 def _bessel(x: FloatArray, kinds: tuple[int, ...]) -> dict[int, FloatArray]:
     from scipy.special import j0, j1
 
-    found = {_J0: j0(x), _J1: j1(x)}
+    values = {_J0: j0(x), _J1: j1(x)}
     if _RATIO in kinds:
-        found[_RATIO] = np.where(x > 0.0, found[_J1] / np.where(x > 0.0, x, 1.0), 0.5)
-    return found
+        values[_RATIO] = np.where(x > 0.0, values[_J1] / np.where(x > 0.0, x, 1.0), 0.5)
+    return values
 
 
 def _waves_of(load: LineLoad, body: Layered, top: float, order: int) -> _Waves:
     """The pressure of a line load in waves, on panels on which neither it nor the Bessel functions up to a radius in m turn often."""
-    unit, share = gauss(order)
+    unit, weights = gauss(order)
     end = _END / body.layers[0].thickness
     longest = _PHASE / (top + load.radius)
     marks = [0.0, _FIRST / (top + body.thickness)]
@@ -389,7 +389,7 @@ def _waves_of(load: LineLoad, body: Layered, top: float, order: int) -> _Waves:
         marks.append(min(2.0 * marks[-1], marks[-1] + longest, end))
     low, width = np.array(marks[:-1])[:, None], np.diff(marks)[:, None]
     k = (low + 0.5 * width * (unit + 1.0)).ravel()
-    weight = (0.5 * width * share).ravel()
+    weight = (0.5 * width * weights).ravel()
     s, punches = _punches(load, end, order)
     waves = load.edge * np.sin(k * load.edge_radius) + _sines(low.ravel(), width.ravel(), unit, s, punches)
     return _Waves(waves / (math.pi * k) * weight, StackWaves(body, k))
@@ -399,7 +399,7 @@ def _sines(
     low: FloatArray, width: FloatArray, unit: FloatArray, s: FloatArray, punches: FloatArray
 ) -> FloatArray:
     """The sums of punches sin(k s) at Gauss's nodes of panels of wavenumbers; panels of one width share all but a factor."""
-    found = np.empty((low.size, unit.size))
+    sums = np.empty((low.size, unit.size))
     widths, which = np.unique(np.round(width / width.max(), 9), return_inverse=True)
     for i in range(widths.size):
         some = np.flatnonzero(which == i)
@@ -409,13 +409,13 @@ def _sines(
             parts = np.exp(1j * np.outer(low[chosen], s)) @ (
                 np.exp(1j * np.outer(s, within)) * punches[:, None]
             )
-            found[chosen] = parts.imag
-    return found.ravel()
+            sums[chosen] = parts.imag
+    return sums.ravel()
 
 
 def _punches(load: LineLoad, end: float, order: int) -> tuple[FloatArray, FloatArray]:
     """Radii in m and weights in N/m of punches that stand for a line load in waves up to a wavenumber."""
-    unit, share = gauss(order)
+    unit, rule_weights = gauss(order)
     radii, weights = [np.empty(0)], [np.empty(0)]
     for piece in load.pieces:
         extent = abs(piece.extent)
@@ -429,7 +429,7 @@ def _punches(load: LineLoad, end: float, order: int) -> tuple[FloatArray, FloatA
         half = 0.5 * np.diff(ends)[:, None]
         root = (ends[:-1, None] + half * (unit + 1.0)).ravel()
         distance = extent * root * root
-        weights.append(piece.density(distance) * (half * share).ravel() * 2.0 * extent * root)
+        weights.append(piece.density(distance) * (half * rule_weights).ravel() * 2.0 * extent * root)
         radii.append(piece.anchor + math.copysign(1.0, piece.extent) * distance)
     return np.concatenate(radii), np.concatenate(weights)
 

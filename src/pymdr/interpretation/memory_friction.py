@@ -132,7 +132,7 @@ def _one_poisson(contact: Contact) -> bool:
 
 
 def uncoupled(claims: Mapping[str, Claim], contact: Contact, coupling: float) -> Mapping[str, Claim]:
-    """Claims of the normal quantities, which friction changes for elastically dissimilar bodies."""
+    """Claims of the normal quantities with the effect of friction on elastically dissimilar bodies."""
     assert contact.friction is not None
     if coupling <= 1e-12 or contact.friction.coefficient == 0.0:
         return claims

@@ -215,9 +215,9 @@ def largest_on_planes(measure: Measure, cycle: FloatArray) -> tuple[FloatArray, 
     value, plane = np.empty(cycle.shape[2]), np.empty((3, cycle.shape[2]))
     for some in np.array_split(np.arange(cycle.shape[2]), max(1, -(-cycle.shape[2] // _CHUNK))):
         part = cycle[:, :, some]
-        found = [measure.best(part, start) for start in measure.starts(part)]
-        values = np.array([one for one, _ in found])
+        peaks = [measure.best(part, start) for start in measure.starts(part)]
+        values = np.array([one for one, _ in peaks])
         best = np.argmax(values, axis=0)
         value[some] = values[best, np.arange(some.size)]
-        plane[:, some] = np.array([one for _, one in found])[best, :, np.arange(some.size)].T
+        plane[:, some] = np.array([one for _, one in peaks])[best, :, np.arange(some.size)].T
     return value, plane

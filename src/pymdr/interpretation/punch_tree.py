@@ -1,4 +1,4 @@
-"""A line load resolved once into series on intervals and their punches, so that its sums cost little at any point."""
+"""A line load as series on intervals and their punches, with fast sums at any point."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: floa
 
 def _leaves(pieces: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], ...]:
     """Anchors, ends counted from them, and series of the intervals of all pieces."""
-    found: tuple[list[FloatArray], ...] = (
+    leaves: tuple[list[FloatArray], ...] = (
         [np.zeros(0)],
         [np.zeros(0)],
         [np.zeros(0)],
@@ -127,13 +127,13 @@ def _leaves(pieces: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], 
         if piece.extent < 0.0:
             low, high, series = -high, -low, series * (-1.0) ** np.arange(_TERMS)
         values = np.full(low.size, piece.anchor / unit), low, high, series
-        for parts, own in zip(found, values, strict=True):
+        for parts, own in zip(leaves, values, strict=True):
             parts.append(own)
-    return found
+    return leaves
 
 
 def unit_of(radius: float) -> float:
-    """The power of 2 next to a radius in m: dividing by it rounds nothing."""
+    """The power of 2 next to a radius in m; division by it is exact."""
     return math.ldexp(1.0, math.frexp(radius)[1])
 
 
@@ -147,9 +147,9 @@ def _of_piece(piece: Punches, load: _Sizes) -> tuple[FloatArray, FloatArray, Flo
         largest = np.max(np.abs(series), axis=1)
         tail = np.max(np.abs(series[:, -2:]), axis=1)
         # closed forms grow as 1 / s at the axis, and elsewhere as 1 / sqrt(s - r)
-        share = (high - low) / load.radius
-        small = largest * (1.0 if piece.anchor == 0.0 else np.sqrt(share)) <= _NOTHING
-        small |= share <= _SHORTEST
+        fraction = (high - low) / load.radius
+        small = largest * (1.0 if piece.anchor == 0.0 else np.sqrt(fraction)) <= _NOTHING
+        small |= fraction <= _SHORTEST
         done = (tail <= np.maximum(_RESOLVED * largest, load.noise)) | small
         kept.append((low[done], high[done], series[done]))
         low, high = low[~done], high[~done]

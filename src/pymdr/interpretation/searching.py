@@ -83,8 +83,8 @@ def searched_radii(marks: Sequence[float], radius: float) -> FloatArray:
     """Radii in m that are searched, around those at which the stress at the surface is not smooth, up to 1.5 of the loaded radius."""
     inside = (m for m in marks if 0.0 < m < radius)
     bounds = np.unique([0.0, *inside, radius, 1.5 * radius])
-    share = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, _STEPS)))
-    return np.unique(bounds[:-1, None] + np.diff(bounds)[:, None] * share)
+    fractions = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, _STEPS)))
+    return np.unique(bounds[:-1, None] + np.diff(bounds)[:, None] * fractions)
 
 
 def largest_in_span(

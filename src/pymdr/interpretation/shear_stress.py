@@ -61,21 +61,21 @@ def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool 
     ConvergenceError
         If two levels of the rule do not agree.
     """
-    found = quick_sums(load, r, z, logarithm)
-    if found is None:
-        found = integrated(
+    integrals = quick_sums(load, r, z, logarithm)
+    if integrals is None:
+        integrals = integrated(
             load, r, z, punch_forms, np.append(np.ones(len(ShearSums._fields) - 1), load.radius)
         )
-    return ShearSums(*found)
+    return ShearSums(*integrals)
 
 
-def shear_stress(found: ShearSums, poisson: float) -> FloatArray:
+def shear_stress(integrals: ShearSums, poisson: float) -> FloatArray:
     """
     Stress in Pa under a traction in +x on the body, tension positive, shape (6, ...).
 
     Parameters
     ----------
-    found : ShearSums
+    integrals : ShearSums
     poisson : float
         nu of the body.
 
@@ -92,12 +92,12 @@ def shear_stress(found: ShearSums, poisson: float) -> FloatArray:
     return (
         np.array(
             [
-                2.0 * found.across + nu * found.squared + found.deep - found.shear,
-                nu * (2.0 * found.across - found.squared) - found.deep,
-                found.shear,
-                found.inverse + found.mixed - found.cubed,
-                nu * found.squared - found.across + found.deep,
-                found.mixed - found.inverse,
+                2.0 * integrals.across + nu * integrals.squared + integrals.deep - integrals.shear,
+                nu * (2.0 * integrals.across - integrals.squared) - integrals.deep,
+                integrals.shear,
+                integrals.inverse + integrals.mixed - integrals.cubed,
+                nu * integrals.squared - integrals.across + integrals.deep,
+                integrals.mixed - integrals.inverse,
             ]
         )
         / math.pi
@@ -105,14 +105,14 @@ def shear_stress(found: ShearSums, poisson: float) -> FloatArray:
 
 
 def shear_displacement(
-    found: ShearSums, r: FloatArray, z: FloatArray, poisson: float, shear: float
+    integrals: ShearSums, r: FloatArray, z: FloatArray, poisson: float, shear: float
 ) -> FloatArray:
     """
     Displacements in m under a traction in +x on the body, shape (3, ...).
 
     Parameters
     ----------
-    found : ShearSums
+    integrals : ShearSums
     r, z : ndarray
         Radius and depth in m.
     poisson, shear : float
@@ -123,8 +123,8 @@ def shear_displacement(
     ndarray
         Amplitudes of u_r, times the cosine of the angle from x, of u_t, times its sine, and of u_z, times its cosine.
     """
-    even = (2.0 - poisson) * found.log + z * found.mean
-    odd = 0.5 * poisson * r * found.squared
-    along = even - odd - r * found.deep
-    inward = -z * found.across - (1.0 - 2.0 * poisson) * r * found.mean
+    even = (2.0 - poisson) * integrals.log + z * integrals.mean
+    odd = 0.5 * poisson * r * integrals.squared
+    along = even - odd - r * integrals.deep
+    inward = -z * integrals.across - (1.0 - 2.0 * poisson) * r * integrals.mean
     return np.array([along, -even - odd, inward]) / (2.0 * math.pi * shear)

@@ -201,9 +201,9 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True
     ConvergenceError
         If two levels of the rule do not agree.
     """
-    found = quick_sums(load, r, z, logarithm)
-    if found is not None:
-        return Sums(found[0], found[1], found[2], found[3], found[4], found[8])
+    integrals = quick_sums(load, r, z, logarithm)
+    if integrals is not None:
+        return Sums(integrals[0], integrals[1], integrals[2], integrals[3], integrals[4], integrals[8])
     return Sums(*integrated(load, r, z, _punch, np.array([1.0, 1.0, 1.0, 1.0, 1.0, load.radius])))
 
 
@@ -237,8 +237,8 @@ def quick_sums(load: LineLoad, r: FloatArray, z: FloatArray, logarithm: bool = T
     summed(cells, radius, depth, total, logarithm)
     total *= load.scale
     total[:, -1] *= unit
-    found = total.T.reshape(FORMS, *np.shape(r))
-    return found + _of_rings(load, np.asarray(r), depth.reshape(np.shape(r)) * unit, punch_forms)
+    integrals = total.T.reshape(FORMS, *np.shape(r))
+    return integrals + _of_rings(load, np.asarray(r), depth.reshape(np.shape(r)) * unit, punch_forms)
 
 
 def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, sizes: FloatArray) -> FloatArray:
@@ -377,7 +377,7 @@ def _nodes(level: int) -> FloatArray:
 
 
 def _rule(piece: Punches, parts: _Parts, punch: Kernel, level: int) -> tuple[FloatArray, FloatArray]:
-    """What the nodes of a level add to the integrals, and to those of their absolute values."""
+    """Contributions of the nodes of a level to the integrals, and to those of their absolute values."""
     below, above, weight = _nodes(level)[:, :, None]
     r, z, start, low, high, stop = parts
     first, last = np.arcsinh(low / z), np.arcsinh(high / z)
@@ -399,13 +399,13 @@ def _rule(piece: Punches, parts: _Parts, punch: Kernel, level: int) -> tuple[Flo
     return terms.sum(axis=1), np.abs(terms).sum(axis=1)
 
 
-def stress(found: Sums, poisson: float) -> FloatArray:
+def stress(integrals: Sums, poisson: float) -> FloatArray:
     """
     The components rr, tt, zz, rz of the stress in Pa, tension positive, shape (4, ...).
 
     Parameters
     ----------
-    found : Sums
+    integrals : Sums
     poisson : float
         nu of the body.
 
@@ -413,27 +413,27 @@ def stress(found: Sums, poisson: float) -> FloatArray:
     -------
     ndarray
     """
-    lateral = (1.0 - 2.0 * poisson) * found.mean
+    lateral = (1.0 - 2.0 * poisson) * integrals.mean
     return (
         np.array(
             [
-                found.inverse - lateral - found.cubed + found.mixed,
-                2.0 * poisson * found.inverse + lateral - found.mixed,
-                found.inverse + found.cubed,
-                found.shear,
+                integrals.inverse - lateral - integrals.cubed + integrals.mixed,
+                2.0 * poisson * integrals.inverse + lateral - integrals.mixed,
+                integrals.inverse + integrals.cubed,
+                integrals.shear,
             ]
         )
         / math.pi
     )
 
 
-def displacement(found: Sums, r: FloatArray, z: FloatArray, poisson: float, shear: float) -> FloatArray:
+def displacement(integrals: Sums, r: FloatArray, z: FloatArray, poisson: float, shear: float) -> FloatArray:
     """
     The displacements u_r and u_z in m, positive outward and into the body, shape (2, ...).
 
     Parameters
     ----------
-    found : Sums
+    integrals : Sums
     r, z : ndarray
         Radius and depth in m.
     poisson, shear : float
@@ -443,6 +443,6 @@ def displacement(found: Sums, r: FloatArray, z: FloatArray, poisson: float, shea
     -------
     ndarray
     """
-    outward = r * ((1.0 - 2.0 * poisson) * found.mean - found.mixed)
-    inward = 2.0 * (1.0 - poisson) * found.log - z * found.inverse
+    outward = r * ((1.0 - 2.0 * poisson) * integrals.mean - integrals.mixed)
+    inward = 2.0 * (1.0 - poisson) * integrals.log - z * integrals.inverse
     return np.array([outward, inward]) / (2.0 * math.pi * shear)

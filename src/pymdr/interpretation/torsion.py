@@ -84,7 +84,7 @@ def torsional_claims(
 
 
 def measured_error(torque: FloatArray, largest: FloatArray, excess: FloatArray) -> FloatArray:
-    """The bound of the error of the torque, of its own value, at most 1; 0 where no inner ring slips."""
+    """Bound of the relative error of the torque, at most 1; 0 where no inner ring slips."""
     with np.errstate(divide="ignore", invalid="ignore"):
         own = np.where(torque != 0.0, _MEASURED_ERROR * largest / np.abs(torque), 1.0)
     return np.where(excess > 0.0, np.fmin(own, 1.0), 0.0)

@@ -56,8 +56,8 @@ def _at(load: LineLoad, r: FloatArray, z: FloatArray, root: complex) -> _Sums:
             forms = inverse, mean, radius * inverse * mean, radius * mean * mean, np.log(total)
             return np.array([part for form in forms for part in (form.real, form.imag)])
 
-        found = integrated(load, r - each.imag * z, each.real * z, punch, sizes)
-        halves.append(found[::2] + 1j * found[1::2])
+        integrals = integrated(load, r - each.imag * z, each.real * z, punch, sizes)
+        halves.append(integrals[::2] + 1j * integrals[1::2])
     return _Sums(*((halves[0] - halves[1].conj()) / 2j))
 
 
@@ -111,13 +111,13 @@ class TransverseSolid:
         c11, _, c13, _, c66 = self.stiffnesses
         total: ComplexArray = np.zeros((4, *np.shape(r)), dtype=complex)
         for (root, m, k), weight in zip(self._terms(), self._normal_weights(), strict=True):
-            found, factor = _at(load, r, z, root), weight / k
+            integrals, factor = _at(load, r, z, root), weight / k
             squeezed = c13 * m * root * root
             total += [
-                factor * ((squeezed - c11) * found.inverse + 2.0 * c66 * found.mean),
-                factor * ((squeezed - c11 + 2.0 * c66) * found.inverse - 2.0 * c66 * found.mean),
-                weight * found.inverse,
-                weight * root * found.across,
+                factor * ((squeezed - c11) * integrals.inverse + 2.0 * c66 * integrals.mean),
+                factor * ((squeezed - c11 + 2.0 * c66) * integrals.inverse - 2.0 * c66 * integrals.mean),
+                weight * integrals.inverse,
+                weight * root * integrals.across,
             ]
         return np.asarray(2.0 * total.real)
 
@@ -134,25 +134,25 @@ class TransverseSolid:
         c11, _, c13, _, c66 = self.stiffnesses
         total: ComplexArray = np.zeros((6, *np.shape(r)), dtype=complex)
         for (root, m, k), weight in zip(self._terms(), self._shear_weights(), strict=True):
-            found, factor = _at(load, r, z, root), weight / k
+            integrals, factor = _at(load, r, z, root), weight / k
             squeezed = c13 * m * root * root
             total += [
-                factor * (c66 * found.squared + (squeezed - c11) * found.across),
-                factor * ((squeezed - c11 + 2.0 * c66) * found.across - c66 * found.squared),
-                weight * found.across,
-                weight * root * (found.mean - found.inverse),
-                factor * c66 * found.squared,
-                weight * root * found.mean,
+                factor * (c66 * integrals.squared + (squeezed - c11) * integrals.across),
+                factor * ((squeezed - c11 + 2.0 * c66) * integrals.across - c66 * integrals.squared),
+                weight * integrals.across,
+                weight * root * (integrals.mean - integrals.inverse),
+                factor * c66 * integrals.squared,
+                weight * root * integrals.mean,
             ]
         root, factor = self._twist()
-        found, along = _at(load, r, z, root), factor * self.stiffnesses.c44 * root
+        integrals, along = _at(load, r, z, root), factor * self.stiffnesses.c44 * root
         total += [
-            -c66 * factor * found.squared,
-            c66 * factor * found.squared,
+            -c66 * factor * integrals.squared,
+            c66 * factor * integrals.squared,
             np.zeros(np.shape(r)),
-            -along * found.mean,
-            c66 * factor * (found.across - found.squared),
-            along * (found.inverse - found.mean),
+            -along * integrals.mean,
+            c66 * factor * (integrals.across - integrals.squared),
+            along * (integrals.inverse - integrals.mean),
         ]
         return np.asarray(2.0 * total.real)
 
@@ -176,8 +176,8 @@ class TransverseSolid:
     def _normal_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         total: ComplexArray = np.zeros((2, *np.shape(r)), dtype=complex)
         for (root, m, k), weight in zip(self._terms(), self._normal_weights(), strict=True):
-            found, factor = _at(load, r, z, root), weight / k
-            total += [-factor * r * found.mean, factor * m * root * found.log]
+            integrals, factor = _at(load, r, z, root), weight / k
+            total += [-factor * r * integrals.mean, factor * m * root * integrals.log]
         return np.asarray(2.0 * total.real)
 
     def shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
@@ -187,15 +187,15 @@ class TransverseSolid:
     def _shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         total: ComplexArray = np.zeros((3, *np.shape(r)), dtype=complex)
         for (root, m, k), weight in zip(self._terms(), self._shear_weights(), strict=True):
-            found, factor = _at(load, r, z, root), weight / k
-            first = 0.5 * r * found.squared - found.log
+            integrals, factor = _at(load, r, z, root), weight / k
+            first = 0.5 * r * integrals.squared - integrals.log
             total += [
-                factor * (first - r * found.squared),
+                factor * (first - r * integrals.squared),
                 -factor * first,
-                -2.0 * factor * m * root * r * found.mean,
+                -2.0 * factor * m * root * r * integrals.mean,
             ]
         root, factor = self._twist()
-        found = _at(load, r, z, root)
-        first = 0.5 * r * found.squared - found.log
-        total += [factor * first, factor * (r * found.squared - first), np.zeros(np.shape(r))]
+        integrals = _at(load, r, z, root)
+        first = 0.5 * r * integrals.squared - integrals.log
+        total += [factor * first, factor * (r * integrals.squared - first), np.zeros(np.shape(r))]
         return np.asarray(total.real)

@@ -1,4 +1,4 @@
-"""How far each quantity can be trusted: claims, assumptions and their sources."""
+"""Validity of each quantity: claims, assumptions and their sources."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Level(enum.Enum):
 
 @dataclass(frozen=True)
 class Claim:
-    """How far one quantity can be trusted."""
+    """Validity of one quantity."""
 
     level: Level
     reason: str

@@ -73,12 +73,12 @@ def ellipse_bounds(shape: Shape, depth: FloatArray, radius: FloatArray) -> Ellip
     >>> round(float(found.force[0]), 7), round(float(found.longer[0] / found.shorter[0]), 2)  # by Hertz 0.0019607, 2.50
     (0.0019607, 2.5)
     """
-    found = np.full((7, depth.size), math.nan)
+    best = np.full((7, depth.size), math.nan)
     rows = np.flatnonzero((depth > 0.0) & (radius > 0.0) & np.isfinite(radius))
     if rows.size:
         each, first, of_depth = np.unique(depth[rows], return_index=True, return_inverse=True)
-        found[:, rows] = _solved(shape, each, radius[rows][first])[:, of_depth.ravel()]
-    return EllipseBounds(*found)
+        best[:, rows] = _solved(shape, each, radius[rows][first])[:, of_depth.ravel()]
+    return EllipseBounds(*best)
 
 
 def _solved(shape: Shape, depth: FloatArray, radius: FloatArray) -> FloatArray:
@@ -91,14 +91,14 @@ def _solved(shape: Shape, depth: FloatArray, radius: FloatArray) -> FloatArray:
     logs, at = np.log(depth), np.log(depth[places])
     between = np.stack([np.interp(logs, at, column) for column in known.T], axis=1)
     below = np.clip(np.searchsorted(at, logs, side="right") - 1, 0, places.size - 1)
-    found = np.empty((7, depth.size))
+    solutions = np.empty((7, depth.size))
     for i in range(depth.size):
         near = known[below[i]], known[min(below[i] + 1, places.size - 1)], between[i]
         force = [_force(shape, depth[i], radius[i], one, _SEARCHED)[0] for one in near]
-        found[:, i] = _refined(
+        solutions[:, i] = _refined(
             shape, depth[i], radius[i], near[int(np.argmax(np.nan_to_num(force, nan=-math.inf)))]
         )
-    return found
+    return solutions
 
 
 def _searched(shape: Shape, depth: float, radius: float, start: FloatArray) -> tuple[float, FloatArray]:
@@ -113,8 +113,8 @@ def _searched(shape: Shape, depth: float, radius: float, start: FloatArray) -> t
     simplex = start + np.concatenate([np.zeros((1, 5)), steps])
     options = {"initial_simplex": simplex, "xatol": _CLOSE, "fatol": _FLAT, "maxfev": _TRIES}
     with np.errstate(invalid="ignore"):
-        found = scipy.optimize.minimize(missing, start, method="Nelder-Mead", options=options)
-    return -float(found.fun), found.x
+        minimum = scipy.optimize.minimize(missing, start, method="Nelder-Mead", options=options)
+    return -float(minimum.fun), minimum.x
 
 
 def _force(

@@ -89,7 +89,7 @@ def _inside(line: Curve, place: Place) -> Place:
 
 
 def rises_to(line: Curve, depth: float) -> bool:
-    """Whether d0 rises at all radii at which bodies at a depth in m might touch, so that every contact is a disk."""
+    """Whether d0 rises at all radii at which bodies at a depth in m might touch; every contact is then a disk."""
     return not _turning_points(line, _touching_within(line, depth))
 
 
@@ -345,11 +345,11 @@ def _best_disk_at_force(line: Curve, force: FloatArray, turning: tuple[float, ..
         low = min(float(depths[0]), 0.0)
         high = float(depths[np.argmax(loads >= most * (1.0 - 1e-12))])
         d[loaded] = rising_root(load, force[loaded], low, high)
-    found = states(d)
+    best = states(d)
     return DiskStates(
-        np.where(carried, found.indentation, math.nan),
-        Place(found.place.base, np.where(carried, found.place.offset, math.inf)),
-        found.edge_excess,
+        np.where(carried, best.indentation, math.nan),
+        Place(best.place.base, np.where(carried, best.place.offset, math.inf)),
+        best.edge_excess,
     )
 
 

@@ -1,4 +1,4 @@
-"""Bodies that meet on a curve of contacts: how long they move and when they come to rest, by quadrature.
+"""Impacts on a curve of contacts, by quadrature: durations and states of rest.
 
 A reduced mass m in the potential E(s) of a contact keeps m v^2 / 2 + E(s) = C between two jumps. It passes from one
 parameter to another in int d'(s) ds / v. Where it comes to rest, that integrand has no bound; there the momentum
@@ -169,7 +169,7 @@ def move(
     potential: Potential, mass: float, total: float, begin: float, end: float, rows: FloatArray
 ) -> Passage:
     """
-    Pass from one parameter to another without coming to rest.
+    Pass from one parameter to another without rest.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def stop(
     potential: Potential, mass: float, total: float, begin: float, rest: float, rows: FloatArray
 ) -> Passage:
     """
-    Come to rest: pass from a parameter to one at which E = C, on a stretch on which the force does not turn.
+    Pass from a parameter to the state of rest, at which E = C, on an interval without a change of sign of the force.
 
     Parameters
     ----------
@@ -209,9 +209,9 @@ def stop(
     knots = np.array([k for k in potential.knots if low < k < high])
     start = float(potential.along(np.array([begin])).energy[0])
     kinetic = total - start
-    share = (potential.along(knots).energy - start) / kinetic
+    fraction = (potential.along(knots).energy - start) / kinetic
     angles = 0.5 * math.pi * rows
-    marks = np.unique(np.concatenate([angles, np.arcsin(np.sqrt(np.clip(share, 0.0, 1.0)))]))
+    marks = np.unique(np.concatenate([angles, np.arcsin(np.sqrt(np.clip(fraction, 0.0, 1.0)))]))
     given = (np.array([begin]), np.array([rest]))
     times = stopping_times(potential, mass, np.array([kinetic]), *given, marks[None])[0]
     time = np.append(0.0, np.cumsum(times))[np.searchsorted(marks, angles)]
@@ -341,7 +341,7 @@ def at_many(
     ends = np.array([low, *sorted(m for m in marks if low < m < high), high])
     first = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, ends.size - 2)
     left = [(ends[i], ends[i + 1], np.flatnonzero(first == i)) for i in range(ends.size - 1)]
-    found: FloatArray | None = None
+    result: FloatArray | None = None
     while left:
         begin, end, which = left.pop()
         if which.size == 0:
@@ -360,10 +360,10 @@ def at_many(
             values = chebyshev.chebval((x[which] - middle) / half, series)
         else:
             values = function(x[which])
-        found = np.empty((values.shape[0], x.size)) if found is None else found
-        found[:, which] = values
-    assert found is not None
-    return found
+        result = np.empty((values.shape[0], x.size)) if result is None else result
+        result[:, which] = values
+    assert result is not None
+    return result
 
 
 def work(potential: Potential, marks: FloatArray) -> float:
@@ -374,7 +374,7 @@ def work(potential: Potential, marks: FloatArray) -> float:
 
 
 def _double_exponential() -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights on [0, 1] that resolve any end of a panel at which the integrand is bounded."""
+    """Nodes and weights on [0, 1] for integrands that are bounded at the ends of a panel."""
     t = np.arange(-_RANGE, _RANGE + 0.5 * _STEP, _STEP)
     bent = 0.5 * math.pi * np.sinh(t)
     weights = _STEP * 0.25 * math.pi * np.cosh(t) / np.cosh(bent) ** 2

@@ -50,12 +50,12 @@ class RollingLine:
     def cap(self, x: FloatArray) -> FloatArray:
         """The cap d - g of friction at x on either side in m."""
         within = np.minimum(np.abs(x), self.radius)
-        found = np.maximum(self.depth - self.line.equivalent.g(within), 0.0)
+        caps = np.maximum(self.depth - self.line.equivalent.g(within), 0.0)
         # the difference cancels next to the edge
         last = within > self.nodes[-2]
         if last.any():
-            found[last] = self.edge_excess + _fall(self.line, within[last], self.radius)
-        return found
+            caps[last] = self.edge_excess + _fall(self.line, within[last], self.radius)
+        return caps
 
     @property
     def whole(self) -> float:

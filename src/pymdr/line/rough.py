@@ -16,7 +16,7 @@ _BLOCK = 1 << 15
 @dataclass(frozen=True)
 class SortedSprings:
     """
-    Springs of one stiffness in the order in which a rigid plane meets them; depths d count from the first.
+    Springs of one stiffness in the order in which a rigid plane touches them; depths d count from the first.
 
     F(d) is convex and straight between the springs, and these are its corners.
     """

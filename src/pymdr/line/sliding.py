@@ -118,7 +118,7 @@ class SlidingLine:
 
     @property
     def convex(self) -> bool:
-        """Whether g' never decreases, so that the profile never meets free springs again."""
+        """Whether g' never decreases, so that the profile does not touch free springs again."""
         behind = -self.slopes[self.half :].ravel()
         return bool(np.all(np.diff(behind) >= -1e-9 * behind.max(initial=0.0)))
 
@@ -359,7 +359,7 @@ def find_recontact(
     pressed: SlidingLine, line: ElasticLine, relaxation: Relaxation, speed: float, slid: Slid
 ) -> float | None:
     """
-    Position at which a profile meets free springs again.
+    Position at which a profile touches free springs again.
 
     Parameters
     ----------

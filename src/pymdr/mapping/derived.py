@@ -120,14 +120,14 @@ class DerivedSource(SlopeSource):
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from the rounding of f."""
-        found = self._series_errors(panels) + self._steps.errors(panels.base, panels.low, panels.width)
+        total = self._series_errors(panels) + self._steps.errors(panels.base, panels.low, panels.width)
         law = self._law
         if law is None:
-            return found
+            return total
         inside = panels.stop <= law.radius * (1.0 + 1e-9)
-        share = law.error_at(np.minimum(np.maximum(panels.start, 1e-300), law.radius))
+        law_error = law.error_at(np.minimum(np.maximum(panels.start, 1e-300), law.radius))
         whole: FloatArray = np.where(
-            inside, share * np.abs(law.slope(np.minimum(panels.stop, law.radius))), found
+            inside, law_error * np.abs(law.slope(np.minimum(panels.stop, law.radius))), total
         )
         return whole
 
@@ -161,12 +161,12 @@ class DerivedSource(SlopeSource):
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
-        found = find_kinks(self._f, low, high, of="value")
-        if found:
-            self._detected.update(found)
-            self.knots = tuple(sorted({*self.knots, *found}))
-            self._forget(min(found))
-        return found
+        located = find_kinks(self._f, low, high, of="value")
+        if located:
+            self._detected.update(located)
+            self.knots = tuple(sorted({*self.knots, *located}))
+            self._forget(min(located))
+        return located
 
     def _forget(self, b: float) -> None:
         """Drop the series on panels of the grid that a new breakpoint may cut or move: they are no longer than half of it."""
@@ -288,10 +288,10 @@ class DerivedSource(SlopeSource):
                     "scale; give a smooth profile, or name the radii where it is not smooth as breakpoints"
                 )
             left, right, before, depth = todo.pop()
-            found = self._panel(left, right)
-            if found is None:
+            panel = self._panel(left, right)
+            if panel is None:
                 continue
-            series, error, right = found
+            series, error, right = panel
             size = float(np.sum(np.abs(series)))
             middle = left + (0.25 if left == base and base > 0.0 else 0.5) * (right - left)
             settled = error <= _WIDTH * size or (size == 0.0 and self._hides_on(right - left, error))

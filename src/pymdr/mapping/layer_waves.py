@@ -1,4 +1,4 @@
-"""Plane waves inside a stack of layers: what a pressure wave on the surface does at any depth.
+"""Plane waves inside a stack of layers: the states at any depth under a pressure wave on the surface.
 
 In the layer i a wave of the wavenumber k has the state (u_z, u_x, pressure, shear), the displacements in units of p / (2 G_i k)
 and the tractions -s_zz and s_xz in units of the pressure p on the surface. In the top layer a state is counted without that of a
@@ -83,13 +83,13 @@ class _Medium:
         thin = t < _THIN
         parts = np.where(thin, np.linalg.solve(both, coefficients.T), coefficients.T)
         half = np.where(thin, 0.5 * t, 0.0)
-        found = []
+        amplitudes = []
         for sign, waves in ((1.0, self.upward @ parts[:2]), (-1.0, self.downward @ parts[2:])):
             rate = waves - sign * (self.growth @ waves)
             # states at mid-depth, seen from the face at which the wave is largest
             size = np.exp(half)
-            found.append((size * (waves - half * rate), size * rate))
-        return found[0], found[1]
+            amplitudes.append((size * (waves - half * rate), size * rate))
+        return amplitudes[0], amplitudes[1]
 
 
 def _null_space(shifted: FloatArray) -> FloatArray:

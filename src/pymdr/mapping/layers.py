@@ -1,4 +1,4 @@
-"""What the surface of a stack of layers does: its compliance L(s), and the kernel M(t) with which it acts on the line.
+"""Surface of a stack of layers: its compliance L(s), and the kernel M(t) with which it acts on the line.
 
 A pressure wave of wavenumber q displaces the surface by 2 L(qh) / (E* q), E* and h those of the top layer. On the line
 
@@ -34,7 +34,7 @@ _UV, _UP, _UT, _VP, _VT, _PT = range(6)
 
 def generator(shear: float, poisson: float) -> FloatArray:
     """
-    How a state grows from the bottom of a layer to its top, per wavenumber times depth.
+    Generator of the growth of a state from the bottom of a layer to its top, per wavenumber times depth.
 
     States are u_z, u_x, and the tractions -s_zz and s_xz in units of 2 G q, G that of the top layer.
     """
@@ -48,7 +48,7 @@ def generator(shear: float, poisson: float) -> FloatArray:
 
 
 def _minors_of(state: FloatArray) -> FloatArray:
-    """How the six minors of a pair of states grow."""
+    """Generator of the growth of the six minors of a pair of states."""
     minors = np.zeros((6, 6))
     for row, (i, j) in enumerate(_PAIRS):
         for column, (k, m) in enumerate(_PAIRS):
@@ -63,7 +63,7 @@ def _minors_of(state: FloatArray) -> FloatArray:
 
 def _tail(z: ComplexArray, first: int) -> ComplexArray:
     """
-    What sinh 2z (`first` odd) or cosh 2z has beyond the powers below `first`, times e^(-2z).
+    Remainder of the series of sinh 2z (`first` odd) or cosh 2z from the power `first` on, times e^(-2z).
 
     Its own series where the difference would cancel.
     """
@@ -164,7 +164,7 @@ class Compliance:
 
     @property
     def thickness(self) -> float:
-        """That of the top layer in m, the unit of lengths."""
+        """Thickness of the top layer in m, the unit of lengths."""
         return self.body.layers[0].thickness
 
     @cached_property
@@ -270,7 +270,7 @@ class PairCompliance:
 
     @property
     def thickness(self) -> float:
-        """That of the thinner top layer in m, the unit of lengths."""
+        """Thickness of the thinner top layer in m, the unit of lengths."""
         return min(stack.thickness for stack in self.stacks)
 
     def ratio(self, s: ArrayLike) -> ComplexArray:
@@ -360,7 +360,7 @@ class Kernel:
 
     @cached_property
     def bending(self) -> float:
-        """The integral of |1 - L| s^2: how far M leaves M(0)."""
+        """The integral of |1 - L| s^2, a bound of the change of M from M(0)."""
         s, _ = self._ray
         return float(np.sum(np.abs(self._short * s * s)))
 
@@ -406,7 +406,7 @@ class Kernel:
         return np.asarray(total)
 
     def pair(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """What acts at x of what acts at y, [M(x - y) + M(x + y)] / pi, on all pairs: shape (x, y)."""
+        """Influence at x of a load at y, [M(x - y) + M(x + y)] / pi, for all pairs: shape (x, y)."""
         return (self(np.abs(x[:, None] - y)) + self(x[:, None] + y)) / math.pi
 
     def _located(self, t: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:

@@ -44,7 +44,7 @@ class EffectiveModuli:
 @dataclass(frozen=True)
 class SurfaceCompliances:
     """
-    How the surface of one body gives way to traction waves of the wavenumber q.
+    Compliances of the surface of one body under traction waves of the wavenumber q.
 
     A pressure displaces it by 2 normal/q, a shear traction along the wave by 2 longitudinal/q and one across it by
     2 transverse/q; a pressure displaces it along the wave by coupling/q, a quarter of a wavelength aside. All in 1/Pa.

@@ -1,4 +1,4 @@
-"""The rigid flat punch on a rectangle: what the stiffness of a rough contact tends to."""
+"""The rigid flat punch on a rectangle, whose stiffness is the limit of that of a rough contact."""
 
 from __future__ import annotations
 

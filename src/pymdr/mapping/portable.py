@@ -1,4 +1,4 @@
-"""Contacts as files and other processes take them: without callables."""
+"""Contacts without callables, for files and other processes."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def require_known(profile: Profile, radii: FloatArray, name: str) -> None:
 
 
 def _touched(shape: Function2D, depth: float) -> float:
-    """A radius in m that the contact of a shape keeps within, from the disk of its lower bound."""
+    """Upper bound in m of the contact radius of a shape, from the disk of its lower bound."""
     line = equivalent_profile(azimuthal_mean(shape))
     radius = float(line.inverse(np.array([depth]))[0]) if depth > 0.0 else 0.0
     return 4.0 * radius if 0.0 < radius < math.inf else min(shape.max_radius, 1.0)

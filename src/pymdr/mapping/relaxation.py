@@ -1,4 +1,4 @@
-"""How the springs of a pair of bodies relax."""
+"""Relaxation of the springs of a pair of bodies."""
 
 from __future__ import annotations
 

@@ -365,11 +365,11 @@ def resolve(
             unresolved = sorted(set(family[few].tolist()) - searched)
             searched.update(unresolved)
             stretches = ((float(panels.start[i]), float(panels.stop[i])) for i in unresolved)
-            kinks_found = _kinks_of(kinks, stretches)
-            if kinks_found and not soft:
-                return Stopped(kinks_found)
-            unaveraged += kinks_found
-            if kinks_found:
+            new_kinks = _kinks_of(kinks, stretches)
+            if new_kinks and not soft:
+                return Stopped(new_kinks)
+            unaveraged += new_kinks
+            if new_kinks:
                 rest = rest[~np.isin(family[rest], unresolved)]
         averages = np.concatenate([averages[rest], averages[rest]])
         pending, family = _divided(pending.take(rest), family[rest])

@@ -1,4 +1,4 @@
-"""The slope f'(r) of any profile as Chebyshev series on graded panels, each with its measured error.
+"""The slope f'(r) of any profile as Chebyshev series on graded panels with measured errors.
 
 Panels are anchored at fixed radii, quarter octaves 2^(j/4) m toward the tip and b 2^(j/4) beyond a breakpoint b, so that
 they do not depend on the largest radius of a path. Panels that do not resolve the slope are divided.
@@ -98,7 +98,7 @@ class ResolvedSlope:
     _power_from: float = math.inf
     continued: float = 0.0
     """Radius in m below which a law replaced the profile when the slope was resolved."""
-    found: list[float] = field(default_factory=list)
+    undeclared: list[float] = field(default_factory=list)
     """Kinks in m that were not declared."""
 
     def __post_init__(self) -> None:
@@ -141,7 +141,7 @@ class ResolvedSlope:
         """Resolve the slope on radii up to `x`, and inward as far as a result at `inner` depends on it."""
         x = min(x, self.limit)
         if self.source.polish(_AHEAD * x):
-            self.knots = sorted({*self.source.knots, *self.found})
+            self.knots = sorted({*self.source.knots, *self.undeclared})
         self.source.foresee(x)
         while True:
             # larger radii may show that only rounding was resolved
@@ -205,7 +205,7 @@ class ResolvedSlope:
                 self._handle_stop(Stopped(kinks))
                 return
             made = replace(made, jump_error=np.maximum(made.jump_error, leaps))
-        made = _with_onsets(made, self.slopes, [*self.found, *self.source.moved], self.source)
+        made = _with_onsets(made, self.slopes, [*self.undeclared, *self.source.moved], self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # panels divided beyond the needed radius are not included
         complete = made.panels.high[-1] == panels.high[-1] == end - panels.base[-1]
@@ -226,12 +226,12 @@ class ResolvedSlope:
             low = max(edge - width, base)
             high = min([edge + width, self.limit, *(b for b in self.knots if b > edge)])
             try:
-                found = [b for b in self._find_kinks(low, high) if low < b < high]
+                between = [b for b in self._find_kinks(low, high) if low < b < high]
             except ProblemError:
                 # there is a jump, but no kink that can be located
                 continue
-            if found:
-                return found
+            if between:
+                return between
         return []
 
     def _front_offset(self, base: float) -> float:
@@ -245,14 +245,14 @@ class ResolvedSlope:
         inside = soft[(soft > low) & (soft < high)]
         if inside.size:
             return list(inside.tolist())
-        if len(self.found) >= MOST_KINKS:
+        if len(self.undeclared) >= MOST_KINKS:
             raise ConvergenceError(
                 f"the profile has more than {MOST_KINKS} undeclared kinks, the next near r = {metres(low)}; declare them: "
                 "Function(..., breakpoints=[...])"
             )
-        found = self.source.kinks(low, high)
-        self.found += found
-        return found
+        kinks = self.source.kinks(low, high)
+        self.undeclared += kinks
+        return kinks
 
     def _handle_stop(self, made: Stopped) -> None:
         if made.kinks:

@@ -1,4 +1,4 @@
-"""What f'(r) of every kind of profile offers to be resolved on panels."""
+"""Sources of f'(r) of every kind of profile, for its resolution on panels."""
 
 from __future__ import annotations
 
@@ -77,15 +77,15 @@ class CurveSource(SlopeSource):
 
     def uncertainty(self, panels: Panels) -> FloatArray:
         """Error of f' on panels, from steps of f that are constants of few digits, and from numbers of few digits."""
-        found = self.grain(panels) / _ROUNDED
+        total = self.grain(panels) / _ROUNDED
         return (
-            found
+            total
             if self._steps is None
-            else found + self._steps.errors(panels.base, panels.low, panels.width)
+            else total + self._steps.errors(panels.base, panels.low, panels.width)
         )
 
     def grain(self, panels: Panels) -> FloatArray:
-        """What numbers of few digits make of f' on panels."""
+        """Error of f' on panels by numbers of few digits."""
         given = self.profile.derivative if isinstance(self.profile, Function) else None
         if given is None or not panels.count or (unit := precision(given, float(panels.stop[0]))) <= _EPS:
             return np.zeros(panels.count)
@@ -179,7 +179,7 @@ class SplineSource(SlopeSource):
             self.fitted = f"of the fitted curve, with a misfit of {metres(profile.misfit)} (root mean square)"
 
     def grain(self, panels: Panels) -> FloatArray:
-        """What the rounding of heights makes of f' on panels."""
+        """Error of f' on panels by the rounding of heights."""
         inside = np.diff(np.searchsorted(self.breaks, [panels.start, panels.stop]), axis=0)[0]
         heights = np.interp(panels.stop, self.breaks[:-1], self.heights)
         return np.asarray(_GRAIN * heights * inside / panels.width)
@@ -334,7 +334,7 @@ class SumSource(SlopeSource):
             part.foresee(top)
 
     def rough(self, r: FloatArray) -> FloatArray:
-        """About f' at radii in m: parts may cancel."""
+        """Approximate f' at radii in m; parts may cancel."""
         return np.asarray(sum(part.rough(r) for part in self.parts))
 
     def uncertainty(self, panels: Panels) -> FloatArray:

@@ -37,7 +37,7 @@ def mean(x: float) -> float:
 @inner
 def moments(x: float) -> tuple[float, float, float, float, float, float]:
     """
-    What a spring h with a dashpot behind it makes of a straight move e in x of its relaxation times: m0 to m5.
+    Moments m0 to m5 of a Maxwell element (spring h) under a straight move e over x relaxation times.
 
     It bears m0 h + m1 e in the end, m1 h + m2 e on average, and takes m3 h^2 + 2 m4 h e + m5 e^2.
     """
@@ -57,7 +57,7 @@ def moments(x: float) -> tuple[float, float, float, float, float, float]:
 
 @inner
 def _at(line: tuple[float, float], terms: FloatArray, count: int, p: float) -> Bounds:
-    """All that bounds a sum near p."""
+    """Bounds of a sum near p."""
     falling, rise, bend, drop, curl = 0.0, 0.0, 0.0, 0.0, 0.0
     value, size = line[0] + line[1] * p, abs(line[0])
     for i in range(count):
@@ -97,7 +97,7 @@ def _least(before: float, after: float, fall: float, fallen: float, steep: float
 def _root(
     line: tuple[float, float], terms: FloatArray, count: int, low: float, high: float, guess: float
 ) -> float:
-    """Where a sum that falls throughout is 0, by Newton's method within a bracket."""
+    """The zero of a decreasing sum, by Newton's method within a bracket."""
     p = min(max(guess, low), high)
     for _ in range(_NEWTON):
         here = _at(line, terms, count, p)

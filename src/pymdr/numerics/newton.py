@@ -1,4 +1,4 @@
-"""One step of a safeguarded Newton's iteration, for kernels that look for a root of a rising function. Loads numba."""
+"""One step of a safeguarded Newton iteration, for kernels that search a root of a rising function. Loads numba."""
 
 from __future__ import annotations
 

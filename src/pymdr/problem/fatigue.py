@@ -1,4 +1,4 @@
-"""Criteria of fatigue: what a cycle of stress is rated by."""
+"""Criteria of fatigue, by which a cycle of stress is rated."""
 
 from __future__ import annotations
 

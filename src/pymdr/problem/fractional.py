@@ -1,4 +1,4 @@
-"""Power-law rheology, and the exponentials that stand for it."""
+"""Power-law rheology, and its approximation by exponentials."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to write in the place of a name that is not known."""
+"""Suggestions for unknown names."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SYMBOLS = {
 
 def nearest(word: str, known: Sequence[str]) -> list[str]:
     """
-    The known name that is meant by another: by its symbol, by capitals, else by spelling; none if nothing is near.
+    The known name closest to another: by its symbol, by capitals, else by spelling; None if none is close.
 
     Examples
     --------

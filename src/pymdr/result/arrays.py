@@ -1,4 +1,4 @@
-"""Labelled arrays over the steps, and what nobody may write to."""
+"""Labelled read-only arrays over the steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What fields are read from: protocols of the sources of every law."""
+"""Protocols of the sources of fields of every law."""
 
 from __future__ import annotations
 

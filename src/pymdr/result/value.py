@@ -334,8 +334,8 @@ class Result:
         dims: tuple[str, ...] = ("step", axis.name)
         if values.ndim == 3:
             dims, coords["axis"] = ("step", "axis", axis.name), list(AXES)
-        found = xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)
-        return found if several else found.isel(step=0)
+        array = xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)
+        return array if several else array.isel(step=0)
 
     def _require_field(self, name: str) -> None:
         self._require(name)

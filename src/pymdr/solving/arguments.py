@@ -1,4 +1,4 @@
-"""Arguments that many studies share: rows of numbers, loads and speeds, read in SI units and checked."""
+"""Common arguments of studies: rows of numbers, loads and speeds, read in SI units and checked."""
 
 from __future__ import annotations
 

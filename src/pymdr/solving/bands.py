@@ -110,8 +110,8 @@ def _mean_claims(claims: Mapping[str, Claim], *, adhesive: bool) -> dict[str, Cl
     )
     if adhesive:
         reason = (
-            "exact for the mean profile, the azimuthal mean of the measured body; what its asymmetry does to an adhesive "
-            "contact is not known"
+            "exact for the mean profile, the azimuthal mean of the measured body; the effect of its asymmetry on an "
+            "adhesive contact is unknown"
         )
     bound = claims.get("force_lower_bound")
     if bound is not None:

@@ -44,7 +44,7 @@ from pymdr.solving.memory import (
     OWN_ERRORS,
     depends_on_rows,
     error_of_levels,
-    own_share,
+    relative_errors,
     relaxation_along,
     span_along,
     tangential_relaxation_along,
@@ -180,7 +180,7 @@ def _followed(
     """A leg on n springs, in parts of its rows."""
     forced = stretch.controls.tangential == "tangential_force"
     target = parts.along(stretch.tangential, stretch.start[1])
-    found: list[TangentialHistory] = []
+    histories: list[TangentialHistory] = []
     now, done = state.sideways, 0
 
     def watch(passage: Passage) -> None:
@@ -200,14 +200,16 @@ def _followed(
             stopped = part.shift.size
             row = int(parts.row[done + stopped])
             _refuse_beyond(stretch, bodies.friction, row, float(passage.force[stopped]))
-        found.append(part)
+        histories.append(part)
         now, done = part.state, done + rows.size
 
     normal = followed_leg(task, bodies.line, bodies.normal, stretch, state.normal, parts, n, watch)
     sheared = (
-        joined([_taken(part) for part in found]) if found else _separated(stretch, target, now, forced, parts)
+        joined([_taken(part) for part in histories])
+        if histories
+        else _separated(stretch, target, now, forced, parts)
     )
-    if not found:
+    if not histories:
         now = replace(now, shift=float(sheared.shift[-1]))
     before = dict(zip(_SUMMED, state.sums, strict=True))
     summed = {name: before[name] + np.cumsum(getattr(sheared, name)) for name in _SUMMED}
@@ -302,11 +304,11 @@ def _surface(
 
 def _scaled_forces(rows: _Rows, friction: float, force: FloatArray) -> FloatArray:
     """Tangential forces for a normal force that may be computed without springs; in full slip they are mu F_N to rounding."""
-    springs, found = rows.normal.normal_force, rows.fine.tangential_force
+    springs, tangential = rows.normal.normal_force, rows.fine.tangential_force
     if math.isinf(friction):
-        return found
+        return tangential
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where((springs > 0.0) & ~rows.forced, found * (force / springs), found)
+        return np.where((springs > 0.0) & ~rows.forced, tangential * (force / springs), tangential)
 
 
 def _shift_claim(claim: Claim, forced: np.ndarray) -> Claim:
@@ -369,9 +371,11 @@ def _kernel_errors(
     creeps = travelled(bodies.tangential, compliant, walked.time, load)
     work = 2.0 * np.cumsum(bears * moves)
     names = ("stored_tangential_energy", "slip_work", "dissipated_energy", "external_work")
-    return {name: own_share(work, columns[name]) + pressed.get(name, 0.0) for name in names} | {
-        "shift": own_share(creeps, shift),
-        "tangential_force": own_share(bears, force),
-        "stick_radius": own_share(bears, force),
-        "slip_distance": own_share(bodies.tangential.error * np.cumsum(moves), columns["slip_distance"]),
+    return {name: relative_errors(work, columns[name]) + pressed.get(name, 0.0) for name in names} | {
+        "shift": relative_errors(creeps, shift),
+        "tangential_force": relative_errors(bears, force),
+        "stick_radius": relative_errors(bears, force),
+        "slip_distance": relative_errors(
+            bodies.tangential.error * np.cumsum(moves), columns["slip_distance"]
+        ),
     }

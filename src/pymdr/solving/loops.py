@@ -200,12 +200,12 @@ def _one_loop(
 ) -> FrictionLoop:
     import xarray as xr
 
-    found = _study(contact, given, pulls, normal_force, indentation)
+    study = _study(contact, given, pulls, normal_force, indentation)
     dimension = "amplitude" if given is not None else "force_amplitude"
-    columns, claims = dict(found.columns), dict(found.claims)
+    columns, claims = dict(study.columns), dict(study.claims)
     if scatter_of(contact.profile):
         ends = [
-            _shifted_study(contact, sign, found, given, pulls, normal_force, indentation)
+            _shifted_study(contact, sign, study, given, pulls, normal_force, indentation)
             for sign in (-1.0, 1.0)
         ]
         for name in _UNITS:
@@ -226,15 +226,15 @@ def _one_loop(
     }
     data = xr.Dataset(
         {name: array for name, array in arrays.items() if name != dimension}
-        | {"sliding_shift": ((), found.sliding, {"units": "m"})},
+        | {"sliding_shift": ((), study.sliding, {"units": "m"})},
         coords={dimension: arrays[dimension]},
-        attrs={"sliding_shift": found.sliding, "normal_force": found.load, "indentation": found.depth},
+        attrs={"sliding_shift": study.sliding, "normal_force": study.load, "indentation": study.depth},
     )
     return FrictionLoop(
         data=data,
         claims=claims,
-        assumptions=found.assumptions,
-        notes=found.notes,
+        assumptions=study.assumptions,
+        notes=study.notes,
         contact=contact,
     )
 
@@ -243,8 +243,8 @@ def _spread(columns: Mapping[str, FloatArray], name: str) -> FloatArray | None:
     """Half of a band over the number; None where an end is not known."""
     ends = [columns[f"{name}_{end}"] for end in ("low", "high")]
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.max([np.abs(end / columns[name] - 1.0) for end in ends], axis=0)
-    return share if np.isfinite(share).all() else None
+        half_width = np.max([np.abs(end / columns[name] - 1.0) for end in ends], axis=0)
+    return half_width if np.isfinite(half_width).all() else None
 
 
 _UNITS = {
@@ -416,19 +416,19 @@ def _loop_integrals(
             break
         middle = 0.5 * (low + high)
         whole, left, right = panels(low, high), panels(low, middle), panels(middle, high)
-        found = left + right
+        integrals = left + right
         # what is known so far is a scale for what is left
         size = np.stack([slipping + u * c, loss])
-        for total, values in zip(size, np.abs(found), strict=True):
+        for total, values in zip(size, np.abs(integrals), strict=True):
             np.add.at(total, whose, values)
         least = np.maximum(size[:, whose], math.ulp(0.0))
-        error = np.max(np.abs(found - whole) / least, axis=0)
+        error = np.max(np.abs(integrals - whole) / least, axis=0)
         spread = _ROUNDED * factor * d * np.diff(marks)[part] * (high - low) * (high + low)
         rounded = np.max(np.stack([spread, spread * u[whose]]) / least, axis=0)
         good = (error <= np.maximum(_SETTLED, rounded)) | (level == _LEVELS - 1)
         error += rounded
-        np.add.at(slipping, whose[good], found[0, good])
-        np.add.at(loss, whose[good], found[1, good])
+        np.add.at(slipping, whose[good], integrals[0, good])
+        np.add.at(loss, whose[good], integrals[1, good])
         np.add.at(missed, whose[good], error[good])
         whose, part = np.tile(whose[~good], 2), np.tile(part[~good], 2)
         low, high = np.append(low[~good], middle[~good]), np.append(middle[~good], high[~good])

@@ -184,7 +184,7 @@ def travelled(
     return relaxation.error * law(relaxation, np.append(0.0, time), np.append(0.0, way))[1:]
 
 
-def own_share(errors: FloatArray, values: FloatArray) -> FloatArray:
+def relative_errors(errors: FloatArray, values: FloatArray) -> FloatArray:
     """Relative errors of rows, at most 1; 0 for a value of 0."""
     size = np.abs(values)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -233,7 +233,7 @@ def _law(task: Task, mapped: MappedSprings, radius: float, n: int) -> PlanarLaw:
 
 def _deepest(task: Task, mapped: MappedSprings) -> tuple[float, Stretch]:
     """The largest indentation in m of a path, and its leg."""
-    found: list[tuple[float, Stretch]] = []
+    depths: list[tuple[float, Stretch]] = []
 
     def step(
         state: None, stretch: Stretch, kept: np.ndarray | None, progress: LegProgress | None
@@ -241,12 +241,12 @@ def _deepest(task: Task, mapped: MappedSprings) -> tuple[float, Stretch]:
         if stretch.by_force:
             refuse_tension(stretch.leg, stretch.normal)
         depth = depths_of(mapped, stretch, task.machine_stiffness)
-        found.append((float(np.max(depth)), stretch))
+        depths.append((float(np.max(depth)), stretch))
         force = _forces(mapped, stretch, depth[-1:] if not stretch.by_force else depth)
         return depth, None, channels_at(float(depth[-1]), float(force[-1]), task.machine_stiffness)
 
     walk(replace(task, keep=None, progress=None), None, step)
-    return max(found, key=lambda one: one[0])
+    return max(depths, key=lambda one: one[0])
 
 
 def _spring_error(law: PlanarLaw, walked: Walked[Rows]) -> float:

@@ -122,7 +122,7 @@ class PowerSpectrum(Study):
     rings: xr.Dataset
     """All data: power_spectrum (m^4) over ``wave_number`` (1/m), including unresolved waves."""
     topography: Topography
-    found: SelfAffineFit | None
+    fit_or_none: SelfAffineFit | None
     """The fit; None if the law holds on no range."""
 
     subject: ClassVar = "a power spectrum"
@@ -140,13 +140,13 @@ class PowerSpectrum(Study):
     def fit(self) -> SelfAffineFit:
         """The self-affine fit; raise if the law holds on no range."""
         self.claims["law"].require("law")
-        assert self.found is not None
-        return self.found
+        assert self.fit_or_none is not None
+        return self.fit_or_none
 
     def _remarks(self) -> list[str]:
         lines = [f"rms height {metres(self.data.attrs['rms'])}"]
-        if self.found is not None:
-            fit = self.found
+        if self.fit_or_none is not None:
+            fit = self.fit_or_none
             lines += [
                 f"H = {fit.hurst:.3f} +- {fit.hurst_error:.3f} from {metres(fit.shortest)} to {metres(fit.longest)}",
                 "the heights show no roll-off"
@@ -255,7 +255,7 @@ def power_spectrum(
         data=data,
         rings=_labelled({"power_spectrum": (rings.spectrum, "m^4")}, np.exp(rings.log_q)),
         topography=topography,
-        found=fit,
+        fit_or_none=fit,
         claims=_claims(topography, data, periodic, tip > pixel, resolved, fit),
         assumptions=_assumptions(rings, fit, whole),
         notes=topography.steps,

@@ -1,4 +1,4 @@
-"""The verb: check, map, solve, interpret."""
+"""The verb `solve`: check, map, solve, interpret."""
 
 from __future__ import annotations
 

@@ -46,8 +46,8 @@ from pymdr.solving.memory import (
     assumptions_with_memory,
     depends_on_rows,
     error_of_levels,
-    own_share,
     refuse_sudden,
+    relative_errors,
     relaxation_along,
     times_of,
     travelled,
@@ -262,16 +262,16 @@ def followed_leg(
         return follow_springs(line, relaxation, stretch.time, stretch.normal, state, n=n)
     time, target = parts.along(stretch.time, stretch.begin), parts.along(stretch.normal, stretch.start[0])
     if stretch.by_force:
-        found = follow_loads(line, relaxation, time, target, state, n=n, watch=watch)
+        history = follow_loads(line, relaxation, time, target, state, n=n, watch=watch)
     elif by_travel:
         assert task.machine_stiffness is not None
-        found = follow_travels(
+        history = follow_travels(
             line, relaxation, time, target, task.machine_stiffness, state, n=n, watch=watch
         )
     else:
-        found = follow_springs(line, relaxation, time, target, state, n=n, watch=watch)
-    own = {name: getattr(found, name)[parts.own] for name in found._fields if name != "state"}
-    return found._replace(**own)
+        history = follow_springs(line, relaxation, time, target, state, n=n, watch=watch)
+    own = {name: getattr(history, name)[parts.own] for name in history._fields if name != "state"}
+    return history._replace(**own)
 
 
 def interpreted(
@@ -416,18 +416,18 @@ def kernel_errors(
     creeps = travelled(relaxation, compliant, time, load)
     work = 2.0 * np.cumsum(bears * np.abs(np.diff(rows.indentation, prepend=0.0)))
     return {
-        "normal_force": own_share(bears, rows.normal_force),
-        "indentation": own_share(creeps, rows.indentation),
-        "contact_radius": own_share(creeps, rows.indentation),
-        "elastic_energy": own_share(work, rows.stored),
-        "dissipated_energy": own_share(work, rows.dissipated),
-        "external_work": own_share(work, rows.work),
+        "normal_force": relative_errors(bears, rows.normal_force),
+        "indentation": relative_errors(creeps, rows.indentation),
+        "contact_radius": relative_errors(creeps, rows.indentation),
+        "elastic_energy": relative_errors(work, rows.stored),
+        "dissipated_energy": relative_errors(work, rows.dissipated),
+        "external_work": relative_errors(work, rows.work),
     }
 
 
-def _sized(relaxation: Relaxation, found: Ting, name: str) -> dict[str, FloatArray]:
+def _sized(relaxation: Relaxation, rows: Ting, name: str) -> dict[str, FloatArray]:
     """Errors of the kernel in rows without springs."""
-    sizes = {name: found.gained[1:], "contact_radius": found.widened[1:]}
+    sizes = {name: rows.gained[1:], "contact_radius": rows.widened[1:]}
     return {name: np.fmin(relaxation.error * np.nan_to_num(size), 1.0) for name, size in sizes.items()}
 
 

@@ -158,8 +158,8 @@ def first_yield(
 
     def most_stressed(name: str, limits: Sequence[float], depth: float) -> Largest:
         """The place where the stress over the strength is largest, with this ratio."""
-        found = interior(depth).largest_by_layer(name, 0)
-        return max(one._replace(value=one.value / limit) for one, limit in zip(found, limits, strict=True))
+        peaks = interior(depth).largest_by_layer(name, 0)
+        return max(one._replace(value=one.value / limit) for one, limit in zip(peaks, limits, strict=True))
 
     rough = _rough_depth(line, min(limits))
     _refuse_yield_at_touch(interior(_SLIGHT * rough), min(limits), contact.adhesion is not None)
@@ -323,14 +323,14 @@ def _depth_reaching(ratio: Callable[[float], float], rough: float) -> float:
 def _study(
     contact: Contact,
     criteria: list[str],
-    found: tuple[list[float], list[Largest]],
+    results: tuple[list[float], list[Largest]],
     notes: list[str],
     how: tuple[str | None, float],
 ) -> FirstYield:
     import xarray as xr
 
     # rising, so that nothing is unloaded
-    depths, places = found
+    depths, places = results
     order = np.argsort(depths)
     result = solve(contact, Path(indentation=np.array(depths)[order]))
     stress = result.claims["stress"]

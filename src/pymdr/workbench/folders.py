@@ -119,7 +119,7 @@ def _files(root: Path, table: Path | None) -> dict[str, Path]:
     """Files by their names relative to the folder, in order."""
     if not root.is_dir():
         raise FileError(f"cannot read {root}: it is not a folder")
-    found = {}
+    by_name = {}
     for parent, folders, files in os.walk(root):
         folders[:] = sorted(
             name for name in folders if not name.startswith(".") and not is_zarr(Path(parent, name))
@@ -127,12 +127,12 @@ def _files(root: Path, table: Path | None) -> dict[str, Path]:
         for name in sorted(files):
             file = Path(parent, name)
             if not name.startswith(".") and (table is None or not table.exists() or not file.samefile(table)):
-                found[file.relative_to(root).as_posix()] = file
-        if len(found) > _MOST_FILES:
+                by_name[file.relative_to(root).as_posix()] = file
+        if len(by_name) > _MOST_FILES:
             raise FileError(f"{root}: more than {_MOST_FILES} files; fit large sets of curves as a map")
-    if not found:
+    if not by_name:
         raise FileError(f"{root}: the folder has no files; put the force curves into it")
-    return found
+    return by_name
 
 
 def _groups(table: Path, files: Mapping[str, Path]) -> dict[str, str]:
@@ -146,16 +146,16 @@ def _groups(table: Path, files: Mapping[str, Path]) -> dict[str, str]:
         what = "it has no rows" if short is None else f"the row {', '.join(short)!r} has no group"
         raise CaseError(f"{table}: {what}; a header and two columns are needed, such as 'file, sample'")
     names = {Path(name).name: name for name in files}
-    found: dict[str, str] = {}
+    groups: dict[str, str] = {}
     for row in rows[1:]:
         name = row[0] if row[0] in files else names.get(row[0])
         if name is None:
             raise CaseError(
                 f"{table}: {row[0]!r} is not in the folder, which has {len(files)} files; correct the name"
             )
-        if name in found:
+        if name in groups:
             raise CaseError(
                 f"{table}: {row[0]!r} is given twice; give each file once, with its folder if names repeat"
             )
-        found[name] = row[1]
-    return found
+        groups[name] = row[1]
+    return groups

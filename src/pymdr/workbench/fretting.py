@@ -141,10 +141,10 @@ def fretting_log(
     """
     data, clean = _read(record, machine_stiffness)
     shift, force = clean["shift"].values, clean["tangential_force"].values
-    found = measured_loops(clean, least=least).data
-    first, last = found["first_row"].values - 1, found["last_row"].values - 1
+    measured = measured_loops(clean, least=least).data
+    first, last = measured["first_row"].values - 1, measured["last_row"].values - 1
     spans = [slice(int(begin), int(end) + 1) for begin, end in zip(first, last, strict=True)]
-    amplitude, loss = found["amplitude"].values, found["dissipated_per_cycle"].values
+    amplitude, loss = measured["amplitude"].values, measured["dissipated_per_cycle"].values
     swing = np.array([0.5 * np.ptp(force[span]) for span in spans])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = loss / (4.0 * swing * amplitude)
@@ -166,7 +166,7 @@ def fretting_log(
     attrs = {"limit": limit}
     if worn_volume is not None:
         attrs["wear_coefficient"] = _rate(worn_volume, loss, cycles)
-    number = found["cycle"].values
+    number = measured["cycle"].values
     few = np.unique(np.linspace(0, number.size - 1, min(number.size, _DRAWN)).round().astype(int))
     return FrettingLog(
         data=over_rows("cycle", number, columns, FrettingLog.columns | _NOT_SHOWN, attrs),

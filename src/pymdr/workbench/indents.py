@@ -210,7 +210,7 @@ def _coefficients(results: Sequence[str]) -> dict[int, tuple[float, ...]]:
         return {}
     titles = results[0].split("\t")
     places = [(title, i) for i, title in enumerate(titles) if re.fullmatch(r"Area Coefficient \d", title)]
-    found: dict[int, tuple[float, ...]] = {}
+    by_test: dict[int, tuple[float, ...]] = {}
     for line in results[1:]:
         cells = line.split("\t")
         try:
@@ -219,19 +219,19 @@ def _coefficients(results: Sequence[str]) -> dict[int, tuple[float, ...]]:
         except (ValueError, IndexError):
             continue
         if values and np.all(np.isfinite(values)):
-            found[number] = values
-    return found
+            by_test[number] = values
+    return by_test
 
 
 def _hysitron(source: Path, lines: Sequence[str]) -> _Test:
     """The section of the test of a .hld; those of approach and drift are before it."""
     starts = [(i, match) for i, line in enumerate(lines) if (match := _SECTION.fullmatch(line))]
-    found = next(((i, match) for i, match in starts if match["name"].strip() == "Test"), None)
-    if found is None:
+    section = next(((i, match) for i, match in starts if match["name"].strip() == "Test"), None)
+    if section is None:
         raise CaseError(
             f"{source}: a Hysitron record without the section of its test; it was aborted, or the file is cut off"
         )
-    start, match = found
+    start, match = section
     count = int(match["count"])
     rows = [line for line in lines[start + 2 : start + 2 + count] if line.strip()]
     if len(rows) < count:

@@ -50,8 +50,8 @@ def import_file(file: str | os.PathLike[str]) -> None:
     folder = str(source.resolve().parent)
     if folder not in sys.path:
         sys.path.append(folder)
-    found = find_spec(name)
-    origin = found.origin if found is not None else None
+    existing = find_spec(name)
+    origin = existing.origin if existing is not None else None
     if origin is None or not Path(origin).exists() or not Path(origin).samefile(source):
         raise FileError(f"--plugin {source}: another module has the name {name!r}; rename the file")
     try:

@@ -268,7 +268,7 @@ def turning_points(values: FloatArray, least: float) -> FloatArray:
     inner = moving[1:][steps[moving[1:]] != steps[moving[:-1]]]
     candidates = np.concatenate([[0], inner, [values.size - 1]])
     heights = values[candidates].tolist()
-    found: list[int] = []
+    indices: list[int] = []
     low = high = 0
     rising: bool | None = None
     for i, height in enumerate(heights):
@@ -277,12 +277,12 @@ def turning_points(values: FloatArray, least: float) -> FloatArray:
         if rising is not True and height <= heights[low]:
             low = i
         if rising is not False and heights[high] - height >= least:
-            found.append(high)
+            indices.append(high)
             rising, low = False, i
         elif rising is not True and height - heights[low] >= least:
-            found.append(low)
+            indices.append(low)
             rising, high = True, i
-    kept = [i for i in found if 0 < candidates[i] < values.size - 1]
+    kept = [i for i in indices if 0 < candidates[i] < values.size - 1]
     return np.asarray(candidates[kept], dtype=int)
 
 

@@ -50,8 +50,8 @@ class PronyFit(Study):
     @property
     def misfit(self) -> float:
         """Root mean square relative misfit of the series, as the fit counts it."""
-        found = list(self._moduli(self._rows.inverse).values())[1:]
-        return self._rows.misfit(np.concatenate(found))
+        fitted = list(self._moduli(self._rows.inverse).values())[1:]
+        return self._rows.misfit(np.concatenate(fitted))
 
     @property
     def _rows(self) -> Measured:

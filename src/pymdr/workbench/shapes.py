@@ -134,22 +134,22 @@ def hold_shape(
     assert isinstance(shape, Shape)
     mdr = solve(contact, Path(indentation=depths))
     disks = pressed(contact).disks(depths)
-    found: list[tuple[PressedSurface, bool]] = []
+    surfaces: list[tuple[PressedSurface, bool]] = []
     for done, (depth, radius) in enumerate(zip(depths.tolist(), disks.tolist(), strict=True)):
-        found.append(_pressed_at(contact, shape, depth, radius, _odd(pixels), engine))
+        surfaces.append(_pressed_at(contact, shape, depth, radius, _odd(pixels), engine))
         if progress is not None:
             progress(done + 1, depths.size)
     names = [name for name in COMPARED if name in mdr.data or name in ("normal_force", "normal_stiffness")]
     columns: dict[str, Any] = {"indentation": ("step", depths, {"units": "m"})}
     for name in names:
         mine = mdr.data[name].values if name in mdr.data else np.full(depths.size, math.nan)
-        other, error = np.array([_by_engine(one, known, name) for one, known in found]).T
+        other, error = np.array([_by_engine(one, known, name) for one, known in surfaces]).T
         unit = {"units": QUANTITIES[name].unit}
         columns |= {f"{name}_mdr": ("step", mine, unit), f"{name}_engine": ("step", other, unit)}
         columns |= {f"{name}_difference": ("step", mine / other - 1.0), f"{name}_error": ("step", error)}
     import xarray as xr
 
-    last = found[-1][0]
+    last = surfaces[-1][0]
     attributes = {"engine": last.data.attrs["engine"], "points": last.data.attrs["points"]}
     i, j = np.unravel_index(int(np.argmax(last.surface.heights)), last.surface.heights.shape)
     apex = float(last.surface.x[i]), float(last.surface.y[j])
@@ -183,9 +183,9 @@ def _around(x: FloatArray, y: FloatArray) -> FloatArray:
     return np.array([-x.min(), x.max(), -y.min(), y.max()])
 
 
-def _block_forces(found: PressedSurface) -> FloatArray:
+def _block_forces(surface: PressedSurface) -> FloatArray:
     """Forces in N of blocks of pixels, which are forces from afar, and their places from the apex in m; shape (blocks, 3)."""
-    pressure, heights, spacing = found.maps[0][0], found.surface.heights, found.surface.spacing
+    pressure, heights, spacing = surface.maps[0][0], surface.surface.heights, surface.surface.spacing
     apex = np.unravel_index(int(np.argmax(heights)), heights.shape)
     x, y = ((np.arange(n) - at) * h for n, at, h in zip(pressure.shape, apex, spacing, strict=True))
     step = max(1, max(pressure.shape) // _BLOCKS)
@@ -201,7 +201,7 @@ def _block_forces(found: PressedSurface) -> FloatArray:
 
 
 def _box_of_entering_parts(
-    found: PressedSurface, shape: Shape, modulus: float, depth: float, box: FloatArray, radius: float
+    surface: PressedSurface, shape: Shape, modulus: float, depth: float, box: FloatArray, radius: float
 ) -> FloatArray | None:
     """The box that other parts of the body need, which would enter the surface beside the grid; None without any."""
     x, y = _rays(radius)
@@ -213,7 +213,7 @@ def _box_of_entering_parts(
         return None
     x, y, gap = x[below], y[below], gap[below]
     sunk = np.zeros(x.shape)
-    for force, place_x, place_y in _block_forces(found):
+    for force, place_x, place_y in _block_forces(surface):
         sunk += force / (math.pi * modulus * np.hypot(x - place_x, y - place_y))
     entering = gap < depth - sunk - _SLACK * depth
     if not entering.any():
@@ -229,18 +229,18 @@ def _pressed_at(
     modulus = effective_moduli(contact.body, contact.counterbody).normal
     for _ in range(_TRIES):
         surface, unknown = _heights(shape, depth, box, count)
-        found = press(
+        solution = press(
             surface, contact.body, contact.counterbody, indentation=depth, punch=True, engine=engine
         )
-        touching = found.maps[0][0] > 0.0
+        touching = solution.maps[0][0] > 0.0
         if np.any(touching & _widened(unknown)):
-            return found, False
+            return solution, False
         if touching[:2].any() or touching[-2:].any() or touching[:, :2].any() or touching[:, -2:].any():
             box = _LARGER * box
             continue
-        wider = _box_of_entering_parts(found, shape, modulus, depth, box, radius)
+        wider = _box_of_entering_parts(solution, shape, modulus, depth, box, radius)
         if wider is None:
-            return found, True
+            return solution, True
         # more pixels, as far as they go, so that they do not become coarser
         larger = float(np.max((wider[::2] + wider[1::2]) / (box[::2] + box[1::2])))
         count = min(_odd(math.ceil(larger * count)), _odd(_FINER * pixels), _MOST)
@@ -272,20 +272,20 @@ def _widened(where: np.ndarray) -> np.ndarray:
     return np.asarray(where | adjacent)
 
 
-def _by_engine(found: PressedSurface, known: bool, name: str) -> tuple[float, float]:
+def _by_engine(solution: PressedSurface, known: bool, name: str) -> tuple[float, float]:
     """A quantity by boundary elements, and the relative error that is claimed of it."""
     if not known:
         return math.nan, math.nan
     of = _OF_ENGINE.get(name, name)
     if of not in ("semi_axis_x", "semi_axis_y"):
-        claim = found.claims[of]
-        return float(found[of][0]), math.nan if claim.error is None else float(claim.error[0])
+        claim = solution.claims[of]
+        return float(solution[of][0]), math.nan if claim.error is None else float(claim.error[0])
     # of an ellipse the mean of x^2 is a_x^2 / 4; its pixels have too much of area, along both axes alike
-    touching = found.maps[0][0] > 0.0
-    surface, at = found.surface, int(of == "semi_axis_y")
+    touching = solution.maps[0][0] > 0.0
+    surface, at = solution.surface, int(of == "semi_axis_y")
     places = np.arange(touching.shape[at]) * float(surface.spacing[at])
     count = touching.sum(axis=1 - at) / touching.sum()
     spread = float(count @ (places - count @ places) ** 2)
-    area, error = _by_engine(found, known, "contact_area")
+    area, error = _by_engine(solution, known, "contact_area")
     pixels = float(touching.sum()) * float(np.prod(surface.spacing))
     return 2.0 * math.sqrt(spread * area / pixels), error

@@ -153,9 +153,9 @@ def verify_sliding(
     parts = [np.where(moves, n, 1) for n in (_PARTS if moves.any() else (1,))]
     total = int(sum(p.sum() for p in parts))
     done = 0
-    found = []
+    rows = []
     for each in parts:
-        found.append(
+        rows.append(
             solve_sliding(
                 contact.profile,
                 contact.body,
@@ -169,19 +169,19 @@ def verify_sliding(
         )
         done += int(each.sum())
     ends = [np.cumsum(each) - 1 for each in parts]
-    forces = [other.tangential_force[at] for other, at in zip(found, ends, strict=True)]
+    forces = [other.tangential_force[at] for other, at in zip(rows, ends, strict=True)]
     change = forces[-1] - forces[0]
     size = float(np.max(np.abs(forces[-1]))) or 1.0
     return SlidingVerification(
         contact=contact,
-        data=_table(mdr, found[-1], ends[-1], forces[-1] + change),
-        tractions=_tractions(mdr, found[-1]),
+        data=_table(mdr, rows[-1], ends[-1], forces[-1] + change),
+        tractions=_tractions(mdr, rows[-1]),
         curves=_curves(contact, d, u),
         rows=chosen,
         path_rows=whole.data.sizes["step"],
         extrapolated=float(np.max(np.abs(change))) / size,
         cells=cells,
-        slip_angle=found[-1].largest_slip_angle,
+        slip_angle=rows[-1].largest_slip_angle,
     )
 
 

@@ -97,12 +97,12 @@ def read_topography(
         raise CaseError(
             f"missing = {shown(missing)}: one of {', '.join(preparing.REMEDIES)} and keep is needed"
         )
-    found = _read(source, channel)
+    heights = _read(source, channel)
     try:
         surface = Topography(
-            np.asarray(found.heights, dtype=float) * height_factor(source, found.unit, unit),
-            _sides(source, found.size, size),
-            (found.step,),
+            np.asarray(heights.heights, dtype=float) * height_factor(source, heights.unit, unit),
+            _sides(source, heights.size, size),
+            (heights.step,),
         )
     except (ProblemError, UnitError) as error:
         raise CaseError(f"{source}: {error}") from error
@@ -142,13 +142,13 @@ def _read(source: Path, channel: int | str | None) -> Read:
             f"{source}: larger than {_LARGEST_TEXT} bytes, the limit of a text of heights; save an array as .npy"
         )
     try:
-        found = of_text(source, text)
+        heights = of_text(source, text)
     except ForeignError as error:
         try:
             return of_maker(source, content, channel)
         except (FileError, MissingExtraError):
             raise CaseError(str(error)) from None
-    if text.lstrip().startswith("#") and (found.unit is None or found.size is None):
+    if text.lstrip().startswith("#") and (heights.unit is None or heights.size is None):
         # a header in other words than those that are read here
         try:
             foreign = of_maker(source, content, channel)
@@ -158,7 +158,7 @@ def _read(source: Path, channel: int | str | None) -> Read:
             if foreign.unit is not None and foreign.size is not None:
                 return foreign
     _refuse_channel(source, channel)
-    return found
+    return heights
 
 
 def _refuse_channel(source: Path, channel: int | str | None) -> None:

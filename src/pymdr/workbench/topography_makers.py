@@ -165,10 +165,10 @@ def _names(channels: list[Any]) -> str:
 def _chosen(source: Path, channels: list[Any], channel: int | str | None, reader: Any) -> Any:
     if channel is None:
         return reader.default_channel
-    found = [c for c in channels if channel in (c.index, c.name)]
-    if len(found) != 1:
-        why = "no channel" if not found else f"{len(found)} channels"
+    matching = [c for c in channels if channel in (c.index, c.name)]
+    if len(matching) != 1:
+        why = "no channel" if not matching else f"{len(matching)} channels"
         raise CaseError(
             f"{source}: {why} {shown(channel)}; the file has {_names(channels)}: name one by its number"
         )
-    return found[0]
+    return matching[0]

@@ -173,9 +173,9 @@ def verify(
     mdr = solve(contact, route)
     ring = solve(contact, route, solver=solver, progress=progress)
     rows = np.arange(chosen.size)
-    found = _ring_state(ring)
-    table = _table(mdr, found, rows, [name for name in COMPARED if name != "indentation"])
-    return Verification(data=table, pressures=_pressures(mdr, found, rows), rings=solver.n, contact=contact)
+    rings = _ring_state(ring)
+    table = _table(mdr, rings, rows, [name for name in COMPARED if name != "indentation"])
+    return Verification(data=table, pressures=_pressures(mdr, rings, rows), rings=solver.n, contact=contact)
 
 
 def _verify_adhesion(
@@ -222,11 +222,11 @@ def _verify_history(
     moved = any(leg.controls.normal == "indentation" for leg in planned(path))
     skipped = {name for name, free in (("indentation", loaded), ("normal_force", moved)) if not free}
     names = [name for name in COMPARED if name in mdr.claims and name not in skipped]
-    found = _ring_state(ring)
-    table = _table(mdr, found, rows, names, to_largest=True)
+    rings = _ring_state(ring)
+    table = _table(mdr, rings, rows, names, to_largest=True)
     return Verification(
         data=table,
-        pressures=_pressures(mdr, found, rows),
+        pressures=_pressures(mdr, rings, rows),
         rings=solver.n,
         history=_history(mdr, ring),
         to_largest=True,

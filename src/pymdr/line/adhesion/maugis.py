@@ -105,11 +105,11 @@ class MaugisDugdale:
         target = 0.5 * np.pi * self.work / self.strength
         width = solve_width(self.line, self._k, target, crossing, crossing.copy(), outward=False)
         along = [*radii.parameter(kinks), *radii.parameter(crossing - width), *radii.knots]
-        found = {*kinks[kinks < first], *self.ends, *(s for s in along if s < growing)}
+        places = {*kinks[kinks < first], *self.ends, *(s for s in along if s < growing)}
         if np.isfinite(edge) and self.ends[_CLIPPED] > growing:
             late = kinks[radii.parameter(kinks) >= growing]
-            found |= {*(self.ends[_CLIPPED] - np.sqrt((edge - late) * (edge + late)))}
-        return tuple(sorted(float(s) for s in found if 0.0 < s < self.ends[-1]))
+            places |= {*(self.ends[_CLIPPED] - np.sqrt((edge - late) * (edge + late)))}
+        return tuple(sorted(float(s) for s in places if 0.0 < s < self.ends[-1]))
 
     @property
     def _springs(self) -> ElasticLine:

@@ -273,8 +273,8 @@ def _made(line: PanelLine, image: Image, least: float) -> _Table:
     start, stop = panels.start, panels.stop
     moments = np.empty((panels.count + 1, _POWERS.size))
     moments[0] = height * (n / (n + _POWERS) if n > 0.0 else 0.0)
-    share = (panels.base[:, None] + nodes) / stop[:, None]
-    own = np.einsum("pj,pjk->pk", weights, share[:, :, None] ** _POWERS)
+    fraction = (panels.base[:, None] + nodes) / stop[:, None]
+    own = np.einsum("pj,pjk->pk", weights, fraction[:, :, None] ** _POWERS)
     shrink = (start / stop)[:, None] ** _POWERS
     for i in range(panels.count):
         moments[i + 1] = moments[i] * shrink[i] + own[i]

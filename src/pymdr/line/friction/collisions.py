@@ -1,4 +1,4 @@
-"""A mass that moves tangentially against friction while its indentation is given. Loads numba when it runs."""
+"""Tangential motion of a mass against friction at given indentations. Loads numba when it runs."""
 
 from __future__ import annotations
 

@@ -120,12 +120,12 @@ def follow(
     count = given[0].size
     run = (_Frictionless if friction == 0.0 else _Stack)(control, curves, given, state, _kept(keep, count))
     states: dict[int, FrictionState] = {}
-    held = 0
+    stored = 0
     for row in sorted(set(checkpoints)):
         run.advance(row + 1)
-        if run.row == row + 1 and held + run.vertices <= _MOST_HELD:
+        if run.row == row + 1 and stored + run.vertices <= _MOST_HELD:
             states[row] = run.state()
-            held += run.vertices
+            stored += run.vertices
     run.advance(count)
     return run.history(states)
 

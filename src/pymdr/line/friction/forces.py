@@ -33,7 +33,7 @@ _ROUNDING = 1e-14  # of force times depth: what the closed form of the slip work
 
 
 class Loading(NamedTuple):
-    """A straight step in forces: where it begins in (F_N, S), and the changes."""
+    """A straight step in forces: its start in (F_N, S), and the changes."""
 
     force: float
     pull: float
@@ -127,8 +127,8 @@ def short_slip_work(line: FloatArray, upper: Point, e_u: float, lower: Point, e_
             grown = 0.0
             for turn in range(3):
                 grown = 0.0
-                for part, share in _INNER:
-                    grown += share * (curve(line, y + delta * part)[0] - a)
+                for part, gauss_weight in _INNER:
+                    grown += gauss_weight * (curve(line, y + delta * part)[0] - a)
                 if turn < 2:
                     delta -= (delta * (a + grown) - ahead / twice) / curve(line, y + delta)[0]
             total += width * weight * grown * delta

@@ -25,7 +25,7 @@ def follow_displacements(
     checkpoints: Iterable[int] = (),
 ) -> FrictionHistory:
     """
-    Follow rows of (indentation, shift), straight between rows.
+    Follow rows of (indentation, shift), linear between rows.
 
     F_x = mu sum sigma_i [F_N(y_i) - F_N(y_(i-1))] with the slopes sigma_i of the anchor curve. At d <= 0 the
     contact is lost and the memory with it; it returns stress-free at the shift of first touch.

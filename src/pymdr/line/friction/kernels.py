@@ -51,7 +51,7 @@ class Point(NamedTuple):
 
 
 class Anchors(NamedTuple):
-    """The curves of a body, the stack of vertices, and what a run remembers beside it from one row to the next."""
+    """The curves of a body, the stack of vertices, and the state that a run passes from one row to the next."""
 
     line: FloatArray
     stack: Any
@@ -59,7 +59,7 @@ class Anchors(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A straight step: where it begins, and the change of depth and shift."""
+    """A straight step: its start, and the change of depth and shift."""
 
     y: float
     b: float
@@ -168,7 +168,7 @@ def clear(stack: Any, b: float) -> None:
 
 @fused.inlined
 def lengthens(stack: Any, i: int, chord: float, room: float) -> bool:
-    """Whether segment i may end at the slope of a chord: all its ends so far stay within `room` of a line."""
+    """Whether segment i may end at the slope of a chord: all its ends so far are within `room` of a line."""
     top = vertex(stack, i)
     low = max(top.low, top.slope - room)
     high = min(top.high, top.slope + room)
@@ -305,8 +305,8 @@ def slip(anchors: Anchors, i: int, upper: Point, step: Step, end: Point) -> tupl
             closer += shallow_slip_work(anchors.line, end, upper.y, lower.y, lag, bend)
         if next_lag <= 0.0:
             # by the closer sum, unless a bends or steps in between
-            lost = _ROUNDING_OF_SLIP * (end.force * rate + end.work)
-            if step.d_depth == 0.0 and end.y - lower.y < _SHORT * end.y and abs(closer - total) <= lost:
+            rounding = _ROUNDING_OF_SLIP * (end.force * rate + end.work)
+            if step.d_depth == 0.0 and end.y - lower.y < _SHORT * end.y and abs(closer - total) <= rounding:
                 total = closer
             if lower.y > bottom:
                 put(anchors, i, lower, slope)

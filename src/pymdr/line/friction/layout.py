@@ -1,4 +1,4 @@
-"""The header of the curves that the kernels read: constants of friction in the spare columns of a graded table."""
+"""Header of the curves for the kernels: constants of friction in the spare columns of a graded table."""
 
 from __future__ import annotations
 

@@ -63,10 +63,10 @@ def moments(line: FloatArray, p: Point, q: Point) -> tuple[float, float]:
         stiffness = 2.0 * modulus * _GAUSS_W[k] * curve(line, p.y + length * _GAUSS_X[k])[0]
         smooth_zeroth += stiffness
         smooth_first += (1.0 - _GAUSS_X[k]) * stiffness
-    lost = 1e-14 * q.force / length
-    if abs(zeroth - smooth_zeroth) <= lost:
+    rounding = 1e-14 * q.force / length
+    if abs(zeroth - smooth_zeroth) <= rounding:
         zeroth = smooth_zeroth
-    if abs(first - smooth_first) <= lost * (1.0 + q.y / length):
+    if abs(first - smooth_first) <= rounding * (1.0 + q.y / length):
         first = smooth_first
     return zeroth, first
 
@@ -101,7 +101,7 @@ def restore_stuck(anchors: Anchors, y: FloatArray, b: FloatArray) -> None:
 
 @fused.compiled
 def released(line: FloatArray, lower: Point, upper: Point, lag_l: float, lag_u: float) -> float:
-    """E* int lag^2 da between two depths, lag linear: what springs hold when they part."""
+    """E* int lag^2 da between two depths, lag linear: the energy that springs release when they separate."""
     zeroth, first = moments(line, lower, upper)
     edges = line[0, MODULUS] * (lag_u * lag_u * upper.radius - lag_l * lag_l * lower.radius)
     return float(edges - (lag_u - lag_l) * (lag_l * first + lag_u * (zeroth - first)))
@@ -244,7 +244,7 @@ def advance(anchors: Anchors, d: float, v: float) -> float:
     depth, before = anchors.memory[DEPTH], anchors.memory[SHIFT]
     anchors.memory[DEPTH], anchors.memory[SHIFT] = d, v
     m = int(anchors.memory[TOP])
-    lost = 0.0
+    released_energy = 0.0
     touches = d > TINY
     if touches or depth > TINY:
         end, shift = d, v
@@ -252,12 +252,12 @@ def advance(anchors: Anchors, d: float, v: float) -> float:
             end, shift = 0.0, before + (v - before) * (depth / (depth - d))
         elif depth < 0.0:
             clear(anchors.stack, before + (v - before) * (-depth / (d - depth)))
-        m, lost = stick(anchors, m, end, shift)
+        m, released_energy = stick(anchors, m, end, shift)
     if not touches:
         clear(anchors.stack, v)
         m = 0
     anchors.memory[TOP] = m
-    return lost
+    return released_energy
 
 
 @fused.compiled
@@ -294,8 +294,8 @@ def run_stuck(
         if by_force and TINY < before > d:
             work = released_by_force(anchors, m, max(d, 0.0), force, pull)
         v = t / scales.shift if by_shift else shift_under(anchors, d, pull, by_force)
-        lost = advance(anchors, d, v)
-        count(anchors.memory, int(anchors.memory[TOP]), work if by_force else lost, 0.0)
+        released_energy = advance(anchors, d, v)
+        count(anchors.memory, int(anchors.memory[TOP]), work if by_force else released_energy, 0.0)
         column = write(run, j, column)
         j += 1
     return COMPLETE, j, column
@@ -317,7 +317,7 @@ def run_springs(
     t is the spring's normalised shift, at most its depth D - y, and kept in `pulls`, 0 before the first row. A straight step is exact for a spring, whether it
     enters, stays or parts.
     """
-    depth = v = lost = 0.0
+    depth = v = slip_work = 0.0
     for j in range(indentation.size):
         d, v1 = indentation[j], per_shift * shift[j]
         d_depth, d_shift = d - depth, v1 - v
@@ -334,7 +334,7 @@ def run_springs(
                     s = abs(t) - cap
                     if s > 0.0:
                         rate = math.copysign(1.0, t) * d_shift - d_depth
-                        lost += s * (cap - 0.5 * d_depth * min(s / rate, 1.0))
+                        slip_work += s * (cap - 0.5 * d_depth * min(s / rate, 1.0))
                     t = math.copysign(cap, t)
                 else:
                     stuck += 1
@@ -344,12 +344,12 @@ def run_springs(
             elif depth > y:
                 s = abs(pulls[i] + d_shift * ((depth - y) / -d_depth))
                 if sticks:
-                    lost += 0.5 * s * s
+                    slip_work += 0.5 * s * s
                 elif s > 0.0:
                     rate = (
                         math.copysign(1.0, pulls[i] + d_shift * ((depth - y) / -d_depth)) * d_shift - d_depth
                     )
-                    lost -= 0.5 * d_depth * s * min(s / rate, 1.0)
+                    slip_work -= 0.5 * d_depth * s * min(s / rate, 1.0)
                 pulls[i] = 0.0
-        out[0, j], out[1, j], out[2, j], out[3, j] = force, stuck, energy, lost
+        out[0, j], out[1, j], out[2, j], out[3, j] = force, stuck, energy, slip_work
         depth, v = d, v1

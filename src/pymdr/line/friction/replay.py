@@ -19,7 +19,7 @@ from pymdr.line.friction.state import FrictionHistory, FrictionState, virgin_sta
 from pymdr.units import FloatArray
 
 _CHECKPOINTS = 64
-"""States that are remembered along a leg."""
+"""Number of states stored along a leg."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ def follow_leg(
     checkpoints: Iterable[int] = (),
 ) -> FrictionHistory:
     """
-    Follow one leg by the stack that belongs to its control.
+    Follow one leg by the stack of its control.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def follow_leg(
 @dataclass
 class Replay:
     """
-    The state after any row of a history, by following it again from the nearest state that is remembered.
+    The state after any row of a history, recomputed from the nearest stored state.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class Replay:
         return self._run(which, row + 1)
 
     def _run(self, which: int, stop: int) -> FrictionState:
-        """Follow leg `which` up to its row `stop`, from what is remembered."""
+        """Follow leg `which` up to its row `stop`, from the nearest stored state."""
         if which == 0:
             first = virgin_state(self.friction, self.curves.modulus / self.tangential_modulus)
         else:

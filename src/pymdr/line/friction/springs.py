@@ -1,4 +1,4 @@
-"""The line of springs of Popov and Hess with Coulomb's cap: the form in which the method is taught."""
+"""The line of springs of Popov and Hess with Coulomb's limit, as the method is taught."""
 
 from __future__ import annotations
 

@@ -94,7 +94,8 @@ class FrictionHistory:
     stored_energy: FloatArray
     """Elastic energy of the tangential springs in J."""
     slip_work: FloatArray
-    """Work of friction so far in J, from its own closed sum; without slip, what parting springs release."""
+    """Work of friction so far in J, from its own closed sum; without slip the energy released by separating
+    springs."""
     slip_distance: FloatArray
     """Distance in m that the innermost spring, and so the whole contact, has slid so far."""
     state: FrictionState

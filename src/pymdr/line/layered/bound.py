@@ -135,7 +135,7 @@ def _trial(line: LayeredLine, b: float) -> _Trial:
 
 
 def _largest(f: Callable[[FloatArray], FloatArray], r: FloatArray) -> float:
-    """The largest value of a smooth function, sought between the neighbours of the best of some rising radii."""
+    """The largest value of a smooth function, searched between the neighbours of the best of some rising radii."""
     values = f(r)
     for _ in range(_ROUNDS):
         i = int(np.argmax(values))

@@ -87,7 +87,7 @@ class Series:
 @dataclass(frozen=True)
 class Coupled(EquivalentProfile):
     """
-    The profile g - c + c(0) whose half-spaces are pressed as layers are under g, in a contact of one radius.
+    The profile g - c + c(0) under which half-spaces carry the load of layers under g, in a contact of one radius.
 
     Parameters
     ----------

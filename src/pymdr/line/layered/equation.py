@@ -55,7 +55,7 @@ class Outline:
 
     @property
     def marks(self) -> FloatArray:
-        """Where g is not smooth, below the radius and rising, in m: 0, and breakpoints."""
+        """Rising positions in m below the radius where g is not smooth: 0, and breakpoints."""
         a = float(self.place.x[0])
         inside = [b for b in self.equivalent.breakpoints if 0.0 < b < a]
         return np.array([0.0, *sorted(inside)])
@@ -77,9 +77,12 @@ class Outline:
         """
         h = self.thickness
         half, middle = 0.5 * (panels[:, 1] - panels[:, 0]), 0.5 * (panels[:, 1] + panels[:, 0])
-        at, share, panel = self._between_marks(panels)
+        at, rule_weights, panel = self._between_marks(panels)
         u = (at.x / h - middle[panel]) / half[panel]
-        terms = legendre.legvander(u, nodes.size - 1) * (share * self.rise(at) / (half[panel] * h))[:, None]
+        terms = (
+            legendre.legvander(u, nodes.size - 1)
+            * (rule_weights * self.rise(at) / (half[panel] * h))[:, None]
+        )
         values = np.add.reduceat(terms, np.searchsorted(panel, np.arange(half.size)), axis=0)
         return np.asarray(half[:, None] * weights * (values @ _projector(nodes.size).T))
 
@@ -143,7 +146,7 @@ def _unit_tip() -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True)
 class _Nodes:
-    """Where an equation is solved: first on narrow panels, where the gap is not smooth, then on wide ones, all alike."""
+    """Nodes of the equation: on narrow panels where the gap is not smooth, then on equal wide panels."""
 
     x: FloatArray
     weight: FloatArray
@@ -168,7 +171,7 @@ def _nodes(outline: Outline, order: int) -> _Nodes:
     cuts = [_narrow(k * width, (k + 1) * width, marks) for k in np.flatnonzero(among)]
     if among[-1]:
         cuts[-1][-1] = radius
-    narrow = [ends for found in cuts for ends in itertools.pairwise(found)]
+    narrow = [ends for edges in cuts for ends in itertools.pairwise(edges)]
     wide = np.flatnonzero(~among)
     start = np.concatenate([[ends[0] for ends in narrow], low[wide]])
     half = 0.5 * np.concatenate([[ends[1] - ends[0] for ends in narrow], np.full(wide.size, width)])
@@ -217,7 +220,7 @@ def _acting(kernel: Kernel, at: _Nodes) -> FloatArray:
 @dataclass(frozen=True)
 class Solved:
     """
-    A contact of one radius: its line loads at nodes, and what follows from them.
+    A contact of one radius: its line loads at nodes, and derived quantities.
 
     `coupled` are the parts K q of line loads: of the rise g(a) - g in m, and of a punch of the depth 1.
     """
@@ -328,11 +331,11 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
     worst, least, before = math.inf, math.inf, np.full(5, math.nan)
     for order in ORDERS[1 if kernel.softening(outline.radius) < _SOFT else 0 :]:
         try:
-            found = _solved(kernel, outline, order)
+            solution = _solved(kernel, outline, order)
         except np.linalg.LinAlgError:
             before, worst = np.full(5, math.nan), math.inf
             continue
-        now = numbers(found, outline)
+        now = numbers(solution, outline)
         if not np.all(now > 0.0):
             before, worst = np.full(5, math.nan), math.inf
             continue
@@ -340,10 +343,10 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
         worst = float(np.max(error)) if np.all(np.isfinite(error)) else math.inf
         # differences that no longer fall are rounding
         if worst <= _AGREE or (worst < _DOUBT and worst >= 0.5 * least):
-            return found, error, order
+            return solution, error, order
         before, least = now, min(least, worst)
     if worst < _DOUBT:
-        return found, error, order
+        return solution, error, order
     raise ConvergenceError(
         f"a contact radius of {outline.radius:.4g} thicknesses of the top layer is not resolved: solutions with {ORDERS[-2]} and "
         f"{ORDERS[-1]} nodes per panel differ by {worst:.1g}; reduce the load, or use layers that differ less"

@@ -1,4 +1,4 @@
-"""The disk of a layered body, and the half-spaces that are pressed alike."""
+"""The disk of a layered body, and the half-spaces that carry the same load."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class LayeredLine(Profiled):
 
     def turning_points(self, top: float) -> tuple[float, ...]:
         """
-        No radii: a profile that falls on the line is refused.
+        No radii: an equivalent profile that decreases is refused.
 
         Raises
         ------
@@ -156,8 +156,8 @@ class LayeredLine(Profiled):
     def limit(self, is_enough: Callable[[float, float], bool]) -> Limit | None:
         """The deepest contact that can be solved; None if all contacts up to ``is_enough(d0, F0)``, in m and N, can be."""
         size = 2.0 * self.modulus
-        found = self.table.limit(lambda depth, moment: is_enough(depth, size * moment))
-        return None if found is None else Limit(found.depth, size * found.load, found.error)
+        limit = self.table.limit(lambda depth, moment: is_enough(depth, size * moment))
+        return None if limit is None else Limit(limit.depth, size * limit.load, limit.error)
 
     def solved(self, a: Position) -> Solved:
         """The contact of one radius in m."""
@@ -193,7 +193,7 @@ class LayeredLine(Profiled):
         return _carried(self, float(np.ravel(place.base)[0]), float(np.ravel(place.offset)[0]), float(excess))
 
     def line_load(self, a: Position, excess: float) -> tuple[FloatArray, FloatArray]:
-        """Places in m and what a contact of one radius bears there in N: loads per length times Gauss's weights."""
+        """Positions in m and loads in N of a contact of one radius: loads per length times Gauss weights."""
         solved = self.solved(a)
         return solved.x * self.thickness, self.modulus * self.thickness * solved.loads(excess)
 

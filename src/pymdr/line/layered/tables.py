@@ -103,23 +103,23 @@ class Table:
         a = at.x
         self._cover(a)
         # no contact is infinitely wide: what is read there only has to leave infinite depths as they are
-        found = np.ones((a.size, len(which)))
+        values = np.ones((a.size, len(which)))
         below, above = a < self.small, (a >= self.small) & np.isfinite(a)
         if below.any():
-            found[below] = self._slender(at.take(below), which, slopes)
+            values[below] = self._slender(at.take(below), which, slopes)
         if above.any():
-            found[above] = self._series(at.take(above), which, slopes)
-        return found
+            values[above] = self._series(at.take(above), which, slopes)
+        return values
 
     def error(self, at: Place) -> FloatArray:
         """Relative errors of all columns at places, shape (n, 5)."""
         a = at.x
         self._cover(a)
-        found = np.zeros((a.size, 5))
+        errors = np.zeros((a.size, 5))
         above = (a >= self.small) & np.isfinite(a)
         if above.any():
-            found[above] = self._whole.error[self._whole.panels.locate(at.take(above))[0]]
-        return found
+            errors[above] = self._whole.error[self._whole.panels.locate(at.take(above))[0]]
+        return errors
 
     def _series(self, at: Place, which: tuple[int, ...], slopes: bool) -> FloatArray:
         panels = self._whole.panels
@@ -173,7 +173,7 @@ class Table:
 
     @cached_property
     def end(self) -> float:
-        """The end of the profile in m, short of where it is infinite, as that of a sphere is."""
+        """The end of the profile in m, below the radius at which it is infinite, such as that of a sphere."""
         end = min(self.equivalent.edge, self.equivalent.max_radius)
         return (1.0 - 1e-4) * end if self._is_endless else end
 
@@ -184,7 +184,7 @@ class Table:
         return math.isfinite(end) and not math.isfinite(float(self.equivalent.g(np.array([end]))[0]))
 
     def _fall(self, top: float) -> float:
-        """Radius in m just below the one up to `top` from which g falls; inf where it rises."""
+        """Radius in m just below the one up to `top` from which g decreases; inf where it rises."""
         turning = () if self.equivalent.rises else self.equivalent.turning_points(top)
         return (1.0 - _BEFORE) * turning[0] if turning and turning[0] > self.small else math.inf
 
@@ -304,11 +304,11 @@ class Table:
                     return None
             before, a = a, float(bounds[i])
             try:
-                found = self._at_bound(a)
-                if found[0] < depth:
+                bound = self._at_bound(a)
+                if bound[0] < depth:
                     raise _falling(a)
                 self._cover(np.array([0.5 * (before + a)]))
-                self.refuse_falling(self.equivalent.overlap_radius(float(found[0])))
+                self.refuse_falling(self.equivalent.overlap_radius(float(bound[0])))
             except (ConvergenceError, ProblemError) as error:
                 deepest = self._before_touching(depth, a)
                 if deepest > depth:
@@ -316,7 +316,7 @@ class Table:
                     depth = deepest
                     moment = float((self.equivalent.moment(place) * self.read(place, (FORCE,))[:, 0])[0])
                 return Limit((1.0 - _SHORT) * depth, (1.0 - _SHORT) * moment, error)
-            depth, moment = map(float, found)
+            depth, moment = map(float, bound)
             i += 1
         return None
 
@@ -331,7 +331,7 @@ class Table:
         return float(boundary(rises, depth, float(self._ends[a][0]), within=1e-12)[0])
 
     def _climbed(self, column: int, top: float) -> tuple[FloatArray, FloatArray]:
-        """Bounds up to the first at which a value is reached, and what the column is there."""
+        """Bounds up to the first at which a value is reached, and the column there."""
         count, bounds = 1, self.bounds(self.small)
         while True:
             value = self._at_bound(float(bounds[count - 1]))[column - DEPTH]
@@ -346,7 +346,7 @@ class Table:
 
     def refuse_falling(self, top: float) -> None:
         """
-        Refuse a profile that falls on the line.
+        Refuse an equivalent profile that decreases.
 
         Raises
         ------

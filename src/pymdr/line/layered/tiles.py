@@ -50,21 +50,21 @@ def solve_positive(matrix: FloatArray, right: FloatArray) -> FloatArray:
             tiles[j, k, : part.shape[0], : part.shape[1]] = part
     spare = np.arange(n - (count - 1) * _TILE, _TILE)
     tiles[-1, -1, spare, spare] = 1.0
-    found = np.zeros((count, _TILE, right.shape[1]))
-    found.reshape(count * _TILE, -1)[:n] = right
+    solution = np.zeros((count, _TILE, right.shape[1]))
+    solution.reshape(count * _TILE, -1)[:n] = right
     inverse = np.empty((count, _TILE, _TILE))
     for k in range(count):
         inverse[k] = np.linalg.inv(np.linalg.cholesky(tiles[k, k]))
-        found[k] = inverse[k] @ found[k]
+        solution[k] = inverse[k] @ solution[k]
         below = tiles[k, k + 1 :] @ inverse[k].T
         tiles[k, k + 1 :] = below
-        found[k + 1 :] -= below @ found[k]
+        solution[k + 1 :] -= below @ solution[k]
         for i, column in enumerate(tiles[k + 1 :], k + 1):
             column[i:] -= below[i - k - 1 :] @ below[i - k - 1].T
     for k in reversed(range(count)):
-        rest = np.swapaxes(tiles[k, k + 1 :], 1, 2) @ found[k + 1 :]
-        found[k] = inverse[k].T @ (found[k] - rest.sum(axis=0))
-    return found.reshape(count * _TILE, -1)[:n]
+        rest = np.swapaxes(tiles[k, k + 1 :], 1, 2) @ solution[k + 1 :]
+        solution[k] = inverse[k].T @ (solution[k] - rest.sum(axis=0))
+    return solution.reshape(count * _TILE, -1)[:n]
 
 
 def product(matrix: FloatArray, vector: FloatArray) -> FloatArray:

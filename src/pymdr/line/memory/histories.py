@@ -217,12 +217,12 @@ def follow_loads(
     """
     load = np.asarray(force, dtype=float)
     for wrong in load[load < 0.0]:
-        raise PathError(f"a force of {newtons(wrong)} pulls: bodies without adhesion part at 0 N")
+        raise PathError(f"a force of {newtons(wrong)} pulls: bodies without adhesion separate at 0 N")
     deepest = deepest_under(curve, relaxation, time, load)
     if deepest == math.inf:
         raise ConvergenceError(
             f"no disk contact under {newtons(float(load.max()))} within the {metres(curve.max_radius)} that are known: "
-            "give the profile farther out, or press less hard"
+            "extend the profile, or reduce the force"
         )
     return _follow(curve, relaxation, (time, load, 0.0), state, n, deepest, watch)
 
@@ -397,7 +397,7 @@ def _checked(t: FloatArray, target: FloatArray, machine: float, state: MemorySta
     if waits.min() < 0.0:
         at = int(np.argmin(waits))
         raise PathError(
-            f"the time of row {at} is {-waits[at]:g} s before the one before it: times must not fall"
+            f"the time of row {at} is {-waits[at]:g} s before that of the preceding row: times must not decrease"
         )
     return state
 

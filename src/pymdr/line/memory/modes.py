@@ -1,4 +1,4 @@
-"""How a free spring creeps back: the modes of Maxwell branches, a spring and a dashpot beside each other."""
+"""Creep of free springs: the modes of Maxwell branches, a spring and a dashpot in parallel to each other."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def unpacked(
 def packed(
     state: FloatArray, relaxation: Relaxation, modes: Modes
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Back: w, forces of the branches, and 1 where a spring is loose."""
+    """The inverse of :func:`unpacked`: w, forces of the branches, and 1 where a spring is loose."""
     loose = state[:, FREE] != 0.0
     h = state[:, BORNE : BORNE + relaxation.moduli.size].copy()
     h[loose] = state[loose, BORNE : BORNE + modes.rates.size] @ modes.to_branches.T
@@ -141,6 +141,6 @@ def packed(
 
 
 def active_springs(state: FloatArray) -> int:
-    """Springs up to the last one that bears something or has not crept back."""
+    """Springs up to the last one that is loaded or has not crept back."""
     active = (state[:, FREE] == 0.0) | (state[:, W] != 0.0) | (state[:, BORNE:] != 0.0).any(axis=1)
     return int(np.flatnonzero(active)[-1]) + 1 if active.any() else 0

@@ -15,7 +15,7 @@ from pymdr.units import FloatArray
 _GRADING = 1.5
 """The n-th part of the radius is (i/n)^1.5 - ((i-1)/n)^1.5: small contacts on the way have springs too."""
 _WIDER = 1.2
-"""By how much a part may be wider than the one before it where springs are added."""
+"""Largest ratio of the widths of neighbouring parts where springs are added."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Springs:
     limit: float
     """Depth in m up to which they suffice; inf where they end at a sharp edge."""
     n: int
-    """How many a contact of that depth would have, were they graded toward the tip for it."""
+    """Number of springs in a contact of that depth if they were graded toward the tip for it."""
 
 
 def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
@@ -66,7 +66,7 @@ def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
     if not 0.0 < radius < math.inf or radius > curve.max_radius:
         raise ConvergenceError(
             f"no disk contact at the depth {depth:g} m within the {curve.max_radius:g} m that are known: "
-            "give the profile farther out, or press less deep"
+            "extend the profile, or reduce the depth"
         )
     whole = radius >= curve.edge
     ends = radius * (np.arange(n + (0 if whole else 2) + 1) / n) ** _GRADING
@@ -91,14 +91,14 @@ def _of_ends(curve: Curve, ends: FloatArray, limit: float, n: int) -> Springs:
 
 
 def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
-    """The same springs and more to reach a depth in m, as wide as if they had been laid for it."""
+    """The springs with more added for a depth in m, of the same grading."""
     if depth <= springs.limit:
         return springs
     radius = float(states_at_depth(curve, [depth]).contact_radius[0])
     if not radius < math.inf or radius > curve.max_radius:
         raise ConvergenceError(
             f"no disk contact at the depth {depth:g} m within the {curve.max_radius:g} m that are known: "
-            "give the profile farther out, or press less deep"
+            "extend the profile, or reduce the depth"
         )
     n = springs.n
     width = 2.0 * (springs.border - springs.position[-1])
@@ -122,7 +122,7 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
 
 
 def farther(curve: Curve, springs: Springs) -> float:
-    """A depth in m to extend springs to that do not suffice: twice what they reach, or as far as the curve is known."""
+    """A depth in m to which insufficient springs are extended: twice the present one, or the last known one of the curve."""
     top, twice = min(curve.edge, curve.max_radius), 2.0 * springs.limit
     if not math.isfinite(top):
         return twice

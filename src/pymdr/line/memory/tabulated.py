@@ -15,7 +15,8 @@ from pymdr.units import FloatArray
 
 _WITHIN, _TOLERANCE = 1.0 - 1e-9, 1e-12
 _ROWS, _DRAGGED = 400, 1600
-"""Parts into which a record on a machine is divided at least, and with a dashpot, whose force has an error of first order in a part."""
+"""Smallest number of parts of a record on a machine, and of one with a dashpot, whose force has an error of first
+order."""
 
 
 def tabulated(curve: Curve, deepest: float) -> GradedTable | None:
@@ -42,7 +43,7 @@ def approach_and_retreat(
     table: GradedTable, relaxation: Relaxation, time: FloatArray, travel: FloatArray, compliance: float = 0.0
 ) -> FloatArray | None:
     """
-    The forces in N of bodies that approach and part once; None where they do anything else, or go deeper than the table.
+    The forces in N of bodies that approach and separate once; None for other paths, or beyond the end of the table.
 
     Parameters
     ----------

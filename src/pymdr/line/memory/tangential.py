@@ -1,4 +1,4 @@
-"""Springs with memory that are sheared and slip."""
+"""Springs with memory under shear, with slip."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pymdr.units import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class TangentialState:
-    """What a contact remembers sideways after a row."""
+    """The tangential state of a contact after a row."""
 
     shift: float
     """u in m."""
@@ -40,13 +40,13 @@ class TangentialHistory(NamedTuple):
     stored: FloatArray
     """Energy of the springs of all branches in J."""
     dissipated: FloatArray
-    """What the dashpots take in a row, in J."""
+    """Energy dissipated by the dashpots in a row, in J."""
     slip_work: FloatArray
-    """What friction takes in a row, in J."""
+    """Energy dissipated by friction in a row, in J."""
     work: FloatArray
     """Work of the shift in a row, in J."""
     slid: FloatArray
-    """What all springs in contact slip in a row, in m."""
+    """Distance in m by which all springs in contact slip in a row."""
     disk: np.ndarray
     """Whether the springs that stick are those of a disk."""
     state: TangentialState
@@ -135,7 +135,7 @@ def shear_springs(
 
 
 def _given(curve: Curve, passage: Passage, normal: Relaxation) -> FloatArray:
-    """What kernels are given of the rows of normal contact."""
+    """The rows of normal contact as arguments of the kernels."""
     from pymdr.line.memory import tangential_kernels as kernels
 
     waits, moves = np.diff(passage.time), np.diff(passage.indentation)

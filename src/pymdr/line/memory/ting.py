@@ -20,7 +20,7 @@ _HALVINGS = 60
 _ROUNDING = 1e-12
 _NEAR = 1e-3
 _ROUNDED = 2.0**-50
-"""Of a row: a time so short that a term relaxes at once."""
+"""Largest duration of a row, over a relaxation time, that counts as sudden."""
 
 
 class Rows(NamedTuple):
@@ -33,9 +33,9 @@ class Rows(NamedTuple):
     contact_radius: FloatArray
     """a in m; 0 without contact."""
     gained: FloatArray
-    """What a small relative error of the kernel makes of the force, or the indentation, in parts of its own value and of the error."""
+    """Relative error of the force, or the indentation, over a small relative error of the kernel."""
     widened: FloatArray
-    """The same of the contact radius."""
+    """Relative error of the contact radius over that of the kernel."""
 
 
 def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike) -> Rows:
@@ -81,14 +81,14 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     top = int(np.argmax(d))
     if waits.min() < 0.0:
         raise PathError(
-            f"the time of row {int(np.argmin(waits))} is before the one before it: times must not fall"
+            f"the time of row {int(np.argmin(waits))} is before that of the preceding row: times must not decrease"
         )
     if (moves[:top] < 0.0).any() or (moves[top:] > 0.0).any():
         raise PathError(
-            "the indentation turns more than once: one approach and one retreat have this form, springs follow the rest"
+            "the indentation turns more than once: this form covers one approach and one retreat only; use springs"
         )
     if relaxation.viscosity > 0.0 and ((waits == 0.0) & (moves != 0.0) & (d[1:] > 0.0)).any():
-        raise PathError("a sudden move, which a dashpot answers with an infinite force: give it a duration")
+        raise PathError("a sudden move, for which a dashpot needs an infinite force: give it a duration")
     with np.errstate(divide="ignore", invalid="ignore"):
         speed = np.where(moves == 0.0, 0.0, moves / waits)
     decay = np.exp(-waits[:, None] / relaxation.times)
@@ -131,29 +131,31 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
         sizes = np.concatenate([[radius[top]], radius[later]])
         if (np.diff(sizes) > 1e-9 * sizes[:1]).any():
             raise PathError(
-                f"the contact grows again at row {int(later[np.argmax(np.diff(sizes))]) - 1} as the bodies part: springs follow it"
+                f"the contact grows again at row {int(later[np.argmax(np.diff(sizes))]) - 1} while the bodies separate; use springs"
             )
     return Rows(given.copy(), force[1:], radius[1:], gained[1:], widened[1:])
 
 
 def _rows_of(time: ArrayLike, values: ArrayLike, words: str) -> tuple[FloatArray, FloatArray]:
-    """Times and values of rows, which have to be numbers."""
+    """Times and values of rows; values that are not finite are refused."""
     t, v = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     if t.shape != v.shape or t.ndim != 1 or t.size == 0:
-        raise PathError(f"times of shape {t.shape} for {words} of shape {v.shape}: one of both for every row")
+        raise PathError(
+            f"times of shape {t.shape} for {words} of shape {v.shape}; give one time for every row"
+        )
     if not (np.isfinite(t).all() and np.isfinite(v).all()):
         raise PathError("a row is not finite")
     return t, v
 
 
 def _growth(curve: Curve, states: DiskStates) -> FloatArray:
-    """How many times faster than the radius, in parts of both, the depth grows; measured over a thousandth of the radius."""
+    """Logarithmic derivative of the depth by the radius, measured over a thousandth of the radius."""
     near = curve.depth((1.0 - _NEAR) * states.contact_radius)
     return np.asarray((states.indentation - near) / (_NEAR * states.indentation))
 
 
 def _straightened(depth: FloatArray) -> FloatArray:
-    """Depths whose turns before the first above 0 and after the last are smoothed away: bodies apart forget their way."""
+    """Depths without the turns before the first depth above 0 and after the last; separated bodies have no memory of the path."""
     touched = np.flatnonzero(depth > 0.0)
     first, last = (touched[0], touched[-1] + 1) if touched.size else (depth.size, depth.size)
     before, after = depth[:first][::-1], depth[last:]
@@ -179,9 +181,9 @@ def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLik
     """
     t, load = _rows_of(time, force, "forces")
     if load.min() < 0.0:
-        raise PathError("a force is below 0: bodies without adhesion part at 0 N")
+        raise PathError("a force is below 0 N: bodies without adhesion separate at 0 N")
     if (np.diff(load) < -_ROUNDING * load.max()).any():
-        raise PathError("a contact need not grow where its force falls: springs follow it")
+        raise PathError("a contact may shrink where its force decreases; use springs")
     states: DiskStates = states_at_force(curve, compliant(relaxation, t, load))
     ones = np.ones(load.size)  # neither depth nor radius grows faster than the force does
     return Rows(states.indentation, load.copy(), states.contact_radius, ones, ones)
@@ -193,7 +195,7 @@ def compliant(relaxation: Relaxation, time: FloatArray, force: FloatArray) -> Fl
     waits, steps = np.diff(t), np.diff(load)
     if waits.min() < 0.0:
         raise PathError(
-            f"the time of row {int(np.argmin(waits))} is before the one before it: times must not fall"
+            f"the time of row {int(np.argmin(waits))} is before that of the preceding row: times must not decrease"
         )
     modes = modes_of(relaxation)
     times = 1.0 / modes.rates
@@ -239,14 +241,14 @@ def _edge_rows(
     top: int,
     later: np.ndarray,
 ) -> tuple[np.ndarray, FloatArray]:
-    """The row and the part of it at which t1 stands for later ones; row -1 where contact is lost."""
+    """The row, and the fraction of it, that is t1 of later rows; row -1 where contact is lost."""
     from scipy.optimize import elementwise
 
     end_time, end_depth = t[later], d[later]
     drag = relaxation.viscosity * speed[later - 1]
 
     def pull(row: np.ndarray, fraction: FloatArray, at: np.ndarray) -> FloatArray:
-        """Less the force of a spring that is touched then, which rises with t1."""
+        """Negative force of a spring that is touched at that time, which increases with t1."""
         wait = fraction * (t[row + 1] - t[row])
         move = fraction * (d[row + 1] - d[row])
         branches = np.exp(-wait[:, None] / relaxation.times) * path[row] + _pushed(

@@ -15,7 +15,7 @@ from pymdr.units import FloatArray
 _fused = compiling.Fused(__file__, reading.__file__)
 
 MET, TOUCHED_AGAIN = 0, 1
-"""How a path ended: its targets are met, or the contact grows as the bodies part."""
+"""Endings of a path: all targets are met, or the contact grows while the bodies separate."""
 _LEAST, _FEW, _MANY = (np.polynomial.legendre.leggauss(n) for n in (4, 10, 16))
 """Nodes and weights of parts in which depth and time change little, in which the depth grows by less than 2.5, and by more."""
 _STEADY, _BRIEF = 0.9, 0.25
@@ -25,13 +25,13 @@ _GROWN, _TIMES = 0.4, 4.0
 _STRAIGHT, _STEPS, _CLOSE = 10, 200, 1e-14
 """Of a search for a root: steps after which every other one halves, and their number; and of the depth or of a row."""
 _HELD = 1e-13
-"""Of a travel: what rounding may take from one that is held."""
+"""Decrease of a constant travel that counts as rounding, relative to the travel."""
 _FORGOTTEN = 36.0
-"""Relaxation times after which nothing is left."""
+"""Relaxation times after which a contribution is below rounding."""
 _SHORT = 1e-7
 """Of a rise: what is moved within a relaxation time of which the mean delay stands for its course."""
 _SAME = 1e-9
-"""Of the largest load per length: what a contact that does not grow may be short of."""
+"""Fraction of the largest load per length by which a contact that does not grow may fall short."""
 
 
 class Bodies(NamedTuple):

@@ -1,4 +1,4 @@
-"""A mass that meets springs with memory and leaves them again."""
+"""The impact of a mass on springs with memory."""
 
 from pymdr.line.rebound.energies import Energies, energies
 from pymdr.line.rebound.motion import Motion, MotionRows, branches, largest_force, motion_rows, rebound

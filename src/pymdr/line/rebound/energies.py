@@ -1,4 +1,4 @@
-"""What the springs under a mass hold and their dashpots take, from the histories of their branches."""
+"""Stored and dissipated energies of the springs under a mass, from the histories of their branches."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Energies(NamedTuple):
 
 def energies(motion: Motion, time: FloatArray) -> Energies:
     """
-    The energy of all springs, those that have parted included, and what dashpots have taken.
+    The energy of all springs, including separated ones, and the energy dissipated by dashpots.
 
     A spring touched at s has w = d(t) - d(s), and its branches are extended by
     e_i = int_s^t exp(-(t - u)/tau_i) dd(u); it stores (E_inf w^2 + sum E_i e_i^2) / 2 and loses

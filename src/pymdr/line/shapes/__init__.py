@@ -1,4 +1,4 @@
-"""Normal force over depth of bodies that are not of revolution: what is exact, what was computed, and an estimate."""
+"""Normal force over depth of bodies that are not of revolution: exact, computed or estimated."""
 
 from __future__ import annotations
 

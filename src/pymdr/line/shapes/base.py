@@ -1,4 +1,4 @@
-"""What a shape is between depth and force."""
+"""Laws between depth and force of shapes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BELOW = 1e-3
 
 @dataclass(frozen=True)
 class ShapeStates:
-    """What a shape bears at some depths, for an effective modulus of 1 Pa; nan where it is not known."""
+    """States of a shape at some depths, for an effective modulus of 1 Pa; NaN where unknown."""
 
     force: FloatArray
     """F / E* in m^2."""
@@ -37,7 +37,7 @@ class ShapeStates:
     """Fraction of the directions in which the outline of the estimate is cut off."""
 
     def above(self, bound: FloatArray) -> ShapeStates:
-        """Those whose force is not below a bound, F / E* in m^2: an estimate that is below it is none."""
+        """States whose force is not below a bound, F / E* in m^2; estimates below it are discarded."""
         wrong = self.force < bound * (1.0 - BELOW)
         force, stiffness, estimate = (
             np.where(wrong, math.nan, one) for one in (self.force, self.stiffness, self.estimate)
@@ -54,7 +54,7 @@ class ShapeLaw(ABC):
 
     @property
     def source(self) -> str:
-        """Where a force that is no estimate comes from; empty where there is none."""
+        """Source of a force that is not an estimate; empty for estimates."""
         return ""
 
     def semi_axes(self, depth: FloatArray) -> tuple[FloatArray, FloatArray] | None:

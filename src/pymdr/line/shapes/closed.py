@@ -54,8 +54,8 @@ class EllipseLaw(ShapeLaw):
         none = np.full(d.shape, math.nan)
         estimate, clipped = none, np.zeros(d.shape)
         if ratio <= LONGEST_RATIO:
-            factor, share = ellipse_factor(ratio)
-            estimate, clipped = factor * math.sqrt(min(rx, ry)) * d * np.sqrt(d), clipped + share
+            factor, cut_off = ellipse_factor(ratio)
+            estimate, clipped = factor * math.sqrt(min(rx, ry)) * d * np.sqrt(d), clipped + cut_off
         with np.errstate(divide="ignore", invalid="ignore"):
             stiffness = np.where(d > 0.0, 1.5 * force / d, 0.0)
             error = np.where(d > 0.0, np.abs(estimate / force - 1.0), 0.0)
@@ -66,13 +66,13 @@ class EllipseLaw(ShapeLaw):
 
 @dataclass(frozen=True)
 class PyramidLaw(ShapeLaw):
-    """F = C E* d^2 / slope, which self-similarity makes exact but for the number C."""
+    """The law F = C E* d^2 / slope of pyramids, exact by self-similarity up to the constant C."""
 
     shape: Pyramid
 
     @property
     def source(self) -> str:
-        """Boundary elements, where they pressed one of so many sides."""
+        """Boundary elements, for the numbers of sides that were computed."""
         return "boundary elements" if self.shape.sides in PYRAMID_FORCES else ""
 
     def slopes(self, depth: FloatArray, size: float) -> tuple[float, float]:
@@ -120,10 +120,10 @@ def ellipse_factor(ratio: float) -> tuple[float, float]:
     (1.60168035, 1.33333333)
     """
     phi = 2.0 * math.pi * (np.arange(4096) + 0.5) / 4096
-    found = homogeneous_estimate(
+    estimate = homogeneous_estimate(
         2, 0.5 * (np.cos(phi) ** 2 / ratio + np.sin(phi) ** 2), np.full(4096, 1.0 / 4096)
     )
-    return found[0], found[2]
+    return estimate[0], estimate[2]
 
 
 @lru_cache(maxsize=64)
@@ -142,8 +142,8 @@ def pyramid_factor(sides: int) -> tuple[float, float]:
     0.7243
     """
     x, weights = np.polynomial.legendre.leggauss(40)
-    found = homogeneous_estimate(1, np.cos(0.5 * math.pi / sides * (x + 1.0)), 0.5 * weights)
-    return found[0], found[1]
+    estimate = homogeneous_estimate(1, np.cos(0.5 * math.pi / sides * (x + 1.0)), 0.5 * weights)
+    return estimate[0], estimate[1]
 
 
 def homogeneous_estimate(power: int, shape: FloatArray, weights: FloatArray) -> tuple[float, float, float]:

@@ -61,12 +61,12 @@ class RayLaw(ShapeLaw):
     def at(self, depth: FloatArray, radius: FloatArray) -> ShapeStates:
         """States at depths in m, given the radii in m of the disks of the lower bound."""
         rows = np.flatnonzero((depth > 0.0) & (radius > 0.0) & np.isfinite(radius))
-        found = np.full((6, depth.size), math.nan)
-        found[:, ~(depth > 0.0)] = 0.0
+        values = np.full((6, depth.size), math.nan)
+        values[:, ~(depth > 0.0)] = 0.0
         if rows.size:
             _, first, of_depth = np.unique(depth[rows], return_index=True, return_inverse=True)
-            found[:, rows] = self._solved(depth[rows][first], radius[rows][first])[:, of_depth.ravel()]
-        force, stiffness, longest, clipped, stretch, error = found
+            values[:, rows] = self._solved(depth[rows][first], radius[rows][first])[:, of_depth.ravel()]
+        force, stiffness, longest, clipped, stretch, error = values
         known = ~(stretch > LONGEST_OUTLINE) & np.isfinite(force)
         force, stiffness = np.where(known, force, math.nan), np.where(known, stiffness, math.nan)
         energy = np.full(force.shape, math.nan)
@@ -146,7 +146,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         inside &= np.abs(level - before) <= max(1e-9, table.error) * np.abs(level)
     a = np.exp(at)
     inside &= ~_touches_beyond(table, depth, a, 2.0 * level)
-    found = np.array(
+    values = np.array(
         [
             2.0 * level,
             2.0 * (a * a).mean(axis=1) / a.mean(axis=1),
@@ -156,8 +156,8 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
             np.where(_images_rise(table, a), model_error(a), math.nan),
         ]
     )
-    found[:, ~inside] = math.nan
-    return found
+    values[:, ~inside] = math.nan
+    return values
 
 
 def model_error(outline: FloatArray) -> FloatArray:
@@ -236,5 +236,5 @@ def _others_touch(shape: Shape, depth: FloatArray, outline: FloatArray, force: F
 
 
 def _falls(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where a function that falls from low to high changes its sign."""
+    """The sign change of a function that decreases from low to high."""
     return boundary(lambda x: falling(x) > 0.0, low, high, _WITHIN)[0]

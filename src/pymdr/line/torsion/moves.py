@@ -147,7 +147,7 @@ def _slip_work(line: TwistedLine, moved: tuple[Segment, ...], outer: Segment, de
 
 
 def _excess(line: TwistedLine, segments: tuple[Segment, ...], depth: float) -> float:
-    """By how much the traction of springs that stick exceeds mu p, relative to it, once the load fell after slip."""
+    """Relative excess of the traction of sticking springs over mu p, after a decrease of the load that follows slip."""
     if all(one.depth <= depth for one in segments if one.sign):
         return 0.0
     places = [one.low + (one.high - one.low) * _CHECKED for one in segments if not one.slips(depth)]

@@ -1,4 +1,4 @@
-"""Fretting wear: the line whose profile wears, block of cycles by block, and the shape at which wear ends."""
+"""Fretting wear on the line: wear over blocks of cycles, and the limiting profile."""
 
 from pymdr.line.wear.limits import WearLimit as WearLimit
 from pymdr.line.wear.limits import outer_radius as outer_radius

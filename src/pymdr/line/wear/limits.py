@@ -1,4 +1,4 @@
-"""The shape at which fretting wear ends under constant indentation, in closed form."""
+"""The limiting profile of fretting wear under constant indentation, in closed form."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ _MOST_BLOCKS = 4000
 
 @dataclass(frozen=True, eq=False)
 class Wearing:
-    """A contact that wears, in its own units."""
+    """A contact under wear, in dimensionless form."""
 
     gap: Curve
     """G of the profile before wear."""
@@ -208,7 +208,7 @@ def _block(wearing: Wearing, mesh: Mesh, state: State, block: float) -> tuple[Me
 
 def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess: State) -> State | None:
     """
-    The springs w with f_old + N k s p = d - u(w) on rings in contact and p = 0 on others, at given depth or load.
+    Springs w with f_old + N k s p = d - u(w) on rings in contact and p = 0 on others, at given depth or load.
 
     Semi-smooth Newton with halved steps; None if it does not settle.
     """

@@ -147,9 +147,9 @@ def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, F
         # squares of what is tiny are 0
         largest = np.max(np.abs(deviations), axis=2)
         fractions = deviations / np.where(largest > 0.0, largest, 1.0)[:, :, None]
-        found = largest * np.sqrt(np.sum(fractions**2, axis=2) / (_SCATTERED - _DEGREE - 1))
-        varies = np.isfinite(found) & (np.ptp(values, axis=2) > 0.0)
-    noise = np.where(varies.all(axis=1), _LEAST_OF_FOUR * np.min(found, axis=1), 0.0)
+        deviation = largest * np.sqrt(np.sum(fractions**2, axis=2) / (_SCATTERED - _DEGREE - 1))
+        varies = np.isfinite(deviation) & (np.ptp(values, axis=2) > 0.0)
+    noise = np.where(varies.all(axis=1), _LEAST_OF_FOUR * np.min(deviation, axis=1), 0.0)
     still = np.flatnonzero(~varies.all(axis=1) & np.isfinite(last) & (r > 0.0))
     if stairs and still.size:
         octave = f((r[still, None] * (1.0 - 0.5 * (1.0 - t))).ravel()).reshape(still.size, -1)

@@ -93,10 +93,10 @@ class Steps:
 
     def errors(self, base: FloatArray, low: FloatArray, width: FloatArray) -> FloatArray:
         """Errors of f' on panels by small steps, on all panels that begin at them, shape (P,)."""
-        found = np.zeros(base.shape)
+        total = np.zeros(base.shape)
         for b, step in self._slight:
-            found += np.where((base == b) & (low == 0.0), step / width, 0.0)
-        return found
+            total += np.where((base == b) & (low == 0.0), step / width, 0.0)
+        return total
 
 
 def _level(values: FloatArray, noise: float = 0.0) -> float:

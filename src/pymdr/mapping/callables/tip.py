@@ -446,11 +446,11 @@ def _good_fits(fits: _Stretches, n: float, s: float) -> Iterator[_Fit]:
 
 def _established(fits: _Stretches, n: float, s: float, exponent_error: float) -> TipLaw | None:
     """The best fit of a family, with the error that the fits on other stretches show; None if they contradict it."""
-    fits_found = list(_good_fits(fits, n, s))
-    if len(fits_found) < 2:
+    good_fits = list(_good_fits(fits, n, s))
+    if len(good_fits) < 2:
         return None
-    best = min(fits_found, key=lambda fit: fit.spread)
-    others = [fit for fit in fits_found if fit is not best and fit.spread < 30.0 * best.spread]
+    best = min(good_fits, key=lambda fit: fit.spread)
+    others = [fit for fit in good_fits if fit is not best and fit.spread < 30.0 * best.spread]
     differences = [float(np.max(np.abs(fit.slope / best.slope - 1.0))) for fit in others]
     for fit, distance in zip(others, differences, strict=True):
         if distance > 8.0 * (fit.spread + best.spread) + 16.0 * EPS:

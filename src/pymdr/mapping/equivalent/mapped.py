@@ -108,7 +108,7 @@ class MappedProfile(EquivalentProfile):
         return 0.0 if self._image is None else float(self._image.panels.stop[-1])
 
     def map_to(self, x: float, inner: float | None = None) -> Image:
-        """The image up to at least `x`, with all that values at `inner` and beyond depend on."""
+        """The image up to at least `x`, with everything on which values at `inner` and beyond depend."""
         with self._lock:
             x = min(x, self._end)
             inner = min(inner if inner is not None and inner > 0.0 else x, x)
@@ -156,7 +156,7 @@ class MappedProfile(EquivalentProfile):
         self._inner = min(self._inner, inner)
 
     def _settled(self) -> Image | None:
-        """The image beyond what an extension inward changes, from where panels do not count from a breakpoint before."""
+        """The part of the image that an extension inward does not change, with panels not counted from an earlier breakpoint."""
         if self._image is None:
             return None
         panels = self._image.panels
@@ -306,12 +306,12 @@ class MappedProfile(EquivalentProfile):
         for k, name in enumerate(("g", "slope", "moment", "squared")):
             value = np.abs(clenshaw(getattr(image, name).coefficients[index], u))
             with np.errstate(divide="ignore", invalid="ignore"):
-                share = np.where(value > 0.0, image.size[index, k] / value, 1.0)
-            errors[:, k] *= np.maximum(share, 1.0)
+                ratio = np.where(value > 0.0, image.size[index, k] / value, 1.0)
+            errors[:, k] *= np.maximum(ratio, 1.0)
         return errors + self._next_to_breakpoints(image, index, offset)
 
     def _next_to_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
-        """What the uncertain exponent, or place, with which a profile begins at a breakpoint does to its curves."""
+        """Errors of the curves by the uncertain exponent, or place, of the onset of a profile at a breakpoint."""
         exponent, place, unseen, height = image.onset_error[index].T
         if not exponent.any() and not place.any():
             return np.zeros((index.size, 4))
@@ -345,7 +345,7 @@ class MappedProfile(EquivalentProfile):
         return answer
 
     def _away(self, place: Place, which: str, k: int) -> FloatArray:
-        """Distances in m within which a curve surely takes the values that it seems to take at places."""
+        """Distances in m within which a curve has its computed values with certainty."""
         last = float(place.x.max())
         targets = getattr(self, which)(place)
         top = last
@@ -369,7 +369,7 @@ class MappedProfile(EquivalentProfile):
             top = min(top * WIDER, self._end)
 
     def _hidden(self, image: Image, offset: FloatArray, k: int) -> FloatArray:
-        """Errors of g in m, or of the moment, at offsets in panels where it is nothing and has no relative error."""
+        """Errors of g in m, or of the moment, at offsets in panels where it is 0 and has no relative error."""
         assert self._abel is not None
         nothing = image.size[:, k] == 0.0
         answer = np.zeros(offset.shape)
@@ -394,7 +394,7 @@ class MappedProfile(EquivalentProfile):
         )
 
     def _next_radius(self, target: float, which: str) -> float:
-        """A radius beyond the mapped ones that the value is not reached long before."""
+        """A radius beyond the mapped ones, close to the one at which the value is reached."""
         if self.source.known_everywhere:
             return self._end
         slope = self._resolved.slopes

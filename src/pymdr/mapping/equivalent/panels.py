@@ -428,18 +428,18 @@ def _newton(panels: Panels, series: Series, index: IndexArray, target: FloatArra
 
 
 def _straight(series: Series, index: IndexArray, begin: FloatArray, target: FloatArray) -> FloatArray:
-    """Where straight lines between the ends of panels have some values, in (0, 1); `begin` is the lower offset over the upper one."""
+    """Positions in (0, 1) at which straight lines between the ends of panels have some values; `begin` is the lower offset over the upper one."""
     ends = np.array([[1.0], [-1.0]]) ** np.arange(series.coefficients.shape[1])
     last, first = ends @ series.coefficients.T
     with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
         power = series.power[index]
         first = first[index] * np.where(power != 0.0, begin**power, 1.0)
-        share = (target - first) / (last[index] - first)
-    return np.where((share > 0.0) & (share < 1.0), share, 0.5)
+        fraction = (target - first) / (last[index] - first)
+    return np.where((fraction > 0.0) & (fraction < 1.0), fraction, 0.5)
 
 
 def _turning_points(image: Image, top: float) -> tuple[float, ...]:
-    """Sign changes of g', ignoring what its error leaves open."""
+    """Sign changes of g' beyond its error."""
     panels = image.panels
     fine = np.asarray((np.arange(96) + 0.5) / 96.0, dtype=float)
     offset = panels.offsets(fine)
@@ -454,7 +454,7 @@ def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     x, slope, index = x[sure], slope[sure], index.ravel()[sure]
     if x.size == 0:
         return ()
-    found = [0.0] if slope[0] < 0.0 else []
+    places = [0.0] if slope[0] < 0.0 else []
     at = np.flatnonzero(np.sign(slope[1:]) != np.sign(slope[:-1]))
     low, high, before = x[at], x[at + 1], np.sign(slope[at])
     for _ in range(80):
@@ -464,4 +464,4 @@ def _turning_points(image: Image, top: float) -> tuple[float, ...]:
         i, delta = panels.locate(Place(np.zeros(middle.shape), middle))
         same = np.sign(evaluate(panels, image.slope, i, delta)) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return (*found, *(0.5 * (low + high)).tolist())
+    return (*places, *(0.5 * (low + high)).tolist())

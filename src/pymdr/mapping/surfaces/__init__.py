@@ -1,1 +1,1 @@
-"""Measured surfaces before step 1: their trends, gaps, resolution, spectrum, and the one bump that a body of revolution is."""
+"""Measured surfaces before step 1: trends, gaps, resolution, spectrum, and the mean profile of a bump."""

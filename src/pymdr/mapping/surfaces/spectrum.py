@@ -173,10 +173,10 @@ def _scatter(step: FloatArray, shape: tuple[int, ...], wide: float, last: int, p
             other = np.roll(ring, (i, j), axis=(0, 1))
             off = other - ring
             near = (ring > 0) & (other > 0) & (np.abs(off) <= _SEPARATION)
-            found = np.bincount(
+            sums = np.bincount(
                 ring[near] * (2 * _SEPARATION + 1) + off[near] + _SEPARATION, minlength=pairs.size
             )
-            pairs += _ALIKE[abs(i)] * _ALIKE[abs(j)] * found.reshape(pairs.shape)
+            pairs += _ALIKE[abs(i)] * _ALIKE[abs(j)] * sums.reshape(pairs.shape)
     whole = np.zeros((last, last))
     for off in range(-_SEPARATION, _SEPARATION + 1):
         rows = np.arange(max(0, -off), min(last, last - off))
@@ -238,7 +238,7 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
 
 def self_affine(rings: Rings, periodic: bool, highest: float) -> tuple[Bins, Law | None]:
     """
-    Bins, and the law ln C2D = level - a max(0, ln q/q_r) on the widest range where no bin lies off it by more than a quarter.
+    Bins, and the law ln C2D = level - a max(0, ln q/q_r) on the widest range with deviations of at most a quarter.
 
     Parameters
     ----------
@@ -265,15 +265,15 @@ def _widest(bins: Bins, highest: float) -> Law | None:
     count = int(np.count_nonzero(bins.high <= highest))
     off = math.log1p(WITHIN)
     for width in range(count, FEWEST_BINS - 1, -1):
-        found: list[tuple[float, Law]] = []
+        candidates: list[tuple[float, Law]] = []
         for first in range(count - width + 1):
             law = _fitted(bins, first, first + width - 1, 0.5 * off)
             x, y, variance = (part[first : first + width] for part in bins[:3])
             miss = np.abs(y - law.log_c(x))
             if np.all(miss <= off + _SCATTERS * np.sqrt(variance)):
-                found.append((float(np.sum(miss**2 / variance)), law))
-        if found:
-            law = _weighed(bins, min(found, key=lambda one: one[0])[1])
+                candidates.append((float(np.sum(miss**2 / variance)), law))
+        if candidates:
+            law = _weighed(bins, min(candidates, key=lambda one: one[0])[1])
             if law.excess <= 2.0 * WITHIN:
                 return law
     return None

@@ -106,7 +106,7 @@ def _through(f0: FloatArray, f1: FloatArray, f2: FloatArray, ratio: float) -> Fl
 
 
 def _at_zero(segments: Segments, factor: float, tolerance: float) -> tuple[int, FloatArray]:
-    """The octave below which f is b + c x^q to rounding, and b, c, q and the width of that panel."""
+    """The octave below which f is b + c x^q to rounding, with b, c, q and the width of that panel."""
     top = int(np.frexp(segments.length[0])[1]) - 1
     steps = np.arange(min(2 * (DEEPEST + _WINDOW), 2 * (top + 1020)) + 1)
     x = np.ldexp(np.where(steps % 2, math.sqrt(0.5), 1.0), top - steps // 2)

@@ -1,4 +1,4 @@
-"""Profiles that have worn."""
+"""Worn profiles."""
 
 from __future__ import annotations
 

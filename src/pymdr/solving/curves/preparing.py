@@ -25,7 +25,7 @@ _KNOWN = ("JPK",)
 
 def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: bool | None = None) -> Samples:
     """
-    Turn signs such that compression is positive and the position increases toward the body.
+    Change signs such that compression is positive and the position increases toward the body.
 
     The contact is at the end of the positions where the force varies more, and is compressive; marked samples are ignored. Signs that the
     maker of the instrument has defined, as in files of JPK, are kept: the record may show no contact, or mostly a pull.

@@ -1,4 +1,4 @@
-"""The law of a contact as a table with a stated error."""
+"""The verb `export_law`: the law of a contact as a table with a stated error."""
 
 from __future__ import annotations
 

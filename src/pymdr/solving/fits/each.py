@@ -281,7 +281,9 @@ def _study(
 
 def _common(result: FitResult, one: Fitted) -> float:
     """Relative standard error from what all records share."""
-    parts = [share[one.name] for source, share in result.calibration.items() if source != RECORD]
+    parts = [
+        contributions[one.name] for source, contributions in result.calibration.items() if source != RECORD
+    ]
     return math.hypot(*parts) / abs(one.value) if parts and one.value else 0.0
 
 

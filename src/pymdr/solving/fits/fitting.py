@@ -207,7 +207,7 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
         if not is_felt
     )
     notes += correlation_notes(estimate)
-    notes += _share_notes(search, values, shares)
+    notes += _contribution_notes(search, values, shares)
     if np.any(systematic > _NOTED * noise_errors):
         notes += ("the intervals include the error of the model, which is not small compared with the noise",)
     return FitResult(
@@ -230,7 +230,7 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
     )
 
 
-def _share_notes(
+def _contribution_notes(
     search: Search, values: Mapping[str, Fitted], shares: Mapping[str, Mapping[str, float]]
 ) -> tuple[str, ...]:
     """Where the standard error of each unknown of the contact comes from."""

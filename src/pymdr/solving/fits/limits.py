@@ -54,13 +54,13 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
     limits = [
         _limit(search, replace(search.contact, adhesion=one), ending) for one in theory_of(law).limits(law)
     ]
-    found = [one for one in limits if one is not None]
-    if found and any(u.name in _OF_RANGE for u in search.unknowns):
-        found = _over_ranges(search, min(found, key=lambda one: one.misfit).values, ending) or found
-    if not found:
+    fitted = [one for one in limits if one is not None]
+    if fitted and any(u.name in _OF_RANGE for u in search.unknowns):
+        fitted = _over_ranges(search, min(fitted, key=lambda one: one.misfit).values, ending) or fitted
+    if not fitted:
         return None
     places = []
-    for one in found:
+    for one in fitted:
         values = _with_range(search, one.values)
         left = search.residuals(search.to_free(values, one.origins))
         places.append((float((left**2).sum()), values, one.origins))

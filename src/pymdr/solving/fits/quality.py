@@ -25,18 +25,18 @@ class Quality(NamedTuple):
 
     def faults(self) -> list[str]:
         """What exceeds its limit, with the limit."""
-        found = []
+        listed = []
         if self.samples_in_contact < FEWEST_IN_CONTACT:
-            found.append(f"{self.samples_in_contact} samples in contact (limit {FEWEST_IN_CONTACT})")
+            listed.append(f"{self.samples_in_contact} samples in contact (limit {FEWEST_IN_CONTACT})")
         if not self.relative_residual <= LARGEST_RESIDUAL:
-            found.append(
+            listed.append(
                 f"residuals of {100 * self.relative_residual:.3g} % of the range of the force (limit {100 * LARGEST_RESIDUAL:g} %)"
             )
         if abs(self.baseline_rise) > LARGEST_RISE:
-            found.append(
+            listed.append(
                 f"the baseline rises by {100 * self.baseline_rise:.3g} % of the range of the force (limit {100 * LARGEST_RISE:g} %)"
             )
-        return found
+        return listed
 
 
 def rise_along_baseline(place: FloatArray, force: FloatArray, point: float) -> float:

@@ -1,4 +1,4 @@
-"""The verb."""
+"""The verb `impact`."""
 
 from __future__ import annotations
 

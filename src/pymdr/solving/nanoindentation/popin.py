@@ -209,14 +209,14 @@ def _search(record: Record, significance: float, who: str) -> _Search:
         if 2 * window + gap <= h.size and gap <= 2 * window
     ]
     smallest = min((float(np.nanmedian(t.deviation)) * significance for t in tables), default=math.nan)
-    found = [(int(rows_[0]), t) for t in tables if (rows_ := t.significant(significance)).size]
-    if found:
-        first = min(found, key=lambda one: (one[0], one[1].window))
+    candidates = [(int(rows_[0]), t) for t in tables if (rows_ := t.significant(significance)).size]
+    if candidates:
+        first = min(candidates, key=lambda one: (one[0], one[1].window))
         near = first[0] + first[1].window + first[1].gap
         _, row, best = max(
             (
                 (float(t.ratio[i]), int(i), t)
-                for _, t in found
+                for _, t in candidates
                 for i in t.significant(significance)
                 if i <= near
             ),
@@ -271,16 +271,16 @@ def _jumps(
     # the median over rows before, among which a jump spoils few
     back = np.linspace(0.0, 3.0 * max(window, _WINDOWS[-2]), _SLOPES).astype(int)
     slope = np.maximum(np.median(ratios[np.maximum(before[:, None] - back, 0)], axis=1), 0.0)
-    found = right_h[after] - left_h[before] - slope * (right_q[after] - left_q[before])
+    jumps = right_h[after] - left_h[before] - slope * (right_q[after] - left_q[before])
     factor = math.sqrt(2.0 * float(ahead @ ahead))
     sigma = factor * np.hypot(noise_h, slope * noise_q[places])
     sigma = np.maximum(sigma, 1e-9 * float(np.ptp(h)))
     # correlated noise makes larger jumps than white noise
-    spread = float(np.median(np.abs(found / sigma - np.median(found / sigma)))) / 0.6745
+    spread = float(np.median(np.abs(jumps / sigma - np.median(jumps / sigma)))) / 0.6745
     sigma = sigma * max(1.0, spread)
     jump, deviation, nearby = (np.full(n, math.nan) for _ in range(3))
-    jump[places], deviation[places] = found, sigma
-    nearby[places] = _nearby(np.abs(found), window + gap)
+    jump[places], deviation[places] = jumps, sigma
+    nearby[places] = _nearby(np.abs(jumps), window + gap)
     return _Jumps(window, gap, jump, deviation, nearby)
 
 

@@ -1,4 +1,4 @@
-"""The verb: check, press load by load, interpret."""
+"""The verb `press`: check, press load by load, interpret."""
 
 from __future__ import annotations
 

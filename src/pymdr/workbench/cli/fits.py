@@ -274,18 +274,18 @@ def _uncertainties(given: Sequence[str] | None, spring_constant: str | None) -> 
     """Standard uncertainties by name."""
     from pymdr.errors import ProblemError
 
-    found: dict[str, str] = {}
+    by_name: dict[str, str] = {}
     own = _parted(spring_constant)[1]
     if own is not None:
-        found["spring_constant"] = own
+        by_name["spring_constant"] = own
     for text in given or ():
         name, sign, value = (part.strip() for part in text.partition("="))
-        if not sign or not name or not value or name in found:
+        if not sign or not name or not value or name in by_name:
             raise ProblemError(
                 f"--uncertainty {text}: write each name once, with a value, such as --uncertainty 'profile.radius=5 %'"
             )
-        found[name] = value
-    return found
+        by_name[name] = value
+    return by_name
 
 
 def _over_indentation(

@@ -107,8 +107,8 @@ def _sections(header: str) -> list[tuple[str, Section]]:
 
 
 def _name(channel: Section) -> str:
-    found = re.search(r'"([^"]*)"', channel.get("Image Data", ""))
-    return found[1] if found else "?"
+    match = re.search(r'"([^"]*)"', channel.get("Image Data", ""))
+    return match[1] if match else "?"
 
 
 def _channel(channels: list[Section], name: str) -> Section | None:

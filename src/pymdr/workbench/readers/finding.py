@@ -104,9 +104,9 @@ def records_of(
     if not source.exists() and suffix not in suffixes():
         raise _unknown(source)
     check_file(source)
-    found = format_of(source)
-    if found is not None:
-        return _read(source, found, calibration), False
+    known = format_of(source)
+    if known is not None:
+        return _read(source, known, calibration), False
     if suffix == ".zip" and not _is_workshop(source):
         return _unpacked(source, calibration, leave_out_missing)
     if suffix in afm.SUFFIXES:

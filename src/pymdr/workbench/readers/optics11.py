@@ -38,8 +38,8 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     text = "\n".join(lines[:80])
     facts: dict[str, str | float] = {"position": "Piezo"}
     for name, pattern, factor in _FACTS:
-        found = re.search(pattern, text, re.MULTILINE)
-        value = None if found is None else _number(found[1])
+        match = re.search(pattern, text, re.MULTILINE)
+        value = None if match is None else _number(match[1])
         if value is not None:
             facts[name] = value * factor
     constant = facts.pop("spring constant", None)
