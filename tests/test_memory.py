@@ -626,7 +626,7 @@ def test_a_spike_of_force_leaves_the_known_profile_alone():
 
 
 def test_what_cannot_be_followed():
-    with pytest.raises(PathError, match="must not fall"):
+    with pytest.raises(PathError, match="must not decrease"):
         follow_springs(PARABOLOID, STANDARD, [0.0, 1.0, 0.5], [0.0, 0.1, 0.2])
     with pytest.raises(PathError, match="turns more than once"):
         ting(PARABOLOID, STANDARD, [0.0, 1.0, 2.0, 3.0], [0.0, 0.1, 0.05, 0.1])

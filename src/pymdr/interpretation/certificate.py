@@ -238,6 +238,7 @@ def _among(intervals: tuple[tuple[float, float], ...], d: FloatArray) -> BoolArr
 
 
 def _lifted(d: float, a: float) -> str:
+    """Reason for a disk that would need no positive depth."""
     return (
         f"at d = {metres(d)} a disk of radius {metres(a)} would need no positive depth, so other points touch first and the "
         "contact is not a disk"

@@ -117,6 +117,7 @@ def closure_claims(
 def _of_curve(
     name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None, known: BoolArray | bool
 ) -> Claim:
+    """The claim of a law for a contact given by its force curve."""
     reason_of_law, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
         reason_of_law = f"{_MEMORY}; {reason_of_law}" if level is Level.APPROXIMATE else _MEMORY

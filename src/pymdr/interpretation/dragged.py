@@ -33,6 +33,7 @@ class Dragged:
         return Loads(normal, replace(normal, pieces=pieces, edge=self.ratio * normal.edge, scale=scale))
 
     def _shared(self, piece: Punches) -> Punches:
+        """Punches of the normal load times the ratio of the tractions."""
         return piece._replace(density=lambda distance: self.ratio * piece.density(distance))
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:

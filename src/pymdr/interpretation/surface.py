@@ -116,6 +116,7 @@ class Surface:
         return self._on_the_line(name, position, d, a)
 
     def _on_the_line(self, name: str, position: FloatArray, d: float, a: float) -> FloatArray:
+        """Values of a field of the line at positions in m."""
         x, equivalent = np.abs(position), self.line.equivalent
         if name == "equivalent_profile":
             return np.where(x > equivalent.edge, math.inf, equivalent.g(np.minimum(x, equivalent.edge)))
@@ -204,6 +205,7 @@ def surface_of(
 
 
 def _against_edge(line: Line, d: FloatArray, a: FloatArray, stretched: np.ndarray) -> FloatArray:
+    """Depth in m in excess of that of a smooth edge; 0 in rows with a stretched edge."""
     excess = np.zeros(d.shape)
     excess[~stretched] = d[~stretched] - line.depth(a[~stretched])
     return excess

@@ -200,6 +200,7 @@ class _Sample:
         return self._spread(radii, errors)
 
     def _near(self, radii: FloatArray) -> BoolArray:
+        """Whether contacts are within the range of radii that is compared."""
         return (radii > 0.0) & (radii <= _WIDEST * self.thickness)
 
     def _spread(
@@ -278,6 +279,7 @@ def _sample_as(kind: type[Material], body: Material) -> Material:
 
 
 def _judged(claim: Claim, near: BoolArray, error: FloatArray, sample: str, part: str) -> Claim:
+    """A claim with the relative error of a half-space in place of a layer."""
     where = claim.where & near
     largest, invalid = float(np.max(error[where], initial=0.0)), int(np.count_nonzero(claim.where & ~near))
     if claim.level is Level.NOT_VALID or (invalid == 0 and largest <= EXACT_WITHIN):
@@ -301,6 +303,7 @@ def _judged(claim: Claim, near: BoolArray, error: FloatArray, sample: str, part:
 
 
 def _of_conduction(claim: Claim, error: FloatArray) -> Claim:
+    """The claim of a conductance, not valid where the thickness matters."""
     if claim.level is Level.NOT_VALID or np.max(error[claim.where], initial=0.0) <= EXACT_WITHIN:
         return claim
     why = "the body has a thickness, but the conductivity of its base is unknown: omit the thickness if the base is far away"

@@ -433,6 +433,7 @@ def _tail_radius_among(source: SlopeSource, radii: FloatArray, last: bool) -> fl
 
 
 def _octave(radius: float) -> float:
+    """The power of 2 at or below a radius in m."""
     return float(2.0 ** math.floor(math.log2(radius)))
 
 

@@ -176,6 +176,7 @@ def _from_afar(
 
 @inner
 def _push_children(tree: Tree, level: int, i: int, stack: IndexArray, waiting: int) -> int:
+    """Append the children of a node to the stack; return its new length."""
     for child in (2 * i, 2 * i + 1):
         if child < tree.first[level] - tree.first[level - 1]:
             stack[waiting, 0], stack[waiting, 1] = level - 1, child

@@ -48,6 +48,7 @@ def no_bands(profile: Profile) -> tuple[str, ...]:
 
 
 def _scatters(profile: Profile) -> list[FloatArray]:
+    """The scatter of the sampled parts of a profile."""
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     return [part.scatter for part in parts if isinstance(part, Sampled) and part.scatter is not None]
 

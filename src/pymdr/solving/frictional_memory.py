@@ -219,6 +219,7 @@ def _followed(
 
 
 def _taken(part: TangentialHistory) -> _Sheared:
+    """Rows of the tangential springs by the names of their quantities."""
     names = {"tangential_force": "force", **_SUMMED}
     return _Sheared(**{name: getattr(part, names.get(name, name)) for name in _Sheared.__annotations__})
 

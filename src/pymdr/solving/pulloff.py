@@ -185,6 +185,7 @@ _UNITS = {
 
 
 def _single(values: Mapping[str, float]) -> xr.Dataset:
+    """Single numbers with their units as a dataset."""
     import xarray as xr
 
     units = {name: _UNITS[name] if name in _UNITS else quantity(name).unit for name in values}

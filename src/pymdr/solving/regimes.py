@@ -256,6 +256,7 @@ def _graded_regime(contact: Contact, work: float, distance: float) -> AdhesionRe
 
 
 def _range(law: AdhesionLaw, given: QuantityLike | None) -> float:
+    """The range of attraction in m: the given one, or that of the law."""
     own = theory_of(law).range(law)
     if given is not None:
         distance = to_si(given, "m", name="range")

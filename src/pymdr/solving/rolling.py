@@ -269,6 +269,7 @@ def _creepages(given: ArrayQuantityLike) -> FloatArray:
 
 
 def _distances(given: ArrayQuantityLike, zeta: FloatArray) -> FloatArray:
+    """Rolled distances in m, one for every creepage, increasing."""
     distance = np.atleast_1d(to_si_array(given, "m", name="path"))
     if distance.shape != zeta.shape:
         raise ProblemError(

@@ -452,6 +452,7 @@ def _shown_value(values: xr.DataArray, i: int) -> str:
 
 
 def _range(values: xr.DataArray) -> str:
+    """Number of values of a parameter and their ends, as text."""
     if values.size == 1:
         return _shown_value(values, 0)
     ends = f"{_shown_value(values, 0)} to {_shown_value(values, values.size - 1)}"

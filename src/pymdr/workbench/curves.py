@@ -418,4 +418,5 @@ def _on_pixels(data: xr.Dataset, curves: Sequence[MeasuredCurve]) -> xr.Dataset:
 
 
 def _of_grid(curves: Sequence[MeasuredCurve], what: str, axis: str, otherwise: float) -> float:
+    """A number of the grid from the metadata of the first curve."""
     return float(curves[0].metadata.get(f"grid {what} {axis}", otherwise))

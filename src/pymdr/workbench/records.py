@@ -235,6 +235,7 @@ def _peak_shear(result: Result, row: int) -> float:
 
 
 def _pair(data: xr.Dataset) -> tuple[str, str]:
+    """The displacement of a record and the force that is conjugate to it."""
     for displacement, force in _PAIRS:
         if displacement in data and force in data:
             return displacement, force

@@ -180,6 +180,7 @@ def _box(shape: Shape, depth: float, radius: float) -> FloatArray:
 
 
 def _around(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Distances of places from the apex toward -x, +x, -y and +y."""
     return np.array([-x.min(), x.max(), -y.min(), y.max()])
 
 

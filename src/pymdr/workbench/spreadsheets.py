@@ -47,6 +47,7 @@ def read_sheets(source: Path, largest: int) -> dict[str, list[str]]:
 
 
 def _new(source: Path, content: bytes) -> dict[str, list[Sequence[Any]]]:
+    """The sheets of an .xlsx file."""
     try:
         from openpyxl import load_workbook
     except ImportError as error:
@@ -61,6 +62,7 @@ def _new(source: Path, content: bytes) -> dict[str, list[Sequence[Any]]]:
 
 
 def _old(source: Path, content: bytes) -> dict[str, list[Sequence[Any]]]:
+    """The sheets of an .xls file."""
     try:
         from python_calamine import CalamineWorkbook
     except ImportError as error:

@@ -128,6 +128,7 @@ def _simplify(problem: RingProblem, zones: Zones, narrow: float) -> Zones:
 
 
 def _agree(problem: RingProblem, new: Zones, old: Zones, tolerance: float, at_corners: float) -> bool:
+    """Whether two sets of zones are equal within a tolerance relative to their widths."""
     return len(new) == len(old) and all(
         abs(new[k][side] - x) <= width * (at_corners if x in problem.corners else tolerance)
         for k in range(len(old))

@@ -111,5 +111,6 @@ def solve_tractions(
 
 
 def _capped(q: FloatArray, limit: FloatArray) -> FloatArray:
+    """Tractions reduced to their limit, in unchanged directions."""
     size = np.hypot(*q)
     return np.asarray(q * np.where(size > limit, limit / np.where(size > 0, size, 1.0), 1.0))

@@ -439,6 +439,7 @@ def _columns(segment: _Segment) -> list[Series]:
 
 
 def _falling(a: float) -> ProblemError:
+    """The error for a depth that decreases while the contact grows."""
     return ProblemError(
         f"below a contact radius of {metres(a)} the indentation of a smooth contact decreases while the contact grows, so it is not "
         "a disk, which layers need; use a profile that rises more evenly"

@@ -76,6 +76,7 @@ def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
 
 
 def _of_ends(curve: Curve, ends: FloatArray, limit: float, n: int) -> Springs:
+    """Springs in the middle of parts with given ends."""
     x = 0.5 * (ends[1:] + ends[:-1])
     stiffness = curve.stiffness(ends)
     return Springs(

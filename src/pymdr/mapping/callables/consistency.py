@@ -100,6 +100,7 @@ def check_consistency(
 
 
 def _contradiction(start: float, end: float, rise: float, integral: float) -> ProblemError:
+    """The error for a derivative that contradicts f."""
     return ProblemError(
         f"Function: f and derivative contradict each other near r = {metres(0.5 * (start + end))}: the slope of f is "
         f"{rise / (end - start):.6g}, derivative gives {integral / (end - start):.6g}; correct one of them, or give only one"

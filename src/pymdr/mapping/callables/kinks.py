@@ -247,6 +247,7 @@ def _not_located(radius: float) -> ProblemError:
 
 
 def _too_many(place: _Interval, of: str) -> ProblemError:
+    """The error for a profile with too many kinks."""
     subject = "the slope of the profile" if of == "slope" else "the profile"
     return ProblemError(
         f"{subject} is not smooth at more than {MOST_KINKS} radii between {metres(place.free_low)} and "

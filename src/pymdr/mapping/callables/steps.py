@@ -64,6 +64,7 @@ class Steps:
         self._seen = max(self._seen, math.nextafter(top, 0.0))
 
     def _look(self, b: float, top: float) -> None:
+        """Check f for a step at a radius; refuse one."""
         if b == 0.0:
             r = top * _TO_AXIS
             rise = self._f(np.append(r, 0.0))

@@ -195,6 +195,7 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
 
 
 def _continued(f: Curve, top: float) -> TipLaw | None:
+    """The law that continues f below the radii at which it cancels; None if it does not cancel."""
     refused: ProblemError | None = None
     for radius, ends in _cancellations(f, top):
         law = _law(f, radius, ends)

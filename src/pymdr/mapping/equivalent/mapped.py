@@ -254,6 +254,7 @@ class MappedProfile(EquivalentProfile):
         return values
 
     def _some_radius(self) -> float:
+        """A radius in m at which the profile is or can be mapped."""
         return self.front or self._first_radius()
 
     def g(self, x: Position) -> FloatArray:

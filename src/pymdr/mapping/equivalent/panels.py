@@ -106,6 +106,7 @@ class PanelLine(MappedProfile):
         return Place(base, offset)
 
     def _at_ends(self, image: Image, which: str) -> FloatArray:
+        """Values of a curve at the upper ends of the panels."""
         series: Series = getattr(image, which)
         return clenshaw(series.coefficients, np.ones(image.panels.count))
 

@@ -262,6 +262,7 @@ def self_affine(rings: Rings, periodic: bool, highest: float) -> tuple[Bins, Law
 
 
 def _widest(bins: Bins, highest: float) -> Law | None:
+    """The law on the widest range of bins on which it holds; None without one."""
     count = int(np.count_nonzero(bins.high <= highest))
     off = math.log1p(WITHIN)
     for width in range(count, FEWEST_BINS - 1, -1):

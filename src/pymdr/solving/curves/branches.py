@@ -180,6 +180,7 @@ def _columns(u: FloatArray, start: float, power: FloatArray, jump: bool) -> Floa
 
 
 def _without(basis: FloatArray, columns: FloatArray) -> FloatArray:
+    """Columns without their components along an orthonormal basis."""
     return np.asarray(columns - basis @ (basis.T @ columns))
 
 

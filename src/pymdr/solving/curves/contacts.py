@@ -264,6 +264,7 @@ def _width(rise: Branch, window: int) -> int:
 
 
 def _gradient(rise: Branch, noise: float, window: int) -> Estimate:
+    """The contact point by the gradient of the force."""
     x, f, width = rise.position, rise.force, _width(rise, window)
     x, f = x - x.mean(), f - f.mean()
     mean_x, mean_f = scipy.ndimage.uniform_filter1d(x, width), scipy.ndimage.uniform_filter1d(f, width)

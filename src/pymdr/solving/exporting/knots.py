@@ -116,4 +116,5 @@ def adapted(sample: Sample, marks: FloatArray, error: Error, tolerance: float) -
 
 
 def _narrow(x: FloatArray) -> np.ndarray:
+    """Whether intervals are too narrow to be divided."""
     return np.asarray(np.diff(x) <= _CLOSE * (np.abs(x[1:]) + x[-1] - x[0]))

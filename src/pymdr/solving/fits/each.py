@@ -212,6 +212,7 @@ def fit_each(
 
 
 def _quality(result: FitResult) -> Quality:
+    """The quality of one fitted record."""
     data = result.data
     force = data[result.force].values
     place, span = data["indentation"].values, float(np.ptp(force))

@@ -147,6 +147,7 @@ def _compiled() -> Engine:
 
 @cache
 def _say_slow() -> None:
+    """Warn that fits of maps are slow without numba."""
     _log.warning("numba cannot be imported: fits of maps are about fifty times slower; install numba")
 
 

@@ -206,6 +206,7 @@ def zarr() -> Any:
 
 
 def _opened(file: str | os.PathLike[str]) -> xr.Dataset:
+    """The dataset of a Zarr store."""
     import xarray as xr
 
     zarr()
@@ -217,6 +218,7 @@ def _opened(file: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _stored(data: xr.Dataset) -> StoredCurves:
+    """The curves of a dataset; one without the needed variables is refused."""
     missing = [name for name in ("force",) if name not in data]
     if "travel" not in data and "indentation" not in data:
         missing.append("travel or indentation")
