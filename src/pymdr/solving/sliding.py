@@ -459,7 +459,7 @@ def _slow(case: _Case, relaxation: Relaxation) -> _Limit:
 
 
 def _fast(case: _Case, kernel: _Kernel, rows: list[_Row]) -> _Limit:
-    """The fast limit of the springs, exact for the surface."""
+    """The limit of the friction of the springs at high speeds."""
     if kernel.exponent > 0.0:
         return _Limit(why="a power of time has no glassy modulus, and fast sliding no limit")
     glassy = kernel.relaxation.glassy
