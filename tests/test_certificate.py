@@ -243,9 +243,9 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
     assert float(found["normal_force"][-1]) == pytest.approx(force[1], rel=1e-12)
     claim, known = found.claims["tangential_force"], alone.claims["normal_force"]
     assert claim.level is mdr.Level.APPROXIMATE
-    assert "beside the concave kink" in claim.reason
+    assert "next to the concave kink" in claim.reason
     assert float(claim.error[0]) >= float(known.error[-1]) > 0.0
-    assert "beside the concave kink" in known.reason
+    assert "next to the concave kink" in known.reason
     turns = np.array([0.0, 0.4, -0.3, 0.2]) * mu * d
     deep = np.array([0.9, 1.0, 1.0, 0.95]) * d
     history = mdr.solve(joint, mdr.Path(indentation=deep, shift=turns))["tangential_force"].values
@@ -255,7 +255,7 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
 
 def test_friction_refuses_a_wide_ring_beside_a_kink():
     joint = mdr.Contact(dented(0.1), UNIT, friction=mdr.Coulomb(0.3))
-    with pytest.raises(mdr.ProblemError, match="beside the concave kink at 300 mm"):
+    with pytest.raises(mdr.ProblemError, match="next to the concave kink at 300 mm"):
         mdr.solve(joint, mdr.indent(0.3) >> mdr.shift(0.02))
 
 

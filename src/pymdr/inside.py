@@ -36,7 +36,7 @@ Superposed: TypeAlias = Mapping[str, QuantityLike | Callable[[FloatArray], Any]]
 
 
 class Inside(TypedDict, total=False):
-    """Where a field inside a body is read."""
+    """Places at which a field inside a body is read."""
 
     x: ArrayQuantityLike | None
     """Positions in m in the direction of the shift."""
@@ -438,7 +438,7 @@ def animated_stress(
     rows : sequence of int
         In contact.
     history : tuple of xarray.DataArray
-        Abscissa and ordinate of the curve that is drawn beside, over all rows.
+        Abscissa and ordinate of the curve next to the section, over all rows.
     file : path
         Ends with ``.gif``.
     """

@@ -36,7 +36,7 @@ _NODES = 33
 """Radii on the curve of equilibria at which the least gap is evaluated before refinement."""
 _HALVINGS = 30
 _GAIN = 1e-9
-"""Rounding of the loss of a jump, over the energy of the surfaces."""
+"""Rounding error of the loss of a jump, over the energy of the surfaces."""
 _SMALL = 1e-6
 """Least radius of the checked states of a jump to or from a free body, over its larger radius."""
 
@@ -314,7 +314,7 @@ _KNOWN_AFTER_TEARING = ("external_work", "jumped", "jump_dissipation", "dissipat
 
 def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str, Claim]:
     """
-    Claims without the steps after a dead load has pulled the bodies apart: there is no equilibrium; energies are known.
+    Claims without the steps after a dead load has separated the bodies: there is no equilibrium; energies are known.
 
     Parameters
     ----------
@@ -323,7 +323,7 @@ def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str,
     """
     if not torn.any():
         return dict(claims)
-    remark = f"; not valid at {int(torn.sum())} of {torn.size} steps: a dead load has pulled the bodies apart"
+    remark = f"; not valid at {int(torn.sum())} of {torn.size} steps: a dead load has separated the bodies"
     return {
         name: claim
         if name in _KNOWN_AFTER_TEARING

@@ -31,7 +31,7 @@ from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, metres, written
 
 _MAX_RINGS = 48
-"""Largest number of contact radii at which the rings beside kinks are computed; they shrink as the contact grows."""
+"""Largest number of contact radii at which the rings next to kinks are computed; they shrink as the contact grows."""
 _MAX_NOISE_RATIO = 3.0
 """Largest error of either end of a decreasing interval, over the noise."""
 _SLOPE_ERROR = 1.7
@@ -52,9 +52,9 @@ class Certificate:
 
 def with_rings(claims: Mapping[str, Claim], certificate: Certificate) -> dict[str, Claim]:
     """
-    Claims of disks that neglect rings beside concave kinks.
+    Claims of disks that neglect rings next to concave kinks.
 
-    The relative error of integral quantities is the fraction of the load on the rings; fields differ beside the kinks.
+    The relative error of integral quantities is the fraction of the load on the rings; fields differ next to the kinks.
     """
     if certificate.error is None:
         return dict(claims)
@@ -77,7 +77,7 @@ def certify_disk(line: Line, states: DiskStates) -> Certificate:
 
     Notes
     -----
-    From the intervals of depth of :func:`~pymdr.interpretation.disks.disk_depths`. The pressure beside a concave kink of f
+    From the intervals of depth of :func:`~pymdr.interpretation.disks.disk_depths`. The pressure next to a concave kink of f
     is logarithmically infinite, so that no disk over it is the exact solution; where the ring of tension is narrower than
     1e-3 of the contact radius, the disk is an approximation. Contacts on layers are checked at the radii of their table, up
     to the first that is not a disk.
@@ -144,7 +144,7 @@ def certify_history(line: ElasticLine, deepest: float) -> Certificate:
     if left:
         at = np.array([0.5 * (left[0][0] + left[0][1])])
         return Certificate(np.zeros(1, dtype=bool), _why_not(intervals.features, states_at_depth(line, at)))
-    # where g decreases the contact jumps over a ring, which no sum of disks represents; beside a concave kink the ring is
+    # where g decreases the contact jumps over a ring, which no sum of disks represents; next to a concave kink the ring is
     # narrow throughout, and a sum of disks represents the kink with its ring filled
     g = line.equivalent.g(np.array([interval.stop for interval in intervals.features.decreasing]))
     steps = [
@@ -256,7 +256,7 @@ def _why_not(features: ProfileFeatures, state: DiskStates) -> str:
             tension = least_pressure(features, a, excess, loose=True)
         if tension.value < -features.tolerance:
             adjacent = [b for b in features.concave_kinks if abs(tension.radius - b) <= 2.0 * RING * a]
-            kink = f", beside the concave kink at {metres(adjacent[0])}" if adjacent else ""
+            kink = f", next to the concave kink at {metres(adjacent[0])}" if adjacent else ""
             return (
                 f"{where} a disk of radius {metres(a)} would need tension at r = {metres(tension.radius)}{kink}, "
                 "so the contact is not a disk"
@@ -271,7 +271,7 @@ def _why_not(features: ProfileFeatures, state: DiskStates) -> str:
 
 
 def _rings(features: ProfileFeatures, states: DiskStates, passed: BoolArray) -> tuple[str, FloatArray]:
-    """Description of the rings beside concave kinks that disks neglect, and their fractions of the load."""
+    """Description of the rings next to concave kinks that disks neglect, and their fractions of the load."""
     error = np.zeros(passed.shape)
     order = np.flatnonzero(passed)[np.argsort(states.contact_radius[passed], kind="stable")]
     if order.size == 0:
@@ -284,7 +284,7 @@ def _rings(features: ProfileFeatures, states: DiskStates, passed: BoolArray) -> 
     kink, width, fraction = max(rings, key=lambda ring: ring[2])
     size = f"{metres(width)} wide" if width > 0.0 else "below the smallest number in width"
     return (
-        f"; beside the concave kink at r = {metres(kink)} the disk neglects a ring of tension or overlap {size}, "
+        f"; next to the concave kink at r = {metres(kink)} the disk neglects a ring of tension or overlap {size}, "
         f"with {fraction:.1e} of the load",
         error,
     )

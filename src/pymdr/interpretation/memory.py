@@ -328,7 +328,7 @@ def _integrated(curve: scipy.interpolate.PchipInterpolator, r: FloatArray) -> Fl
     """
     -(1/pi) int_r^a q' / sqrt(x^2 - r^2) dx of a q that is a cubic between the springs, in closed form.
 
-    A quadrature rule would miss that q' is infinite beside a kink of the profile.
+    A quadrature rule would miss that q' is infinite next to a kink of the profile.
     """
     third, second, first, _ = curve.c
     start = curve.x[:-1]

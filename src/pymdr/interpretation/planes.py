@@ -147,8 +147,8 @@ class PlaneMeasure:
             one, two = in_plane(some)
             around = [_turned(some, one, two, i * h, k * h) for i in (-1, 0, 1) for k in (-1, 0, 1)]
             part = cycle[:, :, left]
-            beside = np.concatenate([p for n, p in enumerate(around) if n != 4], axis=1)
-            v = self.on(np.tile(part, (1, 1, 8)), beside).reshape(8, -1)
+            neighbours = np.concatenate([p for n, p in enumerate(around) if n != 4], axis=1)
+            v = self.on(np.tile(part, (1, 1, 8)), neighbours).reshape(8, -1)
             v = np.concatenate([v[:4], value[None, left], v[4:]])
             move, peaked = _vertex(v.reshape(3, 3, -1))
             vertex = _turned(some, one, two, move[0] * h, move[1] * h)

@@ -2,7 +2,7 @@
 
 A line load q(s) is a sum of flat punches: of radius s and weight -dq, and at an edge where q jumps of that weight. With
 zeta = z + i s, R = sqrt(r^2 + zeta^2) and P = R + zeta each punch has a closed form, and every component of the stress is
-one integral over the punches. With s = r + z sinh(t), split at s = r, it is as precise beside the surface as far below.
+one integral over the punches. With s = r + z sinh(t), split at s = r, it is as precise next to the surface as far below.
 """
 
 from __future__ import annotations

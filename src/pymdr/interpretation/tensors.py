@@ -153,4 +153,4 @@ DERIVED: Mapping[str, Callable[[FloatArray], FloatArray]] = {
     "tresca": tresca,
     "hydrostatic": hydrostatic,
 }
-"""What is read from the stress, by field."""
+"""Measures of the stress, by field."""

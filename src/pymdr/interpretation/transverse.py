@@ -24,7 +24,8 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 _EQUAL = 1e-3
 """Relative difference of the roots below which the sums of both lose digits by cancellation."""
 _CHANGE_OF_C44 = 1e-4
-"""Relative change of c44 to the bodies beside one of equal roots from which its stress is extrapolated, to the fourth power of this."""
+"""Relative change of c44 (to the fourth power) to the neighbours of a body with equal roots, from which its stress is
+extrapolated."""
 _EXTRAPOLATED = ((1.0, 2.0 / 3.0), (-1.0, 2.0 / 3.0), (2.0, -1.0 / 6.0), (-2.0, -1.0 / 6.0))
 """Changes in that unit, and weights."""
 
@@ -69,7 +70,7 @@ class TransverseSolid:
 
     @cached_property
     def _bodies(self) -> tuple[tuple[TransverseSolid, float], ...]:
-        """The body itself, or those beside one whose roots are nearly equal, with their weights."""
+        """The body itself, or the neighbours of one with nearly equal roots, with their weights."""
         first, second = self._roots
         if abs(first - second) >= _EQUAL * abs(first):
             return ((self, 1.0),)
@@ -98,7 +99,7 @@ class TransverseSolid:
         return 0.5 * (total + difference), 0.5 * (total - difference)
 
     def _terms(self) -> list[tuple[complex, complex, complex]]:
-        """Of each root lambda: itself, m and k."""
+        """Root lambda, m and k of each potential."""
         _, c33, c13, c44, _ = self.stiffnesses
         ratios = [(c13 + c44) / (c33 * root * root - c44) for root in self._roots]
         return [(root, m, c44 * (1.0 + m)) for root, m in zip(self._roots, ratios, strict=True)]

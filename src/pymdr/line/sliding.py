@@ -426,7 +426,7 @@ def fast_drag(line: ElasticLine, states: DiskStates, relaxation: Relaxation) -> 
     states : DiskStates
         One state of contact.
     relaxation : Relaxation
-        Without a dashpot beside the springs.
+        Without a parallel dashpot.
 
     Returns
     -------

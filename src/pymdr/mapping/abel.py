@@ -26,7 +26,7 @@ Curve: TypeAlias = Callable[[FloatArray], FloatArray]
 
 _CENTRE_TOLERANCE = 1e-12
 _STEEP_TOLERANCE = 1e-7
-"""For averages of what is steep at the edge."""
+"""Rule for averages of curves that are steep at the edge."""
 _TIP_POWER = 16
 """A tip that is not smooth is mapped by t = s^16, which makes powers of r down to r^0.1 smooth in s."""
 _GRADING = 0.25 ** np.arange(24, 0, -1.0)

@@ -195,7 +195,7 @@ class RayTable:
         return np.asarray(self.low + _SPACING * np.arange(self.coefficients.shape[1] + 1))
 
     def half(self) -> RayTable:
-        """That of every other ray."""
+        """The table of every other ray."""
         return replace(self, coefficients=self.coefficients[:, :, ::2], gap=self.gap[:, ::2])
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

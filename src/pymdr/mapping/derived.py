@@ -177,7 +177,7 @@ class DerivedSource(SlopeSource):
             setattr(self, name, [getattr(self, name)[i] for i in kept])
 
     def polish(self, top: float) -> bool:
-        """Move breakpoints to the kinks of f that they are named beside."""
+        """Move breakpoints to the neighbouring kinks of f."""
         before, self.knots = self.knots, polished(self._f, self.knots, self.max_radius, self._polished, top)
         self._polished = max(self._polished, top)
         self.moved = self.moved | ({*self.knots} - {*before})
@@ -338,7 +338,7 @@ class DerivedSource(SlopeSource):
         return noise
 
     def _starts_steeply(self, series: FloatArray, low: float, high: float, base: float) -> bool:
-        """Whether f' spans orders of magnitude beside a breakpoint, over which f has its digits."""
+        """Whether f' spans orders of magnitude next to a breakpoint and f is above its rounding there."""
         first, last = np.abs(clenshaw(np.stack([series, series]), np.array([_FIRST, 1.0])))
         rise, noise = last * (high - low), self._noise_beyond(base, high)
         return bool(last > _SPREAD * first and rise > _DIGITS * noise)

@@ -164,7 +164,7 @@ def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
 
 @singledispatch
 def _tangential_links(body: Material, span: Span | None) -> list[Relaxation]:
-    """The same sideways."""
+    """Springs and dashpots in series in the tangential direction."""
     return [Relaxation(1.0 / surface_compliances(body).tangential)]
 
 

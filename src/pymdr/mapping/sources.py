@@ -107,7 +107,7 @@ class CurveSource(SlopeSource):
         return 0.0 if self._law is None else self._law.radius
 
     def polish(self, top: float) -> bool:
-        """Move breakpoints of a callable to the kinks of f' that they are named beside."""
+        """Move breakpoints of a callable to the neighbouring kinks of f'."""
         if not isinstance(self.profile, Function):
             return False
         slope, before = self.profile.gap_slope, self.knots
@@ -247,7 +247,7 @@ class SplineSource(SlopeSource):
         return coefficients, error
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' beside base + offset."""
+        """F' next to base + offset."""
         r = base + offset
         piece = np.clip(np.searchsorted(self.breaks, r, side="right") - 1, 0, self.breaks.size - 2)
         start = self.breaks[piece]
@@ -282,7 +282,7 @@ class PanelSource(SlopeSource):
         self.max_radius = profile.max_radius
 
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """F' beside base + offset."""
+        """F' next to base + offset."""
         index, delta = self.panels.locate(Place(base, offset))
         values = evaluate(self.panels, self.series, index, delta)
         r = base + offset

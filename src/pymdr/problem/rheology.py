@@ -335,7 +335,7 @@ class Maxwell(SpringsAndDashpots):
 
     @property
     def relaxation_time(self) -> float:
-        """In s."""
+        """The relaxation time in s."""
         if self.time is not None:
             return self.time
         assert self.viscosity is not None

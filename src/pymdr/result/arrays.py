@@ -94,7 +94,7 @@ def titled_columns(
     units: Mapping[str, str],
     known: Sequence[str],
 ) -> dict[str, np.ndarray]:
-    """Columns of a table by their titles with units, errors of approximate quantities beside them."""
+    """Columns of a table by their titles with units, errors of approximate quantities next to them."""
     from pymdr.presentation.tables import with_error_columns
 
     for name in units:

@@ -1,4 +1,4 @@
-"""How a solution ended, and the claims of its quantities."""
+"""Status of a solution, and the claims of its quantities."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pymdr.units import shown
 
 
 class Status(enum.Enum):
-    """How a solution ended.
+    """Status of a solution.
 
     Examples
     --------

@@ -60,7 +60,7 @@ _HISTORIES = (
     ("normal_force", "contact_radius"),
     ("indentation", "contact_radius"),
 )
-"""Curves that stand beside an animation, the first whose quantities there are."""
+"""Curves that are drawn next to an animation: the first pair whose quantities exist."""
 _FEW_PEAKS = 500
 """Rows up to which tables hold the peak pressure, which takes about 10 ms a row."""
 
@@ -578,7 +578,7 @@ class Result:
         superposed: Superposed | None = None,
     ) -> None:
         """
-        Write the stress in section along the path as an animation, beside the curve or loop of the path.
+        Write the stress in section along the path as an animation, next to the curve or loop of the path.
 
         Parameters
         ----------

@@ -220,7 +220,7 @@ def _with_its_own(answer: Result | PymdrError, one: Request) -> Result | PymdrEr
 
 def _start_context() -> BaseContext:
     """
-    How processes are started.
+    The method by which processes are started.
 
     A fork (where it is the default) has everything loaded. It is used only without other Python threads, whose locks would never
     be released in it; OpenBLAS restarts its threads in a fork, and compiled kernels use none.

@@ -73,7 +73,7 @@ _IN_PLANE = {
 
 @dataclass(frozen=True)
 class Law:
-    """How one kind of contact is solved, and how its results are read."""
+    """One kind of contact: its solution, and the reading of its results."""
 
     covers: Callable[[Contact, Rings | None, LoadingPath], bool]
     history: Callable[[Task], Result]

@@ -113,7 +113,7 @@ def hold_shape(
 
     A point of the body that is in contact lies no higher than the plane, for the surface is nowhere lifted above its level: f < d. The
     grid covers where that is, about the apex, and is made larger if the contact comes to its border all the same, or if another part of
-    the body would enter the surface as it sinks beside the grid.
+    the body would penetrate the displaced surface outside the grid.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def _block_forces(surface: PressedSurface) -> FloatArray:
 def _box_of_entering_parts(
     surface: PressedSurface, shape: Shape, modulus: float, depth: float, box: FloatArray, radius: float
 ) -> FloatArray | None:
-    """The box that other parts of the body need, which would enter the surface beside the grid; None without any."""
+    """The box that includes other parts of the body that would penetrate the surface; None without any."""
     x, y = _rays(radius)
     low_x, high_x, low_y, high_y = box
     outside = (x < -low_x) | (x > high_x) | (y < -low_y) | (y > high_y)

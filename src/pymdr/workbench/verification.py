@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COMPARED = ("indentation", "normal_force", "contact_radius", "normal_stiffness", "elastic_energy")
-"""Those that the path does not prescribe, as far as the method has them."""
+"""Quantities that are compared: those that the path does not prescribe and the method gives."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,4 +1,4 @@
-"""The least pressure and the least gap of a disk, with and without the rings beside concave kinks."""
+"""The least pressure and the least gap of a disk, with and without the rings next to concave kinks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pymdr.interpretation.punch import punch_gap, punch_pressure
 from pymdr.units import FloatArray
 
 RING = 1e-3
-"""Largest width of a neglected ring beside a concave kink, over the contact radius."""
+"""Largest width of a neglected ring next to a concave kink, over the contact radius."""
 _MAX_REFINED = 16
 """Largest number of local minima that are refined at once."""
 MAX_RADII = 384
@@ -101,7 +101,7 @@ def with_window_ends(
     loose: bool,
     function: Callable[[FloatArray], FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
-    """Radii and values outside the windows beside concave kinks, with those at the ends of the windows."""
+    """Radii and values outside the windows next to concave kinks, with those at the ends of the windows."""
     if not loose or r.size == 0:
         return r, values
     kept = without_windows(features, r, a, loose)
@@ -114,7 +114,7 @@ def with_window_ends(
 
 
 def without_windows(features: ProfileFeatures, r: FloatArray, a: float, loose: bool) -> FloatArray:
-    """Radii outside the windows beside concave kinks, with the ends of the windows."""
+    """Radii outside the windows next to concave kinks, with the ends of the windows."""
     if not loose or r.size == 0:
         return r
     low, high = r[0], r[-1]

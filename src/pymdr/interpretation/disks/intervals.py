@@ -26,7 +26,7 @@ class DiskDepths:
     strict: tuple[tuple[float, float], ...]
     """Lowest and highest depth in m of every interval, rising."""
     nearly: tuple[tuple[float, float], ...]
-    """The same if rings beside concave kinks are neglected that are narrower than 1e-3 of the contact radius."""
+    """The same if rings next to concave kinks are neglected that are narrower than 1e-3 of the contact radius."""
     features: ProfileFeatures | None
     """None where every contact is a disk."""
 

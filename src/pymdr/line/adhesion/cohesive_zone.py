@@ -190,7 +190,7 @@ def zone_integrals(
     >>> np.allclose([j0[0], j1[0], j2[0]], [1, 2, 8 / 3], rtol=1e-13)
     True
     """
-    # beside a breakpoint the offset keeps the width
+    # next to a breakpoint the offset keeps the width
     inner = radius.offset if isinstance(radius, Place) else rounded(radius)
     narrow = width <= _NARROW * inner
     if narrow.any():

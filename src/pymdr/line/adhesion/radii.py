@@ -81,7 +81,7 @@ class Radii:
         return place if self.exact else place.x
 
     def rate(self, s: FloatArray) -> FloatArray:
-        """The derivative da/ds; beside a corner that at `beside`."""
+        """The derivative da/ds; next to a corner that at the smallest resolved distance from it."""
         if self.corners.size == 0:
             return np.ones(s.shape)
         _, x, behind = self._stretch(s)

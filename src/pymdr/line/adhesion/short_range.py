@@ -241,7 +241,7 @@ class JKR:
         return np.where(stuck, 1.0, rate * per), np.where(stuck, stiffness, force_rate * per)
 
     def radius_rate(self, s: ArrayLike) -> FloatArray:
-        """Return da/ds, 0 on the vertical piece above a sharp edge; beside a corner as `slopes`."""
+        """Return da/ds, 0 on the vertical piece above a sharp edge; next to a corner as `slopes`."""
         s, edge = as_floats(s), self._edge
         return np.where(s >= edge, 0.0, self._radii.rate(self._radii.off_corners(np.minimum(s, edge))))
 

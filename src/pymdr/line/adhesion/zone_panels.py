@@ -2,7 +2,7 @@
 
 Seen from the outer end c of a zone a panel is one of three: far inside x <= c/8, where the kernels are short series
 in x/c and the moments of g' are summed once for all zones; full and away from c, where g' is known at the nodes
-of the panel; or cut by a, or beside c, where x = c - v^2 takes out the root of the kernels (on panels behind a
+of the panel; or cut by a, or next to c, where x = c - v^2 takes out the root of the kernels (on panels behind a
 breakpoint b together with that of x - b). Distances are differences of offsets.
 """
 
@@ -37,7 +37,7 @@ from pymdr.units import FloatArray
 _Index = NDArray[np.intp]
 
 _NEAR, _FULL = 20, 16
-"""Nodes on panels that are cut or beside c, and on others."""
+"""Nodes on panels that are cut or next to c, and on others."""
 _FAR = 8.0
 _ODD = 2.0 * np.arange(11.0) + 1.0
 _POWERS = np.concatenate([[0.0], _ODD])
@@ -205,7 +205,7 @@ def _away(panels: Panels, panel: _Index, at: FloatArray) -> NDArray[np.bool_]:
 def _near(
     table: _Table, parts_: _Parts
 ) -> Iterator[tuple[_Parts, tuple[FloatArray, FloatArray, FloatArray]]]:
-    """Offsets, distances from c and weights of the nodes on pieces that are cut or beside c, by kind."""
+    """Offsets, distances from c and weights of the nodes on pieces that are cut or next to c, by kind."""
     panels = table.panels
     rooted = panels.rooted[parts_.panel]
     corner = rooted & (parts_.low == 0.0)

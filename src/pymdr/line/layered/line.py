@@ -165,7 +165,7 @@ class LayeredLine(Profiled):
         return _solved_at(self, float(np.ravel(place.base)[0]), float(np.ravel(place.offset)[0]))[0]
 
     def smooth(self, a: float) -> tuple[float, float, float, float]:
-        """Of one contact radius in m, solved: d0 in m, F0 in N, k in N/m, and their relative error."""
+        """The solved contact of one radius in m: d0 in m, F0 in N, k in N/m, and their relative error."""
         solved, errors = _solved_at(self, 0.0, a)
         g, m = (float(f(as_place(np.array([a])))[0]) for f in (self.equivalent.g, self.equivalent.moment))
         size = 2.0 * self.modulus

@@ -124,7 +124,7 @@ class Model:
         return _Fitted(b, order, level, solution, rest)
 
     def _meets(self, fitted: _Fitted) -> bool:
-        """Whether only rounding is left, beside the kink too: another one may hide next to the first."""
+        """Whether only rounding is left, also next to the kink, where another one may be hidden."""
         if np.max(np.abs(fitted.rest)) > self.tolerance:
             return False
         b, (low, high) = fitted.b, self.ends

@@ -167,7 +167,7 @@ def scatter(f: Curve, r: FloatArray, stairs: bool = True) -> tuple[FloatArray, F
 
 
 def _stairs(values: FloatArray) -> float:
-    """Half the step of values that are all whole numbers of steps apart; 0 where they are not."""
+    """Half the step of values on a staircase of equal steps; 0 for other values."""
     # most are constant
     if np.all(values == values[0]):
         return 0.0

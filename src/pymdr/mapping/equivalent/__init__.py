@@ -52,7 +52,7 @@ from pymdr.problem.profiles import (
 from pymdr.units import FloatArray
 
 _STEEPEST = 0.95
-"""Largest |k| for panels: beyond, distances underflow on which curves beside a breakpoint still change."""
+"""Largest |k| for panels; for larger ones distances underflow on which curves next to a breakpoint still change."""
 
 
 @singledispatch
@@ -315,7 +315,7 @@ def without_callables(profile: Profile, top: float) -> Profile:
 
 
 _PIXELS = 129
-"""Along both sides of the grid that stands for a callable of x and y; odd, for its apex."""
+"""Number of points along both sides of the grid that replaces a callable of x and y; odd, for its apex."""
 
 
 def _on_grid(profile: Function2D, top: float) -> Sampled2D:

@@ -116,7 +116,7 @@ class EquivalentProfile(ABC):
         return 1.0
 
     def searched_to(self, depth: float) -> float:
-        """How far in m the profile was searched for contact at a depth in m; 0 where it is known to rise."""
+        """Radius in m of the search for contact at a depth in m; 0 where the profile is known to rise."""
         return 0.0
 
     def rests_on(self) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray
 
 INWARD = 2.0**-8
-"""Factor by which the tip is mapped farther inward than requested."""
+"""Factor by which the tip is mapped further inward than requested."""
 _SMALLEST = 1e-18
 """Start radius in m of the search for the size of a contact."""
 _ROUGH = 0.97
@@ -165,7 +165,7 @@ class MappedProfile(EquivalentProfile):
 
     @property
     def _begin(self) -> float:
-        """Where the first panel of the image begins; below it the image is a power."""
+        """Begin in m of the first panel of the image; below it the image is a power."""
         slope = self._resolved
         return min([ABOVE_TAIL * slope.tail_radius, *slope.knots[:1]])
 

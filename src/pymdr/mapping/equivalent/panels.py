@@ -345,7 +345,7 @@ class PanelLine(MappedProfile):
         return answer.reshape(np.shape(r))
 
     def _graded_displacement(self, r: FloatArray, edge: Place, image: Image) -> FloatArray:
-        """The displacement integral; beside the contact by what the gap integral leaves of pi/2."""
+        """The displacement integral; next to the contact by the difference of pi/2 and the gap integral."""
         k, stop = self.exponent, (float(edge.base), float(edge.offset))
         part = inverse_map.Stretch(image.tree, (0.0, 0.0), stop)
         first = min(float(image.panels.start[0]), float(edge.x))

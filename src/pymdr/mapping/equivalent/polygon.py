@@ -100,13 +100,13 @@ class PolygonLine(EquivalentProfile):
         return self.place_of_moment(moment).x
 
     def place(self, depth: ArrayLike) -> Place:
-        """As `inverse`, with the digits beside a corner."""
+        """As `inverse`, with the digits next to a corner."""
         d = np.asarray(depth, dtype=float)
         j = np.clip(np.searchsorted(self.depth, d, side="left") - 1, 0, self.x.size - 2)
         return self._place(d, d - self.depth[j], j, self.depth, lambda y, slope, _: y / slope)
 
     def place_of_moment(self, moment: ArrayLike) -> Place:
-        """As `inverse_moment`, with the digits beside a corner."""
+        """As `inverse_moment`, with the digits next to a corner."""
         m = np.asarray(moment, dtype=float)
         known = self._segments[1]
         j = np.clip(np.searchsorted(known, m, side="left") - 1, 0, self.x.size - 2)

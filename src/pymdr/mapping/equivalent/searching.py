@@ -94,7 +94,7 @@ class Search:
         return min(max(_between(float(r[-2]), x, before, (g, m), reached), float(radii[-1])), self.end)
 
     def _images(self, r: FloatArray, f: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-        """About g and m at the last of some radii, from the slopes there."""
+        """Approximate g and m at the last of some radii, from the slopes there."""
         k, x = self.exponent, r[-count:]
         with np.errstate(all="ignore"):
             s = np.minimum(r / x[:, None], 1.0)

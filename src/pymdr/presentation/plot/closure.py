@@ -52,7 +52,7 @@ class CurveData:
     modulus: float
     """E* in Pa of the drawn forces."""
     is_viscoelastic: bool
-    """Whether the bodies are viscoelastic, so that rows lie off the curve."""
+    """Whether the bodies are viscoelastic, so that rows deviate from the curve."""
 
     def drawn_by(self, draw: Callable[[FigureData, CurveData], Drawn]) -> Callable[[FigureData], Drawn]:
         """A figure of this curve and the data of a result."""

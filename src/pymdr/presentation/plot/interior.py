@@ -339,7 +339,7 @@ def write_stress_animation(
     frames: Sequence[StressFrame], history: tuple[xr.DataArray, xr.DataArray], rows: FloatArray, file: Path
 ) -> None:
     """
-    The stress in section beside the curve or loop of the path, row by row, as a GIF.
+    The stress in section next to the curve or loop of the path, row by row, as a GIF.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ def planar_figures(data: FigureData) -> dict[str, Figure]:
     Returns
     -------
     dict of str to matplotlib.figure.Figure
-        ``section``, ``plane`` (the path with the force beside it) and ``slip`` (slip vectors of a row over the contact).
+        ``section``, ``plane`` (the path with the force next to it) and ``slip`` (slip vectors of a row over the contact).
     """
     with styled():
         plane = new_figure(9.6, 4.4)

@@ -167,5 +167,5 @@ class ForceCurve(Profile):
 
     @property
     def largest_force(self) -> float:
-        """In N."""
+        """The largest force in N."""
         return float(np.max(self.force))

@@ -59,7 +59,7 @@ class End(NamedTuple):
     """In N^2."""
     free: FloatArray
     wide: FloatArray
-    """Standard errors of the free numbers where equally good ends are farther apart than the curvature implies; else 0."""
+    """Standard errors of the free numbers where the distance of equally good ends exceeds the curvature's; else 0."""
 
 
 def best_end(search: Search) -> End:

@@ -233,7 +233,7 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
 def _contribution_notes(
     search: Search, values: Mapping[str, Fitted], shares: Mapping[str, Mapping[str, float]]
 ) -> tuple[str, ...]:
-    """Where the standard error of each unknown of the contact comes from."""
+    """Notes on the sources of the standard error of each unknown of the contact."""
     notes = []
     for one in (values[u.name] for u in search.unknowns if shares and u.name in values):
         texts = [

@@ -15,7 +15,7 @@ _LEAST_FREE = 8
 
 
 class Quality(NamedTuple):
-    """What a fitted curve is judged by."""
+    """Measures of the quality of a fitted curve."""
 
     samples_in_contact: int
     relative_residual: float
@@ -24,7 +24,7 @@ class Quality(NamedTuple):
     """Rise of the force along the baseline over the range of the force; NaN without a baseline."""
 
     def faults(self) -> list[str]:
-        """What exceeds its limit, with the limit."""
+        """Texts on the measures that exceed their limits."""
         listed = []
         if self.samples_in_contact < FEWEST_IN_CONTACT:
             listed.append(f"{self.samples_in_contact} samples in contact (limit {FEWEST_IN_CONTACT})")

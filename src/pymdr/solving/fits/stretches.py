@@ -143,7 +143,8 @@ def _pressed(columns: Columns, stretch: Stretch) -> IndexArray:
 
 
 def _judge(request: FitRequest, columns: Columns, stretch: Stretch) -> None:
-    """What the quality of each curve is judged by: samples in contact, residuals and rise of the baseline, relative to the range of the force."""
+    """Measures of quality of each curve: samples in contact, and residuals and rise of the baseline over the force
+    range."""
     known = request.known.get(CONTACT_POINT)
     point = columns[CONTACT_POINT] if known is None else np.full(len(stretch.place), known)
     with np.errstate(invalid="ignore", divide="ignore"):

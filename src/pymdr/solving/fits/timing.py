@@ -64,7 +64,7 @@ def refuse_untimed(
 
 
 def _determined_text(equilibrium: float, modulus: float, time: float, step: float) -> str:
-    """What a record determines of a relaxation far outside of it."""
+    """Text on the combination that a record determines of a relaxation far outside of it."""
     if time > step:
         return (
             f"the sum of its modulus and the equilibrium modulus, {written(equilibrium + modulus, 'Pa', 4)}"

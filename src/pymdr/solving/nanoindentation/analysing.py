@@ -145,7 +145,7 @@ def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -
 def peak_with_covariance(
     rows: Unloading, shape: Shape, epsilon: float | None, read: Callable[[Peak], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """What is read of the peak, and its covariance from the noise of the rows and the uncertainty of a drift."""
+    """Values at the peak, and their covariance from the noise of the rows and the uncertainty of a drift."""
     centre = np.append(shape.parameters, rows.peak_force)
     covariance = np.zeros((centre.size, centre.size))
     covariance[:-1, :-1] = shape.covariance

@@ -13,7 +13,7 @@ from pymdr.units import QuantityLike, shown, to_si
 
 
 class Known(NamedTuple):
-    """What is given about tip, frame and sample."""
+    """Given data of tip, frame and sample."""
 
     area: AreaFunction | AreaCalibration
     frame_compliance: QuantityLike | None
@@ -25,7 +25,7 @@ class Known(NamedTuple):
 
 def settings_of(known: Known, limits: tuple[float, float], who: str) -> Settings:
     """
-    What is known, checked and in SI units.
+    The known data, checked and in SI units.
 
     Raises
     ------

@@ -233,7 +233,7 @@ def check_factors(beta: float, epsilon: float | None, who: str) -> None:
 
 
 class _Peaks(NamedTuple):
-    """Of all indents, shape (n,)."""
+    """Peaks of all indents, shape (n,)."""
 
     force: FloatArray
     depth: FloatArray

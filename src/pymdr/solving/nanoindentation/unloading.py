@@ -170,7 +170,7 @@ class Shape(NamedTuple):
 
     @property
     def quantile(self) -> float:
-        """Of Student's distribution, for 95 % intervals."""
+        """Quantile of Student's distribution for 95 % intervals."""
         return float(stdtrit(max(self.rows / self.correlated - self.parameters.size, 1.0), 0.975))
 
 
