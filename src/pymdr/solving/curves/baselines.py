@@ -97,8 +97,8 @@ def baseline_of(curve: MeasuredSamples) -> Baseline:
     count = int(np.argmax(branch.position > end)) if np.any(branch.position > end) else branch.position.size
     if count < _LEAST:
         raise ProblemError(
-            f"{count} samples are before the contact (limit {_LEAST}), too few for a baseline; retract farther before "
-            "pressing, or give the baseline as a force"
+            f"{count} samples are before the contact (limit {_LEAST}), too few for a baseline; begin farther "
+            "from the contact, or give the baseline as a force"
         )
     return _line(branch.position[:count], branch.force[:count])
 

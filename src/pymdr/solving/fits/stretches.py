@@ -143,8 +143,7 @@ def _pressed(columns: Columns, stretch: Stretch) -> IndexArray:
 
 
 def _judge(request: FitRequest, columns: Columns, stretch: Stretch) -> None:
-    """Measures of quality of each curve: samples in contact, and residuals and rise of the baseline over the force
-    range."""
+    """Measures of quality of each curve: samples in contact, and residuals and rise of the baseline over the force range."""
     known = request.known.get(CONTACT_POINT)
     point = columns[CONTACT_POINT] if known is None else np.full(len(stretch.place), known)
     with np.errstate(invalid="ignore", divide="ignore"):
