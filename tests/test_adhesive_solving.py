@@ -669,7 +669,7 @@ def test_rows_after_a_dead_load_has_won_are_not_a_number():
         assert result.claims[name].where.tolist() == (stays | known).tolist(), name
     assert column(result, "jumped").tolist() == [1.0] + [0.0] * 8 + [1.0, 0.0]
     assert any(note.startswith("pulled off at d = -773.4") for note in result.notes)
-    with pytest.raises(mdr.NotValidError, match="2 of 11 steps: a dead load has pulled the bodies apart"):
+    with pytest.raises(mdr.NotValidError, match="2 of 11 steps: a dead load has separated the bodies"):
         result.field("pressure", [0.0, 1.0])
     for text in (result.summary(), result._repr_html_()):
         last = text.partition("Claims")[0]

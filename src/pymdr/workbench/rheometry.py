@@ -133,7 +133,7 @@ def fit_prony(
             time      modulus
      equilibrium      100 kPa
           200 ms      300 kPa
-    1 term in shear, ... % off the rows (root mean square)
+    1 term in shear, root mean square misfit ... %
     """
     if isinstance(data, str | os.PathLike):
         data = read_rheometry(data)
