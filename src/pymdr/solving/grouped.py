@@ -117,7 +117,6 @@ def summarize_groups(
     2149
     """
     import xarray as xr
-    from scipy.special import bdtr, stdtrit
 
     if not isinstance(common, int | float) or not 0.0 <= common <= 0.5:
         raise ProblemError(
@@ -133,21 +132,15 @@ def summarize_groups(
     if not known.any() or not (flat[known] > 0.0).all():
         raise ProblemError(f"summarize_groups: {name} = {shown(values)}; numbers above 0 {unit} are needed")
     distinct = list(dict.fromkeys(labels[known].tolist()))
-    rows = []
-    for group in distinct:
-        own = np.sort(flat[known & (labels == group)])
-        # the rank below which the number of values under the median falls with at most 2.5 %
-        ranks = bdtr(np.arange(own.size // 2), own.size, 0.5)
-        rank = int(np.count_nonzero(ranks <= 0.025)) - 1
-        ends = (own[rank], own[-1 - rank]) if rank >= 0 else (math.nan, math.nan)
-        rows.append((float(own.size), float(np.median(own)), *(float(end) for end in ends)))
+    rows = [_median_of_group(flat[known & (labels == group)]) for group in distinct]
     count, median, low, high = np.array(rows).T
-    logs, k = np.log(median), len(distinct)
-    mean, spread = float(logs.mean()), float(logs.std(ddof=1)) if k > 1 else math.nan
-    half = float(stdtrit(k - 1.0, 0.975)) * spread / math.sqrt(k) if k > 1 else math.nan
-    half = math.hypot(half, _NORMAL * common)
+    over_groups = dict(
+        zip(("typical", "typical_low", "typical_high", "spread"), _over_groups(median, common), strict=True)
+    )
     attributes = {"units": unit}
-    notes: tuple[str, ...] = ("one group: the variation between groups is unknown",) if k == 1 else ()
+    notes: tuple[str, ...] = (
+        ("one group: the variation between groups is unknown",) if median.size == 1 else ()
+    )
     if common > 0.0:
         notes += (
             f"standard uncertainty that all {name} share: {100.0 * common:.2g} %; it is in the interval over groups, not in the intervals of "
@@ -160,12 +153,35 @@ def summarize_groups(
                 "median": ("group", median, attributes),
                 "median_low": ("group", low, attributes),
                 "median_high": ("group", high, attributes),
-                "typical": ((), math.exp(mean), attributes),
-                "typical_low": ((), math.exp(mean - half), attributes),
-                "typical_high": ((), math.exp(mean + half), attributes),
-                "spread": ((), spread, {"units": ""}),
+                **{
+                    one: ((), value, {"units": ""} if one == "spread" else attributes)
+                    for one, value in over_groups.items()
+                },
             },
             coords={"group": ("group", distinct, {"units": ""})},
         ),
         notes=notes,
     )
+
+
+def _median_of_group(values: FloatArray) -> tuple[float, float, float, float]:
+    """Number, median, and the ends of its interval by order statistics, NaN with too few values."""
+    from scipy.special import bdtr
+
+    own = np.sort(values)
+    # the rank below which the number of values under the median falls with at most 2.5 %
+    ranks = bdtr(np.arange(own.size // 2), own.size, 0.5)
+    rank = int(np.count_nonzero(ranks <= 0.025)) - 1
+    low, high = (own[rank], own[-1 - rank]) if rank >= 0 else (math.nan, math.nan)
+    return float(own.size), float(np.median(own)), float(low), float(high)
+
+
+def _over_groups(medians: FloatArray, common: float) -> tuple[float, float, float, float]:
+    """Geometric mean of the medians, the ends of its interval, and the standard deviation of their logarithms."""
+    from scipy.special import stdtrit
+
+    logs, k = np.log(medians), medians.size
+    mean, spread = float(logs.mean()), float(logs.std(ddof=1)) if k > 1 else math.nan
+    half = float(stdtrit(k - 1.0, 0.975)) * spread / math.sqrt(k) if k > 1 else math.nan
+    half = math.hypot(half, _NORMAL * common)
+    return math.exp(mean), math.exp(mean - half), math.exp(mean + half), spread

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, TypedDict, Unpack
 
 import numpy as np
 
@@ -115,6 +115,15 @@ class FittedCurves(Study):
         )
 
 
+class FitOptions(TypedDict, total=False):
+    """Options of :func:`fit` that hold for each of many records."""
+
+    contact_point: QuantityLike | None
+    baseline: QuantityLike | None
+    fit_range: Mapping[str, QuantityLike] | None
+    uncertainty: Mapping[str, QuantityLike] | None
+
+
 def fit_each(
     contact: Contact,
     curves: Mapping[str, MeasuredCurve],
@@ -122,18 +131,15 @@ def fit_each(
     *,
     groups: Mapping[str, str] | None = None,
     excluded: Mapping[str, str] | None = None,
-    contact_point: QuantityLike | None = None,
-    baseline: QuantityLike | None = None,
-    fit_range: Mapping[str, QuantityLike] | None = None,
-    uncertainty: Mapping[str, QuantityLike] | None = None,
     progress: Progress | None = None,
+    **options: Unpack[FitOptions],
 ) -> FittedCurves:
     """
     Fit each of many records by itself, with statistics over groups such as samples.
 
     Parameters
     ----------
-    contact, free, contact_point, baseline, fit_range, uncertainty
+    contact, free
         As for :func:`fit`.
     curves : mapping of str to MeasuredCurve
         Records by name.
@@ -143,6 +149,8 @@ def fit_each(
         Further records by name that take no part, such as unreadable files, with the reason.
     progress : callable, optional
         Called as ``progress(done, total)``.
+    **options
+        As for :func:`fit`: `contact_point`, `baseline`, `fit_range`, `uncertainty`.
 
     Returns
     -------
@@ -192,15 +200,7 @@ def fit_each(
         if progress is not None:
             progress(i, len(curves))
         try:
-            fits[name] = fit(
-                contact,
-                curve,
-                free,
-                contact_point=contact_point,
-                baseline=baseline,
-                fit_range=fit_range,
-                uncertainty=uncertainty,
-            )
+            fits[name] = fit(contact, curve, free, **options)
         except PymdrError as error:
             reasons[name] = str(error)
     if not fits:

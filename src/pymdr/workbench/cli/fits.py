@@ -11,6 +11,8 @@ import typer
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_report, write_study
 from pymdr.workbench.cli.options import (
     CaseFile,
+    FitSegment,
+    Groups,
     Json,
     KeepSigns,
     LeaveOut,
@@ -18,6 +20,7 @@ from pymdr.workbench.cli.options import (
     ReportFile,
     Sensitivity,
     Table,
+    Uncertainties,
 )
 from pymdr.workbench.cli.reporting import (
     Stage,
@@ -74,32 +77,14 @@ def fit(
     max_force: Annotated[
         str | None, typer.Option(help="Largest fitted force above the baseline, such as '1 nN'; one curve.")
     ] = None,
-    uncertainty: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Standard uncertainty in the intervals, such as 'spring_constant=10 %', sensitivity or profile.radius; repeatable.",
-        ),
-    ] = None,
+    uncertainty: Uncertainties = None,
     over_indentation: Annotated[
         int | None,
         typer.Option(min=2, help="Number of growing fit ranges; writes the parameters over them."),
     ] = None,
-    segment: Annotated[
-        str | None,
-        typer.Option(
-            help="Part of a record: approach, retreat or record; by default the approach of an AFM curve, the record of a table, or "
-            "with adhesion or memory."
-        ),
-    ] = None,
+    segment: FitSegment = None,
     keep_signs: KeepSigns = False,
-    groups: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="TABLE",
-            help="CSV of file and sample, for a folder; by default the subfolders are the samples.",
-        ),
-    ] = None,
+    groups: Groups = None,
     report_file: ReportFile = None,
     workers: Annotated[
         int, typer.Option(min=1, help="Processes for a map; results do not depend on it.")
@@ -182,6 +167,10 @@ def _fitted(
     if settings["groups"] is not None and not is_folder:
         raise ProblemError("--groups is for a folder of curves; give the folder in place of the files")
     if is_folder:
+        if workers > 1:
+            raise ProblemError(
+                f"--workers {workers} is for a map; the curves of a folder are fitted in one process"
+            )
         if contact.friction is not None or settings["over_indentation"] is not None:
             raise ProblemError(
                 "a folder is for force curves of contacts without friction, and without --over-indentation; give one file"

@@ -54,6 +54,27 @@ Sensitivity = Annotated[
         help="Sensitivity of a deflection in V, such as '50 nm/V'; overrides the file.",
     ),
 ]
+Uncertainties = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=VALUE",
+        help="Standard uncertainty in the intervals, such as 'spring_constant=10 %', sensitivity or profile.radius; repeatable.",
+    ),
+]
+Groups = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="TABLE",
+        help="CSV of file and sample, for a folder; by default the subfolders are the samples.",
+    ),
+]
+FitSegment = Annotated[
+    str | None,
+    typer.Option(
+        help="Part of a record: approach, retreat or record; by default the approach of an AFM curve, the record of a table, or "
+        "with adhesion or memory."
+    ),
+]
 LeaveOut = Annotated[bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")]
 
 _MOST_POINTS = 1000
