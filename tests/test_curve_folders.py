@@ -129,7 +129,7 @@ class Tags(HTMLParser):
 def test_the_shell_writes_a_whole_report(folder, shell, tmp_path):
     report = tmp_path / "report.html"
     samples = tmp_path / "samples.csv"
-    rows = [f"{name}/{k}.csv;{name} gel" for name in SAMPLES for k in range(3)]
+    rows = [f"{name}/0.csv;{name} gel" for name in SAMPLES]
     samples.write_text("\n".join(["file;sample", *rows]))
     status, out, error = shell(
         "fit", tmp_path / "gel.toml", folder, "--free", "body.young", "--spring-constant", "0.05 N/m +- 10 %",
@@ -138,14 +138,14 @@ def test_the_shell_writes_a_whole_report(folder, shell, tmp_path):
     assert status == 0, error
     plain = json.loads(out)
     assert plain["fit"]["groups"]["body.young"]["group"]["values"] == ["old gel", "young gel"]
-    assert sum(plain["fit"]["curves"]["good"]["values"]) == 6
+    assert sum(plain["fit"]["curves"]["good"]["values"]) == 2
     names = {"fit.csv", "fit.png", "groups_body.young.csv"}
     assert {file.name for file in (tmp_path / "out").iterdir()} == names
     page = Tags()
     page.feed(report.read_text())
     text = " ".join(page.text)
     assert not page.open
-    assert len(page.links) == 7
+    assert len(page.links) == 3  # all fits, and each of two records
     assert all(link.startswith("data:image/png;base64,") for link in page.links)  # nothing outside the file
     for part in ("Gels <i>and</i> cells", "pymdr 0", "0.05 N/m +- 10 %", "Groups: body.young", "it is not in", "Assumptions",
                  "Claims", "Sneddon", "old/0.csv"):  # fmt: skip
@@ -175,6 +175,7 @@ def test_bad_tables_of_groups_are_refused(folder, tmp_path, table, message):
         (["-o", "gels/out"], "is in the folder of the records"),
         (["--over-indentation", "4", "-o", "out"], "give one file"),
         (["--groups", "none.csv"], "none.csv"),
+        (["--workers", "2"], "--workers 2 is for a map"),
         (["--uncertainty", "sensitivity"], "--uncertainty"),
     ],
 )

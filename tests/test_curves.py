@@ -58,7 +58,9 @@ def test_signs_that_the_maker_defines_are_kept_whatever_the_record_shows():
         {"force": -1.0, "indentation": 1.0}
     )
     bare = mdr.Contact(mdr.Paraboloid("1 um"), mdr.Elastic("1 kPa", 0.5))
-    with pytest.raises(ProblemError, match=r"its force was turned: keep its signs .*--keep-signs"):
+    with pytest.raises(
+        ProblemError, match=r"its force was turned: keep its signs .*curve\.orient\(keep=True\)"
+    ):
         mdr.fit(bare, turned, ["body.young"])
 
 

@@ -135,31 +135,37 @@ def files(tmp_path):
     }  # fmt: skip
 
 
-def test_the_shell_gives_the_numbers_of_the_studies(files, shell, tmp_path):
-    area = ("--area", "24.5", "--poisson", "0.17")
-    commands = {
-        "drift": (("drift", files["drift"]), "rate", 0.1e-9, {"drift"}),
-        "nanoindent": (("nanoindent", files["drift"], *area, "--drift"), "indent", 1.0, {"drift", "nanoindent"}),
-        "depth": (("stiffness", files["depth"], *area, "--points", "6"), "hardness", 9e9, {"continuous_stiffness"}),
-        "film": (
-            ("stiffness", files["depth"], *area, "--points", "6", "--film-thickness", "1 um +- 10 nm",
-             "--substrate", "72.62 GPa, 0.17", "--widths", "0 10"),
+AREA = ("--area", "24.5", "--poisson", "0.17")
+
+
+@pytest.mark.parametrize(
+    ("command", "file", "options", "quantity", "truth", "stems"),
+    [
+        ("drift", "drift", (), "rate", 0.1e-9, {"drift"}),
+        ("nanoindent", "drift", (*AREA, "--drift"), "indent", 1.0, {"drift", "nanoindent"}),
+        ("stiffness", "depth", (*AREA, "--points", "6"), "hardness", 9e9, {"continuous_stiffness"}),
+        (
+            "stiffness", "depth",
+            (*AREA, "--points", "6", "--film-thickness", "1 um +- 10 nm", "--substrate", "72.62 GPa, 0.17", "--widths", "0 10"),
             "young_modulus", 72.62e9, {"continuous_stiffness", "film"},
         ),
-        "pop-in": (("pop-in", files["jump"]), "pop_in_force", 0.4e-3, {"pop_in"}),
-    }  # fmt: skip
-    for name, (arguments, quantity, truth, stems) in commands.items():
-        out_folder, page = tmp_path / name, tmp_path / f"{name}.html"
-        status, out, error = shell(*arguments, "-o", out_folder, "--report", page, "--json")
-        assert status == 0, (name, error)
-        plain = json.loads(out)
-        first = plain["study"][quantity]["values"][0]
-        assert first == pytest.approx(truth, rel=0.03), name
-        assert plain["claims"]
-        assert {file.name for file in out_folder.iterdir()} == {
-            f"{s}.{end}" for s in stems for end in ("csv", "png")
-        }
-        assert "data:image/png" in page.read_text()
+        ("pop-in", "jump", (), "pop_in_force", 0.4e-3, {"pop_in"}),
+    ],
+    ids=["drift", "nanoindent", "stiffness", "film", "pop-in"],
+)  # fmt: skip
+def test_the_shell_gives_the_numbers_of_the_studies(
+    files, shell, tmp_path, command, file, options, quantity, truth, stems
+):
+    folder, page = tmp_path / "out", tmp_path / "page.html"
+    status, out, error = shell(command, files[file], *options, "-o", folder, "--report", page, "--json")
+    assert status == 0, error
+    plain = json.loads(out)
+    assert plain["study"][quantity]["values"][0] == pytest.approx(truth, rel=0.03)
+    assert plain["claims"]
+    assert {one.name for one in folder.iterdir()} == {
+        f"{stem}.{end}" for stem in stems for end in ("csv", "png")
+    }
+    assert "data:image/png" in page.read_text()
 
 
 @pytest.mark.parametrize(

@@ -183,6 +183,53 @@ def test_a_retreat_alone_that_ends_in_a_pull_is_not_turned(tmp_path):
     assert curve.step is None
 
 
+@pytest.mark.parametrize("sides", [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
+@pytest.mark.parametrize("retreat", [True, False])
+def test_signs_of_tables_do_not_change_the_modulus(tmp_path, sides, retreat):
+    travel, force = pressed(retreat=retreat)
+    columns = sides[0] * force * 1e9, sides[1] * (travel - force / SPRING) * 1e6
+    file = written(tmp_path / "signs.csv", "load [nN],indentation [um]", *columns)
+    assert young_of(mdr.read_curves(file)[0]) == pytest.approx(YOUNG, rel=0.02)
+    kept = mdr.read_curves(file, keep_signs=True)[0]
+    np.testing.assert_allclose(kept.force * 1e9, columns[0][: kept.force.size], rtol=1e-9)
+    assert kept.step is None
+
+
+def test_a_body_in_tension_only_is_not_turned(tmp_path):
+    depth = np.linspace(-1e-6, 0.0, 300)
+    force = np.where(depth > -0.6e-6, -2e-9 + 2e-9 * np.maximum(depth / 0.6e-6 + 1.0, 0.0) ** 1.5, 0.0)
+    file = written(tmp_path / "tension.csv", "load [nN],indentation [um]", force[:-9] * 1e9, depth[:-9] * 1e6)
+    [curve] = mdr.read_curves(file)
+    assert curve.step is None
+    assert curve.force.min() < -1.9e-9
+
+
+def test_the_shell_names_its_own_option_for_signs(tmp_path, shell):
+    travel, force = pressed(retreat=False)
+    file = written(
+        tmp_path / "neg.csv", "load [nN],indentation [um]", -force * 1e9, (travel - force / SPRING) * 1e6
+    )
+    case = tmp_path / "gel.toml"
+    case.write_text(
+        'profile = { kind = "paraboloid", radius = "5 um" }\nbody = { kind = "elastic", young = "1 kPa", poisson = 0.5 }\n'
+    )
+    status, out, error = shell("fit", case, file, "--free", "body.young", "--json")
+    assert (status, error) == (0, "")
+    assert json.loads(out)["fit"]["values"]["body.young"]["value"] == pytest.approx(YOUNG, rel=0.02)
+    status, _, error = shell("fit", case, file, "--free", "body.young", "--keep-signs")
+    assert status == 1
+    assert "--keep-signs" in error
+    assert "curve.orient" not in error
+    kept = mdr.read_curves(file, keep_signs=True)[0]
+    with pytest.raises(ProblemError, match=r"curve\.orient\(\)"):
+        mdr.fit(mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("1 kPa", 0.5)), kept, ["body.young"])
+    status, out, _ = shell("curves", file)
+    assert "turned, so that compression is positive" in out
+    status, out, _ = shell("curves", file, "--keep-signs")
+    assert "signs: kept" in out
+    assert "curve.orient" not in out
+
+
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 12.0])
 def test_a_slow_approach_is_no_hold(ratio):
     slow, fast = 2000, round(2000 * min(ratio, 1.0) if ratio < 1 else 2000 / ratio)
@@ -213,6 +260,7 @@ def test_segments_samples_and_signals_of_tables_from_the_shell(tmp_path, shell):
     status, _, error = shell("fit", case, file, "--free", "body.young", *options[:4])
     assert status != 0
     assert "every entry must be a finite number" in error
+    assert "--leave-out-missing omits them" in error
     status, _, error = shell("fit", case, file, "--free", "body.young", "--segment", "hold", *options[:-1])
     assert status != 0
     assert "record, approach, retreat" in error

@@ -31,6 +31,7 @@ def read_curves(
     spring_constant: QuantityLike | None = None,
     sensitivity: QuantityLike | None = None,
     leave_out_missing: bool = False,
+    keep_signs: bool | None = None,
 ) -> tuple[MeasuredCurve, ...]:
     r"""
     Read the force curves of a file, a curve for each segment: approach, hold, retreat.
@@ -48,13 +49,16 @@ def read_curves(
         scaled, which is a step of the curves.
     leave_out_missing : bool
         Whether samples without a number are omitted, as the first step of the curve then states. If not, such files are refused.
+    keep_signs : bool, optional
+        Whether the signs of a table are kept even if its force falls where the body is pressed, or its position falls toward the body. Curves of
+        instruments have the signs of the file; :meth:`~pymdr.MeasuredCurve.orient` turns them.
 
     Returns
     -------
     tuple of MeasuredCurve
         In the order of the file; `segment` is determined from the change of the travel; `metadata` holds that of the file, with the pixels of a
         force map (see :func:`stack_curves`). Travel is minus the height of the cantilever, so that it grows toward the body. A table
-        whose position falls toward the body is turned, which is a step of its curves.
+        whose position falls toward the body, or whose force is negative in compression, is turned, which is a step of its curves.
 
     Raises
     ------
@@ -97,13 +101,13 @@ def read_curves(
             record,
             calibration,
             leave_out_missing=leave_out_missing,
-            turn=_turned if of_user else lambda curve: curve,
+            turn=_turned if of_user and not keep_signs else lambda curve: curve,
         )
     )
 
 
 def _turned(curve: MeasuredCurve) -> MeasuredCurve:
-    """The record of a table with the signs of pymdr, where its position falls toward the body by force and motion alike."""
+    """The record of a table with the signs of pymdr, if its force falls in contact, or its position falls toward the body by force and motion alike."""
     try:
         signs = curve.mark_outliers().orient().step
     except ProblemError:  # the force does not determine the direction
@@ -111,7 +115,8 @@ def _turned(curve: MeasuredCurve) -> MeasuredCurve:
     assert signs is not None
     name = "travel" if curve.indentation is None else "indentation"
     if signs.numbers[name] == 1.0:
-        return curve
+        turned = signs.numbers["force"] == -1.0 and _falls_in_contact(curve.mark_outliers())
+        return curve.orient(signs.numbers) if turned else curve
     moving = [one.name for one in segments_in(curve.position, curve.time, None) if one.name != "hold"]
     if not moving or moving[0] != "retreat":
         return curve
@@ -121,6 +126,12 @@ def _turned(curve: MeasuredCurve) -> MeasuredCurve:
         if -float(above.min()) > _PULL * float(np.max(np.abs(above))):
             return curve
     return curve.orient(signs.numbers)
+
+
+def _falls_in_contact(curve: MeasuredCurve) -> bool:
+    """Whether the force decreases over the deepest third: a body in tension only has a negative force as well, but one that increases."""
+    deep = ~curve.marked & (curve.position >= curve.position.max() - np.ptp(curve.position) / 3.0)
+    return float(np.polyfit(curve.position[deep] - curve.position.max(), curve.force[deep], 1)[0]) < 0.0
 
 
 def read_prepared_curves(
@@ -177,7 +188,11 @@ def read_prepared_curves(
         raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
     records: dict[float, list[MeasuredCurve]] = {}
     for curve in read_curves(
-        file, spring_constant=spring_constant, sensitivity=sensitivity, leave_out_missing=leave_out_missing
+        file,
+        spring_constant=spring_constant,
+        sensitivity=sensitivity,
+        leave_out_missing=leave_out_missing,
+        keep_signs=keep_signs,
     ):
         records.setdefault(float(curve.metadata["record"]), []).append(curve)
     ready: list[MeasuredCurve] = []
@@ -239,7 +254,7 @@ def read_fittable_curves(
     whole : bool
         Whether the default is the record of any file.
     keep_signs : bool, optional
-        As for :func:`read_prepared_curves`; tables as :func:`read_curves` reads them, or as they are.
+        As for :func:`read_prepared_curves`, or for :func:`read_curves` if it is a table.
     **options
         Of :func:`read_curves`.
 
@@ -251,7 +266,7 @@ def read_fittable_curves(
     if not is_table(file):
         part = segment or ("record" if whole else "approach")
         return read_prepared_curves(file, segment=part, keep_signs=keep_signs, **options)
-    curve = read_segment(file, segment or "record", **options)
+    curve = read_segment(file, segment or "record", keep_signs=keep_signs, **options)
     if options.get("spring_constant") is not None and curve.spring_constant is None:
         raise ProblemError(
             f"--spring-constant: not used for {file}, which has indentations and forces; it needs a column of travel"

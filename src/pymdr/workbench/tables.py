@@ -396,6 +396,10 @@ def read_curve(file: str | os.PathLike[str], *, spring_constant: QuantityLike | 
     return curve_of_columns(file, read_force_columns(file, missing=False), spring_constant)
 
 
+class _MissingEntryError(CaseError):
+    """An entry without a number."""
+
+
 def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[str, FloatArray]:
     """
     The columns of a force curve in SI units, as far as the table has them.
@@ -419,7 +423,10 @@ def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[s
         As :func:`read_record`.
     """
     names = tuple(_FORCE_RECORD) if missing else ()
-    columns = _read(file, _FORCE_RECORD, (), "time [s], load [mN], travel [um]", names)
+    try:
+        columns = _read(file, _FORCE_RECORD, (), "time [s], load [mN], travel [um]", names)
+    except _MissingEntryError as error:
+        raise CaseError(f"{error}; read_curves(..., leave_out_missing=True) omits them") from error
     if not {"normal_force", *_DEFLECTIONS} & set(columns):
         raise CaseError(
             f"{file} is a table of {', '.join(columns)} without a force; name a column 'load' or 'deflection' with its unit, for example 'load [N]'"
@@ -721,7 +728,9 @@ def _numbers(
                 if quantity in missing:
                     target[k] = np.nan
                     continue
-                raise CaseError(f"{entry}; every entry must be a finite number: delete rows without data")
+                raise _MissingEntryError(
+                    f"{entry}; every entry must be a finite number: delete rows without data"
+                )
             if not _NUMBER.fullmatch(cells[i]):
                 remedy = "; write all decimals with a point" if "," in cells[i] else ""
                 raise CaseError(f"{entry} is not a number{remedy}")

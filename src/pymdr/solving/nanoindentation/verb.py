@@ -50,9 +50,13 @@ class Nanoindentation(Study):
         "procedure": Column("procedure", ""),
         "peak_force": Column("F", "N"),
         "stiffness": Column("S", "N/m"),
+        "stiffness_low": Column("S low", "N/m"),
+        "stiffness_high": Column("S high", "N/m"),
         "contact_depth": Column("h_c", "m"),
         "epsilon": Column("epsilon", ""),
         "hardness": Column("H", "Pa"),
+        "hardness_low": Column("H low", "Pa"),
+        "hardness_high": Column("H high", "Pa"),
         "reduced_modulus": Column("E_r", "Pa"),
         "young_modulus": Column("E", "Pa"),
         "young_modulus_low": Column("E low", "Pa"),
@@ -62,7 +66,7 @@ class Nanoindentation(Study):
     def _remarks(self) -> list[str]:
         attributes = self.data.attrs
         return [
-            f"frame compliance {written(attributes['frame_compliance'], 'm/N')}, beta = {attributes['beta']:g} (effective shape: 1); E low and E high "
+            f"frame compliance {written(attributes['frame_compliance'], 'm/N')}, beta = {attributes['beta']:g} (effective shape: 1); low and high "
             "are ends of 95 % intervals"
         ]
 

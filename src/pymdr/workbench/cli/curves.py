@@ -52,6 +52,7 @@ def curves(
             spring_constant=spring_constant,
             sensitivity=sensitivity,
             leave_out_missing=leave_out_missing,
+            keep_signs=keep_signs or None,
         )
         records = [_Record(segments, keep_signs) for segments in _by_record(segments_read)]
         written = []
@@ -92,7 +93,8 @@ class _Record:
             signs = oriented[0].join(*oriented[1:]).orient(keep=keep_signs or None).step
             assert signs is not None
             oriented = [segment.orient(signs.numbers) for segment in oriented]
-            self.signs = str(signs)
+            own = [step for segment in segments for step in segment.steps if step.name == "signs"]
+            self.signs = str(own[0] if own else signs)  # of a table that was turned when it was read
         except ProblemError as error:
             self.signs = f"signs: unchanged; {error}"
         self.segments = [segment.mark_saturated() for segment in oriented]

@@ -28,11 +28,35 @@ REFUSALS = ("REFUSED", "ADHESION_REFUSED")
 """Statuses of results that give only a bound."""
 
 
+_OF_SHELL = {
+    "check the signs with curve.orient()": "keep the signs of the file with --keep-signs",
+    "(curve.orient(keep=True))": "with --keep-signs",
+    "keep=True if the signs are those of pymdr, or signs=": "or --keep-signs if compression is positive",
+    "read_curves(..., leave_out_missing=True) omits them": "--leave-out-missing omits them",
+    "mark outliers (curve.mark_outliers()), ": "",
+}
+"""Remedies in Python -> remedies of commands."""
+
+
+def in_words_of_shell(text: str) -> str:
+    """
+    A message whose remedies are options of commands.
+
+    Examples
+    --------
+    >>> in_words_of_shell("press deeper, or check the signs with curve.orient()")
+    'press deeper, or keep the signs of the file with --keep-signs'
+    """
+    for of_python, of_shell in _OF_SHELL.items():
+        text = text.replace(of_python, of_shell)
+    return text
+
+
 def print_text(text: str) -> None:
     """Print a text without control characters."""
     from pymdr.workbench.inputs import printable, writable
 
-    typer.echo(writable(printable(text), sys.stdout.encoding))
+    typer.echo(writable(printable(in_words_of_shell(text)), sys.stdout.encoding))
 
 
 def print_written(files: Sequence[Path]) -> None:
@@ -63,7 +87,7 @@ def print_error(text: str) -> None:
     """Print one line to the error stream."""
     from pymdr.workbench.inputs import printable, writable
 
-    line = printable(" ".join(text.split("\n")))
+    line = printable(" ".join(in_words_of_shell(text).split("\n")))
     typer.echo(writable(f"pymdr: {line}", sys.stderr.encoding), err=True)
 
 
@@ -147,6 +171,8 @@ def _plain(value: Any) -> Any:
         return {name: _plain(entry) for name, entry in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(entry) for entry in value]
+    if isinstance(value, str):
+        return in_words_of_shell(value)
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
