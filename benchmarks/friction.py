@@ -21,6 +21,7 @@ from pymdr.line.friction import (
     springs,
     tabulated_curves,
 )
+from pymdr.line.plane import PlaneLaw, Springs, follow_plane, virgin_plane
 from pymdr.mapping.equivalent import EquivalentProfile, equivalent_profile
 
 Floats = NDArray[np.float64]
@@ -238,8 +239,41 @@ def by_force() -> Iterator[Ratio]:
         )
 
 
+def numpy_springs(u: Floats, label: Floats, limit: float) -> Floats:
+    """Sum of vector springs at constant depth by one return map a row, in NumPy over all springs."""
+    most = limit * (1.0 - label)
+    t, sums, before = np.zeros((2, label.size)), np.empty_like(u), np.zeros(2)
+    for row, here in enumerate(u):
+        t += (here - before)[:, None]
+        t *= np.minimum(1.0, most / np.maximum(np.hypot(t[0], t[1]), 1e-300))
+        sums[row], before = t.sum(axis=1), here
+    return sums
+
+
+def plane() -> Iterator[Ratio]:
+    """1e5 rows of circles: the springs alone, against as many in NumPy, and all of `solve`."""
+    few, rows, n = 5_000, 100_000, 240
+    line = ElasticLine(equivalent_profile(mdr.Paraboloid(1.0)), MODULUS)
+    law, some = PlaneLaw(FRICTION, MODULUS, MODULUS), Springs.along(line, 1.0, n)
+    angle = 2.0 * np.pi / 256.0 * np.arange(rows)
+    u = 0.5 * FRICTION * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    one = np.ones(rows)
+    steel = mdr.Elastic("200 GPa", 0.3)
+    joint = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+    path = mdr.load("50 N") >> mdr.circle(shift="0.4 um", turns=rows / 256, steps=rows)
+    ours, whole, loop = median_times(
+        (partial(follow_plane, law, some, one, one, u, virgin_plane(some)), 5),
+        (partial(mdr.solve, joint, path), 3),
+        (partial(numpy_springs, u[:few], some.label[1:], FRICTION), 5),
+    )
+    against = f"{n} springs in NumPy by return maps, scaled from {few} rows"
+    yield Ratio(f"1e5 rows of a circle by {n} springs", against, ours, loop * rows / few, "aim 0.5 s")
+    yield Ratio("the same through solve, to 1e-4", against, whole, loop * rows / few, "aim 0.5 s")
+
+
 def ratios() -> Iterator[Ratio]:
     yield from by_force()
+    yield from plane()
     yield from per_step()
     yield from flatness()
     yield from tables()

@@ -43,7 +43,7 @@ def planar_claims(
     columns : mapping of str to ndarray
         Quantities of the result; vectors of shape (n, 2).
     missed : mapping of str to ndarray
-        Numerical errors of force, work and stick radius in SI units.
+        Numerical errors of force, shift, work and stick radius in SI units, from half the springs.
     prescribed : str or None
         The channel of the plane that all legs prescribe, if there is one.
 
@@ -59,11 +59,19 @@ def planar_claims(
     force = np.hypot(*columns["tangential_force"].T)
     carried = (mu if math.isfinite(mu) else 1.0) * np.maximum.accumulate(columns["normal_force"])
     slips = 0.0 if math.isinf(mu) or mu == 0.0 else MODEL_ERROR
-    springs = float(np.nanmax(missed["tangential_force"], initial=0.0))
-    springs /= max(float(carried.max(initial=0.0)), 1e-300)
+    sizes = (
+        ("the force", "tangential_force", carried, "mu F_N"),
+        ("shifts", "shift", np.abs(columns["shift"]), "the largest"),
+        ("the dissipated energy", "dissipated_energy", columns["dissipated_energy"], "the largest"),
+    )
+    shares = [
+        f"{what} by {_largest(missed[name]) / max(_largest(size), 1e-300):.1e} of {of}"
+        for what, name, size, of in sizes
+        if name != prescribed
+    ]
     reason = (
-        f"springs with vectors in place of tractions whose direction varies over the contact. {_MEASURED}; the number of springs "
-        f"changes it by at most {springs:.1e} of mu F_N"
+        f"springs with vectors in place of tractions whose direction varies over the contact. {_MEASURED}; their number, measured by "
+        f"half of them, changes {', '.join(shares)} at most"
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.fmin((slips * carried + missed["tangential_force"]) / force, 1.0)
@@ -77,6 +85,10 @@ def planar_claims(
     if prescribed is not None:
         claims[prescribed] = Claim(Level.EXACT, "prescribed", claims[prescribed].source, known)
     return claims
+
+
+def _largest(values: FloatArray) -> float:
+    return float(np.nanmax(values, initial=0.0))
 
 
 def stacks_of(

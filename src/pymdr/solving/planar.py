@@ -54,10 +54,14 @@ from pymdr.solving.walk import (
 )
 from pymdr.units import FloatArray, newtons
 
-_FEWEST, _MOST = 120, 1920
-"""Springs of a solution: multiples of 3."""
+_FEWEST, _MOST = 60, 1920
+"""Springs of the first solution, and of the last: each has twice as many as the one before."""
 _WANTED = 1e-4
 """Error of the force by the number of springs, over the largest mu F_N."""
+_WANTED_SHIFT = 1e-3
+"""Error of the shift under prescribed forces, over the largest shift."""
+_GAINED = 2.5
+"""By what half the springs change an answer over its error, at least: orders of 2 to 3 are measured, 1.8 suffices."""
 _WORK = 1e8
 """Rows times springs up to which more springs are taken."""
 _SETTLED = 1e-5
@@ -211,14 +215,8 @@ def solve_planar(task: Task) -> Result:
             mapped.line, contact.profile, states, float(stretch.normal.max()) if stretch.by_force else None
         )
         certificate = disks_down_to(contact, mapped.line, max(deepest, 0.0))
-    law = _law(task, mapped, states.contact_radius[0], _FEWEST)
-    walked = walk(task, virgin_plane(law.springs), law.step)
-    error = _spring_error(law, walked)
-    n = _number(error, walked.rows.indentation.size)
-    if n > _FEWEST:
-        law = _law(task, mapped, states.contact_radius[0], n)
-        walked = walk(task, virgin_plane(law.springs), law.step)
-    interpretation = _interpret(task, law, walked)
+    law, walked, missed = _followed(task, mapped, float(states.contact_radius[0]))
+    interpretation = _interpret(task, law, walked, missed)
     return solution(
         task, walked, replace(interpretation, claims=with_rings(interpretation.claims, certificate))
     )
@@ -249,23 +247,34 @@ def _deepest(task: Task, mapped: MappedSprings) -> tuple[float, Stretch]:
     return max(depths, key=lambda one: one[0])
 
 
-def _spring_error(law: PlanarLaw, walked: Walked[Rows]) -> float:
-    """Error of the force by the number of springs, over the largest mu F_N."""
-    rows = walked.rows
-    carried = law.law.scale * float(np.max(rows.normal_force, initial=0.0))
-    missed = float(np.nanmax(rows.followed.force_error, initial=0.0))
-    return missed / carried if carried > 0.0 else 0.0
+def _followed(
+    task: Task, mapped: MappedSprings, radius: float
+) -> tuple[PlanarLaw, Walked[Rows], dict[str, FloatArray]]:
+    """A path with as many springs as its error asks for, and the errors of its rows by half of them."""
+    law = _law(task, mapped, radius, _FEWEST)
+    walked = walk(task, virgin_plane(law.springs), law.step)
+    n, many = _FEWEST, min(_MOST, _WORK / max(walked.rows.indentation.size, 1))
+    while True:
+        n *= 2
+        coarse, law = walked.rows.followed, _law(task, mapped, radius, n)
+        walked = walk(task, virgin_plane(law.springs), law.step)
+        fine = walked.rows.followed
+        missed = {
+            "tangential_force": np.hypot(*(fine.force - coarse.force).T) / _GAINED + walked.rows.missed,
+            "shift": np.hypot(*(fine.shift - coarse.shift).T) / _GAINED,
+            "dissipated_energy": np.abs(fine.slip_work - coarse.slip_work) / _GAINED,
+            "stick_radius": np.full(walked.rows.missed.size, law.springs.spacing),
+        }
+        force = _WANTED * law.law.scale * float(np.max(walked.rows.normal_force, initial=0.0))
+        shift = _WANTED_SHIFT * float(np.nanmax(np.abs(fine.shift), initial=0.0))
+        small = np.nanmax(missed["tangential_force"] - walked.rows.missed, initial=0.0) <= force
+        if 2 * n > many or (small and np.nanmax(missed["shift"], initial=0.0) <= shift):
+            return law, walked, missed
 
 
-def _number(error: float, rows: int) -> int:
-    """Number of springs for the wanted error, which falls with n^1.5 or faster, as far as the rows allow."""
-    if error <= _WANTED:
-        return _FEWEST
-    wanted = _FEWEST * (error / _WANTED) ** (2.0 / 3.0)
-    return int(max(_FEWEST, min(wanted, _MOST, _WORK / max(rows, 1)))) // 3 * 3
-
-
-def _interpret(task: Task, law: PlanarLaw, walked: Walked[Rows]) -> Interpretation:
+def _interpret(
+    task: Task, law: PlanarLaw, walked: Walked[Rows], missed: Mapping[str, FloatArray]
+) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every kept row."""
     rows, line = walked.rows, law.mapped.line
     followed, contact = rows.followed, task.contact
@@ -285,11 +294,6 @@ def _interpret(task: Task, law: PlanarLaw, walked: Walked[Rows]) -> Interpretati
         "dissipated_energy": followed.slip_work,
     }
     columns = with_travel(task, columns)
-    missed = {
-        "tangential_force": followed.force_error + rows.missed,
-        "dissipated_energy": followed.work_error,
-        "stick_radius": np.full(rows.indentation.size, law.springs.spacing),
-    }
     claims: Mapping[str, Claim] = planar_claims(
         contact, law.mapped.moduli, columns, missed, _prescribed(task.path)
     )
@@ -319,9 +323,7 @@ def replay_of(task: Task) -> Callable[[int], tuple[PlanarLaw, PlaneState]]:
     deepest, _ = _deepest(task, mapped)
     radius = states_at_depth(mapped.line, np.array([max(deepest, 0.0)])).contact_radius[0]
     whole = replace(task, keep=None, progress=None)
-    first = _law(task, mapped, radius, _FEWEST)
-    walked = walk(whole, virgin_plane(first.springs), first.step)
-    n = _number(_spring_error(first, walked), walked.rows.indentation.size)
+    n = _followed(whole, mapped, float(radius))[0].springs.label.size - 1
     known: dict[int, tuple[PlanarLaw, PlaneState]] = {}
 
     def at(row: int) -> tuple[PlanarLaw, PlaneState]:

@@ -34,8 +34,8 @@ _TURNS, _DOUBLINGS = 12, 7
 """Directions and lengths from which a search begins anew."""
 
 COMPLETE, NOT_ATTAINABLE, NOT_CONVERGED = 0, 1, 2
-FORCE_X, FORCE_Y, STORED, WORK, STICK, SLID, SHIFT_X, SHIFT_Y, COARSE_X, COARSE_Y, COARSE_WORK = range(11)
-"""Columns of the rows; forces over 2 mu E* dx, energies over 2 mu^2 E*^2 dx / G*, shifts over mu E* / G*. Coarse ones are of every third spring alone."""
+FORCE_X, FORCE_Y, STORED, WORK, STICK, SLID, SHIFT_X, SHIFT_Y = range(8)
+"""Columns of the rows; forces over 2 mu E* dx, energies over 2 mu^2 E*^2 dx / G*, shifts over mu E* / G*."""
 
 _STAMP = stamp_of(__file__)
 
@@ -302,8 +302,9 @@ def stick_border(
     border = edge
     while i >= 0:
         limit = depth - labels[i]
-        left = limit - math.hypot(held[0, i], held[1, i])
-        if left > _STICKS * limit:
+        square = held[0, i] * held[0, i] + held[1, i] * held[1, i]
+        if square < (1.0 - 2.0 * _STICKS) * limit * limit:
+            left = limit - math.sqrt(square)
             if border < edge and i > 0:
                 inner_left = depth - labels[i - 1] - math.hypot(held[0, i - 1], held[1, i - 1])
                 if inner_left > left:
@@ -338,21 +339,21 @@ def _run(
         Depth and contact radius of every row.
     target : (m, 2)
         Shifts, in the units of `rows`.
-    begin : (6,)
-        Depth, shift along x and y, slip work, distance of full sliding and coarse slip work before the first row.
-    rows : (m, 11)
+    begin : (5,)
+        Depth, shift along x and y, slip work and distance of full sliding before the first row.
+    rows : (m, 8)
         Columns, filled.
     slips : bool
         Whether springs slip.
     """
     labels, places = line[0], line[1]
-    before, at_x, at_y, work, slid, coarse_work = begin[0], begin[1], begin[2], begin[3], begin[4], begin[5]
+    before, at_x, at_y, work, slid = begin[0], begin[1], begin[2], begin[3], begin[4]
     for row in range(depth.size):
         after = depth[row]
         x, y = target[row, 0] - at_x, target[row, 1] - at_y
         at_x, at_y = target[row, 0], target[row, 1]
         move = move_of(x, y, before, after)
-        f_x = f_y = stored = c_x = c_y = 0.0
+        f_x = f_y = stored = 0.0
         for i in range(labels.size):
             spring = advanced(held[0, i], held[1, i], labels[i], move, slips)
             held[0, i], held[1, i] = spring.x, spring.y
@@ -363,14 +364,9 @@ def _run(
                 f_y += spring.y
                 stored += 0.5 * (spring.x * spring.x + spring.y * spring.y)
                 work += spring.work
-                if i % 3 == 2:  # the middle of three cells
-                    c_x += 3.0 * spring.x
-                    c_y += 3.0 * spring.y
-                    coarse_work += 3.0 * spring.work
         before = after
         rows[row, FORCE_X], rows[row, FORCE_Y] = f_x, f_y
         rows[row, STORED], rows[row, WORK] = stored, work
-        rows[row, COARSE_X], rows[row, COARSE_Y], rows[row, COARSE_WORK] = c_x, c_y, coarse_work
         rows[row, SLID], rows[row, SHIFT_X], rows[row, SHIFT_Y] = slid, at_x, at_y
         if slips:
             rows[row, STICK] = stick_border(labels, places, held, after, edge[row])

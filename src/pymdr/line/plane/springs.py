@@ -73,7 +73,7 @@ class PlaneState:
     indentation : float, m
     shift : ndarray, shape (2,), m
         Normalised shift G* u / (mu E*).
-    slip_work, slip_distance, coarse_work : float
+    slip_work, slip_distance : float
         So far, in the units of the kernel.
     """
 
@@ -82,7 +82,6 @@ class PlaneState:
     shift: FloatArray
     slip_work: float = 0.0
     slip_distance: float = 0.0
-    coarse_work: float = 0.0
 
 
 def virgin_plane(springs: Springs) -> PlaneState:
@@ -101,8 +100,6 @@ class PlaneRows:
     stored, slip_work : ndarray, shape (m,), J
         Energy of the springs, and work of friction since the beginning by its own sum.
     stick_radius, slip_distance : ndarray, shape (m,), m
-    force_error, work_error : ndarray, shape (m,), N and J
-        By how much a third of the springs changes force and work, over 3.
     """
 
     shift: FloatArray
@@ -111,8 +108,6 @@ class PlaneRows:
     slip_work: FloatArray
     stick_radius: FloatArray
     slip_distance: FloatArray
-    force_error: FloatArray
-    work_error: FloatArray
 
 
 @dataclass(frozen=True)
@@ -186,7 +181,7 @@ def follow_plane(
     per_shift = law.shift_scale
     per_force = 2.0 * law.scale * law.modulus * springs.spacing
     depth, line = np.maximum(depth, 0.0), np.stack([springs.label, springs.place])
-    slips, rows = math.isfinite(law.friction), np.full((depth.size, 11), math.nan)
+    slips, rows = math.isfinite(law.friction), np.full((depth.size, 8), math.nan)
     ratio, ending = np.ones((depth.size, 1)), PlaneEnding.COMPLETE
     if load is None:
         state = _moved(line, depth, radius, target / per_shift, state, (rows, slips))
@@ -194,18 +189,15 @@ def follow_plane(
         if slips:  # the springs carry mu F_N but for their number
             ratio = _shares(springs, depth, load / (2.0 * law.modulus * springs.spacing))[:, None]
         state, ending = _pulled(line, depth, radius, ratio * target / per_force, state, (rows, slips))
-    force, coarse = rows[:, [k.FORCE_X, k.FORCE_Y]] / ratio, rows[:, [k.COARSE_X, k.COARSE_Y]] / ratio
     per_energy = per_force * per_shift
     return (
         PlaneRows(
             shift=per_shift * rows[:, [k.SHIFT_X, k.SHIFT_Y]],
-            force=per_force * force,
+            force=per_force * rows[:, [k.FORCE_X, k.FORCE_Y]] / ratio,
             stored=per_energy * rows[:, k.STORED],
             slip_work=per_energy * rows[:, k.WORK],
             stick_radius=rows[:, k.STICK],
             slip_distance=per_shift * rows[:, k.SLID],
-            force_error=per_force / 3.0 * np.hypot(*(force - coarse).T),
-            work_error=per_energy / 3.0 * np.abs(rows[:, k.WORK] - rows[:, k.COARSE_WORK]),
         ),
         state,
         ending,
@@ -229,7 +221,7 @@ def _moved(
 
     rows, slips = filled
     held = state.vector.copy()
-    so_far = (state.slip_work, state.slip_distance, state.coarse_work)
+    so_far = (state.slip_work, state.slip_distance)
     begin = np.array([max(state.indentation, 0.0), *state.shift, *so_far])
     k.run(line, held, np.array(depth), np.array(radius), np.array(shift), begin, rows, slips)
     last = rows[-1]
@@ -237,7 +229,7 @@ def _moved(
         held,
         float(depth[-1]),
         last[[k.SHIFT_X, k.SHIFT_Y]],
-        *last[[k.WORK, k.SLID, k.COARSE_WORK]].tolist(),
+        *last[[k.WORK, k.SLID]].tolist(),
     )
 
 
