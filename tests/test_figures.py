@@ -139,9 +139,11 @@ def loop():
     return mdr.measured_loops(xr.Dataset(record))
 
 
-def fretted():
+def fretted(*amplitudes):
     """Cycles of a joint under a constant load, as a rig records them."""
-    path = mdr.load("50 N") >> mdr.cycle(shift="0.2 um", steps=40) >> mdr.cycle(shift="0.4 um", steps=40)
+    path = mdr.load("50 N")
+    for amplitude in amplitudes:
+        path = path >> mdr.cycle(shift=amplitude, steps=40)
     return mdr.solve(JOINT, path).data[["shift", "tangential_force", "normal_force"]]
 
 
@@ -150,8 +152,10 @@ STUDIES = {
         JOINT, mdr.indent("1 um") >> mdr.cycle(shift="0.2 um"), coefficient="2e-5 mm^3/(N m)", cycles=1e3
     ),
     "running conditions": lambda: mdr.running_conditions(
-        JOINT, [10.0, 50.0, 100.0], record=mdr.fretting_log(fretted())
+        JOINT, [10.0, 50.0, 100.0], record=mdr.fretting_log(fretted("0.2 um", "0.4 um"))
     ),
+    "one cycle of fretting": lambda: mdr.fretting_log(fretted("0.2 um", "0.4 um")),
+    "fretting": lambda: mdr.fretting_log(fretted(*["0.4 um"] * 15)),
     "yield": lambda: mdr.first_yield(mdr.Contact(BALL, STEEL), strength="2 GPa"),
     "torsion by rings": lambda: mdr.verify(
         JOINT, mdr.load("50 N") >> mdr.twist("1 mrad", steps=4), elements=40

@@ -519,3 +519,16 @@ def test_tables_hold_the_peak_pressure(tmp_path_factory, steps, load):
     ):
         other.to_csv(file)
         assert "peak_pressure" not in file.read_text().splitlines()[0]
+
+
+def test_loops_name_the_rows_outside_of_cycles_and_open_loops():
+    """Two cycles of 1 and 2 um that begin at 0: one lies between turning points, and it is open by 1 um."""
+    shift = 1e-6 * np.array([0.0, 1.0, 0.0, -1.0, 0.0, 2.0, 0.0, -2.0, 0.0])
+    record = xr.Dataset({"shift": ("step", shift), "tangential_force": ("step", 1e6 * shift)})
+    rows, opened = mdr.measured_loops(record).notes
+    assert rows.startswith("rows 1 to 1 and 7 to 9 of 9 are in no cycle")
+    assert opened.startswith("cycle 1 ends at another shift than at the beginning (by 1 µm)")
+    closed = xr.Dataset(
+        {"shift": ("step", shift[[1, 2, 3, 2, 1, 0]]), "tangential_force": ("step", shift[:6])}
+    )
+    assert [note.split(" are")[0] for note in mdr.measured_loops(closed).notes] == ["rows 6 to 6 of 6"]

@@ -141,7 +141,8 @@ def fretting_log(
     """
     data, clean = _read(record, machine_stiffness)
     shift, force = clean["shift"].values, clean["tangential_force"].values
-    measured = measured_loops(clean, least=least).data
+    loops = measured_loops(clean, least=least)
+    measured = loops.data
     first, last = measured["first_row"].values - 1, measured["last_row"].values - 1
     spans = [slice(int(begin), int(end) + 1) for begin, end in zip(first, last, strict=True)]
     amplitude, loss = measured["amplitude"].values, measured["dissipated_per_cycle"].values
@@ -171,6 +172,7 @@ def fretting_log(
     return FrettingLog(
         data=over_rows("cycle", number, columns, FrettingLog.columns | _NOT_SHOWN, attrs),
         contact=contact,
+        notes=loops.notes,
         loops=tuple((float(number[i]), shift[spans[i]], force[spans[i]]) for i in few),
     )
 

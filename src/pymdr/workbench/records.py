@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _PAIRS = (("shift", "tangential_force"), ("indentation", "normal_force"), ("travel", "normal_force"))
 """Displacements and the forces that work on them."""
+_CLOSED = 0.05
+"""Distance between the ends of a cycle, relative to its first swing, up to which its loop counts as closed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +69,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
 
     A cycle goes from a turning point of the displacement to the next but one. It dissipates the area of its loop,
     W = ∮ F du by straight lines between the samples, closed by one from its last sample to its first; offsets of
-    force and displacement do not matter. Turns by less than `least` are no turning points.
+    force and displacement do not matter. Turns by less than `least` are no turning points. Notes name the rows before the
+    first and after the last whole cycle, and cycles that end at another displacement than they begin.
 
     Parameters
     ----------
@@ -158,7 +161,38 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     claims: dict[str, Claim] = {}
     if isinstance(record, Result) and "stick_radius" in record.data:
         claims = _add_slip(cycles, record, first, middle, last)
-    return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims)
+    notes = (
+        *_rows_outside(displacement, first, last, u.size),
+        *_open_loops(displacement, u, first, middle, last),
+    )
+    return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims, notes=notes)
+
+
+def _rows_outside(displacement: str, first: np.ndarray, last: np.ndarray, rows: int) -> list[str]:
+    """Which rows of a record are in no cycle, and why."""
+    outside = [(1, int(first[0])), (int(last[-1]) + 2, rows)]
+    spans = [f"{begin} to {end}" for begin, end in outside if begin <= end]
+    if not spans:
+        return []
+    return [
+        f"rows {' and '.join(spans)} of {rows} are in no cycle: a cycle begins and ends at a turning point of {displacement}"
+    ]
+
+
+def _open_loops(
+    displacement: str, u: FloatArray, first: np.ndarray, middle: np.ndarray, last: np.ndarray
+) -> list[str]:
+    """Which cycles end at another displacement than they begin."""
+    shifted = np.abs(u[last] - u[first])
+    is_open = np.flatnonzero(shifted > _CLOSED * np.abs(u[first] - u[middle]))
+    if is_open.size == 0:
+        return []
+    largest = int(is_open[np.argmax(shifted[is_open])])
+    others = f" and {is_open.size - 1} more end" if is_open.size > 1 else " ends"
+    return [
+        f"cycle {largest + 1}{others} at another {displacement} than at the beginning (by {metres(float(shifted[largest]))}): "
+        "the amplitude is that of the first half, and a straight line closes the loop"
+    ]
 
 
 def _cycles(

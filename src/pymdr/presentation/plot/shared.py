@@ -43,6 +43,8 @@ _NAMED = 3
 """Largest number of kinks that are labelled by their radii."""
 _UNMET = 100
 """Characters per line below a figure."""
+_ROUNDING = 1e-4
+"""Relative range of values that is drawn as constant."""
 STYLE: Any = {
     "axes.prop_cycle": cycler(color=CYCLE),
     "axes.spines.top": False,
@@ -358,7 +360,7 @@ def label_history(axes: Axes, label: str) -> None:
     axes.set_xlabel(label)
     axes.ticklabel_format(axis="x", style="plain")
     if not label.startswith("time"):
-        axes.xaxis.set_major_locator(MaxNLocator("auto", integer=True, steps=[1, 2, 5, 10]))
+        axes.xaxis.set_major_locator(MaxNLocator("auto", integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
 
 
 def row_name(data: FigureData, row: int) -> str:
@@ -381,6 +383,13 @@ def limit_peaks(axes: Axes, values: FloatArray) -> None:
     top = float(values.max())
     if top > 0.0:
         axes.set_ylim(min(0.0, float(values.min())), 1.12 * top)
+
+
+def limit_rounding(axes: Axes, values: FloatArray) -> None:
+    """Start at 0 if values hardly differ, so that their rounding is not enlarged."""
+    known = values[np.isfinite(values)]
+    if known.size and np.ptp(known) <= _ROUNDING * np.max(np.abs(known)):
+        axes.set_ylim(*sorted((0.0, 1.2 * float(known[0]) or 1.0)))
 
 
 def show_text(axes: Axes, text: str) -> None:

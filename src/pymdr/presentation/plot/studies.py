@@ -17,6 +17,7 @@ from pymdr.presentation.plot.shared import (
     legend_above,
     lengths,
     letter_panels,
+    limit_rounding,
     new_figure,
     styled,
     with_unit,
@@ -30,10 +31,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pymdr.interpretation.validity import Assumption
-
-
-_ROUNDING = 1e-4
-"""Relative range of values that is drawn as constant."""
 
 
 def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
@@ -123,16 +120,9 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
             label_history(axes, str(along))
             label = QUANTITIES[name].label if name in QUANTITIES else labels[name]
             axes.set_ylabel(with_unit(label, unit))
-            _limit_rounding(axes, values)
+            limit_rounding(axes, values)
         letter_panels(figure)
     return figure
-
-
-def _limit_rounding(axes: Axes, values: FloatArray) -> None:
-    """Start at 0 if values hardly differ, so that their rounding is not enlarged."""
-    known = values[np.isfinite(values)]
-    if known.size and np.ptp(known) <= _ROUNDING * np.max(np.abs(known)):
-        axes.set_ylim(*sorted((0.0, 1.2 * float(known[0]) or 1.0)))
 
 
 def conditions_study(assumptions: Sequence[Assumption]) -> Figure:

@@ -12,8 +12,10 @@ from pymdr.presentation.plot.shared import (
     GREY,
     ORANGE,
     PURPLE,
+    label_history,
     lengths,
     letter_panels,
+    limit_rounding,
     new_figure,
     styled,
     typeset_unit,
@@ -117,6 +119,7 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
         Over ``cycle``: ``friction_coefficient``, ``tangential_stiffness`` (N/m) and ``regime``.
     """
     from matplotlib import colormaps
+    from matplotlib.ticker import MaxNLocator
 
     colours = {"partial": BLUE, "mixed": PURPLE, "gross": ORANGE, "unknown": GREY}
     with styled():
@@ -129,8 +132,12 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
         ):
             log.plot(lengths(u, unit), np.full(u.size, cycle), from_si(f, "N", force), color=colour, lw=1.0)
         log.set_xlabel(f"shift ({unit})", labelpad=12.0)
-        log.set_ylabel("cycle", labelpad=12.0)
+        log.set_ylabel("cycle", labelpad=16.0)
         log.set_zlabel(f"force ({force})")
+        # the slanted axes are short
+        log.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+        log.yaxis.set_major_locator(MaxNLocator("auto", integer=True, min_n_ticks=1))
+        log.set_ylim(loops[0][0] - 0.5, loops[-1][0] + 0.5)
         log.set_box_aspect((1.0, 1.3, 0.8), zoom=0.85)
         friction = figure.add_subplot(2, 2, 2)
         stiffness = figure.add_subplot(2, 2, 4)
@@ -145,10 +152,11 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
                 friction.plot(numbers[of], data[name].values[of], ".", color=colour, ms=4, label=kind)
                 stiffness.plot(numbers[of], steep[of], ".", color=colour, ms=4)
         friction.set_ylabel(label)
-        friction.set_xlabel("cycle")
         friction.legend(title="regime", ncols=2)
         stiffness.set_ylabel(f"tangential stiffness ({per})")
-        stiffness.set_xlabel("cycle")
+        for axes, values in ((friction, data[name].values), (stiffness, steep)):
+            label_history(axes, "cycle")
+            limit_rounding(axes, values)
     return figure
 
 
