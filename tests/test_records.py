@@ -527,8 +527,9 @@ def test_loops_name_the_rows_outside_of_cycles_and_open_loops():
     record = xr.Dataset({"shift": ("step", shift), "tangential_force": ("step", 1e6 * shift)})
     rows, opened = mdr.measured_loops(record).notes
     assert rows.startswith("rows 1 to 1 and 7 to 9 of 9 are in no cycle")
-    assert opened.startswith("cycle 1 ends at another shift than at the beginning (by 1 µm)")
-    closed = xr.Dataset(
-        {"shift": ("step", shift[[1, 2, 3, 2, 1, 0]]), "tangential_force": ("step", shift[:6])}
-    )
-    assert [note.split(" are")[0] for note in mdr.measured_loops(closed).notes] == ["rows 6 to 6 of 6"]
+    assert opened.startswith("cycle 1 ends at another shift than at the beginning (by 1 \N{MICRO SIGN}m)")
+    again = 1e-6 * np.array([0.0, 1.0, -1.0, 1.0, 0.0])
+    closed = mdr.measured_loops(
+        xr.Dataset({"shift": ("step", again), "tangential_force": ("step", again)})
+    ).notes
+    assert [note.split(" are")[0] for note in closed] == ["rows 1 to 1 and 5 to 5 of 5"]
