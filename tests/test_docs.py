@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import pymdr as mdr
+from pymdr.interpretation import theories
 
 DOCS = Path(__file__).parent.parent / "docs"
 OUTPUT = re.compile(r"^( *)```python\n(.*?)^\1```\n(?:\n\1```text\n(.*?)^\1```)?", re.MULTILINE | re.DOTALL)
@@ -59,7 +60,8 @@ def blocks(page):
         "for_teaching.md",
     ],
 )
-def test_blocks_run(page):
+def test_blocks_run(page, monkeypatch):
+    monkeypatch.setattr(theories, "THEORIES", dict(theories.THEORIES))
     found = list(blocks(DOCS / page))
     assert any("assert " in block for block in found)
     space = {"__name__": page.replace(".", "_")}

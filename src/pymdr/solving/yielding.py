@@ -22,7 +22,7 @@ from pymdr.line.curves import Line
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.lines import line_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import JKR
+from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.paths import Path
@@ -215,6 +215,11 @@ def _refuse_unknown_stress(contact: Contact) -> None:
     if isinstance(contact.adhesion, JKR):
         raise ProblemError(
             "first_yield: the contact has the adhesion of JKR: its edge yields under any load; take MaugisDugdale"
+        )
+    law = contact.adhesion
+    if law is not None and law.cohesive_stress is None and not isinstance(law, DMT):
+        raise ProblemError(
+            f"first_yield: {type(law).__name__} has no cohesive stress, so the stress at its edge is not known; take MaugisDugdale"
         )
 
 

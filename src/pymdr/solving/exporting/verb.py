@@ -13,6 +13,7 @@ from pymdr.interpretation.validity import Claim, approximated
 from pymdr.numerics.panels import IndexArray
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.paths import LoadingPath, Path, indent
 from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
@@ -156,6 +157,10 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
             contact.adhesion is not None and contact.adhesion.cohesive_stress is not None,
             f"{type(contact.adhesion).__name__} has a cohesive zone, which a table of force, stiffness and radius does not "
             "represent; give JKR or DMT, as adhesion_regime(contact) recommends",
+        ),
+        (
+            contact.adhesion is not None and not isinstance(contact.adhesion, JKR | DMT),
+            f"{type(contact.adhesion).__name__} is not tabulated; give JKR or DMT, or write the curve of solve(...) with Result.to_csv",
         ),
         (
             bool(contact.profile.no_radius),
