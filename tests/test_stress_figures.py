@@ -43,9 +43,12 @@ RESULTS = {
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_figures_of_stress_can_be_read(name):
-    result = RESULTS[name]()
-    for measure in ("von_mises", "principal_stress"):
-        assert not faults(result.plot_stress(name=measure)), measure
+    assert not faults(RESULTS[name]().plot_stress())
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_figures_of_tension_can_be_read(name):
+    assert not faults(RESULTS[name]().plot_stress(name="principal_stress"))
 
 
 def test_every_measure_is_drawn_and_a_superposed_stress_too():
@@ -133,6 +136,22 @@ normal_force = "50 N"
 kind = "shift"
 shift = "0.8 um"
 """
+TENSOR = {"xx": "80 MPa", "yy": "-20 MPa", "zz": "1 MPa", "xz": "2 kPa", "xy": "5 bar", "yz": "-3e5 Pa"}
+
+
+def test_all_six_components_are_superposed_in_a_case(tmp_path, shell):
+    six = ", ".join(f'{name} = "{text}"' for name, text in TENSOR.items())
+    text = CASE.replace('superposed = { xx = "80 MPa" }', f"superposed = {{ {six} }}")
+    (tmp_path / "case.toml").write_text(text)
+    assert shell("run", tmp_path / "case.toml", "-q", "--no-figures")[0] == 0
+    with (tmp_path / "case" / "stress.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    result = mdr.open_result(tmp_path / "case" / "result.nc")
+    alone = result.field("stress", x=[-1e-4, 1e-4], z=[0.0, 5e-5])
+    added = [80e6, -20e6, 1e6, 2e3, 5e5, -3e5]
+    for name, value in zip(TENSOR, added, strict=True):
+        found = np.array([float(row[f"stress_{name} [Pa]"]) for row in rows])
+        assert found - alone.sel(component=name).values.ravel() == pytest.approx(value, abs=1e-6)
 
 
 def test_the_stress_of_a_case(tmp_path, shell):
@@ -158,6 +177,12 @@ def test_the_stress_of_a_case(tmp_path, shell):
         ('measure = "mises"', "'von_mises', 'tresca', 'principal_stress' or 'hydrostatic' is needed"),
         ('superposed = { rr = "80 MPa" }', "unknown key 'rr'; one of 'xx'"),
         ('superposed = { xx = "80 mm" }', "a unit compatible with 'Pa' is needed"),
+        ('superposed = { xx = "1,5 MPa" }', "superposed['xx']"),
+        ('superposed = { yz = "nan Pa" }', "superposed['yz']"),
+        ("superposed = {}", "components by name are needed"),
+        ('superposed = "80 MPa"', "superposed"),
+        ("superposed = { xx = true }", "superposed"),
+        ('x = ["1 MPa"]', "a unit compatible with 'm' is needed"),
         ('animate = "yes"', "true or false is needed"),
         ('z = ["-1 um"]', "depths of at least 0 m"),
         ('r = ["1 um"]', "give x= "),
@@ -167,13 +192,12 @@ def test_the_stress_of_a_case(tmp_path, shell):
 def test_what_is_wrong_in_a_case_is_named(tmp_path, shell, key, words):
     head, tail = CASE.split("[stress]")
     (tmp_path / "case.toml").write_text(f"{head}[stress]\n{key}\n{tail[tail.index('[[path]]') :]}")
-    code, _, err = (
-        shell("run", tmp_path / "case.toml", "-q", "--no-figures")
-        if "superposed" not in key
-        else shell("run", tmp_path / "case.toml", "-q")
-    )
+    code, _, err = shell("run", tmp_path / "case.toml", "-q", "--no-figures")
     assert code == 1
     assert words in err
+    if "superposed" in key:  # refused before anything is solved
+        assert shell("check", tmp_path / "case.toml")[0] == 1
+        assert not (tmp_path / "case" / "result.nc").exists()
 
 
 def test_cases_know_the_measures_of_figures():

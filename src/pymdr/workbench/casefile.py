@@ -11,6 +11,7 @@ from typing import Any
 
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
+from pymdr.inside import background_of
 from pymdr.presentation.files import named_file
 from pymdr.problem.codec import PressCase, RoughCase, decode_case, decode_contact, decode_press, decode_rough
 from pymdr.problem.contact import Contact
@@ -18,6 +19,7 @@ from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.schedule import check_times
 from pymdr.problem.topography import Topography
+from pymdr.units import to_si_array
 from pymdr.workbench.inputs import read_text
 
 _LARGEST = 4 * 2**20
@@ -64,9 +66,21 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
         check_times(path, needed=contact.is_viscoelastic)
         options = _options(plain.get("solve", {}))
+        _check_stress(plain.get("stress") or {})
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
     return Case(source, title, contact, path, options, plain.get("stress"))
+
+
+def _check_stress(wanted: Mapping[str, Any]) -> None:
+    """Refuse a table ``[stress]`` whose values are none before anything is solved."""
+    try:
+        background_of(wanted.get("superposed"))
+        for axis in ("r", "x", "z"):
+            if axis in wanted:
+                to_si_array(wanted[axis], "m", name=axis)
+    except PymdrError as error:
+        raise CaseError(f"[stress]: {error}") from error
 
 
 def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:

@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.quantities import QUANTITIES
 from pymdr.solving.study import Study
 from pymdr.units import written
+from pymdr.workbench.subsurface import Subsurface
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +24,8 @@ class Comparison(Study):
 
     data: xr.Dataset
     """Each quantity by the method (``_mdr``) and by the other solution, if both have it."""
+    subsurface: Subsurface | None = None
+    """The stress in the body, with a double integral of point loads; None where the stress is not compared."""
 
     compared: ClassVar[tuple[str, ...]]
     """The quantities."""

@@ -21,6 +21,7 @@ from pymdr.solving.drawing import infinite_in
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
+from pymdr.workbench.subsurface import compare_subsurface, drawn_stress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +75,7 @@ class SlidingVerification(Comparison):
         return "indentation", "shift"
 
     def _remarks(self) -> list[str]:
-        return [
+        lines = [
             f"boundary elements with vector friction on {self.cells} x {self.cells} cells",
             f"followed: {self.rows.size} rows of the path's {self.path_rows}, from row {self.rows[0] + 1} to row {self.rows[-1] + 1}"
             + ("" if self.rows[-1] == self.path_rows - 1 else "; give more steps to come to its end"),
@@ -82,12 +83,13 @@ class SlidingVerification(Comparison):
             f"largest difference of the tangential force: {100 * self.largest_difference:.2g} % of its largest value",
             f"tractions deviate from the direction of the path by {self.slip_angle:.2g} degrees where they slip in the last step",
         ]
+        return lines if self.subsurface is None else [*lines, *self.subsurface.remarks()]
 
     def _figure(self) -> Figure:
-        """Both loops, and both tractions of the last step."""
+        """Both loops, both tractions of the last step, and its stress in the body."""
         from pymdr.presentation.plot import compared_tractions
 
-        return compared_tractions(self.data, self.tractions, self.curves)
+        return compared_tractions(self.data, self.tractions, self.curves, drawn_stress(self.subsurface))
 
 
 def verify_sliding(
@@ -177,6 +179,7 @@ def verify_sliding(
         data=_table(mdr, rows[-1], ends[-1], forces[-1] + change),
         tractions=_tractions(mdr, rows[-1]),
         curves=_curves(contact, d, u),
+        subsurface=compare_subsurface(mdr, np.arange(d.size)),
         rows=chosen,
         path_rows=whole.data.sizes["step"],
         extrapolated=float(np.max(np.abs(change))) / size,

@@ -29,6 +29,7 @@ from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 from pymdr.workbench.shapes import hold_shape
 from pymdr.workbench.sliding import verify_sliding
+from pymdr.workbench.subsurface import compare_subsurface, drawn_stress
 from pymdr.workbench.turning import verify_torsion
 
 if TYPE_CHECKING:
@@ -72,13 +73,13 @@ class Verification(Comparison):
         ]
         if self.to_largest:
             lines.append("differences of quantities are relative to their largest value in the history")
-        return lines
+        return lines if self.subsurface is None else [*lines, *self.subsurface.remarks()]
 
     def _figure(self) -> Figure:
-        """Both pressures over the radius, and their difference; with memory also both forces over time."""
+        """Both pressures over the radius, and their difference; the stress in the body; with memory also both forces over time."""
         from pymdr.presentation.plot import compared_pressures
 
-        return compared_pressures(self.pressures, self.history)
+        return compared_pressures(self.pressures, self.history, drawn_stress(self.subsurface))
 
 
 def verify(
@@ -118,6 +119,7 @@ def verify(
     -------
     Verification, ShapeVerification, SlidingVerification or TorsionVerification
         The second of a body that is not of revolution, the third with friction, the fourth under torsion. Where the method is refused its values are NaN.
+        ``subsurface`` compares the stress in an isotropic half-space, at the last compared step, with a double integral of point loads.
 
     Raises
     ------
@@ -175,7 +177,13 @@ def verify(
     rows = np.arange(chosen.size)
     rings = _ring_state(ring)
     table = _table(mdr, rings, rows, [name for name in COMPARED if name != "indentation"])
-    return Verification(data=table, pressures=_pressures(mdr, rings, rows), rings=solver.n, contact=contact)
+    return Verification(
+        data=table,
+        pressures=_pressures(mdr, rings, rows),
+        subsurface=compare_subsurface(mdr, rows),
+        rings=solver.n,
+        contact=contact,
+    )
 
 
 def _verify_adhesion(
@@ -201,7 +209,14 @@ def _verify_adhesion(
     ring = _RingState(columns, RingHistory(mdr.contact.profile, tuple(solutions), columns["indentation"]))
     table = _table(mdr, ring, rows, list(columns), to_largest=True)
     pressures = _pressures(mdr, ring, rows)
-    return Verification(data=table, pressures=pressures, rings=solver.n, to_largest=True, contact=mdr.contact)
+    return Verification(
+        data=table,
+        pressures=pressures,
+        subsurface=compare_subsurface(mdr, rows),
+        rings=solver.n,
+        to_largest=True,
+        contact=mdr.contact,
+    )
 
 
 def _verify_history(
@@ -227,6 +242,7 @@ def _verify_history(
     return Verification(
         data=table,
         pressures=_pressures(mdr, rings, rows),
+        subsurface=compare_subsurface(mdr, rows),
         rings=solver.n,
         history=_history(mdr, ring),
         to_largest=True,

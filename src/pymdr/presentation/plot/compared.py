@@ -9,10 +9,12 @@ import numpy as np
 
 from pymdr.presentation.plot.shared import (
     BLUE,
+    CYCLE,
     GREEN,
     GREY,
     LIGHT,
     ORANGE,
+    SMALL,
     axis_label,
     draw_zero,
     legend_above,
@@ -23,9 +25,10 @@ from pymdr.presentation.plot.shared import (
     note_peaks,
     scaled,
     styled,
+    typeset,
     without_peaks,
 )
-from pymdr.quantities import QUANTITIES, RADIUS
+from pymdr.quantities import DEPTH, QUANTITIES, RADIUS
 from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
@@ -34,7 +37,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None) -> Figure:
+def compared_pressures(
+    pressures: xr.Dataset, history: xr.Dataset | None = None, stress: xr.Dataset | None = None
+) -> Figure:
     """
     Pressure by the method and by rings over the radius, with their difference below; with memory also the history.
 
@@ -44,40 +49,80 @@ def compared_pressures(pressures: xr.Dataset, history: xr.Dataset | None = None)
         ``mdr`` and ``rings`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     history : xarray.Dataset, optional
         ``time``, ``normal_force`` and ``indentation`` as ``_mdr`` and ``_rings`` over ``row``, in SI units.
+    stress : xarray.Dataset, optional
+        In the body: ``mdr`` and ``point_loads`` in Pa over ``component`` and ``z``, ``curve`` over ``component`` and ``depth``.
     """
+    columns = 1 + (history is not None) + (stress is not None)
     with styled():
-        figure = new_figure(6.0 if history is None else 9.6, 5.0)
-        r = pressures["r"].values
-        if history is None:
-            upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-        else:
-            panels = figure.subplots(2, 2, sharex="col", height_ratios=(2, 1))
-            (force, upper), (depth, lower) = panels
+        figure = new_figure(6.0 if columns == 1 else 4.8 * columns, 5.0)
+        panels = figure.subplots(2, columns, sharex="col", height_ratios=(2, 1), squeeze=False)
+        if history is not None:
+            force, depth = panels[:, 0]
             _draw_histories(force, history, "normal_force")
             _draw_histories(depth, history, "indentation")
             depth.set_xlabel(axis_label("time", good_unit(history["time"].values, "s")))
-        mdr, rings = (pressures[name].values for name in ("mdr", "rings"))
-        r_unit, p_unit = good_unit(r, "m"), good_unit(without_peaks(rings), "Pa")
-        d_unit = p_unit
-        x = from_si(r, "m", r_unit)
-        upper.plot(
-            x, from_si(rings, "Pa", p_unit), color=ORANGE, lw=3, alpha=0.6, label="boundary elements on rings"
-        )
-        if np.isfinite(mdr).any():
-            upper.plot(x, from_si(mdr, "Pa", p_unit), color=BLUE, lw=1.2, label="MDR")
-            d_unit = good_unit(mdr - rings, "Pa")
-            lower.plot(x, from_si(mdr - rings, "Pa", d_unit), color=GREY, lw=1)
-        else:
-            lower.text(0.5, 0.5, "MDR refused: not a disk contact", ha="center", transform=lower.transAxes)
-        limit_peaks(upper, from_si(without_peaks(rings), "Pa", p_unit))
-        note_peaks(upper, pressures.attrs.get("infinite", ()))
-        upper.set_ylabel(axis_label("pressure", p_unit))
-        lower.set_ylabel(f"difference ({d_unit})")
-        lower.set_xlabel(f"{RADIUS.label} ({r_unit})")
-        lower.axhline(0.0, color=LIGHT, zorder=0)
-        legend_above(upper)
+        _draw_pressures(*panels[:, int(history is not None)], pressures)
+        if stress is not None:
+            _draw_stresses(*panels[:, -1], stress)
         letter_panels(figure)
     return figure
+
+
+def _draw_pressures(upper: Axes, lower: Axes, pressures: xr.Dataset) -> None:
+    """Both pressures, and below them their difference."""
+    r = pressures["r"].values
+    mdr, rings = (pressures[name].values for name in ("mdr", "rings"))
+    r_unit, p_unit = good_unit(r, "m"), good_unit(without_peaks(rings), "Pa")
+    d_unit = p_unit
+    x = from_si(r, "m", r_unit)
+    upper.plot(
+        x, from_si(rings, "Pa", p_unit), color=ORANGE, lw=3, alpha=0.6, label="boundary elements on rings"
+    )
+    if np.isfinite(mdr).any():
+        upper.plot(x, from_si(mdr, "Pa", p_unit), color=BLUE, lw=1.2, label="MDR")
+        d_unit = good_unit(mdr - rings, "Pa")
+        lower.plot(x, from_si(mdr - rings, "Pa", d_unit), color=GREY, lw=1)
+    else:
+        lower.text(0.5, 0.5, "MDR refused: not a disk contact", ha="center", transform=lower.transAxes)
+    limit_peaks(upper, from_si(without_peaks(rings), "Pa", p_unit))
+    note_peaks(upper, pressures.attrs.get("infinite", ()))
+    upper.set_ylabel(axis_label("pressure", p_unit))
+    lower.set_ylabel(f"difference ({d_unit})")
+    lower.set_xlabel(f"{RADIUS.label} ({r_unit})")
+    lower.axhline(0.0, color=LIGHT, zorder=0)
+    legend_above(upper)
+
+
+def _draw_stresses(upper: Axes, lower: Axes, stress: xr.Dataset) -> None:
+    """Components of the stress over the depth by the method and by point loads, and below them their differences."""
+    unit = good_unit(stress["curve"].values, "Pa")
+    z_unit = good_unit(stress["depth"].values, "m")
+    z, depth = (lengths(stress[axis].values, z_unit) for axis in ("z", "depth"))
+    differences = (stress["mdr"] - stress["point_loads"]).values
+    d_unit = good_unit(differences, "Pa")
+    for i, component in enumerate(stress["component"].values.tolist()):
+        row, colour = stress.sel(component=component), CYCLE[i]
+        name = f"$\\sigma_{{{component}}}$"
+        upper.plot(depth, scaled(row["curve"].values, "stress", unit), color=colour, lw=1.2, label=name)
+        upper.plot(z, scaled(row["point_loads"].values, "stress", unit), "o", ms=4, mfc="none", color=colour)
+        lower.plot(z, from_si(differences[i], "Pa", d_unit), ".-", ms=4, lw=0.6, color=colour)
+    upper.plot([], [], color=GREY, lw=1.2, label="MDR")
+    upper.plot([], [], "o", ms=4, mfc="none", color=GREY, label="point loads")
+    x, y = (typeset(float(stress[axis]), "m", 3) for axis in ("x", "y"))
+    upper.annotate(
+        f"$x$ = {x}, $y$ = {y}",
+        (0.97, 0.04),
+        xycoords="axes fraction",
+        ha="right",
+        va="bottom",
+        fontsize=SMALL,
+    )
+    upper.set_ylabel(axis_label("stress", unit))
+    lower.set_ylabel(f"difference ({d_unit})")
+    lower.set_xlabel(f"{DEPTH.label} ({z_unit})")
+    for axes in (upper, lower):
+        axes.axhline(0.0, color=LIGHT, zorder=0)
+    legend_above(upper)
 
 
 def _draw_histories(axes: Axes, history: xr.Dataset, name: str) -> None:
@@ -217,7 +262,9 @@ def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
     legend_above(panel)
 
 
-def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> Figure:
+def compared_tractions(
+    table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset, stress: xr.Dataset | None = None
+) -> Figure:
     """
     Force against shift, or torque against twist, and the traction of the last step, by the method and boundary elements.
 
@@ -229,6 +276,8 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
         ``mdr`` and ``grid`` over ``r``, in Pa and m; attribute ``infinite``: radii in m at which the pressure is infinite.
     curves : xarray.Dataset
         ``shift`` and ``tangential_force`` over ``row``, ``shear_traction`` over ``r``: the drawn lines.
+    stress : xarray.Dataset, optional
+        In the body, as for :func:`compared_pressures`.
     """
     turned = "twist" in table
     motion, force_name, traction = (
@@ -237,8 +286,17 @@ def compared_tractions(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Data
         else ("shift", "tangential_force", "shear_traction")
     )
     with styled():
-        figure = new_figure(9.0, 3.9)
-        left, right = figure.subplots(1, 2)
+        if stress is None:
+            figure = new_figure(9.0, 3.9)
+            left, right = figure.subplots(1, 2)
+        else:
+            figure = new_figure(13.5, 4.6)
+            places = figure.add_gridspec(2, 3, height_ratios=(2, 1))
+            left, right, inside = (
+                figure.add_subplot(places[rows, i]) for i, rows in enumerate((slice(2), slice(2), 0))
+            )
+            _draw_stresses(inside, figure.add_subplot(places[1, 2], sharex=inside), stress)
+            inside.tick_params(labelbottom=False)
         shift, force = curves[motion].values, curves[force_name].values
         u_unit, f_unit = (good_unit(v, QUANTITIES[n].unit) for v, n in ((shift, motion), (force, force_name)))
         other = scaled(table[f"{force_name}_grid"].values, force_name, f_unit)

@@ -99,4 +99,6 @@ def _verified(
     plain: dict[str, Any] = {"solver": solver, "n": n, "largest_difference": comparison.largest_difference}
     if isinstance(comparison, SlidingVerification):
         plain |= {"path_rows": comparison.path_rows, "rows": comparison.rows.tolist()}
+    if comparison.subsurface is not None:
+        plain["stress"] = comparison.subsurface.as_json()
     return comparison, plain
