@@ -61,9 +61,11 @@ def compared_pressures(
             _draw_histories(force, history, "normal_force")
             _draw_histories(depth, history, "indentation")
             depth.set_xlabel(axis_label("time", good_unit(history["time"].values, "s")))
-        _draw_pressures(*panels[:, int(history is not None)], pressures)
+        upper, lower = panels[:, int(history is not None)]
+        _draw_pressures(upper, lower, pressures)
         if stress is not None:
-            _draw_stresses(*panels[:, -1], stress)
+            upper, lower = panels[:, -1]
+            _draw_stresses(upper, lower, stress)
         letter_panels(figure)
     return figure
 
@@ -292,9 +294,8 @@ def compared_tractions(
         else:
             figure = new_figure(13.5, 4.6)
             places = figure.add_gridspec(2, 3, height_ratios=(2, 1))
-            left, right, inside = (
-                figure.add_subplot(places[rows, i]) for i, rows in enumerate((slice(2), slice(2), 0))
-            )
+            left, right = figure.add_subplot(places[:, 0]), figure.add_subplot(places[:, 1])
+            inside = figure.add_subplot(places[0, 2])
             _draw_stresses(inside, figure.add_subplot(places[1, 2], sharex=inside), stress)
             inside.tick_params(labelbottom=False)
         shift, force = curves[motion].values, curves[force_name].values
