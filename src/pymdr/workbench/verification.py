@@ -156,13 +156,8 @@ def verify(
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
     if isinstance(contact.profile, Shape):
         touched = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
-        return hold_shape(
-            contact,
-            touched[_spread(touched.size, steps)],
-            129 if elements is None else elements,
-            engine,
-            progress,
-        )
+        pixels = 129 if elements is None else elements
+        return hold_shape(contact, touched[_spread(touched.size, steps)], pixels, engine, progress)
     solver = Rings(400 if elements is None else elements)
     if isinstance(contact.adhesion, JKR):
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
