@@ -23,6 +23,8 @@ def test_verify_sliding_thins_a_long_history():
     assert [axes.get_xlabel() for axes in figure.axes] == [
         "tangential displacement $u_x$ (nm)",
         "radius $r$ (µm)",
+        "",  # the stress over the depth, above its differences
+        "depth $z$ (µm)",
     ]
 
 
