@@ -475,7 +475,7 @@ def test_scatter_becomes_a_band():
         ),
         (
             lambda: mdr.Sampled([0, 1, 2, 2 * (1 + 1e-12), 4], [0, 1, 2, 3, 4]),
-            r"entries 3 and 4 \(2\.0 m, then 2\.000000000002 m\) are 2\.0\d* pm apart.*average them",
+            r"entries 3 and 4 \(2\.0 m, then 2\.000000000002 m\) are at a distance of 2\.0\d* pm.*average them",
         ),
         (lambda: mdr.Sampled([0, 5e-324, 1, 2, 3], [0, 1, 2, 3, 4]), "entry 2 is 5e-324 m, less than 1e-30"),
         (lambda: mdr.Sampled(np.arange(5) * 5e-324, [0, 1, 2, 3, 4]).spline, "overflow"),

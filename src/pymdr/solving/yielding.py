@@ -17,12 +17,13 @@ from pymdr.interpretation.interior import Interior, stressed_body, unknown_stres
 from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.searching import Largest
 from pymdr.interpretation.surface import surface_of
+from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import SOURCES
 from pymdr.line.curves import Line
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.lines import line_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import DMT, JKR
+from pymdr.problem.laws import JKR
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.paths import Path
@@ -217,7 +218,7 @@ def _refuse_unknown_stress(contact: Contact) -> None:
             "first_yield: the contact has the adhesion of JKR: its edge yields under any load; take MaugisDugdale"
         )
     law = contact.adhesion
-    if law is not None and law.cohesive_stress is None and not isinstance(law, DMT):
+    if law is not None and law.cohesive_stress is None and not theory_of(law).pulls_beyond:
         raise ProblemError(
             f"first_yield: {type(law).__name__} has no cohesive stress, so the stress at its edge is not known; take MaugisDugdale"
         )

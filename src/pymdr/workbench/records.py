@@ -133,13 +133,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     _check_rows(data, [name for name in (displacement, force, "time") if name in data])
     u, pull = _finite(data, displacement, "m"), _finite(data, force, "N")
     swing = float(np.ptp(u)) if u.size else 0.0
-    threshold = 0.1 * swing if least is None else to_si(least, "m", name="least")
-    if not threshold > 0.0:
-        raise ProblemError(
-            f"measured_loops: {displacement} does not move"
-            if least is None
-            else f"measured_loops: least = {shown(least)}; it must be above 0 m"
-        )
+    threshold = _threshold(least, swing, displacement)
     within_range(swing, "m", f"measured_loops: the swing of {displacement}", size=True)
     within_range(float(np.max(np.abs(pull))), "N", f"measured_loops: the largest {force}", size=True)
     turns = turning_points(u, threshold)
@@ -166,6 +160,18 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
         *_open_loops(displacement, u, first, middle, last),
     )
     return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims, notes=notes)
+
+
+def _threshold(least: QuantityLike | None, swing: float, displacement: str) -> float:
+    """The smallest swing of a cycle in m, above 0."""
+    threshold = 0.1 * swing if least is None else to_si(least, "m", name="least")
+    if not threshold > 0.0:
+        raise ProblemError(
+            f"measured_loops: {displacement} does not move"
+            if least is None
+            else f"measured_loops: least = {shown(least)}; it must be above 0 m"
+        )
+    return threshold
 
 
 def _rows_outside(displacement: str, first: np.ndarray, last: np.ndarray, rows: int) -> list[str]:

@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from pymdr.errors import ConvergenceError, ProblemError, RefusedError
+from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.numerics.panels import IndexArray
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact, require_contact
-from pymdr.problem.laws import DMT, JKR
 from pymdr.problem.paths import LoadingPath, Path, indent
 from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
@@ -159,7 +159,7 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
             "represent; give JKR or DMT, as adhesion_regime(contact) recommends",
         ),
         (
-            contact.adhesion is not None and not isinstance(contact.adhesion, JKR | DMT),
+            contact.adhesion is not None and not theory_of(contact.adhesion).proportional(contact.adhesion),
             f"{type(contact.adhesion).__name__} is not tabulated; give JKR or DMT, or write the curve of solve(...) with Result.to_csv",
         ),
         (
