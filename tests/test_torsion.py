@@ -151,9 +151,9 @@ def test_segments_are_the_limit_of_many_springs(kind, power, slope, moves):
         most = line.limit(x, d)
         q = np.where(g < d, np.clip(q + 8 * line.shear * (phi - phi0) * part, -most, most), 0.0)
         d0, phi0 = d, phi
-        state, dissipated = turn(line, state, d, phi)
+        state, lost = turn(line, state, d, phi)
         assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-4, abs=1e-5 * full)
-        assert dissipated >= 0.0
+        assert lost >= 0.0
 
 
 @settings(max_examples=examples(6), deadline=None)
@@ -345,3 +345,22 @@ def test_verify_follows_a_twist_by_rings():
     for bad in (10, 2000):
         with pytest.raises(mdr.ProblemError, match="from 20 to 1000"):
             mdr.verify(BALL, mdr.load("50 N") >> mdr.twist("1 mrad"), elements=bad)
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="the torque of a worn cone that is twisted once is 1.2e-3 below that of converged springs; cause unknown",
+)
+def test_a_worn_cone_twisted_once_is_the_limit_of_many_springs():
+    line = drawn_line("worn", 1.0, 0.25)
+    state = TwistState()
+    rows = drawn_history(line, 1.0, 0.25, [("load", 1.0, 0.0), ("twist", 1.0, 1.0)])
+    for depth, twist in rows:
+        state, _ = turn(line, state, depth, twist)
+    depth, twist = rows[-1]
+    n = 16000
+    top = line.radius(depth)
+    x = (np.arange(n) + 0.5) * top / n
+    most = line.limit(x, depth)
+    q = np.where(line.line.equivalent.g(x) < depth, np.clip(8 * line.shear * twist, -most, most), 0.0)
+    assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-4)

@@ -80,6 +80,8 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
     disks = states_at_depth(line, depth)
     a = disks.contact_radius
     # at a sharp tip or a kink the pressures of all larger disks have the same singularity, so only the sum of their weights counts
+    if a.size == 0:
+        return tau
     singular = np.isinf(pressure(line, float(a[-1]), 0.0, radius))
     above = np.array([weight[a > ring].sum() for ring in radius[singular]])
     tip = _BESIDE * np.min(a[a > 0.0], initial=math.inf)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from pymdr.presentation.plot.shared import (
     BLUE,
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_ROUNDING = float(np.finfo(float).eps)
+"""Smallest relative difference that is drawn."""
 
 
 def compared_pressures(
@@ -96,18 +100,18 @@ def _draw_pressures(upper: Axes, lower: Axes, pressures: xr.Dataset) -> None:
 
 
 def _draw_stresses(upper: Axes, lower: Axes, stress: xr.Dataset) -> None:
-    """Components of the stress over the depth by the method and by point loads, and below them their differences."""
+    """Components of the stress over the depth by the method and by point loads, and below them their differences over the largest stress."""
     unit = good_unit(stress["curve"].values, "Pa")
     z_unit = good_unit(stress["depth"].values, "m")
     z, depth = (lengths(stress[axis].values, z_unit) for axis in ("z", "depth"))
-    differences = (stress["mdr"] - stress["point_loads"]).values
-    d_unit = good_unit(differences, "Pa")
+    largest = float(np.max(np.abs(stress["curve"].values)))
+    differences = np.abs((stress["mdr"] - stress["point_loads"]).values) / largest
     for i, component in enumerate(stress["component"].values.tolist()):
         row, colour = stress.sel(component=component), CYCLE[i]
         name = f"$\\sigma_{{{component}}}$"
         upper.plot(depth, scaled(row["curve"].values, "stress", unit), color=colour, lw=1.2, label=name)
         upper.plot(z, scaled(row["point_loads"].values, "stress", unit), "o", ms=4, mfc="none", color=colour)
-        lower.plot(z, from_si(differences[i], "Pa", d_unit), ".-", ms=4, lw=0.6, color=colour)
+        lower.semilogy(z, np.maximum(differences[i], _ROUNDING), ".-", ms=4, lw=0.6, color=colour)
     upper.plot([], [], color=GREY, lw=1.2, label="MDR")
     upper.plot([], [], "o", ms=4, mfc="none", color=GREY, label="point loads")
     x, y = (typeset(float(stress[axis]), "m", 3) for axis in ("x", "y"))
@@ -120,10 +124,11 @@ def _draw_stresses(upper: Axes, lower: Axes, stress: xr.Dataset) -> None:
         fontsize=SMALL,
     )
     upper.set_ylabel(axis_label("stress", unit))
-    lower.set_ylabel(f"difference ({d_unit})")
+    lower.yaxis.set_major_locator(LogLocator(numticks=4))
+    lower.yaxis.set_minor_formatter(NullFormatter())
+    lower.set_ylabel("difference / largest")
     lower.set_xlabel(f"{DEPTH.label} ({z_unit})")
-    for axes in (upper, lower):
-        axes.axhline(0.0, color=LIGHT, zorder=0)
+    upper.axhline(0.0, color=LIGHT, zorder=0)
     legend_above(upper)
 
 
