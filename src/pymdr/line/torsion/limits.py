@@ -97,12 +97,15 @@ class TwistedLine:
         inner = np.maximum(x, 1e-16 * a)[:, None]
         ends = np.arccosh(np.maximum(np.array([*self.kinks(a), a]) / inner, 1.0))
         starts = np.concatenate([np.zeros_like(inner), ends[:, :-1]], axis=1)
-        counts = np.maximum(np.ceil(np.max(ends - starts, axis=0) / _WIDEST), 1.0).astype(int)
-        width = np.repeat((ends - starts) / counts, counts, axis=1)
-        places = np.concatenate([np.arange(n) for n in counts])
-        low = np.repeat(starts, counts, axis=1) + width * places
-        t = (low[:, :, None] + width[:, :, None] * (NODES + 1.0) / 2.0).reshape(x.size, -1)
-        weights = (width[:, :, None] * WEIGHTS / 2.0).reshape(x.size, -1) * inner * np.sinh(t)
+        counts = np.maximum(np.ceil(2.0 * np.max(ends - starts, axis=0) / _WIDEST), 2.0).astype(int)
+        span = np.repeat(ends - starts, counts, axis=1)[:, :, None]
+        start = np.repeat(starts, counts, axis=1)[:, :, None]
+        low = np.concatenate([np.arange(n) / n for n in counts])[:, None]
+        width = np.repeat(1.0 / counts, counts)[:, None]
+        # beyond a kink g' may have an inverse square root
+        v = low + width * (NODES + 1.0) / 2.0
+        t = (start + span * v**2).reshape(x.size, -1)
+        weights = (span * v * width * WEIGHTS).reshape(x.size, -1) * inner * np.sinh(t)
         return np.minimum(inner * np.cosh(t), a), weights
 
 
