@@ -807,7 +807,9 @@ def test_a_search_that_does_not_converge_ends():
     run, start, first = histories.prepared_run(springs, STANDARD, modes_of(STANDARD), virgin(), 0.0, 0.0)
     run = run._replace(limit=math.inf)
     course, rows = np.array([[1.0], [math.nan], [0.0]]), np.zeros((1, kernels.COLUMNS))
-    count = row_kernels.follow(run, course, start, (first, first.copy()), rows, None, True)
+    count = row_kernels.follow(
+        run, course, start, (first, first.copy()), rows, np.zeros((3, 0, springs.position.size)), True
+    )
     assert (count, start[0]) == (row_kernels.STUCK, 1.0)
 
 

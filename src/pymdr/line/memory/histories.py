@@ -350,9 +350,8 @@ def _passed(
     (t, target, machine), (rows, radii, done), springs = course, results, state.springs
     assert springs is not None
     run, start, first = prepared_run(springs, relaxation, modes, state, machine, 0.0)
-    notes = None
-    if watch is not None:
-        notes = np.zeros((row_kernels.NOTES, min(_WATCHED, t.size - done) + 1, springs.position.size))
+    watched = 0 if watch is None else min(_WATCHED, t.size - done) + 1
+    notes = np.zeros((row_kernels.NOTES, watched, springs.position.size))
     by_load = None if math.isinf(machine) else True
     while done < t.size:
         stop = t.size if watch is None else min(done + _WATCHED, t.size)
@@ -370,7 +369,7 @@ def _passed(
         radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
         for column in (kernels.WORK, kernels.LOST):
             rows[here, column] += rows[done - 1, column] if done else 0.0
-        if count > 0 and watch is not None and notes is not None:
+        if count > 0 and watch is not None:
             time, depth = np.append(before[0], t[here]), np.append(before[1], rows[here, kernels.THERE])
             watch(Passage(springs, time, depth, rows[here, kernels.FORCE], radii[here], notes))
         done += count

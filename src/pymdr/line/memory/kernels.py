@@ -331,7 +331,7 @@ def step(
     springs: FloatArray,
     body: Body,
     move: Move,
-    limits: tuple[int, int, bool],
+    limits: tuple[int, int, float],
     old: FloatArray,
     new: FloatArray,
     row: FloatArray,
@@ -339,7 +339,7 @@ def step(
     """
     Move the springs limits[0] <= i < limits[1].
 
-    If limits[2], the force is integrated up to the edge, where it jumps as a spring changes sides.
+    Unless limits[2] is 0, the force is integrated up to the edge, where it jumps as a spring changes sides.
     """
     first, active, cut = limits
     change, drag, end, equilibrium = move.change, move.drag, move.start + move.change, body.equilibrium
@@ -417,7 +417,7 @@ def step(
         beyond = new[last + 1, W] if last + 1 < active else 0.0
         after = new[last + 2, W] if last + 2 < active else 0.0
         row[EDGE_DEPTH] = _edge(springs, last, end, (beyond, after), (q_before, q_last, short, drag))
-        if cut or drag != 0.0:  # without, the force is continuous in the indentation
+        if cut != 0.0 or drag != 0.0:  # without, the force is continuous in the indentation
             row[FORCE] += _cut(springs, last, row[EDGE_DEPTH], q_before, q_last, drag)
 
 

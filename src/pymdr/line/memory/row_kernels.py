@@ -52,6 +52,10 @@ LOAD, GAP, TURNED = range(3)
 """Notes on springs: the load per length without a parallel dashpot, the gap above free ones, -1 in contact, and the part of a row at
 which they last changed sides."""
 NOTES = 3
+CUT, WHOLE = 1.0, 0.0
+"""Whether forces are integrated up to the edge. Flags are floats: kernels are compiled once more for every constant of another type."""
+LASTING, PASSING = 1.0, 0.0
+"""Whether springs may stay grouped after a row."""
 _CLOSE = 1e-13
 _NEWTON, TRIES = 100, 2400
 """Most steps of a search by Newton's method, and in all: halving the range of all numbers takes 2100."""
@@ -190,7 +194,7 @@ def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray) 
 
 
 @merged
-def _try(run: Run, move: Move, limits: tuple[int, int, bool], old: FloatArray, new: FloatArray) -> float:
+def _try(run: Run, move: Move, limits: tuple[int, int, float], old: FloatArray, new: FloatArray) -> float:
     """Move springs and their group; returns how many of those moved one by one are in contact."""
     row = run.row
     step(run.springs, run.body, move, limits, old, new, row)
@@ -208,37 +212,37 @@ def _try(run: Run, move: Move, limits: tuple[int, int, bool], old: FloatArray, n
 
 
 @merged
-def _move(run: Run, now: Now, depth: float, old: FloatArray, new: FloatArray, lasting: bool) -> int:
-    """Move springs straight to an indentation, grouped if `lasting`, as :func:`_press` does; returns how many are touched."""
+def _move(run: Run, now: Now, depth: float, old: FloatArray, new: FloatArray, lasting: float) -> int:
+    """Move springs straight to an indentation, grouped if `lasting` is not 0, as :func:`_press` does; returns how many are touched."""
     springs, body = run.springs, run.body
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if sudden:
         release(old, body)
-    elif body.known[GROUPED] == 0.0 and lasting:
+    elif body.known[GROUPED] == 0.0 and lasting != 0.0:
         join(springs, _touching(int(body.known[GROUPED]), now.active, old), old, new, body)
     touched = _touched(springs, now.active, now.here if sudden else max(now.here, depth))
     move = straight(body.viscosity, now.here, depth, now.duration)
     grouped = int(body.known[GROUPED])
-    alone = _try(run, move, (grouped, touched, True), old, new)
+    alone = _try(run, move, (grouped, touched, CUT), old, new)
     if grouped > 0:
         # without two springs next to the group the edge is unknown
         if alone >= 2.0 and lowest(body, move) >= 0.0:
             carry(body, move.change)
         else:
             release(old, body)
-            step(springs, body, move, (int(body.known[GROUPED]), touched, True), old, new, run.row)
+            step(springs, body, move, (int(body.known[GROUPED]), touched, CUT), old, new, run.row)
     return touched
 
 
 @inner
 def _press(
-    run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: bool
+    run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: float
 ) -> tuple[float, float, int, int]:
     """
     Move springs straight to where the target of a row is met, on a machine of finite stiffness.
 
     Springs well within the contact move as one while all of them surely stay in it. They get their own values where they may not,
-    or at the end unless `lasting`.
+    or at the end if `lasting` is 0.
 
     Returns the indentation, where it starts, the springs touched, and those moved in the search. The indentation is inf where the
     springs end; without a force it is where the bodies part. It is nan if the search does not converge.
@@ -256,7 +260,7 @@ def _press(
         grouped = int(known[GROUPED])
         near = touched if grouped == 0 or whole else min(touched, edge + beside(edge))
         move = straight(body.viscosity, here, guess, now.duration)
-        alone = _try(run, move, (grouped, near, False), old, new)
+        alone = _try(run, move, (grouped, near, WHOLE), old, new)
         if parting:
             if lift:
                 return _rest(springs, new, touched), here, touched, most
@@ -272,7 +276,7 @@ def _press(
         ends = limit <= low < math.inf and not sudden
         if grouped > 0 and (close or ends):
             # without two springs next to the group the edge is unknown
-            stays = lasting and (near < touched or (alone >= 2.0 and lowest(body, move) >= 0.0))
+            stays = lasting != 0.0 and (near < touched or (alone >= 2.0 and lowest(body, move) >= 0.0))
             if stays and near == touched:
                 if close:
                     carry(body, move.change)
@@ -325,7 +329,7 @@ def _is_bent(
     slope, lift = run.row[RATE], run.machine == 0.0 and goal <= 0.0
     half = start if lift else 0.5 * (start + there)
     move = straight(run.body.viscosity, start, half, 0.5 * now.duration)
-    every = int(run.body.known[GROUPED]), touched, math.isinf(run.machine)
+    every = int(run.body.known[GROUPED]), touched, CUT if math.isinf(run.machine) else WHOLE
     step(run.springs, run.body, move, every, states[0], states[2], run.row)
     over = 0.0
     if lift:  # what is parted in one part bears nothing half-way
@@ -376,11 +380,11 @@ def follow(
     start: FloatArray,
     states: tuple[FloatArray, FloatArray],
     rows: FloatArray,
-    notes: FloatArray | None,
+    notes: FloatArray,
     by_load: bool | None,
 ) -> int:
     """
-    Follow rows on which the indentation is straight. What is None is not compiled.
+    Follow rows on which the indentation is straight.
 
     Parameters
     ----------
@@ -392,10 +396,10 @@ def follow(
         Of the springs, two equal ones; the first takes that after the last row.
     rows : ndarray
         Takes the end of each row: its columns, and the indentation.
-    notes : ndarray or None
-        Takes the loads of springs before every row and after the last.
+    notes : ndarray
+        Takes the loads of springs before every row and after the last, unless it is empty.
     by_load : bool or None
-        None if the targets are indentations.
+        None if the targets are indentations: the search for one is then not compiled.
 
     Returns
     -------
@@ -407,15 +411,15 @@ def follow(
     old, done = state, int(0.0)  # numbers: kernels are compiled once more for constants
     work, lost = 0.0, 0.0
     for r in range(course.shape[1]):
-        if notes is not None:
+        if notes.shape[1] > 0:
             _note(run, here, old, notes, r)
         goal = course[TARGET, r]
         part = Now(here, before, course[TIME, r] - now, active)
         there, begin = goal, here
         if by_load is None:
-            touched = _move(run, part, goal, old, new, True)
+            touched = _move(run, part, goal, old, new, LASTING)
         else:
-            there, begin, touched, most = _press(run, part, goal, old, new, True)
+            there, begin, touched, most = _press(run, part, goal, old, new, LASTING)
             if math.isnan(there):
                 start[0] = course[TIME, r]
                 return STUCK
@@ -435,7 +439,7 @@ def follow(
         lost += row[LOST]
         rows[r, WORK], rows[r, LOST], rows[r, THERE] = work, lost, there
         now, target, done = course[TIME, r], goal, r + 1
-    if notes is not None:
+    if notes.shape[1] > 0:
         _note(run, here, old, notes, done)
     release(old, body)
     for i in range(active):
@@ -480,7 +484,7 @@ def divide(
     now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
     (old, new, half), by_depth, loads = states, math.isinf(run.machine), notes.shape[1] > 0
     deepest = float(_DEEPEST)  # numbers: kernels are compiled once more for constants
-    parts, moved, no = int(0.0), active, deepest < 0.0
+    parts, moved = int(0.0), active
     for r in range(course.shape[1]):
         whole, rise, done, size = course[TIME, r] - now, course[TARGET, r] - target, 0.0, 1.0
         long, short = int(0.0), int(deepest)
@@ -490,10 +494,10 @@ def divide(
             goal = course[TARGET, r] if done + size == 1.0 else target + rise * (done + size)
             part = Now(here, before, whole * size, active)
             if by_depth:
-                there, begin, touched = goal, here, _move(run, part, goal, old, new, no)
+                there, begin, touched = goal, here, _move(run, part, goal, old, new, PASSING)
                 most = touched
             else:
-                there, begin, touched, most = _press(run, part, goal, old, new, no)
+                there, begin, touched, most = _press(run, part, goal, old, new, PASSING)
             moved = max(moved, most)
             if not math.isfinite(there):
                 return ENDED if math.isinf(there) else STUCK
