@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import re
 from collections import Counter
 from functools import cache
 from pathlib import Path
@@ -13,6 +14,7 @@ from pymdr.problem.codec import tables
 from pymdr.solving.study import Study
 
 SOURCE = Path(mdr.__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
 MOST_ARGUMENTS, MOST_LINES = 8, 100
 COMMANDS = "workbench/cli/"
 TO_SPLIT: set[str] = set()
@@ -156,3 +158,29 @@ def test_unknown_loads_are_refused():
     ball = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5))
     with pytest.raises(TypeError, match=r"sweep\(\) got an unexpected keyword argument 'stiffness'"):
         mdr.sweep(ball, mdr.indent("1 um"), {"body.young": [1e6]}, stiffness="1 N/m")
+
+
+OF_VALUES = {"sum", "interpolated"}
+"""Kinds that users do not write: of added profiles, and of saved functions."""
+
+
+def registered():
+    """Every kind of the package that a case file can name, with its class; those registered by tests are not of the package."""
+    return sorted(
+        (kind, cls)
+        for table in tables.TABLES.values()
+        for kind, cls in table.items()
+        if cls.__module__.startswith("pymdr.") and kind not in OF_VALUES
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "cls"), registered(), ids=lambda value: value if isinstance(value, str) else ""
+)
+def test_every_kind_is_exported_and_explained(kind, cls):
+    name = cls.__name__
+    assert getattr(mdr, name, None) is cls or callable(getattr(mdr, kind, None)), f"{name} is no public name"
+    pages = (text for page in DOCS.glob("*.md") for text in [page.read_text(encoding="utf-8")])
+    assert any(re.search(rf"\b{name}\b|\b{kind}\b", text) for text in pages), f"no page explains {name}"
+    log = (DOCS.parent / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(rf"\b{name}\b|\b{kind}\b", log), f"CHANGELOG.md does not name {name}"
