@@ -112,13 +112,13 @@ def test_any_kernel_that_is_compiled_says_so(module, announced, monkeypatch):
 
 ONCE = """
 import pymdr as mdr
-from pymdr.line.memory import kernels, row_kernels, tangential_kernels, together
+from pymdr.line.memory import kernels, row_kernels, tangential_kernels, groups
 from pymdr.numerics import exponentials
 rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "10 MPa", "0.1 s"), poisson=0.5)
 joint = mdr.Contact(mdr.Paraboloid("10 mm"), rubber, friction=mdr.Coulomb(0.3))
 path = mdr.load("1 N", duration="1 s", steps=3) >> mdr.cycle(shift="1 um", duration="1 s", steps=8)
 mdr.solve(joint, path >> mdr.indent("10 um", duration="1 s"))
-for module in (kernels, row_kernels, tangential_kernels, together, exponentials):
+for module in (kernels, row_kernels, tangential_kernels, groups, exponentials):
     for name, kernel in vars(module).items():
         print(name, len(getattr(kernel, "signatures", ())))
 """

@@ -11,7 +11,7 @@ from pymdr.line.curves import Curve
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.memory.histories import MemoryState, deepest_under, prepared_run
 from pymdr.line.memory.modes import modes_of
-from pymdr.line.memory.springs import extended, farther, springs_to
+from pymdr.line.memory.springs import extended, next_depth, springs_to
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
@@ -139,7 +139,7 @@ def parts_of(
         if count == row_kernels.STUCK:
             return whole_rows(t.size)
         if count == row_kernels.ENDED:
-            springs = extended(curve, springs, farther(curve, springs))
+            springs = extended(curve, springs, next_depth(curve, springs))
         else:
             most *= 4
 

@@ -14,7 +14,7 @@ from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
 from pymdr.line.foundation import states_at_depth, states_at_force
 from pymdr.line.memory.modes import Modes, active_springs, modes_of, packed, unpacked
-from pymdr.line.memory.springs import Springs, extended, farther, springs_to
+from pymdr.line.memory.springs import Springs, extended, next_depth, springs_to
 from pymdr.line.memory.ting import compliant
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres, newtons
@@ -315,27 +315,29 @@ def _follow(
     now, radii = replace(state, springs=springs), np.zeros(t.size)
     done = 0
     while True:
-        now, done = _passed(curve, relaxation, modes, (t, target, machine), now, (rows, radii, done), watch)
+        now, done = _follow_rows(
+            curve, relaxation, modes, (t, target, machine), now, (rows, radii, done), watch
+        )
         if done == t.size:
             break
         assert now.springs is not None
-        now = replace(now, springs=extended(curve, now.springs, farther(curve, now.springs)))
+        now = replace(now, springs=extended(curve, now.springs, next_depth(curve, now.springs)))
     rows[:, kernels.WORK] += state.work
-    rows[:, kernels.LOST] += state.dissipated
-    work, lost = float(rows[-1, kernels.WORK]), float(rows[-1, kernels.LOST])
+    rows[:, kernels.DISSIPATED] += state.dissipated
+    work, lost = float(rows[-1, kernels.WORK]), float(rows[-1, kernels.DISSIPATED])
     return MemoryHistory(
-        rows[:, kernels.THERE].copy(),
+        rows[:, kernels.INDENTATION].copy(),
         rows[:, kernels.FORCE].copy(),
         radii,
         rows[:, kernels.STORED].copy(),
-        rows[:, kernels.LOST].copy(),
+        rows[:, kernels.DISSIPATED].copy(),
         rows[:, kernels.WORK].copy(),
         rows[:, kernels.COUNT] == rows[:, kernels.LAST] + 1.0,
         replace(now, work=work, dissipated=lost),
     )
 
 
-def _passed(
+def _follow_rows(
     curve: Curve,
     relaxation: Relaxation,
     modes: Modes,
@@ -367,10 +369,10 @@ def _passed(
             )
         here = slice(done, done + count)
         radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
-        for column in (kernels.WORK, kernels.LOST):
+        for column in (kernels.WORK, kernels.DISSIPATED):
             rows[here, column] += rows[done - 1, column] if done else 0.0
         if count > 0 and watch is not None:
-            time, depth = np.append(before[0], t[here]), np.append(before[1], rows[here, kernels.THERE])
+            time, depth = np.append(before[0], t[here]), np.append(before[1], rows[here, kernels.INDENTATION])
             watch(Passage(springs, time, depth, rows[here, kernels.FORCE], radii[here], notes))
         done += count
         if done < stop:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.compiling import inner, uncounted
-from pymdr.line.memory.modes import BORNE, FREE, REST, TURN, Modes, W
+from pymdr.line.memory.modes import BRANCHES, FREE, REST, TURN, Modes, W
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.numerics.exponentials import (
@@ -32,7 +32,9 @@ from pymdr.units import FloatArray
 
 _SHORTLY = 1e-3
 """Fraction of a step whose mean modulus continues the force of a released spring."""
-H, M, LEFT, TAKEN, ELASTIC, LOADED, SQUARES, MODULUS, SOFT, RELAXING = range(RATES + 1, RATES + 11)
+H, M, MODE_DECAY, MODE_DISSIPATION, ELASTIC, SUM_KH, SUM_KHH, MODULUS, SOFT, RELAXING = range(
+    RATES + 1, RATES + 11
+)
 """Columns of the table of a body after the terms of a sum. Of the spring at work: h and the amplitudes m; of the modes after a step:
 exp(-rate s) and their dissipation; of a step: E dw, sum k h and sum k h^2 over the springs that stay in contact; of the branches:
 E, 1/E, tau."""
@@ -41,14 +43,27 @@ DECAY, MEAN, RAMP, OWN, CROSS, MOVED = range(RELAXING + 1, RELAXING + 7)
 1/E: OWN h^2 + 2 CROSS h E dw + MOVED (E dw)^2."""
 PART_DECAY, PART_MEAN, PART_RAMP, PART_OWN, PART_CROSS, PART_MOVED = range(MOVED + 1, MOVED + 7)
 """The same over a part of a step."""
-FADE, GAINED, LOWEST, HIGHEST, SUM_H, SUM_HH = range(PART_MOVED + 1, PART_MOVED + 7)
+GROUP_DECAY, GROUP_GAIN, LEAST_H, GREATEST_H, SUM_H, SUM_HH = range(PART_MOVED + 1, PART_MOVED + 7)
 """Of the branches of a group: h is FADE times the first h plus GAINED; the lowest and highest first h, sum k h, sum k h^2."""
 RATE_OF_MODE, REACH, BACK = range(SUM_HH + 1, SUM_HH + 4)
 """Of the modes: the rate and the deflection of a unit amplitude; from BACK on what each mode adds to a branch."""
-DURATION, FIRM, _LOST, _WORK, _TRIED, GROUPED, STIFFNESS, WIDTH, SQUARED, LEAST, MOST, SINCE = range(12)
+(
+    DURATION,
+    FIRM,
+    _DISSIPATED,
+    _WORK,
+    _TRIED,
+    GROUPED,
+    STIFFNESS,
+    WIDTH,
+    SQUARED,
+    LEAST_W,
+    GREATEST_W,
+    GROUP_MOVE,
+) = range(12)
 """Numbers of a body: duration of the step, stiffness of a spring; of the last spring that changed sides the dissipation, work and
 intervals tried; of a group the number of its springs, sums of k, k w, k w^2, the least and largest w when formed, and its move since."""
-FORCE, RATE, STORED, LOST, WORK, EDGE_DEPTH, LAST, COUNT, PARTS, THERE, OWNER, PART = range(12)
+FORCE, RATE, STORED, DISSIPATED, WORK, EDGE_DEPTH, LAST, COUNT, PARTS, INDENTATION, OWNER, PART = range(12)
 """Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT the number in contact, PARTS all intervals tried. A
 history adds the indentation, the row of a part and the end of the part as a fraction of the row."""
 COLUMNS = 12
@@ -88,7 +103,7 @@ def body_of(relaxation: Relaxation, modes: Modes | None = None) -> Body:
         table[:k, RATE_OF_MODE], table[:k, REACH] = modes.rates, modes.reach
         table[:n, BACK : BACK + k] = modes.to_branches
         table[:k, BACK + size :] = modes.to_modes
-    known = np.zeros(SINCE + 1)
+    known = np.zeros(GROUP_MOVE + 1)
     known[DURATION] = math.nan
     return Body(float(relaxation.equilibrium), float(relaxation.viscosity), n, k, table, known)
 
@@ -136,8 +151,8 @@ def prepare(body: Body, duration: float) -> None:
                 table[j, c] = table[j, PART_DECAY - DECAY + c]
         for k in range(body.modes):
             x = table[k, RATE_OF_MODE] * duration
-            table[k, LEFT] = math.exp(-x)
-            table[k, TAKEN] = -0.5 * math.expm1(-2.0 * x)
+            table[k, MODE_DECAY] = math.exp(-x)
+            table[k, MODE_DISSIPATION] = -0.5 * math.expm1(-2.0 * x)
 
 
 @inner
@@ -164,7 +179,7 @@ def move_branches(body: Body, move: float, w: float) -> tuple[float, float]:
 
 
 @inner
-def let_go(body: Body, w: float) -> float:
+def to_modes(body: Body, w: float) -> float:
     """Convert the branches of the spring at work, whose force is 0, to modes; returns its rest position."""
     table, rest, n = body.table, w, body.branches
     into = BACK + table.shape[0]
@@ -178,7 +193,7 @@ def let_go(body: Body, w: float) -> float:
 
 
 @inner
-def take_up(body: Body) -> None:
+def to_branches(body: Body) -> None:
     """Convert the modes of the spring at work to branches."""
     table = body.table
     for j in range(body.branches):
@@ -189,7 +204,7 @@ def take_up(body: Body) -> None:
 
 
 @inner
-def creep_back(body: Body, duration: float, rest: float) -> tuple[float, float]:
+def recover(body: Body, duration: float, rest: float) -> tuple[float, float]:
     """Let the free spring at work creep; returns its position and dissipation."""
     table, w, lost = body.table, rest, 0.0
     for k in range(body.modes):
@@ -202,7 +217,7 @@ def creep_back(body: Body, duration: float, rest: float) -> tuple[float, float]:
 
 
 @inner
-def relieve(body: Body, w: float) -> tuple[float, float]:
+def unload(body: Body, w: float) -> tuple[float, float]:
     """Move the spring at work at once to zero force; returns the distance and the energy lost."""
     table, borne, glassy = body.table, body.equilibrium * w, body.equilibrium
     for j in range(body.branches):
@@ -214,26 +229,26 @@ def relieve(body: Body, w: float) -> tuple[float, float]:
 
 
 @inner
-def fetch(state: FloatArray, i: int, body: Body) -> bool:
+def load_spring(state: FloatArray, i: int, body: Body) -> bool:
     """Take a spring to work on; returns whether it is free."""
     free = state[i, FREE] != 0.0
     column = M if free else H
     for j in range(body.table.shape[0]):
-        body.table[j, column] = state[i, BORNE + j]
+        body.table[j, column] = state[i, BRANCHES + j]
     return bool(free)
 
 
 @inner
-def store(state: FloatArray, i: int, free: bool, w: float, rest: float, body: Body) -> None:
+def store_spring(state: FloatArray, i: int, free: bool, w: float, rest: float, body: Body) -> None:
     """Put the spring at work back."""
     state[i, W], state[i, FREE], state[i, REST] = w, 1.0 if free else 0.0, rest
     column = M if free else H
     for j in range(body.table.shape[0]):
-        state[i, BORNE + j] = body.table[j, column]
+        state[i, BRANCHES + j] = body.table[j, column]
 
 
 @inner
-def _changes(
+def _next_change(
     body: Body, move: Move, done: float, free: bool, level: float, start: float
 ) -> tuple[float, int]:
     """
@@ -257,7 +272,7 @@ def _changes(
 
 
 @inner
-def _turn(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatArray) -> bool:
+def _follow_changes(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatArray) -> bool:
     """
     Move a spring that may change sides; returns whether it is free then, with its branches, or modes, at work.
 
@@ -266,18 +281,18 @@ def _turn(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatA
     """
     done, lost, worked, turns, tried = 0.0, 0.0, 0.0, 0, 0
     table, known = body.table, body.known
-    free, w, rest, turn = fetch(old, i, body), old[i, W], old[i, REST], 0.0
+    free, w, rest, turn = load_spring(old, i, body), old[i, W], old[i, REST], 0.0
     while True:
         start = 0.0 if turns == 0 else SHORTEST * 2.0 ** min(turns - 1, 39)
         level = rest + y - move.start - done * move.change if free else w
         left, part = 1.0 - done, NEVER
         # with a dashpot a free spring touches nothing in no time: a gap below 0 is the rounding of its modes
         if left > 0.0 and not (free and move.duration == 0.0 and body.viscosity > 0.0):
-            part, count = _changes(body, move, done, free, level, start)
+            part, count = _next_change(body, move, done, free, level, start)
             tried += count
         fraction = left * min(part, 1.0)
         if free:
-            w, spent = creep_back(body, move.duration * fraction, rest)
+            w, spent = recover(body, move.duration * fraction, rest)
             lost += spent
         else:
             dw = move.change * fraction
@@ -293,7 +308,7 @@ def _turn(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatA
         turn = done
         if free:
             there = move.start + done * move.change - y
-            take_up(body)
+            to_branches(body)
             # the search error is moved within the time resolution of the search: in zero time, branches that relax faster
             # would absorb an energy that nothing supplies
             missed, within = there - w, max(start, ROUNDING) * left * move.duration
@@ -302,27 +317,27 @@ def _turn(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatA
             w = there
         else:  # the force left by rounding is released
             if body.viscosity == 0.0:
-                w -= relieve(body, w)[0]
-            rest = let_go(body, w)
+                w -= unload(body, w)[0]
+            rest = to_modes(body, w)
         free = not free
     if not free:
         w = move.start + move.change - y
-    store(new, i, free, w, rest, body)
+    store_spring(new, i, free, w, rest, body)
     new[i, TURN] = turn
-    known[_LOST], known[_WORK], known[_TRIED] = lost, worked, tried
+    known[_DISSIPATED], known[_WORK], known[_TRIED] = lost, worked, tried
     return free
 
 
 @inner
-def _stayed(body: Body, move: Move, stays: float) -> tuple[float, float]:
+def _work_in_contact(body: Body, move: Move, stays: float) -> tuple[float, float]:
     """Work on springs that stay in contact, except that on their own equilibrium springs, and its dissipated part."""
     work = lost = move.change * move.drag * stays
     table = body.table
     for j in range(body.branches):
-        elastic, borne = table[j, ELASTIC], table[j, LOADED]
+        elastic, borne = table[j, ELASTIC], table[j, SUM_KH]
         work += move.change * (table[j, MEAN] * borne + table[j, RAMP] * elastic * stays)
         crossed = elastic * (2.0 * table[j, CROSS] * borne + table[j, MOVED] * elastic * stays)
-        lost += table[j, SOFT] * (table[j, OWN] * table[j, SQUARES] + crossed)
+        lost += table[j, SOFT] * (table[j, OWN] * table[j, SUM_KHH] + crossed)
     return work, lost
 
 
@@ -346,7 +361,7 @@ def step(
     table, n, modes = body.table, body.branches, body.modes
     prepare(body, move.duration)
     for j in range(n):
-        table[j, ELASTIC], table[j, LOADED], table[j, SQUARES] = table[j, MODULUS] * change, 0.0, 0.0
+        table[j, ELASTIC], table[j, SUM_KH], table[j, SUM_KHH] = table[j, MODULUS] * change, 0.0, 0.0
     stiff = body.known[FIRM]
     stored, lost, work, force, rate, stays = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     last, count, parts, q_last, q_before = first - 1, 0, 0, 0.0, 0.0
@@ -359,13 +374,13 @@ def step(
             gap, there_free = rest + y - max(move.start, end), rest
             parts += 1
             for k in range(modes):
-                before, reach = old[i, BORNE + k], table[k, REACH]
-                after = table[k, LEFT] * before
-                new[i, BORNE + k] = after
+                before, reach = old[i, BRANCHES + k], table[k, REACH]
+                after = table[k, MODE_DECAY] * before
+                new[i, BRANCHES + k] = after
                 there_free += reach * after
                 gap += min(reach * before, reach * after)
                 energy += after * after
-                faded += table[k, TAKEN] * before * before
+                faded += table[k, MODE_DISSIPATION] * before * before
             if gap > 0.0:
                 new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there_free, 1.0, rest, 0.0
                 lost += dk * faded
@@ -374,41 +389,41 @@ def step(
             energy = 0.0
         else:
             for j in range(n):
-                before = old[i, BORNE + j]
+                before = old[i, BRANCHES + j]
                 after = table[j, DECAY] * before + table[j, MEAN] * table[j, ELASTIC]
-                new[i, BORNE + j] = after
+                new[i, BRANCHES + j] = after
                 q += after
                 least += min(before, after)
         if free or least < 0.0:
-            free = _turn(body, move, y, i, old, new)
-            lost += dk * body.known[_LOST]
+            free = _follow_changes(body, move, y, i, old, new)
+            lost += dk * body.known[_DISSIPATED]
             work += dk * body.known[_WORK]
             parts += int(body.known[_TRIED])
             if free:
                 for k in range(modes):
-                    stored += 0.5 * dk * new[i, BORNE + k] * new[i, BORNE + k]
+                    stored += 0.5 * dk * new[i, BRANCHES + k] * new[i, BRANCHES + k]
                 continue
             q = equilibrium * there + drag
             for j in range(n):
-                q += new[i, BORNE + j]
+                q += new[i, BRANCHES + j]
         else:
             for j in range(n):
-                loaded = dk * old[i, BORNE + j]
-                table[j, LOADED] += loaded
-                table[j, SQUARES] += loaded * old[i, BORNE + j]
+                loaded = dk * old[i, BRANCHES + j]
+                table[j, SUM_KH] += loaded
+                table[j, SUM_KHH] += loaded * old[i, BRANCHES + j]
             stays += dk
             work += dk * change * 0.5 * equilibrium * (w + there)
             new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there, 0.0, old[i, REST], 0.0
             parts += 1
         for j in range(n):
-            energy += new[i, BORNE + j] * new[i, BORNE + j] * table[j, SOFT]
+            energy += new[i, BRANCHES + j] * new[i, BRANCHES + j] * table[j, SOFT]
         stored += 0.5 * dk * (energy + equilibrium * there * there)
         force += dk * q
         last, count, q_before, q_last = i, count + 1, q_last, q
         rate += dk * stiff
     last = last if count > 0 else -1
-    stayed, taken = _stayed(body, move, stays)
-    row[STORED], row[LOST], row[WORK], row[RATE] = stored, lost + taken, work + stayed, rate
+    stayed, taken = _work_in_contact(body, move, stays)
+    row[STORED], row[DISSIPATED], row[WORK], row[RATE] = stored, lost + taken, work + stayed, rate
     row[EDGE_DEPTH], row[LAST], row[COUNT], row[PARTS], row[FORCE] = end, last, count, parts, force
     if 0 <= last < springs.shape[1] - 1:
         short = equilibrium  # modulus of a spring released shortly before the end
@@ -416,13 +431,13 @@ def step(
             short += table[j, MODULUS] * mean(_SHORTLY * move.duration / table[j, RELAXING])
         beyond = new[last + 1, W] if last + 1 < active else 0.0
         after = new[last + 2, W] if last + 2 < active else 0.0
-        row[EDGE_DEPTH] = _edge(springs, last, end, (beyond, after), (q_before, q_last, short, drag))
+        row[EDGE_DEPTH] = _edge_depth(springs, last, end, (beyond, after), (q_before, q_last, short, drag))
         if cut != 0.0 or drag != 0.0:  # without, the force is continuous in the indentation
-            row[FORCE] += _cut(springs, last, row[EDGE_DEPTH], q_before, q_last, drag)
+            row[FORCE] += _force_up_to_edge(springs, last, row[EDGE_DEPTH], q_before, q_last, drag)
 
 
 @inner
-def _edge(
+def _edge_depth(
     springs: FloatArray,
     last: int,
     depth: float,
@@ -457,7 +472,9 @@ def _edge(
 
 
 @inner
-def _cut(springs: FloatArray, last: int, edge: float, q_before: float, q_last: float, drag: float) -> float:
+def _force_up_to_edge(
+    springs: FloatArray, last: int, edge: float, q_before: float, q_last: float, drag: float
+) -> float:
     """Correction of the sum of forces to int q dk up to the edge, by trapezia beyond the last but one part."""
     inner, y = springs[HEIGHT, last], springs[HEIGHT, last + 1]
     centre, k_next = springs[CENTRE, last], springs[CENTRE, last + 1]

@@ -11,7 +11,7 @@ from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.spectra import Fractions, zeros_between
 from pymdr.units import FloatArray
 
-W, FREE, REST, TURN, BORNE = range(5)
+W, FREE, REST, TURN, BRANCHES = range(5)
 """Columns of a state, one spring per row: w; 1 where it is free; then w less its modes; at which part of a step it last changed
 sides; and from BORNE on the forces of its branches, or the amplitudes of the modes of a free one."""
 
@@ -115,16 +115,16 @@ def unpacked(
     From w, forces of the branches and 1 where a spring is loose, of the first of `size` springs; nothing has touched the rest.
     """
     n, k, known = relaxation.moduli.size, modes.rates.size, deflection.size
-    state = np.zeros((size, BORNE + max(n, k)))
+    state = np.zeros((size, BRANCHES + max(n, k)))
     state[:, FREE] = 1.0
     if known == 0:
         return state
     state[:known, W], state[:known, FREE] = deflection, loose
-    state[:known, BORNE : BORNE + n] = branches
+    state[:known, BRANCHES : BRANCHES + n] = branches
     free = np.flatnonzero(loose != 0.0)
     amplitudes = np.column_stack([branches[free], deflection[free]]) @ modes.to_modes.T
-    state[free, BORNE:] = 0.0
-    state[free, BORNE : BORNE + k] = amplitudes
+    state[free, BRANCHES:] = 0.0
+    state[free, BRANCHES : BRANCHES + k] = amplitudes
     if relaxation.equilibrium == 0.0:
         state[free, REST] = deflection[free] - amplitudes @ modes.reach
     return state
@@ -135,12 +135,12 @@ def packed(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The inverse of :func:`unpacked`: w, forces of the branches, and 1 where a spring is loose."""
     loose = state[:, FREE] != 0.0
-    h = state[:, BORNE : BORNE + relaxation.moduli.size].copy()
-    h[loose] = state[loose, BORNE : BORNE + modes.rates.size] @ modes.to_branches.T
+    h = state[:, BRANCHES : BRANCHES + relaxation.moduli.size].copy()
+    h[loose] = state[loose, BRANCHES : BRANCHES + modes.rates.size] @ modes.to_branches.T
     return state[:, W].copy(), h, state[:, FREE].copy()
 
 
 def active_springs(state: FloatArray) -> int:
     """Springs up to the last one that is loaded or has not crept back."""
-    active = (state[:, FREE] == 0.0) | (state[:, W] != 0.0) | (state[:, BORNE:] != 0.0).any(axis=1)
+    active = (state[:, FREE] == 0.0) | (state[:, W] != 0.0) | (state[:, BRANCHES:] != 0.0).any(axis=1)
     return int(np.flatnonzero(active)[-1]) + 1 if active.any() else 0

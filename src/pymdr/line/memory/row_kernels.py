@@ -7,14 +7,25 @@ from typing import NamedTuple
 
 from pymdr import compiling
 from pymdr.compiling import inner, merged
+from pymdr.line.memory.groups import (
+    dissolve_group,
+    edge_count,
+    form_group,
+    group_forces,
+    is_outgrown,
+    least_force,
+    move_group,
+)
 from pymdr.line.memory.kernels import (
     COUNT,
-    FADE,
+    DISSIPATED,
     FORCE,
-    GAINED,
+    GROUP_DECAY,
+    GROUP_GAIN,
+    GROUP_MOVE,
     GROUPED,
     HEIGHT,
-    LOST,
+    INDENTATION,
     MODULUS,
     OUTER,
     OWNER,
@@ -22,17 +33,14 @@ from pymdr.line.memory.kernels import (
     PARTS,
     RATE,
     SHARE,
-    SINCE,
     STORED,
-    THERE,
     WORK,
     Body,
     Move,
     step,
     straight,
 )
-from pymdr.line.memory.modes import BORNE, FREE, TURN, W
-from pymdr.line.memory.together import bear, beside, carry, join, lowest, release, strays
+from pymdr.line.memory.modes import BRANCHES, FREE, TURN, W
 from pymdr.units import FloatArray
 
 # the steps are compiled into the histories
@@ -86,7 +94,7 @@ class Division(NamedTuple):
     straightness: float
 
 
-class Now(NamedTuple):
+class RowStart(NamedTuple):
     """Start of a row: the indentation, that before, the duration of the row, and how many springs were touched."""
 
     here: float
@@ -95,7 +103,7 @@ class Now(NamedTuple):
     active: int
 
 
-class First(NamedTuple):
+class Guess(NamedTuple):
     """Where a search for an indentation starts, its first guess, a bound of the stiffness, and the kind of the row."""
 
     here: float
@@ -117,25 +125,25 @@ def copy_spring(state: FloatArray, other: FloatArray, i: int) -> None:
 
 
 @inner
-def _note(run: Run, depth: float, state: FloatArray, notes: FloatArray, r: int) -> None:
+def _record_loads(run: Run, depth: float, state: FloatArray, notes: FloatArray, r: int) -> None:
     """Note loads and gaps of all springs."""
     body, table, known = run.body, run.body.table, run.body.known
-    grouped, same = int(known[GROUPED]), body.equilibrium * known[SINCE]
+    grouped, same = int(known[GROUPED]), body.equilibrium * known[GROUP_MOVE]
     for j in range(body.branches):
-        same += table[j, GAINED]
+        same += table[j, GROUP_GAIN]
     for i in range(notes.shape[2]):
         member = i < grouped
         free = not member and state[i, FREE] != 0.0
         q = body.equilibrium * state[i, W] + (same if member else 0.0)
         for j in range(body.branches):
-            q += (table[j, FADE] if member else 1.0) * state[i, BORNE + j]
+            q += (table[j, GROUP_DECAY] if member else 1.0) * state[i, BRANCHES + j]
         notes[LOAD, r, i] = 0.0 if free else q
         notes[GAP, r, i] = max(state[i, W] + run.springs[HEIGHT, i] - depth, 0.0) if free else -1.0
         notes[TURNED, r, i] = 0.0 if member else state[i, TURN]
 
 
 @inner
-def _rest(springs: FloatArray, state: FloatArray, active: int) -> float:
+def _separation(springs: FloatArray, state: FloatArray, active: int) -> float:
     """The largest indentation at which no spring is touched, of springs that are all free."""
     if active == 0:  # of bodies that have not touched
         return 0.0
@@ -146,7 +154,7 @@ def _rest(springs: FloatArray, state: FloatArray, active: int) -> float:
 
 
 @merged
-def _touched(springs: FloatArray, active: int, depth: float) -> int:
+def _count_touched(springs: FloatArray, active: int, depth: float) -> int:
     """Number of springs that a depth touches, at least the active ones."""
     touched = active
     while touched < springs.shape[1] and springs[HEIGHT, touched] < depth:
@@ -155,7 +163,7 @@ def _touched(springs: FloatArray, active: int, depth: float) -> int:
 
 
 @inner
-def _touching(count: int, active: int, state: FloatArray) -> int:
+def _count_in_contact(count: int, active: int, state: FloatArray) -> int:
     """Number of springs in contact from the innermost on, of which `count` surely are."""
     while count < active and state[count, FREE] == 0.0:
         count += 1
@@ -163,20 +171,20 @@ def _touching(count: int, active: int, state: FloatArray) -> int:
 
 
 @merged
-def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray) -> First:
+def _first_guess(run: Run, now: RowStart, target: float, old: FloatArray, new: FloatArray) -> Guess:
     """The first guess of an indentation; springs well within the contact are grouped, or released where that is not possible."""
     springs, body, machine = run.springs, run.body, run.machine
     here, lift = now.here, machine == 0.0 and target <= 0.0
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if lift or sudden:
-        release(old, body)
+        dissolve_group(old, body)
     elif body.known[GROUPED] == 0.0:
-        join(springs, _touching(int(run.body.known[GROUPED]), now.active, old), old, new, body)
+        form_group(springs, _count_in_contact(int(run.body.known[GROUPED]), now.active, old), old, new, body)
     if body.known[GROUPED] == 0.0:
         if machine == 0.0 and not lift:  # separated bodies rest on each other before a force presses
-            here = max(here, _rest(springs, old, now.active))
+            here = max(here, _separation(springs, old, now.active))
         elif sudden and machine > 0.0:
-            here = max(here, min(_rest(springs, old, now.active), target / machine))
+            here = max(here, min(_separation(springs, old, now.active), target / machine))
     springy = body.equilibrium
     for j in range(body.branches):
         springy += body.table[j, MODULUS]
@@ -190,53 +198,55 @@ def _first(run: Run, now: Now, target: float, old: FloatArray, new: FloatArray) 
         guess = here - 1e2 * (springs[HEIGHT, last] + abs(here))
         if sudden:  # by a load that no spring of the body withstands
             guess += (guess - here) * springy / body.viscosity
-    return First(here, guess, stiffest * springs[OUTER, last], sudden, lift, parting)
+    return Guess(here, guess, stiffest * springs[OUTER, last], sudden, lift, parting)
 
 
 @merged
-def _try(run: Run, move: Move, limits: tuple[int, int, float], old: FloatArray, new: FloatArray) -> float:
+def _move_springs(
+    run: Run, move: Move, limits: tuple[int, int, float], old: FloatArray, new: FloatArray
+) -> float:
     """Move springs and their group; returns how many of those moved one by one are in contact."""
     row = run.row
     step(run.springs, run.body, move, limits, old, new, row)
     alone, grouped = row[COUNT], limits[0]
     if grouped > 0:
-        force, rate, stored, work, lost = bear(run.body, move)
+        force, rate, stored, work, lost = group_forces(run.body, move)
         row[FORCE] += force
         row[RATE] += rate
         row[STORED] += stored
         row[WORK] += work
-        row[LOST] += lost
+        row[DISSIPATED] += lost
         row[COUNT] += grouped
         row[PARTS] += grouped
     return float(alone)
 
 
 @merged
-def _move(run: Run, now: Now, depth: float, old: FloatArray, new: FloatArray, lasting: float) -> int:
-    """Move springs straight to an indentation, grouped if `lasting` is not 0, as :func:`_press` does; returns how many are touched."""
+def _move_to(run: Run, now: RowStart, depth: float, old: FloatArray, new: FloatArray, lasting: float) -> int:
+    """Move springs straight to an indentation, grouped if `lasting` is not 0, as :func:`_solve_row` does; returns how many are touched."""
     springs, body = run.springs, run.body
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if sudden:
-        release(old, body)
+        dissolve_group(old, body)
     elif body.known[GROUPED] == 0.0 and lasting != 0.0:
-        join(springs, _touching(int(body.known[GROUPED]), now.active, old), old, new, body)
-    touched = _touched(springs, now.active, now.here if sudden else max(now.here, depth))
+        form_group(springs, _count_in_contact(int(body.known[GROUPED]), now.active, old), old, new, body)
+    touched = _count_touched(springs, now.active, now.here if sudden else max(now.here, depth))
     move = straight(body.viscosity, now.here, depth, now.duration)
     grouped = int(body.known[GROUPED])
-    alone = _try(run, move, (grouped, touched, CUT), old, new)
+    alone = _move_springs(run, move, (grouped, touched, CUT), old, new)
     if grouped > 0:
         # without two springs next to the group the edge is unknown
-        if alone >= 2.0 and lowest(body, move) >= 0.0:
-            carry(body, move.change)
+        if alone >= 2.0 and least_force(body, move) >= 0.0:
+            move_group(body, move.change)
         else:
-            release(old, body)
+            dissolve_group(old, body)
             step(springs, body, move, (int(body.known[GROUPED]), touched, CUT), old, new, run.row)
     return touched
 
 
 @inner
-def _press(
-    run: Run, now: Now, target: float, old: FloatArray, new: FloatArray, lasting: float
+def _solve_row(
+    run: Run, now: RowStart, target: float, old: FloatArray, new: FloatArray, lasting: float
 ) -> tuple[float, float, int, int]:
     """
     Move springs straight to where the target of a row is met, on a machine of finite stiffness.
@@ -249,21 +259,21 @@ def _press(
     """
     springs, body, known, row = run.springs, run.body, run.body.known, run.row
     machine, limit, active, most = run.machine, run.limit, now.active, now.active
-    here, guess, stiffest, sudden, lift, parting = _first(run, now, target, old, new)
+    here, guess, stiffest, sudden, lift, parting = _first_guess(run, now, target, old, new)
     low, high, out, edge, whole, tries = -math.inf, math.inf, 0.0, 0, False, 0
     if known[GROUPED] > 0.0:
-        edge = _touching(int(known[GROUPED]), active, old)
+        edge = _count_in_contact(int(known[GROUPED]), active, old)
     while True:
         tries += 1
-        touched = _touched(springs, active, here if sudden else max(here, guess))
+        touched = _count_touched(springs, active, here if sudden else max(here, guess))
         most = max(most, touched)
         grouped = int(known[GROUPED])
-        near = touched if grouped == 0 or whole else min(touched, edge + beside(edge))
+        near = touched if grouped == 0 or whole else min(touched, edge + edge_count(edge))
         move = straight(body.viscosity, here, guess, now.duration)
-        alone = _try(run, move, (grouped, near, WHOLE), old, new)
+        alone = _move_springs(run, move, (grouped, near, WHOLE), old, new)
         if parting:
             if lift:
-                return _rest(springs, new, touched), here, touched, most
+                return _separation(springs, new, touched), here, touched, most
             row[FORCE] = 0.0
             return target / machine, here, touched, most
         place = here if sudden else guess
@@ -276,13 +286,13 @@ def _press(
         ends = limit <= low < math.inf and not sudden
         if grouped > 0 and (close or ends):
             # without two springs next to the group the edge is unknown
-            stays = lasting != 0.0 and (near < touched or (alone >= 2.0 and lowest(body, move) >= 0.0))
+            stays = lasting != 0.0 and (near < touched or (alone >= 2.0 and least_force(body, move) >= 0.0))
             if stays and near == touched:
                 if close:
-                    carry(body, move.change)
+                    move_group(body, move.change)
                 break
             if not stays:
-                release(old, body)
+                dissolve_group(old, body)
             whole, low, high, out = True, -math.inf, math.inf, 0.0  # with all springs, from here
             continue
         if close or ends:
@@ -307,9 +317,9 @@ def _press(
 
 
 @merged
-def _is_bent(
+def _must_halve(
     run: Run,
-    now: Now,
+    now: RowStart,
     goals: tuple[float, float, bool],
     place: tuple[float, float, int],
     states: tuple[FloatArray, FloatArray, FloatArray],
@@ -343,7 +353,7 @@ def _is_bent(
         return False
     depths, bent = (start, there, half), 0.0
     for k in range(3):
-        _note(run, depths[k], states[k], notes, k)
+        _record_loads(run, depths[k], states[k], notes, k)
     for i in range(touched):
         load = 0.0 if lift else notes[LOAD, 2, i]
         bent += run.springs[SHARE, i] * abs(load - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 1, i]))
@@ -412,14 +422,14 @@ def follow(
     work, lost = 0.0, 0.0
     for r in range(course.shape[1]):
         if notes.shape[1] > 0:
-            _note(run, here, old, notes, r)
+            _record_loads(run, here, old, notes, r)
         goal = course[TARGET, r]
-        part = Now(here, before, course[TIME, r] - now, active)
+        part = RowStart(here, before, course[TIME, r] - now, active)
         there, begin = goal, here
         if by_load is None:
-            touched = _move(run, part, goal, old, new, LASTING)
+            touched = _move_to(run, part, goal, old, new, LASTING)
         else:
-            there, begin, touched, most = _press(run, part, goal, old, new, LASTING)
+            there, begin, touched, most = _solve_row(run, part, goal, old, new, LASTING)
             if math.isnan(there):
                 start[0] = course[TIME, r]
                 return STUCK
@@ -428,20 +438,20 @@ def follow(
                 copy_spring(new, old, i)
             if math.isinf(there):
                 break
-        for c in range(THERE):
+        for c in range(INDENTATION):
             rows[r, c] = row[c]
         before, here, active = begin, there, touched
         old, new = new, old
         grouped = int(known[GROUPED])
-        if grouped > 0 and strays(grouped, int(row[COUNT])):
-            release(old, body)
+        if grouped > 0 and is_outgrown(grouped, int(row[COUNT])):
+            dissolve_group(old, body)
         work += row[WORK]
-        lost += row[LOST]
-        rows[r, WORK], rows[r, LOST], rows[r, THERE] = work, lost, there
+        lost += row[DISSIPATED]
+        rows[r, WORK], rows[r, DISSIPATED], rows[r, INDENTATION] = work, lost, there
         now, target, done = course[TIME, r], goal, r + 1
     if notes.shape[1] > 0:
-        _note(run, here, old, notes, done)
-    release(old, body)
+        _record_loads(run, here, old, notes, done)
+    dissolve_group(old, body)
     for i in range(active):
         copy_spring(state, old, i)
     start[0], start[1], start[2], start[3] = now, here, target, active
@@ -492,12 +502,12 @@ def divide(
             if parts == rows.shape[0]:
                 return FULL
             goal = course[TARGET, r] if done + size == 1.0 else target + rise * (done + size)
-            part = Now(here, before, whole * size, active)
+            part = RowStart(here, before, whole * size, active)
             if by_depth:
-                there, begin, touched = goal, here, _move(run, part, goal, old, new, PASSING)
+                there, begin, touched = goal, here, _move_to(run, part, goal, old, new, PASSING)
                 most = touched
             else:
-                there, begin, touched, most = _press(run, part, goal, old, new, PASSING)
+                there, begin, touched, most = _solve_row(run, part, goal, old, new, PASSING)
             moved = max(moved, most)
             if not math.isfinite(there):
                 return ENDED if math.isinf(there) else STUCK
@@ -505,7 +515,9 @@ def divide(
             if size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(course[TIME, r]):
                 goals = target + rise * (done + 0.5 * size), goal, loads and size > _SUDDEN
                 limits = division.tolerance, division.straightness, course[STRENGTH, r]
-                halve = _is_bent(run, part, goals, (there, begin, touched), (old, new, half), notes, limits)
+                halve = _must_halve(
+                    run, part, goals, (there, begin, touched), (old, new, half), notes, limits
+                )
             tried = size
             size, long, short = _next_size(halve, done == 0.0, size, (long, short))
             if size != tried:

@@ -122,7 +122,7 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
     )
 
 
-def farther(curve: Curve, springs: Springs) -> float:
+def next_depth(curve: Curve, springs: Springs) -> float:
     """A depth in m to which insufficient springs are extended: twice the present one, or the last known one of the curve."""
     top, twice = min(curve.edge, curve.max_radius), 2.0 * springs.limit
     if not math.isfinite(top):

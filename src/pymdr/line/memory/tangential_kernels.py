@@ -11,6 +11,14 @@ import math
 from typing import NamedTuple
 
 from pymdr.compiling import inner, merged
+from pymdr.line.memory.groups import (
+    dissolve_group,
+    form_group,
+    greatest_force,
+    group_forces,
+    is_outgrown,
+    move_group,
+)
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
@@ -36,24 +44,23 @@ from pymdr.line.memory.kernels import (
     H,
     M,
     Move,
-    creep_back,
-    fetch,
     fill,
-    let_go,
+    load_spring,
     move_branches,
     prepare,
-    relieve,
+    recover,
     stiffness,
-    store,
-    take_up,
+    store_spring,
+    to_branches,
+    to_modes,
+    unload,
 )
-from pymdr.line.memory.modes import BORNE, FREE, REST, W
+from pymdr.line.memory.modes import BRANCHES, FREE, REST, W
 from pymdr.line.memory.row_kernels import GAP, LOAD, TURNED, compiled, copy_spring
-from pymdr.line.memory.together import bear, carry, highest, join, release, strays
 from pymdr.numerics.exponentials import DECAYING, GROWING, RATES, first_crossing, moments
 from pymdr.units import FloatArray
 
-FORCE, RATE, STORED, LOST, SLIP, WORK, SLID, SIZE, STICK, DISK, SHIFT = range(11)
+FORCE, RATE, STORED, DISSIPATED, SLIP, WORK, SLID, SIZE, STICK, DISK, SHIFT = range(11)
 """Columns of a row; RATE is dF/du, SIZE the sum of the magnitudes, STICK the stick radius, infinite where all springs stick."""
 COLUMNS = 11
 TIME, MOVE, DRAG, STIFF, NORMAL, AREA = range(6)
@@ -100,7 +107,7 @@ def _drive(body: Body, start: float, end: float, duration: float, v: float) -> t
         flowing += table[j, MODULUS] * table[j, RELAXING]
     flow = 0.0 if body.equilibrium > 0.0 else duration * below / flowing
     given, lost, there = flow, flow, 0.0
-    let_go(body, v)
+    to_modes(body, v)
     for k in range(body.modes):
         reach, m = table[k, REACH], table[k, M]
         there -= reach * m
@@ -112,7 +119,7 @@ def _drive(body: Body, start: float, end: float, duration: float, v: float) -> t
         given += 0.5 * reach * reach * (end * end - start * start)
         table[k, M] = after + reach * end
         there += reach * table[k, M]
-    take_up(body)
+    to_branches(body)
     if body.equilibrium == 0.0:
         there += 0.5 * duration * (start + end) / flowing
     return v + there, given, lost
@@ -210,17 +217,17 @@ def _change(
 ) -> float:
     """Move a spring that slips, or changes sides, in a row; returns its force, or nan if it is free."""
     body, table, own, friction, n = run.body, run.body.table, run.own, run.friction, run.body.branches
-    free, v, rest = fetch(old, i, body), old[i, W], old[i, REST]
+    free, v, rest = load_spring(old, i, body), old[i, W], old[i, REST]
     for c in range(_MARGIN):
         own[c, i] = 0.0
     duration = pressed.given[r, TIME]
     begin, end, before, after = _contact_part(run, pressed, r, i)
     drag, trial, over = 0.0, 0.0, -math.inf
     if free and begin > 0.0:
-        v, own[_OWN_LOST, i] = creep_back(body, duration * begin, rest)
+        v, own[_OWN_LOST, i] = recover(body, duration * begin, rest)
     if begin < 1.0:
         if free:
-            take_up(body)
+            to_branches(body)
             free = False
         span = end - begin
         change, lasts = du * span, duration * span
@@ -246,13 +253,13 @@ def _change(
             v = _slide(run, change, lasts, (before, after), v, stuck, (trial, over, i))
         if pressed.notes[GAP, r + 1, i] >= 0.0:
             if body.viscosity == 0.0:  # the remaining force is released at once
-                moved, lost = relieve(body, v)
+                moved, lost = unload(body, v)
                 v -= moved
                 own[_OWN_SLIP, i] += lost
-            rest, free = let_go(body, v), True
-            v, lost = creep_back(body, duration * (1.0 - end), rest)
+            rest, free = to_modes(body, v), True
+            v, lost = recover(body, duration * (1.0 - end), rest)
             own[_OWN_LOST, i] += lost
-    store(new, i, free, v, rest, body)
+    store_spring(new, i, free, v, rest, body)
     energy, q = body.equilibrium * v * v, body.equilibrium * v + drag
     if free:
         energy = 0.0
@@ -287,8 +294,8 @@ def _plain(
         v, limit = old[i, W], friction * max(notes[LOAD, r + 1, i], 0.0)
         now, q, dv, slip = equilibrium * v, equilibrium * (v + du), du, 0.0
         for j in range(n):
-            now += old[i, BORNE + j]
-            q += table[j, DECAY] * old[i, BORNE + j] + table[j, MEAN] * (table[j, MODULUS] * du)
+            now += old[i, BRANCHES + j]
+            q += table[j, DECAY] * old[i, BRANCHES + j] + table[j, MEAN] * (table[j, MODULUS] * du)
         sticks = abs(q) <= limit or friction == math.inf
         if not sticks:
             sign, over = math.copysign(1.0, q), abs(q) - limit
@@ -299,12 +306,12 @@ def _plain(
             dv = du - slip
         mean, lost, energy = equilibrium * (v + 0.5 * dv), 0.0, equilibrium * (v + dv) * (v + dv)
         for j in range(n):
-            h, elastic = old[i, BORNE + j], table[j, MODULUS] * dv
+            h, elastic = old[i, BRANCHES + j], table[j, MODULUS] * dv
             mean += table[j, MEAN] * h + table[j, RAMP] * elastic
             crossed = elastic * (2.0 * table[j, CROSS] * h + table[j, MOVED] * elastic)
             lost += table[j, SOFT] * (table[j, OWN] * h * h + crossed)
             h = table[j, DECAY] * h + table[j, MEAN] * elastic
-            new[i, BORNE + j] = h
+            new[i, BRANCHES + j] = h
             energy += h * h * table[j, SOFT]
         new[i, W], new[i, FREE], new[i, REST] = v + dv, 0.0, old[i, REST]
         own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i] = q, lost, slip * mean
@@ -328,8 +335,8 @@ def _step(
     given, notes, grouped = pressed.given, pressed.notes, int(known[GROUPED])
     force, rate, stored, worked, lost, size, normal = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if grouped > 0:
-        force, rate, stored, worked, lost = bear(body, Move(0.0, du, given[r, TIME], 0.0))
-        size = known[STIFFNESS] * highest(body, du)
+        force, rate, stored, worked, lost = group_forces(body, Move(0.0, du, given[r, TIME], 0.0))
+        size = known[STIFFNESS] * greatest_force(body, du)
         for i in range(grouped):
             normal += springs[SHARE, i] * notes[LOAD, r + 1, i]
     last, slipped, innermost = top - 1, 0.0, 0.0
@@ -362,7 +369,7 @@ def _step(
     if friction < math.inf:
         scale = given[r, NORMAL] / normal if normal > 0.0 else 0.0
     row[FORCE], row[RATE], row[SIZE] = force * scale, rate * scale, size * scale
-    row[STORED], row[LOST], row[SLIP], row[WORK] = stored, lost, slipped, worked
+    row[STORED], row[DISSIPATED], row[SLIP], row[WORK] = stored, lost, slipped, worked
     _stick(run, pressed, r + 1, last, row)
     row[SLID] = innermost if row[STICK] == 0.0 else 0.0
 
@@ -412,17 +419,21 @@ def _stick(run: Shear, pressed: Pressed, r: int, last: int, row: FloatArray) -> 
 
 
 @merged
-def _gather(run: Shear, pressed: Pressed, r: int, top: int, old: FloatArray, new: FloatArray) -> float:
+def _group_sticking(
+    run: Shear, pressed: Pressed, r: int, top: int, old: FloatArray, new: FloatArray
+) -> float:
     """Group the springs that may stick over a row; returns the least load of one."""
     body, known = run.body, run.body.known
     if known[GROUPED] == 0.0 and body.viscosity == 0.0:
-        join(run.springs, _sticking(run, pressed, r, (int(known[GROUPED]), r), top, old), old, new, body)
+        form_group(
+            run.springs, _sticking(run, pressed, r, (int(known[GROUPED]), r), top, old), old, new, body
+        )
     least = math.inf
     for i in range(int(known[GROUPED])):
         run.own[_MARGIN, i] = math.inf
         least = min(least, pressed.notes[LOAD, r + 1, i] if pressed.notes[GAP, r + 1, i] < 0.0 else 0.0)
     if not least > 0.0:
-        release(old, body)
+        dissolve_group(old, body)
     return least
 
 
@@ -444,7 +455,7 @@ def _shift(
     """
     target, du, forced = goal
     body, known, sticking = run.body, run.body.known, 0
-    least = _gather(run, pressed, r, top, old, new)
+    least = _group_sticking(run, pressed, r, top, old, new)
     low, high, out, tries = -math.inf, math.inf, 0.0, 0
     while True:
         _step(run, pressed, r, du, top, old, new, row)
@@ -457,10 +468,10 @@ def _shift(
         close |= enclosed and high - low <= 4e-16 * max(abs(high), abs(low))
         grouped = int(known[GROUPED])
         if grouped > 0 and (close or tries > _TRIES):
-            most = highest(body, du)
+            most = greatest_force(body, du)
             sticking = _sticking(run, pressed, r, (grouped, r + 1), top, new)
             if tries > _TRIES or most > run.friction * least or sticking < grouped + 2:
-                release(old, body)  # all springs, one by one
+                dissolve_group(old, body)  # all springs, one by one
                 low, high, out, tries = -math.inf, math.inf, 0.0, 0
                 continue
         if close:
@@ -516,12 +527,12 @@ def shear(
         old, new = new, old
         grouped = int(known[GROUPED])
         if grouped > 0:
-            carry(body, du)
-            if strays(grouped, sticking):
-                release(old, body)
+            move_group(body, du)
+            if is_outgrown(grouped, sticking):
+                dissolve_group(old, body)
         here, before, followed = here + du if forced else goal, du, r + 1
         rows[r, SHIFT] = here
-    release(old, body)
+    dissolve_group(old, body)
     for i in range(top):
         copy_spring(state, old, i)
     return followed

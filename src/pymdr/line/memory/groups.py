@@ -12,21 +12,21 @@ from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
-    FADE,
     FIRM,
-    GAINED,
+    GREATEST_H,
+    GREATEST_W,
+    GROUP_DECAY,
+    GROUP_GAIN,
+    GROUP_MOVE,
     GROUPED,
-    HIGHEST,
-    LEAST,
-    LOWEST,
+    LEAST_H,
+    LEAST_W,
     MEAN,
     MODULUS,
-    MOST,
     MOVED,
     OWN,
     RAMP,
     SHARE,
-    SINCE,
     SOFT,
     SQUARED,
     STIFFNESS,
@@ -36,7 +36,7 @@ from pymdr.line.memory.kernels import (
     Body,
     Move,
 )
-from pymdr.line.memory.modes import BORNE, FREE, REST, TURN, W
+from pymdr.line.memory.modes import BRANCHES, FREE, REST, TURN, W
 from pymdr.units import FloatArray
 
 _EDGE = 16
@@ -44,25 +44,25 @@ _EDGE = 16
 
 
 @inner
-def beside(count: int) -> int:
+def edge_count(count: int) -> int:
     """Number of springs beside an edge that may change sides."""
     return max(_EDGE, count // 8)
 
 
 @inner
-def strays(grouped: int, count: int) -> bool:
+def is_outgrown(grouped: int, count: int) -> bool:
     """Whether the edge of `count` springs has moved so far that another group is better."""
-    return count - grouped > 2 * beside(count) or count - grouped < beside(count) // 2
+    return count - grouped > 2 * edge_count(count) or count - grouped < edge_count(count) // 2
 
 
 @inner
-def join(springs: FloatArray, count: int, state: FloatArray, other: FloatArray, body: Body) -> None:
+def form_group(springs: FloatArray, count: int, state: FloatArray, other: FloatArray, body: Body) -> None:
     """Group all of the first `count` springs except those next to the edge; both states keep their values."""
-    grouped, table, known = max(count - beside(count), 0), body.table, body.known
+    grouped, table, known = max(count - edge_count(count), 0), body.table, body.known
     stiff, width, squared, least, most = 0.0, 0.0, 0.0, math.inf, -math.inf
     for j in range(body.branches):
-        table[j, FADE], table[j, GAINED], table[j, SUM_H], table[j, SUM_HH] = 1.0, 0.0, 0.0, 0.0
-        table[j, LOWEST], table[j, HIGHEST] = math.inf, -math.inf
+        table[j, GROUP_DECAY], table[j, GROUP_GAIN], table[j, SUM_H], table[j, SUM_HH] = 1.0, 0.0, 0.0, 0.0
+        table[j, LEAST_H], table[j, GREATEST_H] = math.inf, -math.inf
     for i in range(grouped):
         dk, w = springs[SHARE, i], state[i, W]
         stiff += dk
@@ -72,43 +72,43 @@ def join(springs: FloatArray, count: int, state: FloatArray, other: FloatArray, 
         state[i, TURN] = 0.0
         other[i, W], other[i, FREE], other[i, REST], other[i, TURN] = w, state[i, FREE], state[i, REST], 0.0
         for j in range(body.branches):
-            h = state[i, BORNE + j]
-            table[j, LOWEST] = min(table[j, LOWEST], h)
-            table[j, HIGHEST] = max(table[j, HIGHEST], h)
+            h = state[i, BRANCHES + j]
+            table[j, LEAST_H] = min(table[j, LEAST_H], h)
+            table[j, GREATEST_H] = max(table[j, GREATEST_H], h)
             table[j, SUM_H] += dk * h
             table[j, SUM_HH] += dk * h * h
-            other[i, BORNE + j] = h
+            other[i, BRANCHES + j] = h
     known[GROUPED], known[STIFFNESS], known[WIDTH], known[SQUARED] = grouped, stiff, width, squared
-    known[LEAST], known[MOST], known[SINCE] = least, most, 0.0
+    known[LEAST_W], known[GREATEST_W], known[GROUP_MOVE] = least, most, 0.0
 
 
 @inner
-def release(state: FloatArray, body: Body) -> None:
+def dissolve_group(state: FloatArray, body: Body) -> None:
     """Write the present values of the springs of a group to their state, and dissolve it."""
     table, known = body.table, body.known
     for i in range(int(known[GROUPED])):
-        state[i, W] += known[SINCE]
+        state[i, W] += known[GROUP_MOVE]
         for j in range(body.branches):
-            state[i, BORNE + j] = table[j, FADE] * state[i, BORNE + j] + table[j, GAINED]
+            state[i, BRANCHES + j] = table[j, GROUP_DECAY] * state[i, BRANCHES + j] + table[j, GROUP_GAIN]
     known[GROUPED] = 0.0
 
 
 @inner
-def carry(body: Body, change: float) -> None:
+def move_group(body: Body, change: float) -> None:
     """Move a group over a step whose coefficients are known."""
     table = body.table
-    body.known[SINCE] += change
+    body.known[GROUP_MOVE] += change
     for j in range(body.branches):
         elastic = table[j, MODULUS] * change
-        table[j, FADE] *= table[j, DECAY]
-        table[j, GAINED] = table[j, DECAY] * table[j, GAINED] + table[j, MEAN] * elastic
+        table[j, GROUP_DECAY] *= table[j, DECAY]
+        table[j, GROUP_GAIN] = table[j, DECAY] * table[j, GROUP_GAIN] + table[j, MEAN] * elastic
 
 
 @inner
-def bear(body: Body, move: Move) -> tuple[float, float, float, float, float]:
+def group_forces(body: Body, move: Move) -> tuple[float, float, float, float, float]:
     """Force of a group after a move, its derivative by the move, stored energy, work and dissipation."""
     change, drag, table, known = move.change, move.drag, body.table, body.known
-    k, since = known[STIFFNESS], known[SINCE]
+    k, since = known[STIFFNESS], known[GROUP_MOVE]
     width, ahead = known[WIDTH] + k * since, since + change
     force = body.equilibrium * width
     work, lost = change * (body.equilibrium * (width + 0.5 * change * k) + drag * k), change * drag * k
@@ -116,8 +116,8 @@ def bear(body: Body, move: Move) -> tuple[float, float, float, float, float]:
     for j in range(body.branches):
         elastic, fade, gained, soft = (
             table[j, MODULUS] * change,
-            table[j, FADE],
-            table[j, GAINED],
+            table[j, GROUP_DECAY],
+            table[j, GROUP_GAIN],
             table[j, SOFT],
         )
         first, squares = table[j, SUM_H], table[j, SUM_HH]
@@ -134,25 +134,25 @@ def bear(body: Body, move: Move) -> tuple[float, float, float, float, float]:
 
 
 @inner
-def lowest(body: Body, move: Move) -> float:
+def least_force(body: Body, move: Move) -> float:
     """Lower bound of the force of any spring of a group during a move: its terms are monotone."""
     table, known = body.table, body.known
-    least = body.equilibrium * (known[LEAST] + known[SINCE] + min(move.change, 0.0)) + move.drag
+    least = body.equilibrium * (known[LEAST_W] + known[GROUP_MOVE] + min(move.change, 0.0)) + move.drag
     for j in range(body.branches):
-        h = table[j, FADE] * table[j, LOWEST] + table[j, GAINED]
+        h = table[j, GROUP_DECAY] * table[j, LEAST_H] + table[j, GROUP_GAIN]
         least += min(h, table[j, DECAY] * h + table[j, MEAN] * (table[j, MODULUS] * move.change))
     return float(least)
 
 
 @inner
-def highest(body: Body, change: float) -> float:
+def greatest_force(body: Body, change: float) -> float:
     """Upper bound of the magnitude of the force of any spring of a sheared group."""
     table, known = body.table, body.known
-    ahead = known[SINCE] + change
-    low, high = body.equilibrium * (known[LEAST] + ahead), body.equilibrium * (known[MOST] + ahead)
+    ahead = known[GROUP_MOVE] + change
+    low, high = body.equilibrium * (known[LEAST_W] + ahead), body.equilibrium * (known[GREATEST_W] + ahead)
     for j in range(body.branches):
-        fade = table[j, DECAY] * table[j, FADE]
-        gained = table[j, DECAY] * table[j, GAINED] + table[j, MEAN] * (table[j, MODULUS] * change)
-        low += fade * table[j, LOWEST] + gained
-        high += fade * table[j, HIGHEST] + gained
+        fade = table[j, DECAY] * table[j, GROUP_DECAY]
+        gained = table[j, DECAY] * table[j, GROUP_GAIN] + table[j, MEAN] * (table[j, MODULUS] * change)
+        low += fade * table[j, LEAST_H] + gained
+        high += fade * table[j, GREATEST_H] + gained
     return float(max(abs(low), abs(high)))
