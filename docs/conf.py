@@ -177,7 +177,16 @@ def draw_figures(app):
     """Save the ``figure`` that the Python blocks of a page draw."""
     folder = HERE / "generated"
     folder.mkdir(exist_ok=True)
-    for page in ("adhesion", "friction", "impact", "rolling", "sliding_friction", "rough", "conductance"):
+    for page in (
+        "adhesion",
+        "soft_adhesion",
+        "friction",
+        "impact",
+        "rolling",
+        "sliding_friction",
+        "rough",
+        "conductance",
+    ):
         text = (HERE / f"{page}.md").read_text(encoding="utf-8")
         space = {"__name__": page}
         with contextlib.redirect_stdout(io.StringIO()):

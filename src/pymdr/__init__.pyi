@@ -13,6 +13,7 @@ from .interpretation.validity import Level as Level
 from .mapping.equivalent import equivalent_profile as equivalent_profile
 from .mapping.moduli import effective_moduli as effective_moduli
 from .mapping.relaxation import relaxation_of as relaxation_of
+from .problem.capillary import Capillary as Capillary
 from .problem.contact import Contact as Contact
 from .problem.fatigue import DangVan as DangVan
 from .problem.fatigue import FatemiSocie as FatemiSocie

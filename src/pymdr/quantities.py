@@ -62,6 +62,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("jumped", "j", "", "jumped in this step"),
         Quantity("jump_dissipation", "\\Delta W_j", "J", "energy dissipated in jumps of this step"),
         Quantity("dissipated_energy", "W_d", "J", "dissipated energy"),
+        Quantity("adhesion_dissipation", "W_a", "J", "energy dissipated by hysteresis of adhesion"),
         Quantity("external_work", "W", "J", "work done on contact and machine"),
         Quantity("shift", "u_x", "m", "tangential displacement"),
         Quantity("tangential_force", "F_x", "N", "tangential force"),

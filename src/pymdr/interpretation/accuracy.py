@@ -104,6 +104,7 @@ def adhesive_errors(
     columns: Mapping[str, FloatArray],
     jumps: Jumps,
     machine: FloatArray | float,
+    jumping: Adhesive | None = None,
 ) -> dict[str, FloatArray]:
     """
     Relative errors of a contact with adhesion, from those of g, g', m and s at its edges.
@@ -120,6 +121,8 @@ def adhesive_errors(
         Jumps of the history.
     machine : ndarray or float
         Energy in J of the machine.
+    jumping : JKR, MaugisDugdale or DMT, optional
+        The curve of the jumps, if it is not that of the rows.
 
     Returns
     -------
@@ -165,7 +168,7 @@ def adhesive_errors(
         "spring_force": error[:, _G] + depth,
     }
     touching = (a > 0.0) | (states.cohesive_radius > 0.0)
-    losses = _loss_errors(line, equilibria, jumps, machine_stiffness)
+    losses = _loss_errors(line, jumping or equilibria, jumps, machine_stiffness)
     energies = _energies(columns, np.where(touching, missed, 0.0), losses, machine)
     errors["elastic_energy"] = energies.pop("elastic_energy")
     # dissipated energies are known after the bodies have separated

@@ -11,8 +11,17 @@ from numpy.typing import NDArray
 
 from pymdr.interpretation.branches import Equilibria, equilibrium_curve, state_columns
 from pymdr.interpretation.theories import equilibria_of
+from pymdr.line.adhesion import JKR
 from pymdr.line.curves import Line
-from pymdr.line.following import History, Track, follow, parameter_reaching, trace, under_machine
+from pymdr.line.following import (
+    History,
+    Track,
+    follow,
+    follow_with_hysteresis,
+    parameter_reaching,
+    trace,
+    under_machine,
+)
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Stretch, planned
@@ -97,6 +106,63 @@ def branches_of(
     _, kinds = np.unique(course.events[:, 1:5], axis=0, return_index=True)
     jumps = tuple(_jump(equilibria, course.events[i], machine_stiffness) for i in np.sort(kinds))
     return Branches(curve, stable, jumps, trail, complete)
+
+
+def branches_of_edge(
+    curves: tuple[JKR, JKR],
+    path: LoadingPath,
+    rows: Mapping[str, FloatArray],
+    machine_stiffness: float | None,
+    rim: float,
+) -> Branches:
+    """
+    The curves of an edge that advances and recedes at two works of adhesion, and a solved path between them.
+
+    Parameters
+    ----------
+    curves : tuple of JKR
+        Of the advancing and of the receding edge.
+    rows : mapping of str to ndarray
+        As in :func:`branches_of`; none of them refused.
+    rim : float
+        Parameter in m of a sharp edge; inf without one.
+    """
+    legs = _stretches(path, rows, machine_stiffness)
+    top = max(_largest_parameter(curve, rows) for curve in curves)
+    trail: list[Mapping[str, FloatArray]] = []
+    jumps: dict[tuple[float, ...], Jump] = {}
+    state, first, widest = None, 0, top
+    for part, k in legs:
+        tracks = [_traced(curves[0], k, float(np.max(part.normal)), max(top, state or 0.0))]
+        tracks.append(_traced(curves[1], k, -math.inf, tracks[0].curve.stop))
+        widest = max(widest, tracks[0].curve.stop if tracks[0].curve.stop < 2.0 * top else top)
+        history = follow_with_hysteresis(tracks[0], tracks[1], part.normal, state, rim)
+        done = 0
+        for motion in history.motions:
+            curve = curves[0 if motion.direction > 0 else 1]
+            trail.append({name: values[first + done : first + motion.first] for name, values in rows.items()})
+            done = motion.first + motion.history.control.size
+            events = _events(curve, motion.history, k, attached=math.isfinite(motion.history.initial))
+            nodes = _nodes(motion.history, events, k)
+            start = np.array([[0.0, k, math.nan, motion.history.initial]])
+            states = {name: values[first + motion.first : first + done] for name, values in rows.items()}
+            trail.append(_trail(curve, np.concatenate([start, nodes]), states, machine_stiffness))
+            for event in events:
+                jumps.setdefault(tuple(event[1:5]), _jump(curve, event, machine_stiffness))
+        trail.append({name: values[first + done : first + part.normal.size] for name, values in rows.items()})
+        state, first = history.end, first + part.normal.size
+    both = [equilibrium_curve(curve, widest, (), machine_stiffness) for curve in curves]
+    stable = []
+    for curve, states in zip(curves, both, strict=True):
+        slopes = [
+            under_machine(curve, widest, k).slope(states["parameter"]) > 0.0 for k in {k for _, k in legs}
+        ]
+        stable.append(np.any(slopes, axis=0))
+    whole = {name: np.concatenate([both[0][name], [math.nan], both[1][name]]) for name in both[0]}
+    joined = {name: np.concatenate([part[name] for part in trail]) for name in rows}
+    return Branches(
+        whole, np.concatenate([stable[0], [False], stable[1]]), tuple(jumps.values()), joined, True
+    )
 
 
 def _largest_parameter(equilibria: Equilibria, rows: Mapping[str, FloatArray]) -> float:

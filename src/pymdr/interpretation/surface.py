@@ -193,6 +193,11 @@ def surface_of(
         place = Place(*(np.where(same, new, old) for new, old in zip(exact.place, states.place, strict=True)))
         states = replace(states, place=place)
         return Surface(line, gap_function(contact.profile, line.equivalent), states)
+    if contact.adhesion.has_hysteresis:
+        # the edge may rest at any opening between those of both works
+        rows = _against_edge(line, indentation, contact_radius, ~(contact_radius > 0.0))
+        states = replace(states, edge_excess=rows)
+        return Surface(line, gap_function(contact.profile, line.equivalent), states)
     theory = theory_of(contact.adhesion)
     # the springs at the edge are stretched, except at a sharp edge, where they may be pressed
     stretched = contact_radius < line.equivalent.edge

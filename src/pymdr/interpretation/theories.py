@@ -28,6 +28,7 @@ from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.curves import Line
 from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.problem.capillary import Capillary
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.profiles import Profile, Sum
 from pymdr.units import FloatArray, written
@@ -135,6 +136,11 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
         If the law does not cover the profile.
     """
     theory = theory_of(law)
+    if law.has_hysteresis:
+        raise ProblemError(
+            f"{type(law).__name__}: with work_receding the states depend on the history of the edge, not on one curve; use solve or "
+            "pull_off, or one work of adhesion, such as JKR(work)"
+        )
     if theory.rising and line.turning_points(min(top, line.edge, line.max_radius)):
         raise ProblemError(
             f"{type(law).__name__}: the equivalent profile decreases somewhere, but the theory of a cohesive zone needs a rising "
@@ -177,9 +183,12 @@ def rigid_pull_of(law: DMT, profile: Profile, line: Line) -> float:
 
 def _claim_of_jkr(law: JKR, profile: Profile, line: Line) -> Statement:
     bodies, source = bodies_of(line)
+    edge = "a Griffith edge"
+    if law.has_hysteresis:
+        edge += " that advances and recedes at two works of adhesion, independent of its speed"
     return (
         Level.EXACT,
-        f"exact for {bodies} with attraction only in contact (a Griffith edge), in frictionless contact on a disk that has not "
+        f"exact for {bodies} with attraction only in contact ({edge}), in frictionless contact on a disk that has not "
         "opened inside",
         SOURCES["hess"] if source == SOURCES["sneddon"] else source,
     )
@@ -191,6 +200,16 @@ def _claim_of_maugis(law: MaugisDugdale, profile: Profile, line: Line) -> Statem
         "exact for elastic half-spaces in frictionless contact that attract each other by a constant stress "
         "up to its range; assumes that the gap stays positive in the cohesive zone",
         SOURCES["maugis"],
+    )
+
+
+def _claim_of_menisci(law: Capillary, profile: Profile, line: Line) -> Statement:
+    return (
+        Level.EXACT,
+        f"exact for elastic half-spaces in frictionless contact that a meniscus of the radius {written(law.radius, 'm', 3)} pulls by a constant "
+        f"stress up to the gap {written(law.range, 'm', 3)}; assumes that the meniscus is in equilibrium with its vapour at any time, and that the "
+        "gap stays positive in it",
+        SOURCES["menisci"],
     )
 
 
@@ -240,7 +259,7 @@ THEORIES: dict[type[AdhesionLaw], Theory] = {
         rising=False,
         opening=lambda law, line, a: jkr_opening(line, a, law.work),
         columns=_edge_columns,
-        proportional=lambda law: True,
+        proportional=lambda law: not law.has_hysteresis,
         range_note=_range_of_jkr,
     ),
     MaugisDugdale: Theory(
@@ -255,6 +274,15 @@ THEORIES: dict[type[AdhesionLaw], Theory] = {
         proportional=lambda law: (
             replace(law, work=2.0 * law.work).cohesive_stress == 2.0 * law.cohesive_stress
         ),
+    ),
+    Capillary: Theory(
+        curve=lambda law, profile, line: maugis_dugdale(
+            line.equivalent, line.modulus, law.work, law.cohesive_stress
+        ),
+        claim=_claim_of_menisci,
+        references=("menisci", "maugis"),
+        columns=lambda equilibria, line, s: {"cohesive_radius": equilibria.states(s).cohesive_radius},
+        range=lambda law: law.range,
     ),
     DMT: Theory(
         curve=lambda law, profile, line: RigidPull(line, rigid_pull_of(law, profile, line)),

@@ -148,6 +148,11 @@ SOURCES: dict[str, str] = {
         "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a trial pressure"
     ),
     "jkr": "Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141",
+    "menisci": (
+        "Maugis and Gauthier-Manuel (1994), J. Adhes. Sci. Technol. 8, 1311-1322; any rising profile "
+        "by superposition on the line"
+    ),
+    "hysteresis": "Chen, Helm and Israelachvili (1991), J. Phys. Chem. 95, 10736-10747",
     "hess": (
         "Hess (2011), Ueber die Abbildung ausgewaehlter dreidimensionaler Kontakte auf Systeme mit niedrigerer "
         "raeumlicher Dimension; Popov and Hess (2015), chapter 4, doi:10.1007/978-3-642-53876-6"

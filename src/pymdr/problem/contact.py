@@ -28,7 +28,7 @@ class Contact(Value):
     counterbody : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
         The second body, by default rigid. A graded body needs a rigid one or one of the same exponent; a layered body needs one
         without grading and memory.
-    adhesion : JKR, MaugisDugdale or DMT, optional
+    adhesion : JKR, MaugisDugdale, Capillary or DMT, optional
         Law of adhesion; by default none.
     friction : Coulomb, optional
         Law of friction of elastic and viscoelastic bodies; by default frictionless.

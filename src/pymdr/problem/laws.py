@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from pymdr.errors import ProblemError
 from pymdr.problem.values import OptionalSIField, SIField, Value
-from pymdr.units import QuantityLike
+from pymdr.units import QuantityLike, written
 
 
 class AdhesionLaw(Value, ABC):
@@ -21,6 +21,16 @@ class AdhesionLaw(Value, ABC):
         """Cohesive stress in Pa around the contact; None if the law has none."""
         return None
 
+    @property
+    def works(self) -> tuple[float, float]:
+        """Works of adhesion of an advancing and of a receding edge in J/m^2."""
+        return self.work, self.work
+
+    @property
+    def has_hysteresis(self) -> bool:
+        """Whether separating the surfaces takes more work than their contact gains."""
+        return self.works[1] > self.works[0]
+
 
 @dataclass(frozen=True, eq=False)
 class JKR(AdhesionLaw):
@@ -30,7 +40,15 @@ class JKR(AdhesionLaw):
     Parameters
     ----------
     work : quantity
-        Work of adhesion (of separation) per area in J/m^2, above 0.
+        Work of adhesion per area in J/m^2, above 0. With work_receding it is what an advancing edge gains.
+    work_receding : quantity, optional
+        Work per area in J/m^2 that a receding edge takes, at least `work`, which is the default. Between both works
+        the edge rests.
+
+    Raises
+    ------
+    ProblemError
+        If work is not above 0, or work_receding is below it.
 
     See Also
     --------
@@ -40,10 +58,12 @@ class JKR(AdhesionLaw):
     Notes
     -----
     Johnson, Kendall and Roberts (1971); for any profile by the rule of Hess (2011): the outermost springs
-    detach at the elongation sqrt(2 pi a work / E*).
+    detach at the elongation sqrt(2 pi a work / E*). Hysteresis of adhesion (Chen, Helm and Israelachvili 1991) by two works
+    of adhesion: the edge advances at the energy release rate `work`, recedes at `work_receding`, and rests between both.
 
     References
     ----------
+    - Chen, Helm and Israelachvili (1991), J. Phys. Chem. 95, 10736-10747.
     - Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141.
     - Hess (2011), Ueber die Abbildung ausgewaehlter dreidimensionaler Kontakte auf Systeme mit niedrigerer
       raeumlicher Dimension, Cuvillier.
@@ -53,9 +73,26 @@ class JKR(AdhesionLaw):
     >>> import pymdr as mdr
     >>> mdr.JKR("50 mJ/m^2").work
     0.05
+    >>> mdr.JKR("20 mJ/m^2", work_receding="0.1 J/m^2").has_hysteresis
+    True
     """
 
     work: SIField = SIField("J/m^2", above=0.0, description="work of adhesion")
+    work_receding: OptionalSIField = OptionalSIField(
+        "J/m^2", above=0.0, description="work of adhesion of a receding edge"
+    )
+
+    def __post_init__(self) -> None:
+        if self.work_receding is not None and self.work_receding < self.work:
+            raise ProblemError(
+                f"JKR.work_receding = {written(self.work_receding, 'J/m^2')}: it must be at least work = "
+                f"{written(self.work, 'J/m^2')}, because separation takes at least the work that contact gains"
+            )
+
+    @property
+    def works(self) -> tuple[float, float]:
+        """Works of adhesion of an advancing and of a receding edge in J/m^2."""
+        return self.work, self.work if self.work_receding is None else self.work_receding
 
 
 @dataclass(frozen=True, eq=False)

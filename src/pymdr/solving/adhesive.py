@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,12 +22,14 @@ from pymdr.interpretation.adhesion import (
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import BoolArray, approximated, with_prescribed
-from pymdr.line.following import History, Jumps, Track, energy_residual, follow, under_control
+from pymdr.line.adhesion import EdgeJKR
+from pymdr.line.following import Track, energy_residual, follow
 from pymdr.line.foundation import DiskStates, mean_pressure
 from pymdr.numerics.panels import Place
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
+from pymdr.solving.adhesive_rows import Rows, State, left_out, rows_of, stiffness_of, with_tear_off_losses
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.reach import assumptions, map_remark
@@ -35,7 +38,6 @@ from pymdr.solving.walk import (
     Interpretation,
     LegProgress,
     Task,
-    Walked,
     channels_at,
     solution,
     walk,
@@ -43,50 +45,7 @@ from pymdr.solving.walk import (
 )
 from pymdr.units import FloatArray, metres, newtons
 
-_CONTROL = {"indentation": math.inf, "normal_force": 0.0}
-"""Machine stiffness in N/m equivalent to a prescribed channel."""
 _ROUNDING = 1e-12
-_PARAMETER = 4e-12
-"""Relative error of a parameter from a table of states."""
-
-
-@dataclass(frozen=True)
-class _State:
-    """State of the contact between two legs."""
-
-    parameter: float | None = None
-    """None out of contact."""
-    known: bool = True
-    """Whether the position is known: not after the contact was lost under a prescribed force."""
-    solved: bool = True
-    """Whether every row before could be solved."""
-    dissipated: float = 0.0
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """Columns of a walk, one entry per row except for the last two."""
-
-    parameter: FloatArray
-    attached: BoolArray
-    depth_rate: FloatArray
-    """dd/ds."""
-    force_rate: FloatArray
-    """dF/ds in N/m."""
-    control: FloatArray
-    """Machine stiffness in N/m equivalent to the control."""
-    indentation: FloatArray
-    normal_force: FloatArray
-    jumped: BoolArray
-    jump_dissipation: FloatArray
-    dissipated: FloatArray
-    external_work: FloatArray
-    solved: BoolArray
-    """Whether the row and every row before it could be solved on layers."""
-    residual: FloatArray
-    """One entry per leg."""
-    jumps: Jumps
-    """One entry per jump, whose steps are rows of the path."""
 
 
 def solve_adhesive(task: Task) -> Result:
@@ -95,43 +54,43 @@ def solve_adhesive(task: Task) -> Result:
         task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
     )
     line = AdhesiveLine(task.contact)
-    walked = walk(task, _State(), partial(_step, line, task.machine_stiffness))
-    return solution(task, walked, _interpret(task, line, walked))
+    walked = walk(task, State(), partial(step, line, task.machine_stiffness, _followed))
+    return solution(task, walked, interpret(task, line, walked.rows))
 
 
-def _step(
+FollowLeg = Callable[[AdhesiveLine, Track, "float | None", State, Stretch], tuple[Rows, State]]
+"""Rows of a leg on the track of a line, under a machine, from a state, and the state at their end."""
+
+
+def step(
     line: AdhesiveLine,
     stiffness: float | None,
-    state: _State,
+    follow_leg: FollowLeg,
+    state: State,
     stretch: Stretch,
     kept: np.ndarray | None,
     progress: LegProgress | None,
-) -> tuple[_Rows, _State, Channels]:
+) -> tuple[Rows, State, Channels]:
     """Step 2: states on the curve of the law, with jumps at its folds, up to the first row that layers do not allow."""
     assert kept is None
-    values, k = stretch.normal, _stiffness_of(stretch, stiffness)
+    values, k = stretch.normal, stiffness_of(stretch, stiffness)
     parts, end, count = [], state, 0
     if state.solved:
-        track = _track(line, k, float(np.max(values)), state.parameter or 0.0)
+        track = traced(line, k, float(np.max(values)), state.parameter or 0.0)
         beyond = values > np.max(track.high)
         count = int(np.argmax(beyond)) if line.limit is not None and beyond.any() else values.size
     if count > 0:
-        rows, end = _followed(line, track, stiffness, state, replace(stretch, normal=values[:count]))
+        rows, end = follow_leg(line, track, stiffness, state, replace(stretch, normal=values[:count]))
         parts.append(rows)
     if count < values.size:
-        parts.append(_left_out(k, values[count:], end.dissipated))
-        end = _State(known=False, solved=False, dissipated=end.dissipated)
+        parts.append(left_out(k, values[count:], end))
+        end = State(known=False, solved=False, dissipated=end.dissipated, spent=end.spent)
     whole = joined(parts)
     here = channels_at(float(whole.indentation[-1]), float(whole.normal_force[-1]), stiffness)
     return whole, end, here
 
 
-def _stiffness_of(stretch: Stretch, stiffness: float | None) -> float:
-    """Machine stiffness in N/m equivalent to the control of a leg."""
-    return _CONTROL.get(stretch.controls.normal, math.inf if stiffness is None else stiffness)
-
-
-def _track(line: AdhesiveLine, k: float, top: float, parameter: float) -> Track:
+def traced(line: AdhesiveLine, k: float, top: float, parameter: float) -> Track:
     """The curve up to the largest target of a path, or as far as layers allow."""
     try:
         return line.track(k, top, parameter)
@@ -141,111 +100,18 @@ def _track(line: AdhesiveLine, k: float, top: float, parameter: float) -> Track:
     return line.track(k, -math.inf, line.end)
 
 
-def _left_out(k: float, values: FloatArray, dissipated: float) -> _Rows:
-    """Rows that layers do not allow: prescribed values only."""
-    unknown, none = np.full(values.shape, math.nan), np.zeros(values.shape)
-    no_row = np.zeros(0)
-    return _Rows(
-        parameter=unknown,
-        attached=none > 0.0,
-        depth_rate=none,
-        force_rate=none,
-        control=np.full(values.shape, k),
-        indentation=values if math.isinf(k) else unknown,
-        normal_force=values if k == 0.0 else unknown,
-        jumped=none > 0.0,
-        jump_dissipation=none,
-        dissipated=none + dissipated,
-        external_work=none,
-        solved=none > 0.0,
-        residual=no_row,
-        jumps=Jumps(no_row.astype(int), *(no_row,) * 4),
-    )
-
-
 def _followed(
-    line: AdhesiveLine, track: Track, stiffness: float | None, state: _State, stretch: Stretch
-) -> tuple[_Rows, _State]:
+    line: AdhesiveLine, track: Track, stiffness: float | None, state: State, stretch: Stretch
+) -> tuple[Rows, State]:
     """Rows that can be solved, and the state at their end."""
-    channel, values, k = stretch.controls.normal, stretch.normal, _stiffness_of(stretch, stiffness)
-    by_force = k == 0.0
-    if by_force and state.parameter is None and state.known:
-        _refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.pull_off]))[0]))
-    history = _with_tear_off_losses(line, follow(track, values, state.parameter))
-    attached = history.attached
-    s = np.where(attached, history.parameter, line.equilibria.start)
-    states = line.equilibria.states(s)
-    elastic, surface = line.equilibria.energies(s)
-    slopes = line.equilibria.slopes(s)
-    between = _between_parameters(k, values, s, (states.indentation, states.normal_force), slopes)
-    force = np.where(attached, values if by_force else between[1], math.nan if by_force else 0.0)
-    free_depth = np.full(values.shape, math.nan) if by_force else values
-    depth = np.where(attached, values if channel == "indentation" else between[0], free_depth)
-    machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
-    energy = np.where(attached, elastic + surface, 0.0) + machine
-    dissipated = state.dissipated + np.cumsum(history.dissipated)
-    rows = _Rows(
-        parameter=np.where(attached, history.parameter, math.nan),
-        attached=attached,
-        depth_rate=slopes[0],
-        force_rate=slopes[1],
-        control=np.full(values.shape, k),
-        indentation=depth,
-        normal_force=force,
-        jumped=history.jumped,
-        jump_dissipation=history.dissipated,
-        dissipated=dissipated,
-        # work is stored or dissipated; the energy balance compares this with quadrature
-        external_work=energy + dissipated,
-        solved=np.ones(values.shape, dtype=bool),
-        residual=np.array([energy_residual(track, history)]),
-        jumps=replace(history.jumps, step=stretch.leg.first + history.jumps.step),
-    )
-    end = _State(
-        parameter=float(history.parameter[-1]) if attached[-1] else None,
-        known=not math.isnan(depth[-1]),
-        dissipated=float(dissipated[-1]),
-    )
-    return rows, end
+    values = stretch.normal
+    if stiffness_of(stretch, stiffness) == 0.0 and state.parameter is None and state.known:
+        refuse_pull_on_nothing(values, float(track.curve.control(np.array([track.pull_off]))[0]))
+    history = with_tear_off_losses(line, follow(track, values, state.parameter))
+    return rows_of(line.equilibria, history, energy_residual(track, history), stiffness, state, stretch)
 
 
-def _between_parameters(
-    k: float,
-    control: FloatArray,
-    s: FloatArray,
-    at: tuple[FloatArray, FloatArray],
-    rates: tuple[FloatArray, FloatArray],
-) -> tuple[FloatArray, FloatArray]:
-    """Depth in m and force in N at a control between those of two adjacent parameters.
-
-    Near a rim both change much within the rounding of s; they are linear in s over such a distance.
-    """
-    known = np.isfinite(rates[0]) & np.isfinite(rates[1])
-    per_depth, per_force = (np.where(known, rate, 0.0) for rate in rates)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        step = np.nan_to_num((control - under_control(k, *at)) / under_control(k, per_depth, per_force))
-    # at a fold the error of the parameter is not smaller than this
-    width = _PARAMETER * np.abs(s)
-    step = np.clip(step, -width, width)
-    return at[0] + per_depth * step, at[1] + per_force * step
-
-
-def _with_tear_off_losses(line: AdhesiveLine, history: History) -> History:
-    """The history with the energy dissipated where a dead load tore the contact off."""
-    jumps = history.jumps
-    torn = np.isnan(jumps.loss)
-    if not torn.any():
-        return history
-    loss = jumps.loss.copy()
-    loss[torn] = [
-        line.fallen(float(s), float(force))
-        for s, force in zip(jumps.before[torn], jumps.control[torn], strict=True)
-    ]
-    spent = np.bincount(jumps.step, weights=loss, minlength=history.control.size)
-    return replace(history, jumps=replace(jumps, loss=loss), dissipated=spent.astype(float))
-
-
-def _visited(line: AdhesiveLine, rows: _Rows) -> Visited:
+def _visited(line: AdhesiveLine, rows: Rows) -> Visited:
     """Equilibria that a path passes between its rows, and its jumps."""
     jumps, size = rows.jumps, rows.attached.size
     if is_always_open(line.line, line.law):
@@ -273,7 +139,8 @@ def _visited(line: AdhesiveLine, rows: _Rows) -> Visited:
     )
 
 
-def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
+def refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
+    """Refuse a tensile force in N on a free body; `pull_off` is the limit of a contact."""
     if values[0] >= 0.0:
         return
     raise PathError(
@@ -282,14 +149,19 @@ def _refuse_pull_on_nothing(values: FloatArray, pull_off: float) -> None:
     )
 
 
-def _jump_notes(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str, ...]:
+def _jump_notes(
+    line: AdhesiveLine, rows: Rows, known: BoolArray, receding: AdhesiveLine | None
+) -> tuple[str, ...]:
     """Notes on the first jump into contact and the last out of it."""
     jumps = taken(rows.jumps, known[rows.jumps.step])
     into, out = np.isnan(jumps.before), np.isnan(jumps.after)
     others = int(np.count_nonzero(rows.jumped & known)) - np.unique(jumps.step[into | out]).size
     notes: tuple[str, ...] = ()
-    for event, s in (("jumped into contact", jumps.after[into][:1]), ("pulled off", jumps.before[out][-1:])):
-        states = line.equilibria.states(s)
+    for event, s, curve in (
+        ("jumped into contact", jumps.after[into][:1], line),
+        ("pulled off", jumps.before[out][-1:], receding or line),
+    ):
+        states = curve.equilibria.states(s)
         for each in zip(states.indentation, states.normal_force, states.contact_radius, strict=True):
             d, force, a = map(float, each)
             smooth, load = float(line.line.depth(a)), float(line.line.force(a))
@@ -299,10 +171,19 @@ def _jump_notes(line: AdhesiveLine, rows: _Rows, known: BoolArray) -> tuple[str,
     return (*notes, f"the contact jumped in {others} other steps") if others > 0 else notes
 
 
-def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpretation:
-    """Step 3: quantities, claims and assumptions of every row."""
-    rows = walked.rows
-    equilibria = line.equilibria
+@dataclass(frozen=True)
+class Edge:
+    """What an edge with hysteresis adds to the rows on the curve of its advance."""
+
+    states: EdgeJKR
+    receding: AdhesiveLine
+
+
+def interpret(task: Task, line: AdhesiveLine, rows: Rows, edge: Edge | None = None) -> Interpretation:
+    """Step 3: quantities, claims and assumptions of every row; `line` is that of an edge that advances."""
+    equilibria = line.equilibria if edge is None else edge.states
+    law = task.contact.adhesion
+    assert law is not None
     s = np.where(rows.attached, rows.parameter, equilibria.start)
     states = equilibria.states(s)
     torn = ~rows.attached & rows.solved & np.isnan(rows.indentation)
@@ -330,18 +211,23 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
         "jump_dissipation": rows.jump_dissipation,
         "dissipated_energy": rows.dissipated,
     }
-    theory = theory_of(line.law)
-    opening = theory.opening(line.law, line.line, states.contact_radius)
+    theory = theory_of(law)
+    if edge is None:
+        opening = theory.opening(law, line.line, states.contact_radius)
+    else:
+        opening = np.where(s > equilibria.start, edge.states.opening(s), 0.0)
+        columns["adhesion_dissipation"] = rows.spent
     columns |= {name: shown(values) for name, values in theory.columns(equilibria, line.line, s).items()}
     columns = with_travel(task, columns)
     depths = np.where(rows.attached, rows.indentation, math.nan)
     certificate = _certificate(line, rows)
-    said = theory.claim(line.law, task.contact.profile, line.line)
+    said = theory.claim(law, task.contact.profile, line.line)
     claims = adhesive_claims(said, tuple(columns), certificate.disk, certificate.reason)
     disks = DiskStates(np.nan_to_num(depths), Place(np.zeros(a.shape), np.nan_to_num(a)), np.zeros(a.shape))
     k = task.machine_stiffness
     machine = 0.0 if k is None else 0.5 * np.nan_to_num(rows.normal_force) ** 2 / k
-    errors = adhesive_errors(line.line, equilibria, s, rows.control, columns, rows.jumps, machine)
+    jumping = None if edge is None else edge.receding.equilibria
+    errors = adhesive_errors(line.line, equilibria, s, rows.control, columns, rows.jumps, machine, jumping)
     claims = with_errors(claims, errors, map_remark(line.line, disks))
     balance = energy_assumption(float(np.max(rows.residual)))
     if not balance.met:
@@ -360,12 +246,16 @@ def _interpret(task: Task, line: AdhesiveLine, walked: Walked[_Rows]) -> Interpr
         claims=without_torn_rows(claims, torn),
         assumptions=(*assumptions(task.contact, line.origin, a, -opening), balance),
         status=_status(rows, certificate.disk),
-        notes=(*line.origin.notes, *line.unsmoothed, *_jump_notes(line, rows, certificate.disk)),
-        references=("sneddon", "popov-hess", *theory.references),
+        notes=(
+            *line.origin.notes,
+            *line.unsmoothed,
+            *_jump_notes(line, rows, certificate.disk, None if edge is None else edge.receding),
+        ),
+        references=("sneddon", "popov-hess", *theory.references, *(() if edge is None else ("hysteresis",))),
     )
 
 
-def _certificate(line: AdhesiveLine, rows: _Rows) -> Certificate:
+def _certificate(line: AdhesiveLine, rows: Rows) -> Certificate:
     """The rows that are disks and could be solved, and the reason for the others."""
     certificate = certify_stretched_disk(line.line, _visited(line, rows), rows.solved.size, line.law)
     if certificate.reason:
@@ -383,7 +273,7 @@ def _certificate(line: AdhesiveLine, rows: _Rows) -> Certificate:
     )
 
 
-def _status(rows: _Rows, disk: BoolArray) -> Status:
+def _status(rows: Rows, disk: BoolArray) -> Status:
     if not disk.any():
         return Status.ADHESION_REFUSED
     if not disk.all():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -9,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import PymdrError
+from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.conductance import CONDUCTIONS
-from pymdr.interpretation.jumps import Branches, branches_of
+from pymdr.interpretation.jumps import Branches, branches_of, branches_of_edge
 from pymdr.interpretation.memory import MemorySurface, along_line
 from pymdr.interpretation.memory_friction import ShearedSurface
 from pymdr.interpretation.peaks import infinite_pressures
@@ -19,6 +20,7 @@ from pymdr.interpretation.plane import PlaneSurface
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
+from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
 from pymdr.line.lines import line_of
@@ -60,6 +62,16 @@ def adhesive_plots(result: Result, row: int) -> Plots:
     assert line is not None
     pull = theory_of(law).pull(law, result.contact.profile, line)
     data = _figure_data(result, row, equilibria=lambda: _branches(result, line), pull=pull)
+    return Plots(data, adhesive_overview, adhesive_figures)
+
+
+def hysteretic_plots(result: Result, row: int) -> Plots:
+    """Figures of a contact between the curves of two works of adhesion."""
+    from pymdr.presentation.plot import Plots, adhesive_figures, adhesive_overview
+
+    line = _line_of(result)
+    assert line is not None
+    data = _figure_data(result, row, equilibria=lambda: _branches_of_edge(result, line))
     return Plots(data, adhesive_overview, adhesive_figures)
 
 
@@ -248,13 +260,33 @@ def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, 
     return at
 
 
-def _branches(result: Result, line: Line) -> Branches | None:
-    """All equilibria with the jumps of the path, for figures; None without contact."""
+def _branches_of_edge(result: Result, line: Line) -> Branches | None:
+    """The curves of both works with the jumps of the path; None without contact."""
+    law, rows = result.contact.adhesion, _path_rows(result)
+    assert law is not None
+    if rows is None:
+        return None
+    if not result.claims["contact_radius"].where.all():
+        raise ProblemError("some rows were refused")
+    line = line.under(finite(line.equivalent))
+    curves = ShortRange(line, law.works[0]), ShortRange(line, law.works[1])
+    rim = line.edge if line.edge <= line.max_radius else math.inf
+    return branches_of_edge(curves, result.path, rows, result.machine_stiffness, rim)
+
+
+def _path_rows(result: Result) -> dict[str, FloatArray] | None:
+    """Quantities of the rows of a path that made contact."""
     names = ("indentation", "normal_force", "contact_radius", "cohesive_radius", "travel")
     rows = {name: result.data[name].values for name in names if name in result.data}
     radii = [rows[name] for name in ("contact_radius", "cohesive_radius") if name in rows]
     touched = any(np.nanmax(a, initial=0.0) > 0.0 for a in radii)
-    if not (touched and {"indentation", "normal_force"} <= rows.keys()):
+    return rows if touched and {"indentation", "normal_force"} <= rows.keys() else None
+
+
+def _branches(result: Result, line: Line) -> Branches | None:
+    """All equilibria with the jumps of the path, for figures; None without contact."""
+    rows = _path_rows(result)
+    if rows is None:
         return None
     complete = bool(result.claims["contact_radius"].where.all())
     # on the same line as in the solution

@@ -35,6 +35,7 @@ from pymdr.solving.drawing import (
     adhesive_plots,
     frictional_memory_plots,
     frictional_plots,
+    hysteretic_plots,
     memory_plots,
     normal_plots,
     planar_plots,
@@ -42,6 +43,7 @@ from pymdr.solving.drawing import (
 )
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.frictional_memory import solve_frictional_memory
+from pymdr.solving.hysteretic import solve_hysteretic
 from pymdr.solving.memory import relaxation_along, tangential_relaxation_along
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.planar import is_frictional_plane, line_of_path, on_line, replay_of, solve_planar
@@ -216,6 +218,13 @@ LAWS = (
             memory_plots,
             _WITHOUT_FRICTION,
             interior=_interior,
+        ),
+    ),
+    Law(
+        lambda contact, solver, path: contact.adhesion is not None and contact.adhesion.has_hysteresis,
+        solve_hysteretic,
+        Reading(
+            SURFACE_FIELDS, LINE_FIELDS, _surface, hysteretic_plots, _WITHOUT_FRICTION, interior=_interior
         ),
     ),
     Law(

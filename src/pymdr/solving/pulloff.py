@@ -22,6 +22,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Profile
 from pymdr.quantities import quantity
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.hysteretic import HystereticLine
 from pymdr.solving.reach import assumptions, map_remark
 from pymdr.solving.study import Study, number
 from pymdr.solving.verb import read_stiffness
@@ -84,10 +85,18 @@ class PullOff(Study):
         from pymdr.presentation.plot import pull_off_figure
 
         assert self.contact is not None
-        line = AdhesiveLine(self.contact)
-        track = line.track(math.inf, max(self.indentation, self.jump_in_indentation), self.jump_in_radius)
-        curve = equilibrium_curve(line.equilibria, track.curve.stop, track.turning.tolist())
-        return pull_off_figure(curve, self.data)
+        curves, lines = [], _curves_of(self.contact)
+        for line in lines:
+            largest = max(self.jump_in_radius, self.contact_radius)
+            track = line.track(math.inf, max(self.indentation, self.jump_in_indentation), largest)
+            curves.append(equilibrium_curve(line.equilibria, track.curve.stop, track.turning.tolist()))
+        advancing, receding = curves
+        if lines[0] is not lines[1]:
+            advancing = {
+                name: np.concatenate([values, [math.nan], receding[name]])
+                for name, values in advancing.items()
+            }
+        return pull_off_figure(advancing, self.data)
 
 
 def pull_off(
@@ -105,8 +114,8 @@ def pull_off(
     machine_stiffness : quantity, optional
         k in N/m: inf (the default) is displacement control, 0 a dead load.
     pressed_to : quantity, optional
-        Indentation in m before the retraction, for wavy profiles whose pull-off depends on it; by default that of the
-        unloaded contact.
+        Indentation in m before the retraction, for wavy profiles and hysteresis of adhesion (JKR with work_receding), whose
+        pull-off depends on it; by default that of the unloaded contact.
 
     Returns
     -------
@@ -137,17 +146,23 @@ def pull_off(
     >>> round(mdr.pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
     -1.5
     """
-    line = _adhesive(contact)
+    line, receding = _curves_of(_adhesive(contact))
     stiffness = read_stiffness(machine_stiffness)
     track, press = _pressed(line, stiffness, pressed_to)
-    pull = pulled(track, press.branch, press.last)
-    _refuse_rings(line, track, stiffness, press, pull)
+    if line is receding:
+        away, pull = track, pulled(track, press.branch, press.last)
+    else:
+        away = receding.track(stiffness, -math.inf, press.last)
+        pull = pulled(away, None, press.last)
+    _refuse_rings(line, (track, away), stiffness, press, pull)
     into = track.jumps[2].after
-    state, touched = (line.equilibria.states(np.asarray(s)) for s in ([pull.last], into))
+    state, touched = (
+        curve.equilibria.states(np.asarray(s)) for curve, s in ((receding, [pull.last]), (line, into))
+    )
     d, force, radius = _numbers(state)
     jump = _numbers(touched)
-    lowest = _lowest_force(line, pull)
-    loss = pull.loss if stiffness > 0.0 else line.fallen(pull.last, force)
+    lowest = _lowest_force(receding, pull)
+    loss = pull.loss if stiffness > 0.0 else receding.fallen(pull.last, force)
     values = {
         "normal_force": force,
         "indentation": d,
@@ -155,14 +170,15 @@ def pull_off(
         "travel": d + force / stiffness if stiffness > 0.0 else math.nan,
         "dissipated_energy": loss,
         **dict(zip(("jump_in_indentation", "jump_in_force", "jump_in_radius"), jump, strict=True)),
-        "largest_pull": float(line.equilibria.states(np.array([lowest])).normal_force[0]),
+        "largest_pull": float(receding.equilibria.states(np.array([lowest])).normal_force[0]),
         "machine_stiffness": stiffness,
     }
     largest = np.array([radius, jump[2], *line.equilibria.states(press.end).contact_radius])
-    opening = theory_of(line.law).opening(line.law, line.line, largest)
+    opening = theory_of(receding.law).opening(receding.law, line.line, largest)
+    errors = _errors((line, receding), away, (pull.last, float(into[0]), lowest), values)
     return PullOff(
         data=_single(values),
-        claims=_claims(line, values, _errors(line, track, (pull.last, float(into[0]), lowest), values)),
+        claims=_claims(contact, line, values, errors),
         assumptions=assumptions(contact, line.origin, largest, -opening),
         notes=(*line.origin.notes, *line.unsmoothed),
         contact=contact,
@@ -193,19 +209,23 @@ def _single(values: Mapping[str, float]) -> xr.Dataset:
 
 
 def _errors(
-    line: AdhesiveLine, track: Track, at: tuple[float, float, float], values: Mapping[str, float]
+    lines: tuple[AdhesiveLine, AdhesiveLine],
+    track: Track,
+    at: tuple[float, float, float],
+    values: Mapping[str, float],
 ) -> dict[str, float]:
-    """Relative errors of the last state, the state after the jump into contact, and the lowest force."""
+    """Relative errors of the last state, the state after the jump into contact, and the lowest force; of the curves of approach and retraction."""
     k = values["machine_stiffness"]
     last, into, lowest = at
     turning = track.turning[1:-1].tolist()
 
-    def errors(s: float, stiffness: float, folds: bool) -> dict[str, float]:
+    def errors(line: AdhesiveLine, s: float, stiffness: float, folds: bool) -> dict[str, float]:
         return fold_errors(line.line, line.equilibria, s, stiffness, folds=folds)
 
-    at_loss = errors(last, k, last in turning)
-    jumped = errors(into, k, False)
-    pull = errors(lowest, 0.0, True)
+    approaching, line = lines
+    at_loss = errors(line, last, k, last in turning)
+    jumped = errors(approaching, into, k, False)
+    pull = errors(line, lowest, 0.0, True)
     event = Jumps(*(np.array([each]) for each in (0, 0.0, last, math.nan, values["dissipated_energy"])))
     return {
         **at_loss,
@@ -217,10 +237,13 @@ def _errors(
     }
 
 
-def _claims(line: AdhesiveLine, values: Mapping[str, float], errors: Mapping[str, float]) -> dict[str, Claim]:
+def _claims(
+    contact: Contact, line: AdhesiveLine, values: Mapping[str, float], errors: Mapping[str, float]
+) -> dict[str, Claim]:
     """The claims of the law, with the errors of the map at these states."""
     everywhere = np.ones(1, dtype=bool)
-    level, reason, source = theory_of(line.law).claim(line.law, line.contact.profile, line.line)
+    assert contact.adhesion is not None
+    level, reason, source = theory_of(contact.adhesion).claim(contact.adhesion, contact.profile, line.line)
     claim = Claim(level, reason, source, everywhere)
     relative_errors = {name: np.array([error]) for name, error in errors.items()}
     states = states_at_depth(line.line, np.array([max(values["jump_in_indentation"], 0.0)]))
@@ -233,12 +256,21 @@ def _claims(line: AdhesiveLine, values: Mapping[str, float], errors: Mapping[str
     return claims
 
 
-def _adhesive(contact: Contact) -> AdhesiveLine:
+def _curves_of(contact: Contact) -> tuple[AdhesiveLine, AdhesiveLine]:
+    """The curves of an edge that advances and recedes, the same one without hysteresis."""
+    if contact.adhesion is not None and contact.adhesion.has_hysteresis:
+        lines = HystereticLine(contact)
+        return lines.advancing, lines.receding
+    line = AdhesiveLine(contact)
+    return line, line
+
+
+def _adhesive(contact: Contact) -> Contact:
     if not isinstance(contact, Contact) or contact.adhesion is None:
         raise ProblemError(
             "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
         )
-    return AdhesiveLine(contact)
+    return contact
 
 
 def _lowest_force(line: AdhesiveLine, passage: Route) -> float:
@@ -290,7 +322,9 @@ def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | No
         ) from error
 
 
-def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Route, pull: Route) -> None:
+def _refuse_rings(
+    line: AdhesiveLine, tracks: tuple[Track, Track], stiffness: float, press: Route, pull: Route
+) -> None:
     if is_always_open(line.line, line.law):
         return
 
@@ -301,7 +335,8 @@ def _refuse_rings(line: AdhesiveLine, track: Track, stiffness: float, press: Rou
     at_press = press.end.size - 1
     before = np.delete(np.append(0.0, radii(end)), at_press + 1)
     after = np.delete(np.append(radii(begin), 0.0), at_press + 1)
-    control = np.delete(np.append(track.touch, track.curve.control(end)), at_press + 1)
+    levels = [track.curve.control(route.end) for track, route in zip(tracks, (press, pull), strict=True)]
+    control = np.delete(np.concatenate([[tracks[0].touch], *levels]), at_press + 1)
     visited = Visited(
         row=np.zeros(begin.size, dtype=int),
         begin=radii(begin),

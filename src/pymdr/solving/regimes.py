@@ -160,6 +160,9 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         raise ProblemError(
             "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
         )
+    if law.has_hysteresis:
+        law = JKR(law.works[1])  # a receding edge decides about pull-off
+        contact = replace(contact, adhesion=law)
     distance = _range(law, range)
     stress = law.work / distance
     if effective_moduli(contact.body, contact.counterbody).exponent != 0.0:

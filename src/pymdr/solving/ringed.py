@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -134,20 +135,20 @@ def ring_solutions(
 
 
 def adhesive_disks(
-    contact: Contact, radii: FloatArray, depths: FloatArray, work: float, rings: Rings
+    contact: Contact, radii: FloatArray, depths: FloatArray, works: FloatArray, rings: Rings
 ) -> Iterator[RingSolution]:
     """
-    Contacts of some radii in m, pulled at their edges by a work of adhesion in J/m^2.
+    Contacts of some radii in m, pulled at their edges by works of adhesion in J/m^2.
 
-    Where the edge is at a corner of the profile, the indentation in m is prescribed instead.
+    Where the edge is at a corner of the profile or rests (work NaN), the indentation in m is prescribed instead.
     """
     surface, modulus = _pressed(contact)
     profile, gap = contact.profile, gap_of(contact.profile)
     marks = () if isinstance(profile, Sampled) else tuple(profile.breakpoints)
     corners = np.array([*marks, profile.edge])
-    for a, d in zip(radii.tolist(), depths.tolist(), strict=True):
-        at_corner = bool(np.any(np.abs(corners - a) <= 1e-9 * a))
-        solve, prescribed = (solve_disk, d) if at_corner else (solve_adhesion, work)
+    for a, d, work in zip(radii.tolist(), depths.tolist(), works.tolist(), strict=True):
+        fixed = math.isnan(work) or bool(np.any(np.abs(corners - a) <= 1e-9 * a))
+        solve, prescribed = (solve_disk, d) if fixed else (solve_adhesion, work)
         yield solve(gap, a, prescribed, modulus, n=rings.n, breakpoints=marks, surface=surface)
 
 

@@ -105,7 +105,7 @@ young = "30 kPa"
 poisson = 0.5
 
 [adhesion]
-kind = "jkr"                # or "maugis_dugdale" (with strength or range), "dmt"
+kind = "jkr"                # or "maugis_dugdale" (with strength or range), "dmt", "capillary"
 work = "2 mJ/m^2"           # work of adhesion
 
 [solve]

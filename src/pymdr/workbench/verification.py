@@ -161,7 +161,7 @@ def verify(
     solver = Rings(400 if elements is None else elements)
     if isinstance(contact.adhesion, JKR):
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
-        return _verify_adhesion(contact.adhesion.work, mdr, solver, steps, progress)
+        return _verify_adhesion(_works(contact.adhesion, mdr), mdr, solver, steps, progress)
     if contact.is_viscoelastic:
         return _verify_history(contact, path, solver, steps, progress)
     depths = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
@@ -181,8 +181,19 @@ def verify(
     )
 
 
+def _works(law: JKR, mdr: Result) -> np.ndarray:
+    """The work of adhesion in J/m^2 of every row; NaN where the edge rests between two works."""
+    works = np.full(mdr.data.sizes["step"], law.work)
+    if law.has_hysteresis:
+        released = mdr.data["energy_release_rate"].values
+        works[:] = math.nan
+        for work in law.works:
+            works[np.abs(released - work) <= 1e-9 * work] = work
+    return works
+
+
 def _verify_adhesion(
-    work: float, mdr: Result, solver: Rings, steps: int, progress: Callable[[int, int], None] | None
+    works: np.ndarray, mdr: Result, solver: Rings, steps: int, progress: Callable[[int, int], None] | None
 ) -> Verification:
     """Contacts of the same radii."""
     a = mdr.data["contact_radius"].values
@@ -191,7 +202,7 @@ def _verify_adhesion(
         raise PathError("verify: the path makes no contact at any step")
     rows = in_contact[_spread(in_contact.size, steps)]
     solutions: list[Any] = [None] * a.size
-    disks = adhesive_disks(mdr.contact, a[rows], mdr.data["indentation"].values[rows], work, solver)
+    disks = adhesive_disks(mdr.contact, a[rows], mdr.data["indentation"].values[rows], works[rows], solver)
     for done, (row, one) in enumerate(zip(rows, disks, strict=True)):
         solutions[row] = one
         if progress is not None:

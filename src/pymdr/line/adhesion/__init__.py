@@ -16,6 +16,7 @@ from pymdr.line.adhesion.closed_forms import (
     tabor_parameter,
 )
 from pymdr.line.adhesion.equivalent_line import States
+from pymdr.line.adhesion.hysteresis import EdgeJKR, Works, edge_states
 from pymdr.line.adhesion.kernels import jkr_force, jkr_power_law_force
 from pymdr.line.adhesion.maugis import MaugisDugdale, maugis_dugdale
 from pymdr.line.adhesion.short_range import (
@@ -31,10 +32,13 @@ __all__ = [
     "DMT_BELOW",
     "JKR",
     "JKR_ABOVE",
+    "EdgeJKR",
     "MaugisDugdale",
     "PullOff",
     "States",
+    "Works",
     "dmt_pull",
+    "edge_states",
     "energy_release_rate",
     "jkr_force",
     "jkr_opening",

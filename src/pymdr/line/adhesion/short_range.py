@@ -232,7 +232,9 @@ class JKR:
         half_rest = 0.5 * (1.0 - line.stiffness_power(position))
         slope, stiffness = line.depth_rate(position), line.stiffness(position)
         with np.errstate(divide="ignore", invalid="ignore"):
-            widening = np.where(opening > 0.0, half_rest * opening / a, np.inf if self.work > 0.0 else 0.0)
+            widening = np.where(
+                opening > 0.0, half_rest * opening / a, np.where(np.greater(self.work, 0.0), np.inf, 0.0)
+            )
             # at a tip the opening, of order sqrt(a), outdoes a slope that is infinite too
             rate = np.where(np.isinf(widening), -widening, slope - widening)
             pulled = (a * line.stiffness_rate(position) + half_rest * stiffness) * opening / a

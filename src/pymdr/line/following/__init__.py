@@ -16,6 +16,7 @@ from pymdr.line.following.curves import (
     under_control,
     under_machine,
 )
+from pymdr.line.following.hysteresis import EdgeHistory, follow_with_hysteresis
 from pymdr.line.following.paths import (
     Balance,
     History,
@@ -31,6 +32,7 @@ from pymdr.line.following.tracks import Track, Transitions, trace
 __all__ = [
     "Balance",
     "Curve",
+    "EdgeHistory",
     "Equilibria",
     "History",
     "Jumps",
@@ -40,6 +42,7 @@ __all__ = [
     "energy_balance",
     "energy_residual",
     "follow",
+    "follow_with_hysteresis",
     "parameter_reaching",
     "pressed",
     "pulled",

@@ -88,15 +88,15 @@ def pressed(track: Track, measure: Callable[[FloatArray], FloatArray], target: f
     raise PathError("the known curve ends before the target state; extend the profile")
 
 
-def pulled(track: Track, branch: int, parameter: float) -> Route:
-    """Return the route of a contact from a stable state to its loss, as D decreases.
+def pulled(track: Track, branch: int | None, parameter: float) -> Route:
+    """Return the route of a contact from a state to its loss, as D decreases.
 
     Parameters
     ----------
     track : Track
         The curve, traced.
-    branch : int
-        Branch of the state.
+    branch : int or None
+        Branch of a stable state; None for an edge that rests until D has fallen to its curve, where it may be unstable.
     parameter : float
         Its parameter.
 
@@ -111,7 +111,16 @@ def pulled(track: Track, branch: int, parameter: float) -> Route:
     (True, 0)
     """
     out = track.jumps[_DOWN]
-    begin, end = [parameter], [float(track.bottom[branch])]
+    begin, end = [], []
+    if branch is None:
+        branch, event = _placed(track, parameter, -np.inf)
+        if event is not None:
+            begin, end = [parameter], [parameter]
+            if branch == FREE:
+                return Route(np.array(begin), np.array(end), FREE, float(event.loss[0]))
+            parameter = float(event.after[0])
+    begin.append(parameter)
+    end.append(float(track.bottom[branch]))
     while (to := int(out.to[branch])) != FREE:
         begin.append(float(out.after[branch]))
         end.append(float(track.bottom[to]))
@@ -223,7 +232,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     origins: list[int] = []
     states: list[int] = []
     low, high = lows[state], highs[state]
-    step, exits = 0, _Exits(D)
+    step, exits = 0, Exits(D)
     while (step := exits.after(step, low, high)) < D.size:
         value = float(D[step])
         while not low <= value <= high:
@@ -257,7 +266,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     )
 
 
-class _Exits:
+class Exits:
     """The rows at which a path leaves an interval, from its monotone runs, each of which may leave only at its end."""
 
     def __init__(self, values: FloatArray) -> None:
@@ -265,6 +274,18 @@ class _Exits:
         up = np.diff(values) >= 0.0
         self.ends = np.append(np.flatnonzero(up[1:] != up[:-1]) + 1, values.size - 1)
         self.levels = values[self.ends]
+
+    def turn(self, step: int, *, upward: bool) -> int:
+        """Return the index after the rows from `step` on that continue in one direction."""
+        end = int(self.ends[self.ends.searchsorted(step)])
+        # a row may be the end of a run in the other direction
+        if (
+            end == step
+            and end + 1 < self.values.size
+            and (self.values[end + 1] >= self.values[end]) == upward
+        ):
+            end = int(self.ends[self.ends.searchsorted(step + 1)])
+        return end + 1
 
     def after(self, step: int, low: float, high: float) -> int:
         """Return the first index from `step` on whose value is outside low ... high, or the size."""

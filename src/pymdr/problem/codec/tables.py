@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pymdr.problem.capillary import Capillary
 from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.layers import Layered
@@ -90,7 +91,12 @@ RHEOLOGIES: dict[str, type] = {
     "power_law_rheology": PowerLawRheology,
 }
 
-ADHESION: dict[str, type] = {"jkr": JKR, "maugis_dugdale": MaugisDugdale, "dmt": DMT}
+ADHESION: dict[str, type] = {
+    "jkr": JKR,
+    "maugis_dugdale": MaugisDugdale,
+    "dmt": DMT,
+    "capillary": Capillary,
+}
 
 FRICTION: dict[str, type] = {"coulomb": Coulomb}
 
