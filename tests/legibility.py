@@ -17,6 +17,8 @@ ROUNDING = 1e-12
 """Largest relative error that may be of rounding only."""
 NUMBERS = {
     "row of the path",
+    "tangential over normal force $Q/F$",
+    "peak pressure over yield stress in shear $p_0/k$",
     "step",
     "sample",
     "curve",

@@ -118,6 +118,7 @@ from .solving.rough_lines import rough_line as rough_line
 from .solving.rough_sliding import rough_sliding_friction as rough_sliding_friction
 from .solving.roughness import power_spectrum as power_spectrum
 from .solving.running import running_conditions as running_conditions
+from .solving.shakedown import shakedown as shakedown
 from .solving.sliding import sliding_friction as sliding_friction
 from .solving.sweep import sweep as sweep
 from .solving.teaching import foundation as foundation

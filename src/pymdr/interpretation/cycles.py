@@ -14,7 +14,7 @@ from pymdr.errors import ConvergenceError
 from pymdr.interpretation.tensors import principal_stresses
 from pymdr.units import FloatArray
 
-_DEVIATORS = np.array(
+DEVIATORS = np.array(
     [
         [1.0 / math.sqrt(2.0), -1.0 / math.sqrt(2.0), 0.0, 0.0, 0.0, 0.0],
         [-1.0 / math.sqrt(6.0), -1.0 / math.sqrt(6.0), 2.0 / math.sqrt(6.0), 0.0, 0.0, 0.0],
@@ -162,11 +162,11 @@ def dang_van(cycle: FloatArray, slope: float) -> tuple[FloatArray, FloatArray]:
     200.0
     """
     points = cycle.shape[2]
-    centre, _ = smallest_ball(np.einsum("dc,ncm->ndm", _DEVIATORS, cycle))
+    centre, _ = smallest_ball(np.einsum("dc,ncm->ndm", DEVIATORS, cycle))
     deviator = cycle.copy()
     mean = cycle[:, :3].mean(axis=1)
     deviator[:, :3] -= mean[:, None]
-    deviator -= np.einsum("dc,dm->cm", _DEVIATORS / np.sum(_DEVIATORS**2, axis=0).clip(1.0), centre)
+    deviator -= np.einsum("dc,dm->cm", DEVIATORS / np.sum(DEVIATORS**2, axis=0).clip(1.0), centre)
     principal = principal_stresses(np.moveaxis(deviator, 0, 1))
     value = 0.5 * (principal[0] - principal[2]) + slope * mean
     instant = np.argmax(value, axis=0)

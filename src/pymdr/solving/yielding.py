@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 _CRITERIA = {"von Mises": "von_mises", "Tresca": "tresca"}
 _STEP, _TRIES = 4.0, 20
 """Factor from one indentation to the next in the search for one below and one above first yield, and how many are tried."""
-_SLIGHT = 1e-6
+SLIGHT = 1e-6
 """Fraction of the expected indentation at which an unbounded stress is detected: it is unbounded under any load."""
 _HALVINGS = 60
 """Largest number of halvings of a radius in the search for a moderate stress."""
@@ -80,7 +80,7 @@ class FirstYield(Study):
         """The von Mises stress at first yield by von Mises."""
         assert self.contact is not None
         depth = float(self.data["indentation"].values[0])
-        return drawn_section(_states_of(self.contact, self.side, self.force_ratio)(depth), "von_mises", 0)
+        return drawn_section(states_of(self.contact, self.side, self.force_ratio)(depth), "von_mises", 0)
 
 
 def first_yield(
@@ -152,9 +152,9 @@ def first_yield(
     body, _ = stressed_body(contact, side)
     criteria = _criteria(body, strength, tensile_strength, bond_strength)
     limits = criteria[0][2]
-    _refuse_unknown_stress(contact)
-    ratio = _checked_ratio(contact, force_ratio)
-    interior = _states_of(contact, side, ratio)
+    refuse_unknown_stress(contact)
+    ratio = checked_ratio(contact, force_ratio)
+    interior = states_of(contact, side, ratio)
     line = line_of(contact)
 
     def most_stressed(name: str, limits: Sequence[float], depth: float) -> Largest:
@@ -162,15 +162,15 @@ def first_yield(
         peaks = interior(depth).largest_by_layer(name, 0)
         return max(one._replace(value=one.value / limit) for one, limit in zip(peaks, limits, strict=True))
 
-    rough = _rough_depth(line, min(limits))
-    _refuse_yield_at_touch(interior(_SLIGHT * rough), min(limits), contact.adhesion is not None)
+    rough = rough_depth(line, min(limits))
+    refuse_yield_at_touch(interior(SLIGHT * rough), min(limits), contact.adhesion is not None)
     depths, places, notes = [], [], []
     for criterion, name, most in criteria:
         if most_stressed(name, most, rough).value <= _NOTHING:
             raise NotValidError(
                 f"first yield is not valid here: there is no {criterion} in this body under any load"
             )
-        depth = _depth_reaching(lambda d: most_stressed(name, most, d).value, rough)  # noqa: B023
+        depth = depth_reaching(lambda d: most_stressed(name, most, d).value, rough)  # noqa: B023
         place = most_stressed(name, most, depth)
         if abs(place.value - 1.0) > _MET:
             notes.append(
@@ -206,13 +206,13 @@ def _criteria(
     return criteria
 
 
-def _refuse_unknown_stress(contact: Contact) -> None:
+def refuse_unknown_stress(contact: Contact, subject: str = "first yield") -> None:
     """Refuse a contact whose stress is not known, or has no bound under any load."""
     why = (
         unknown_stress(contact) or contact.is_viscoelastic * "in bodies with memory it depends on the history"
     )
     if why:
-        raise NotValidError(f"first yield is not valid here: {why} [{SOURCES['stress']}]")
+        raise NotValidError(f"{subject} is not valid here: {why} [{SOURCES['stress']}]")
     if isinstance(contact.adhesion, JKR):
         raise ProblemError(
             "first_yield: the contact has the adhesion of JKR: its edge yields under any load; take MaugisDugdale"
@@ -224,10 +224,12 @@ def _refuse_unknown_stress(contact: Contact) -> None:
         )
 
 
-def _refuse_yield_at_touch(slight: Interior, strength: float, adhesive: bool) -> None:
+def refuse_yield_at_touch(
+    slight: Interior, strength: float, adhesive: bool, subject: str = "first yield"
+) -> None:
     """Refuse a contact that yields as soon as the bodies touch."""
     if slight.singular_radius(0) is not None:
-        raise NotValidError(f"first yield is not valid here: {slight.unbounded(0)}")
+        raise NotValidError(f"{subject} is not valid here: {slight.unbounded(0)}")
     if adhesive and slight.largest("tresca", 0).value >= strength:
         raise NotValidError(
             f"first yield is not valid here: adhesion alone reaches the strength of {written(strength, 'Pa')} as the bodies touch"
@@ -240,24 +242,24 @@ def _where(place: Largest) -> str:
     return f"x = {metres(place.r * math.cos(place.angle))}, y = {metres(across)}"
 
 
-def _checked_ratio(contact: Contact, force_ratio: float | None) -> float:
+def checked_ratio(contact: Contact, force_ratio: QuantityLike | None, verb: str = "first_yield") -> float:
     """Tangential over normal force."""
     if contact.friction is None:
         if force_ratio is not None:
             raise ProblemError(
-                f"first_yield: force_ratio = {shown(force_ratio)}, but the contact has no friction; give it friction=Coulomb(0.3)"
+                f"{verb}: force_ratio = {shown(force_ratio)}, but the contact has no friction; give it friction=Coulomb(0.3)"
             )
         return 0.0
     most = contact.friction.coefficient
     ratio = most if force_ratio is None else to_si(force_ratio, "", name="force_ratio")
     if not 0.0 <= ratio <= most or math.isinf(ratio):
         raise ProblemError(
-            f"first_yield: force_ratio = {shown(ratio)}; a number from 0 to the coefficient of friction, {most:g}, is needed"
+            f"{verb}: force_ratio = {shown(ratio)}; a number from 0 to the coefficient of friction, {most:g}, is needed"
         )
     return ratio
 
 
-def _states_of(contact: Contact, side: str | None, ratio: float) -> Callable[[float], Interior]:
+def states_of(contact: Contact, side: str | None, ratio: float) -> Callable[[float], Interior]:
     """The inside of a body at any indentation in m."""
     line = line_of(contact)
 
@@ -295,7 +297,7 @@ def _strengths(name: str, strength: QuantityLike | Sequence[QuantityLike], body:
     return limits * (count // len(limits))
 
 
-def _rough_depth(line: Line, strength: float) -> float:
+def rough_depth(line: Line, strength: float) -> float:
     """An indentation in m at which stresses are of the size of the strength."""
     radius = min(line.rough_radius(lambda a, d: line.modulus * d >= strength * a), line.edge)
     for _ in range(_HALVINGS):
@@ -307,7 +309,7 @@ def _rough_depth(line: Line, strength: float) -> float:
     return depth if depth > 0.0 else radius * strength / line.modulus
 
 
-def _depth_reaching(ratio: Callable[[float], float], rough: float) -> float:
+def depth_reaching(ratio: Callable[[float], float], rough: float) -> float:
     """The indentation in m at which the largest stress reaches the strength, searched from a rough one."""
     from scipy.optimize import brentq
 

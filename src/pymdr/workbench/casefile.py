@@ -9,17 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
 from pymdr.inside import background_of
 from pymdr.presentation.files import named_file
 from pymdr.problem.codec import PressCase, RoughCase, decode_case, decode_contact, decode_press, decode_rough
+from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.schedule import check_times
 from pymdr.problem.topography import Topography
-from pymdr.units import to_si_array
+from pymdr.solving.fatigue import criterion_of
+from pymdr.units import shown, to_si, to_si_array
 from pymdr.workbench.inputs import read_text
 
 _LARGEST = 4 * 2**20
@@ -35,8 +39,8 @@ class Case:
     path: LoadingPath
     options: dict[str, Any]
     """Keyword arguments of :func:`pymdr.solve`, from the table ``[solve]``."""
-    stress: Mapping[str, Any] | None = None
-    """The table ``[stress]``, if there is one."""
+    outputs: Mapping[str, Mapping[str, Any]]
+    """The tables ``[stress]``, ``[first_yield]``, ``[shakedown]`` and ``[fatigue]``, as far as there are."""
 
 
 def read_case(file: str | os.PathLike[str]) -> Case:
@@ -47,7 +51,8 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     ----------
     file : path
         A TOML file with the tables ``[profile]``, ``[body]``, optionally ``[counterbody]``,
-        ``[adhesion]``, ``[friction]``, ``[solve]`` and ``[stress]``, and one ``[[path]]`` for every leg.
+        ``[adhesion]``, ``[friction]``, ``[solve]``, ``[stress]``, ``[first_yield]``, ``[shakedown]`` and ``[fatigue]``, and one ``[[path]]`` for
+        every leg.
 
     Returns
     -------
@@ -66,21 +71,48 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         title, contact, path = decode_case(_with_tables(plain, source.parent))
         check_times(path, needed=contact.is_viscoelastic)
         options = _options(plain.get("solve", {}))
-        _check_stress(plain.get("stress") or {})
+        outputs = {name: plain[name] for name in OUTPUTS if name in plain}
+        for name, wanted in outputs.items():
+            _check_output(name, wanted, contact)
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
-    return Case(source, title, contact, path, options, plain.get("stress"))
+    return Case(source, title, contact, path, options, outputs)
 
 
-def _check_stress(wanted: Mapping[str, Any]) -> None:
-    """Refuse a table ``[stress]`` whose values are none before anything is solved."""
+def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact) -> None:
+    """Refuse a table of :data:`OUTPUTS` whose values are none before anything is solved."""
     try:
-        background_of(wanted.get("superposed"))
-        for axis in ("r", "x", "z"):
-            if axis in wanted:
-                to_si_array(wanted[axis], "m", name=axis)
+        if name == "stress":
+            _check_stress(wanted, contact)
+        elif name == "fatigue":
+            criterion_of(
+                wanted["criterion"], **{key: wanted.get(key) for key in ("slope", "yield_strength", "limit")}
+            )
+        for key in ("strength", "tensile_strength", "bond_strength", "bulk", "bulk_amplitude"):
+            values = wanted.get(key, [])
+            for value in values if isinstance(values, list) else [values]:
+                to_si(value, "Pa", name=key)
     except PymdrError as error:
-        raise CaseError(f"[stress]: {error}") from error
+        raise CaseError(f"[{name}]: {error}") from error
+
+
+def _check_stress(wanted: Mapping[str, Any], contact: Contact) -> None:
+    """Refuse points of a table that are none."""
+    superposed = wanted.get("superposed")
+    background_of(superposed)
+    for axis in ("r", "x", "z"):
+        if axis in wanted:
+            values = to_si_array(wanted[axis], "m", name=axis)
+            if axis == "z" and not np.all(values >= 0.0):
+                raise CaseError(
+                    f"z = {shown(wanted[axis])}; depths of at least 0 m are needed, in either body"
+                )
+    if "r" in wanted and "x" in wanted:
+        raise CaseError("r and x are given; give one of them")
+    if "r" in wanted and (contact.friction is not None or superposed):
+        raise CaseError(
+            f"r = {shown(wanted['r'])}; with friction or a superposed stress the field is not of revolution; give x instead of r"
+        )
 
 
 def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:

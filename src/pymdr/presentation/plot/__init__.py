@@ -43,6 +43,7 @@ from pymdr.presentation.plot.plane import planar_figures, planar_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rolling import rolling_study, sliding_study
 from pymdr.presentation.plot.rough import calibration_study, rough_study
+from pymdr.presentation.plot.shakedown import shakedown_map
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots, with_unmet
 from pymdr.presentation.plot.studies import columns_study, conditions_study, loop_study
@@ -104,6 +105,7 @@ __all__ = [
     "rolling_study",
     "rough_study",
     "running_conditions_map",
+    "shakedown_map",
     "shape_figures",
     "shape_overview",
     "sliding_study",

@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import CaseError
 from pymdr.problem.codec.models import FILE_KEYS, case_adapter, rough_adapter
+from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.codec.tables import (
     INTERPOLATIONS,
     LEGS,
@@ -156,8 +157,8 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
         return [f.name for f in fields(Layer)]
     if loc == ["solve"]:
         return ["machine_stiffness", "keep", "solver"]
-    if loc == ["stress"]:
-        return ["measure", "side", "superposed", "animate", "r", "x", "z"]
+    if len(loc) == 1 and loc[0] in OUTPUTS:
+        return list(OUTPUTS[loc[0]][1])
     if loc == ["solve", "solver"]:
         return ["kind", "n"]
     for part in loc:

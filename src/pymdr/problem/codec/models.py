@@ -8,6 +8,7 @@ from functools import lru_cache
 from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
+from pymdr.problem.codec.outputs import output_tables
 from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, PROFILES, TABLES
 from pymdr.problem.layers import BONDS, Layer, Layered
 from pymdr.problem.paths import CHANNELS, Ramp
@@ -88,10 +89,7 @@ def case_adapter() -> TypeAdapter[Any]:
         friction=(_union("friction"), Field(None, description="frictionless unless given")),
         path=(_list_of(_union("leg")), Field(..., description="legs in order", min_length=1)),
         solve=(_options_model(), Field(None, description="solver options")),
-        stress=(
-            _stress_model(),
-            Field(None, description="stress inside the bodies; neither drawn nor tabulated unless given"),
-        ),
+        **output_tables(),
     )
     return TypeAdapter(model)
 
@@ -305,30 +303,3 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         kind = int if isinstance(f.default, int) else int | None
         return kind, Field(f.default, description=text, ge=1, strict=True)
     return Any, Field(... if f.default is MISSING else f.default)
-
-
-def _stress_model() -> type[BaseModel]:
-    from pydantic import ConfigDict, Field, StrictBool, create_model
-
-    number: Any = int | float | str
-    measure: Any = Literal["von_mises", "tresca", "principal_stress", "hydrostatic"]
-    component: Any = Literal["xx", "yy", "zz", "xz", "xy", "yz"]
-    side: Any = Literal["body", "counterbody"] | None
-    return create_model(
-        "stress",
-        __config__=ConfigDict(extra="forbid"),
-        __doc__="The stress inside the bodies that pymdr run draws and tabulates.",
-        measure=(measure, Field("von_mises", description="what the section shows")),
-        side=(side, Field(None, description="every body whose stress is known unless given")),
-        superposed=(
-            dict[component, number] | None,
-            Field(None, description="stress that is added, in Pa, by component"),
-        ),
-        animate=(StrictBool, Field(False, description="whether stress.gif shows the rows of the path")),
-        r=(list[number] | None, Field(None, description="radii of the table stress.csv, frictionless")),
-        x=(
-            list[number] | None,
-            Field(None, description="positions along the shift instead of r, needed with friction"),
-        ),
-        z=(list[number] | None, Field(None, description="depths of the table stress.csv, at least 0")),
-    )

@@ -15,12 +15,14 @@ from pymdr.workbench.cli.folders import (
     write_figure,
     write_figures,
     write_stress,
+    write_study,
 )
 from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
 from pymdr.workbench.cli.reporting import (
     FAILED,
     REFUSALS,
     REFUSED,
+    columns_of,
     error_text,
     failure_report,
     failures_as_json,
@@ -92,10 +94,12 @@ def _run_one(
     from pymdr.result.arrays import by_component
     from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
+    from pymdr.workbench.strength import contact_studies, fatigue_of
 
     problem = read_case(case)
     if quiet:
         logging.getLogger("pymdr").setLevel(logging.ERROR)
+    studies = contact_studies(problem)
     with ready_folder(folder), stages(quiet or as_json) as stage:
         if not quiet and not as_json:
             _warn_of_memory(problem)
@@ -104,12 +108,18 @@ def _run_one(
         written = [folder / "result.nc", *tables.write(result, folder, "result")]
         if figures:
             written += write_figures(result.figures(), folder, stage("drawing"))
-        if problem.stress is not None and result.status.name not in REFUSALS:
-            written += write_stress(result, problem.stress, folder, figures)
+        if result.status.name not in REFUSALS:
+            if "stress" in problem.outputs:
+                written += write_stress(result, problem.outputs["stress"], folder, figures)
+            if "fatigue" in problem.outputs:
+                studies["fatigue"] = fatigue_of(problem, result)
+        for name, study in studies.items():
+            written += write_study(study, folder, name, figures)
     if not as_json and result.status.name in REFUSALS:
         print_error(f"{case}: {result.status.name}: {result.status.value}")
     if not quiet and not as_json:
-        print_report(problem.title or str(case), result.summary(), written)
+        summaries = [f"{name.replace('_', ' ')}:\n{study.summary()}" for name, study in studies.items()]
+        print_report(problem.title or str(case), "\n".join([result.summary(), *summaries]), written)
     return report(
         "run",
         case,
@@ -126,6 +136,7 @@ def _run_one(
             for name in ("indentation", "normal_force", "contact_radius")
             if name in result.data
         },
+        **({"studies": {name: columns_of(study) for name, study in studies.items()}} if studies else {}),
         references=list(result.cite()),
         **validity_of(result),
     )

@@ -92,15 +92,17 @@ def write_figures(
     return files
 
 
-def write_study(study: Answer, output: Path | None, name: str) -> list[Path]:
-    """Write the table and the figure of a study, if a folder is given."""
+def write_study(study: Answer, output: Path | None, name: str, figures: bool = True) -> list[Path]:
+    """Write the table and the figure of a study, if a folder is given and figures are wanted."""
     from pymdr.solving.press import PressedSurface
 
     if output is None:
         return []
     with ready_folder(output) as folder:
         study.to_csv(folder / f"{name}.csv")
-        written = [folder / f"{name}.csv", write_figure(study.plot(), folder / f"{name}.png")]
+        written = [folder / f"{name}.csv"]
+        if figures:
+            written.append(write_figure(study.plot(), folder / f"{name}.png"))
         if isinstance(study, PressedSurface):
             study.save(folder / f"{name}.nc")
             written.append(folder / f"{name}.nc")

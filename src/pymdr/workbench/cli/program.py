@@ -16,7 +16,17 @@ from pymdr.workbench.cli.measured import fretting, loops, topography
 from pymdr.workbench.cli.options import Once
 from pymdr.workbench.cli.reporting import OK, error_text, exit_status, print_error
 from pymdr.workbench.cli.starting import info, new, schema
-from pymdr.workbench.cli.studies import fatigue, heat, impact, joule, rolling, sliding, wear, yields
+from pymdr.workbench.cli.studies import (
+    fatigue,
+    heat,
+    impact,
+    joule,
+    rolling,
+    shakedown,
+    sliding,
+    wear,
+    yields,
+)
 from pymdr.workbench.cli.surfaces import press, rough
 from pymdr.workbench.cli.sweep import sweep
 from pymdr.workbench.cli.verify import verify
@@ -45,6 +55,7 @@ for command in (
     heat,
     joule,
     yields,
+    shakedown,
     fatigue,
     rough,
     press,

@@ -231,7 +231,7 @@ def columns_of(study: Study) -> dict[str, Any]:
     return {
         str(name): {
             "values": study.data[name].values.ravel().tolist(),
-            "unit": study.data[name].attrs["units"],
+            "unit": study.data[name].attrs.get("units", ""),
         }
         for name in (*study.data.coords, *study.data.data_vars)
     }
@@ -256,7 +256,7 @@ def report_study(
             written,
             title=title,
             status="COMPLETED",
-            rows=next(iter(study.data.sizes.values())),
+            rows=next(iter(study.data.sizes.values()), 1),
             study=columns_of(study),
             **validity_of(study),
         )

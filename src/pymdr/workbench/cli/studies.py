@@ -1,4 +1,4 @@
-"""``pymdr impact``, ``yield``, ``fatigue``, ``rolling``, ``sliding``, ``heat`` and ``joule``, and ``wear`` along one cycle: studies of cases."""
+"""``pymdr impact``, ``yield``, ``shakedown``, ``fatigue``, ``rolling``, ``sliding``, ``heat`` and ``joule``, and ``wear`` along one cycle: studies of cases."""
 
 from __future__ import annotations
 
@@ -136,6 +136,36 @@ def yields(
             bond_strength=bond_strength,
             side=side,
             force_ratio=force_ratio,
+        ),
+        output,
+        quiet,
+        as_json,
+    )
+
+
+def shakedown(
+    case: CaseFile,
+    strength: Annotated[str, typer.Option(help="Yield strength, such as '1.2 GPa'.")],
+    force_ratio: Annotated[
+        list[str] | None,
+        typer.Option(help="Tangential over normal force, or several: '0, 0.1, 0.2'; sliding unless given."),
+    ] = None,
+    side: Annotated[str | None, typer.Option(help="Which body: body or counterbody.")] = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Load of shakedown in rolling and sliding; needs no [[path]]."""
+    from pymdr.solving.shakedown import shakedown as limits_of
+
+    _study(
+        "shakedown",
+        case,
+        lambda contact: limits_of(
+            contact,
+            strength=strength,
+            force_ratio=None if force_ratio is None else values_of(force_ratio),
+            side=side,
         ),
         output,
         quiet,
