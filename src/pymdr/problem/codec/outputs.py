@@ -74,7 +74,7 @@ def output_tables() -> dict[str, Any]:
 
     return {
         name: (
-            _model(name) | None,
+            _model(name),
             Field(None, description=f"{text[0].lower()}{text[1:-1]}; not unless given"),
         )
         for name, (text, _) in OUTPUTS.items()
