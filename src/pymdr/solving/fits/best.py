@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,7 +11,6 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import Coulomb
-from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.families import FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
 from pymdr.solving.fits.kernels import point_across_samples
@@ -26,9 +26,8 @@ from pymdr.solving.fits.request import (
     FitRequest,
     fewest_in_contact,
 )
-from pymdr.solving.fits.searching import Minimum, Search, minimize_from
+from pymdr.solving.fits.searching import Minimum, Modelled, Search, minimize_from
 from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
-from pymdr.solving.fits.touching import FULLY_OUT
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -46,8 +45,6 @@ _CROSSINGS = 4
 """Largest number of searches for contact points beyond other samples."""
 _SLIGHTLY = 1e-4
 """Relative decrease of the sum of squares with which a search across samples goes on."""
-_ENOUGH, _PRESSED, _PULLED = 16_384, 1_000, 200
-"""Samples of a long record from which it is searched, those of them in contact, and with a pull."""
 _AS_WELL = 1e-11
 """Relative difference below which two sums of squares are equal."""
 
@@ -63,49 +60,7 @@ class End(NamedTuple):
 
 
 def best_end(search: Search) -> End:
-    """The smallest misfit of searches from several starts; approximate for bodies with memory, and for very many samples, a part of which is compared."""
-    few = _thinned(search)
-    if few is search:
-        return _best_end(search)
-    end = _best_end(few)
-    values, origins = few.from_free(end.free)
-    parts = sum(one.force.size for one in search.curves) / sum(one.force.size for one in few.curves)
-    free = _moved_across_samples(search, search.to_free(values.tolist(), origins))
-    return End(end.misfit * parts, free, np.zeros(free.size))
-
-
-def _thinned(search: Search) -> Search:
-    """The search with every second or more sample of very long records, as many as show contact and pull; the same search if none is."""
-    if search.shears or search.contact.is_viscoelastic or search.used:
-        return search
-    strides = [_stride(one) for one in search.measured]
-    if max(strides) == 1:
-        return search
-    curves = tuple(_every(one, stride) for one, stride in zip(search.measured, strides, strict=True))
-    return replace(search, curves=curves)
-
-
-def _every(curve: MeasuredCurve, stride: int) -> MeasuredCurve:
-    """Every so many samples of a record."""
-    return MeasuredCurve(
-        force=curve.force[::stride],
-        indentation=None if curve.indentation is None else curve.indentation[::stride],
-        travel=None if curve.travel is None else curve.travel[::stride],
-        spring_constant=curve.spring_constant,
-    )
-
-
-def _stride(curve: MeasuredCurve) -> int:
-    """Number of samples of a record of which one is enough to search from."""
-    level = float(np.median(curve.force[np.argsort(curve.position)[: max(curve.force.size // 20, 1)]]))
-    above = curve.force - level
-    pressed = np.count_nonzero(above > 0.05 * float(above.max()))
-    pulled = np.count_nonzero(above < FULLY_OUT * float(above.min()))
-    return max(min(curve.force.size // _ENOUGH, int(pressed) // _PRESSED, int(pulled) // _PULLED), 1)
-
-
-def _best_end(search: Search) -> End:
-    """The smallest misfit of searches from several starts."""
+    """The smallest misfit of searches from several starts; approximate for bodies with memory."""
     quick = _quick_start(search)
     nearby = None if quick is not None else starts_from_limits(search, lambda one: best_end(one)[:2])
     monotone = _with_monotone_records(search)
@@ -149,7 +104,7 @@ def _across_samples(search: Search, minimum: Minimum) -> Minimum:
     if not search.jumps or search.place in search.known:
         return minimum
     for _ in range(_CROSSINGS):
-        moved = _moved_across_samples(search, minimum.free)
+        moved = moved_across_samples(search, minimum.free)
         if np.array_equal(moved, minimum.free):
             break
         other = minimize_from(search, moved)
@@ -159,9 +114,10 @@ def _across_samples(search: Search, minimum: Minimum) -> Minimum:
     return minimum
 
 
-def _moved_across_samples(search: Search, free: FloatArray) -> FloatArray:
+def moved_across_samples(search: Search, free: FloatArray) -> FloatArray:
     """Free numbers with the contact points at which the other numbers fit best, if the force jumps there."""
-    if not search.jumps or search.place in search.known:
+    on_machine = all(one.compliance != 0.0 for one in search.measured)
+    if not search.jumps or search.place in search.known or on_machine:
         return free
     values, origins = search.from_free(free)
     contact = put_into(search.contact, search.unknowns, values)
@@ -282,11 +238,11 @@ def _nearby(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> FitReque
     return replace(request, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
 
 
-def refuse_few(search: Search, best: FloatArray) -> None:
+def refuse_few(search: Search, models: Sequence[Modelled]) -> None:
     """Refuse records with too few samples in contact."""
     if search.shears or search.place in search.known:
         return
-    pressed = sum(int(one.touches.sum()) for one in search.models(best))
+    pressed = sum(int(one.touches.sum()) for one in models)
     needed = fewest_in_contact(len(search.unknowns), len(search.curves))
     if pressed < needed:
         raise ProblemError(

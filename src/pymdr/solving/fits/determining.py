@@ -25,7 +25,7 @@ _BEYOND = 1e6
 """Ratio of a size to its start beyond which it diverges."""
 
 
-def refuse_undetermined(search: Search, free: FloatArray) -> None:
+def refuse_undetermined(search: Search, free: FloatArray, slopes: FloatArray) -> None:
     """
     Refuse unknowns that the records cannot distinguish.
 
@@ -34,7 +34,7 @@ def refuse_undetermined(search: Search, free: FloatArray) -> None:
     ProblemError
         With the combination that they determine.
     """
-    own, sizes = _own_slopes(search, search.slopes(free))
+    own, sizes = _own_slopes(search, slopes)
     left = np.linalg.norm(own, axis=0)
     undetermined = left <= _INDISTINCT * np.maximum(sizes, sizes.max())
     if undetermined.any():

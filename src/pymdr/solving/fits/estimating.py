@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.best import best_end, refuse_few, refuse_unseen, soft_machine_text
+from pymdr.solving.fits.best import (
+    best_end,
+    moved_across_samples,
+    refuse_few,
+    refuse_unseen,
+    soft_machine_text,
+)
+from pymdr.solving.fits.condensing import Blocks, condensed
 from pymdr.solving.fits.determining import refuse_noisy, refuse_undetermined
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.residuals import DECIDED, waves_of
@@ -23,6 +29,7 @@ from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search, minimize_from, refuse_unsettled, samples_off_jumps
 from pymdr.solving.fits.spectrum import NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
+from pymdr.solving.fits.touching import BoolArray
 from pymdr.solving.fits.unknowns import (
     ORIGINS,
     SHIFT_ORIGIN,
@@ -32,10 +39,6 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
-
-if TYPE_CHECKING:
-    pass
-
 
 _UNFELT = 1e-6
 """Rate of the residuals over an origin, relative to the largest, below which the origin has no effect."""
@@ -62,7 +65,7 @@ class Estimate(NamedTuple):
     contact: Contact
     """With the fitted values."""
     models: list[Modelled]
-    felt: NDArray[np.bool_]
+    felt: BoolArray
     """Free numbers with an effect on the record."""
     errors: FloatArray
     """Standard errors of the free numbers by noise; NaN for those without an effect."""
@@ -93,15 +96,26 @@ def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[
 
 def estimated(search: Search) -> Estimate:
     """The estimate of a search; refuse what the records do not determine."""
-    misfit, best, wide = best_end(search)
-    refuse_few(search, best)
-    refuse_unseen(search, misfit, best)
+    few = condensed(search)
+    misfit, best, wide = best_end(few)
+    refuse_unseen(few, misfit, best)
     if not search.contact.is_viscoelastic:  # with memory the end is approximate
-        refuse_undetermined(search, best)
-    used = search.used or samples_off_jumps(search.models(best), search)
-    if not all(part.all() for part in used):
-        search = replace(search, used=used)
-    minimum = minimize_from(search, best)
+        refuse_undetermined(few, best, few.slopes(best))
+    if few is not search:
+        values, origins = few.from_free(best)
+        best = moved_across_samples(search, search.to_free(values.tolist(), origins))
+    models = search.models(best)
+    refuse_few(search, models)
+    widths = [one.force.size // mean.force.size for one, mean in zip(search.curves, few.curves, strict=True)]
+    used = search.used or samples_off_jumps(models, search, widths)
+    blocks = None if few is search else Blocks(search, few, used)
+    if blocks is not None:
+        search = blocks.search
+        minimum = blocks.refined(best)
+    else:
+        if not all(part.all() for part in used):
+            search = replace(search, used=used)
+        minimum = minimize_from(search, best)
     refuse_unsettled(minimum)
     best = minimum.free
     values, _ = search.from_free(best)
@@ -109,37 +123,46 @@ def estimated(search: Search) -> Estimate:
     if contact.is_viscoelastic:
         times = [one.time for one in search.curves if one.time is not None]
         refuse_untimed(contact, search.unknowns, values, times)
-    refuse_undetermined(search, best)
-    return _with_errors(search, best, wide)
+    slopes = search.slopes(best) if blocks is None else blocks.slopes(best)
+    refuse_undetermined(search, best, slopes)
+    return _with_errors(search, best, slopes, wide, blocks)
 
 
-def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate:
-    """The estimate at the end of a search."""
-    residuals = search.residuals(best)
-    slopes = search.slopes(best)
-    n, p = residuals.size, best.size
-    noise = math.sqrt(float((residuals**2).sum()) / max(n - p, 1))
+def _with_errors(
+    search: Search, best: FloatArray, slopes: FloatArray, wide: FloatArray, blocks: Blocks | None
+) -> Estimate:
+    """The estimate at the end of a search, from the rates of the residuals, or of their means over blocks of samples."""
     models = search.models(best)
     span = max(float(np.ptp(one.force)) for one in models)
     used = search.used or tuple(np.ones(one.model.size, dtype=bool) for one in models)
+    residuals = _used_parts([one.force - one.model for one in models], used)
+    n, p = residuals.size, best.size
+    noise = math.sqrt(float(residuals @ residuals) / max(n - p, 1))
+    if blocks is None:
+        lengths, means = [int(part.sum()) for part in used], residuals
+        forces = _used_parts([one.model for one in models], used)
+    else:
+        lengths, means = blocks.lengths, blocks.means([one.force - one.model for one in models])
+        forces = blocks.means([one.model for one in models])
+    size = n / means.size
+    white = noise / math.sqrt(size)
     scale = np.linalg.norm(slopes, axis=0)
     felt = scale > _UNFELT * scale.max()
     left, singular, rows = np.linalg.svd(slopes[:, felt] / scale[felt], full_matrices=False)
     # undetermined combinations have huge errors, limited by rounding
     scaled = rows / np.maximum(singular, _ROUNDED * singular.max())[:, None]
-    spectra = noise_spectra(residuals[None], left.T[None], [int(part.sum()) for part in used], keep=True)
+    spectra = noise_spectra(means[None], left.T[None], lengths, keep=True)
     variances = np.einsum("ki,kl,li->i", scaled, spectra.covariance[0], scaled)
     with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise
-        factors = np.sqrt(variances) / (noise * np.linalg.norm(scaled, axis=0))
+        factors = np.sqrt(variances) / (white * np.linalg.norm(scaled, axis=0))
     correlated = _correlated(factors[: np.count_nonzero(felt[: len(search.unknowns)])])
     independent = n / correlated
-    refuse_noisy(search, best, slopes, noise * math.sqrt(correlated))
+    refuse_noisy(search, best, slopes, white * math.sqrt(correlated))
     errors, width = np.full(p, math.nan), np.full(p, math.nan)
     errors[felt] = np.sqrt(variances) / scale[felt]
     width[felt] = spectra.quantile(scaled.T)
-    forces = np.concatenate([np.abs(one.model[part]) for one, part in zip(models, used, strict=True)])
     moved = np.zeros(p)
-    moved[felt] = np.abs(scaled.T @ left.T) @ forces / scale[felt]
+    moved[felt] = np.abs(scaled.T @ left.T) @ np.abs(forces) / scale[felt]
     errors = np.where(wide > _WIDER * errors, wide, errors)
     decided = bool(spectra.white[0] < DECIDED)
     waves = waves_of(residuals[None, :], np.array([span]), spectra.slow if decided else 0.0)
@@ -163,7 +186,7 @@ def _with_errors(search: Search, best: FloatArray, wide: FloatArray) -> Estimate
                 strict=True,
             )
         ),
-        _correlation_length(spectra, noise),
+        _correlation_length(spectra, white, size),
         float(waves[0]),
         aicc(float((residuals**2).mean()), independent, p),
     )
@@ -175,16 +198,21 @@ def _correlated(factors: FloatArray) -> float:
     return float(max(known.max(initial=1.0) ** 2, 1.0))
 
 
-def _correlation_length(spectra: NoiseSpectra, noise: float) -> float:
+def _used_parts(columns: list[FloatArray], used: Sequence[BoolArray]) -> FloatArray:
+    """The used samples of a column of each record."""
+    return np.concatenate([column[part] for column, part in zip(columns, used, strict=True)])
+
+
+def _correlation_length(spectra: NoiseSpectra, white: float, size: float) -> float:
     """
-    The correlation length of residuals in samples, 0 of white noise.
+    The correlation length of residuals in samples, 0 of white noise, from the spectrum of means of so many samples.
 
     One that is short enough to look white at low frequencies raises their density by twice the length.
     """
     if spectra.white[0] < _UNDECIDED:
-        return float(spectra.length[0])
+        return float(spectra.length[0]) * size
     low = float(spectra.density[0, : spectra.bands.low].min())
-    return 0.5 * low / noise**2 if low > _RAISED * noise**2 else 0.0
+    return 0.5 * low / white**2 if low > _RAISED * white**2 else 0.0
 
 
 def solve_fitted(estimate: Estimate) -> Result:

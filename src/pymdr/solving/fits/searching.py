@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -43,22 +43,6 @@ class Modelled(NamedTuple):
     """As measured, without offset."""
     model: FloatArray
     touches: BoolArray
-
-
-class Compared(NamedTuple):
-    """The residuals of a model."""
-
-    residuals: FloatArray
-    """In N."""
-    touches: BoolArray | None
-    """Samples in contact if the force jumps at the contact point, else None."""
-
-    def less(self, other: Compared) -> FloatArray:
-        """The difference to other residuals in N; 0 at samples that get in or out of contact, where the force jumps."""
-        difference = self.residuals - other.residuals
-        if self.touches is None or other.touches is None:
-            return difference
-        return np.where(self.touches == other.touches, difference, 0.0)
 
 
 @dataclass(frozen=True)
@@ -151,20 +135,29 @@ class Search:
 
     def residuals(self, free: FloatArray) -> FloatArray:
         """Residuals in N of all used samples; large ones if the model cannot be solved."""
-        return self.compared(free).residuals
-
-    def compared(self, free: FloatArray) -> Compared:
-        """The residuals, and the samples in contact if the force of the model jumps there."""
         try:
             models = self.models(free)
         except PymdrError:
             size = sum(one.force.size for one in self.curves)
             size = sum(int(one.sum()) for one in self.used) if self.used else size
-            return Compared(np.full(size, _POOR * max(float(np.ptp(one.force)) for one in self.curves)), None)
-        used = self.used or tuple(np.ones(one.force.size, dtype=bool) for one in models)
-        residuals = [(one.force - one.model)[part] for one, part in zip(models, used, strict=True)]
-        touches = [one.touches[part] for one, part in zip(models, used, strict=True)] if self.jumps else None
-        return Compared(np.concatenate(residuals), None if touches is None else np.concatenate(touches))
+            return np.full(size, _POOR * max(float(np.ptp(one.force)) for one in self.curves))
+        residuals = [one.force - one.model for one in models]
+        if self.used:
+            residuals = [one[part] for one, part in zip(residuals, self.used, strict=True)]
+        return residuals[0] if len(residuals) == 1 else np.concatenate(residuals)
+
+    def with_touches_at(self, free: FloatArray) -> Search:
+        """
+        The search with the samples in contact of some free numbers, if the contact has adhesion.
+
+        The force jumps where a sample gets in or out of contact; the rates of the residuals are those between the jumps.
+        """
+        if self.contact.adhesion is None or self.shears or self.touches:
+            return self
+        try:
+            return replace(self, touches=tuple(one.touches for one in self.models(free)))
+        except PymdrError:
+            return self
 
     @cached_property
     def jumps(self) -> bool:
@@ -174,11 +167,11 @@ class Search:
 
     def slopes(self, free: FloatArray) -> FloatArray:
         """Rates of the residuals, one column per free number."""
-        columns = []
+        columns, fixed = [], self.with_touches_at(free)
         for i in range(free.size):
             step = np.zeros(free.size)
             step[i] = _STEP * (1.0 if i < len(self.unknowns) else 1e-2)
-            columns.append(self.compared(free + step).less(self.compared(free - step)) / (2.0 * step[i]))
+            columns.append((fixed.residuals(free + step) - fixed.residuals(free - step)) / (2.0 * step[i]))
         return np.column_stack(columns)
 
     def named(self, free: FloatArray) -> dict[str, float]:
@@ -245,16 +238,17 @@ def minimize_from(search: Search, start: FloatArray, fixed: int | None = None) -
     moving = np.flatnonzero(np.arange(free.size) != fixed)
     unit = max(float(np.ptp(curve.force)) for curve in search.curves)
 
-    def compared(x: FloatArray) -> Compared:
+    def residuals(x: FloatArray, own: Search = search) -> FloatArray:
         free[moving] = x
-        ours = search.compared(free)
-        return ours._replace(residuals=ours.residuals / unit)
+        return own.residuals(free) / unit
 
     def slopes(x: FloatArray) -> FloatArray:
-        here = compared(x)
+        free[moving] = x
+        own = search.with_touches_at(free)
+        here = residuals(x, own)
         steps = np.where(x + _FORWARD > high[moving], -_FORWARD, _FORWARD)
         return np.column_stack(
-            [compared(x + one).less(here) / step for one, step in zip(np.diag(steps), steps, strict=True)]
+            [(residuals(x + one, own) - here) / step for one, step in zip(np.diag(steps), steps, strict=True)]
         )
 
     if fixed is not None:
@@ -263,7 +257,7 @@ def minimize_from(search: Search, start: FloatArray, fixed: int | None = None) -
         return Minimum(free, float((search.residuals(free) ** 2).sum()), True, 1, "")
     bounded = bool(np.isfinite([*low[moving], *high[moving]]).any())
     solution = least_squares(
-        lambda x: compared(x).residuals,
+        residuals,
         free[moving],
         slopes,
         bounds=(low[moving], high[moving]),
@@ -307,15 +301,20 @@ def profile_end(search: Search, best: FloatArray, i: int, step: float, grows: fl
     return outer
 
 
-def samples_off_jumps(models: Sequence[Modelled], search: Search) -> tuple[BoolArray, ...]:
-    """Used samples: all but those adjacent to a jump into contact or out of it."""
+def samples_off_jumps(
+    models: Sequence[Modelled], search: Search, widths: Sequence[int] = ()
+) -> tuple[BoolArray, ...]:
+    """
+    Used samples: all but those adjacent to a jump into contact or out of it.
+
+    Close to a jump the rates of the force are unbounded; the widths are the numbers of samples of each curve to either side, 1 by default.
+    """
     used = []
-    for one in models:
+    for one, width in zip(models, widths or [1] * len(models), strict=True):
         keep = np.ones(one.touches.size, dtype=bool)
         if search.contact.adhesion is not None and not search.shears:
-            at = np.flatnonzero(np.diff(one.touches.astype(int)))
-            for shift in (0, 1):
-                keep[np.clip(at + shift, 0, keep.size - 1)] = False
+            for at in np.flatnonzero(np.diff(one.touches.astype(int))).tolist():
+                keep[max(at + 1 - width, 0) : at + 1 + width] = False
         used.append(keep)
     return tuple(used)
 
