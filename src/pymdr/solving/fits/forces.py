@@ -39,7 +39,7 @@ _NARROWED, _BETWEEN = 2, 65
 """Refinements of a fold, and parameters of each: few calls, because each is slow."""
 _OUTWARD = 1.25 ** np.arange(12)
 _SAME, _WITHIN = 1e-9, 1.0 - 1e-9
-_POLISHED, _STEEP = 3, 1e-3
+_POLISHED = 3
 
 
 class Forces(Protocol):
@@ -150,10 +150,34 @@ class AdhesiveForces:
         rate = self._over_root(np.maximum(root, least), 1) / (2.0 * np.maximum(root, least))
         return self._over_root(root) + rate * np.maximum(depth - self.end, 0.0), rate
 
+    def on_machine(self, compliance: float) -> AdhesiveForces:
+        """The forces over the travel of a machine, from the loss of contact on, with its compliance in m/N."""
+        from scipy.optimize import brentq
+
+        spline, deepest = self._over_root, math.sqrt(self.end - self.fold)
+
+        def travel(root: FloatArray) -> FloatArray:
+            return np.asarray(self.fold + root**2 + compliance * spline(root))
+
+        root = np.linspace(0.0, deepest, _NODES)
+        low = int(np.argmin(travel(root)))
+        lost = 0.0
+        if low > 0:  # where the travel is least
+            ends = root[[low - 1, min(low + 1, _NODES - 1)]]
+            rates = 2.0 * ends + compliance * spline(ends, 1)
+            lost = float(root[low])
+            if rates[0] < 0.0 < rates[1]:
+                lost = float(brentq(lambda x: 2.0 * x + compliance * float(spline(x, 1)), *ends))
+        root = np.linspace(lost, deepest, _NODES)
+        travels = travel(root)
+        rises = np.append(True, np.diff(np.maximum.accumulate(travels)) > 0.0)
+        root = root[rises]
+        return AdhesiveForces(travels[rises], spline(root), self.radius(self.fold + root**2))
+
 
 @dataclass(frozen=True)
 class OnMachine:
-    """Forces of a contact on a machine, over its travel."""
+    """Forces of a contact without adhesion on a machine, over its travel."""
 
     forces: Forces
     compliance: float
@@ -163,19 +187,17 @@ class OnMachine:
 
     @cached_property
     def _table(self) -> tuple[FloatArray, FloatArray]:
-        """Depths and travels, increasing, from the loss of contact on."""
-        first = self.forces.fold
-        depth = first + (self.deepest - first) * np.linspace(0.0, 1.0, _NODES) ** 2
+        """Depths and travels, increasing."""
+        depth = self.deepest * np.linspace(0.0, 1.0, _NODES) ** 2
         force, _ = self.forces.at(depth)
         travel = depth + self.compliance * force
-        low = int(np.argmin(travel))
-        rises = np.append(True, np.diff(np.maximum.accumulate(travel[low:])) > 0.0)
-        return depth[low:][rises], travel[low:][rises]
+        rises = np.append(True, np.diff(np.maximum.accumulate(travel)) > 0.0)
+        return depth[rises], travel[rises]
 
     @property
     def fold(self) -> float:
         """The smallest travel in m of the contact."""
-        return float(self._table[1][0])
+        return 0.0
 
     def at(self, travel: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and its rate over the travel in N/m."""
@@ -183,14 +205,14 @@ class OnMachine:
         depth = np.interp(travel, travels, depths)
         for _ in range(_POLISHED):
             force, stiffness = self.forces.at(depth)
-            slope = np.maximum(1.0 + self.compliance * stiffness, _STEEP)
+            slope = 1.0 + self.compliance * stiffness
             depth = np.clip(
                 depth - (depth + self.compliance * force - np.maximum(travel, travels[0])) / slope,
                 depths[0],
                 None,
             )
         force, stiffness = self.forces.at(depth)
-        return force, stiffness / np.maximum(1.0 + self.compliance * stiffness, _STEEP)
+        return force, stiffness / (1.0 + self.compliance * stiffness)
 
 
 @dataclass(frozen=True)
@@ -262,7 +284,11 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
             )
         return RememberedForces(contact, time, compliance)
     bare = bare_forces(contact, deepest)
-    return bare if compliance == 0.0 else OnMachine(bare, compliance, rounded_up(deepest))
+    if compliance == 0.0:
+        return bare
+    if isinstance(bare, AdhesiveForces):
+        return bare.on_machine(compliance)
+    return OnMachine(bare, compliance, rounded_up(deepest))
 
 
 BareForces: TypeAlias = ElasticForces | ShapeForces | AdhesiveForces

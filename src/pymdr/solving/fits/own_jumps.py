@@ -23,7 +23,7 @@ _POINTS = 201
 """Contact points that are tried at once."""
 _AROUND = 1.5
 """Contact points are tried up to this multiple of the depth of the fold away."""
-_TRIALS = 60
+_TRIALS, _TOLERANCE = 60, 1e-6
 _MARGIN = 0.1
 """Distance of a jump from the samples between which it is, relative to theirs, that is not penalised."""
 
@@ -79,7 +79,13 @@ def _with_jumps_near(search: Search, free: FloatArray) -> FloatArray:
     low, high = np.array(search.bounds()).T
     return np.asarray(
         least_squares(
-            residuals, np.clip(free, low, high), bounds=(low, high), x_scale="jac", max_nfev=_TRIALS
+            residuals,
+            np.clip(free, low, high),
+            bounds=(low, high),
+            x_scale="jac",
+            ftol=_TOLERANCE,
+            xtol=_TOLERANCE,
+            max_nfev=_TRIALS,
         ).x
     )
 
