@@ -152,6 +152,22 @@ def test_the_shell_writes_a_whole_report(folder, shell, tmp_path):
         assert part in text, part
 
 
+def test_a_report_of_many_records_draws_all_of_them_on_sheets(tmp_path):
+    """Beyond 40 records every fitted one has a small panel, and the reasons of exclusion are sentences without code."""
+    curves = {f"gel {i}": curve_of(1e3 + 10.0 * i) for i in range(41)}
+    noise = np.random.default_rng(1).normal(size=200)
+    curves["noise"] = mdr.MeasuredCurve(force=noise, indentation=np.linspace(-1e-6, 1e-6, 200))
+    study = mdr.fit_each(CONTACT, curves, ["body.young"])
+    study.to_html(tmp_path / "report.html")
+    page = Tags()
+    page.feed((tmp_path / "report.html").read_text())
+    text = " ".join(page.text)
+    assert len(page.links) == 1 + 3
+    assert "Records 31 to 41" in text
+    assert "check the signs of force and position" in text
+    assert "curve.orient" not in text
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [

@@ -561,3 +561,45 @@ def test_maugis_and_dugdale_find_their_own_record_from_any_start(factor):
     )
     assert found.noise < 1.2 * noise
     assert found["adhesion.work"].value == pytest.approx(0.2e-3, abs=5.0 * found["adhesion.work"].error)
+
+
+@pytest.mark.parametrize("law", [mdr.JKR, mdr.DMT])
+def test_errors_of_long_records_fall_with_the_root_of_the_samples(law):
+    """On a machine the rate of the force is unbounded at the jump; samples beside it must not decide the errors."""
+    gel = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=law("0.2 mJ/m^2"))
+    start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("1 MPa", 0.5), adhesion=law("10 mJ/m^2"))
+    found = {}
+    for n in (4_000, 100_000):
+        way = np.concatenate([np.linspace(-2e-6, 2e-6, n // 2), np.linspace(2e-6, -3e-6, n // 2)])
+        force = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness="0.05 N/m")["normal_force"].values
+        force = force + 2e-10 * np.random.default_rng(4).normal(size=way.size)
+        record = mdr.MeasuredCurve(force=force, travel=way + 4e-7, spring_constant="0.05 N/m")
+        found[n] = mdr.fit(start, record, ["body.young", "adhesion.work"])
+    for name, true in (("body.young", 3e3), ("adhesion.work", 2e-4), ("contact_point", 4e-7)):
+        few, many = (found[n][name] for n in found)
+        assert 0.6 < 5.0 * many.error / few.error < 1.5, name
+        assert abs(many.value - true) < 4.0 * many.error, name
+
+
+@settings(max_examples=20)
+@given(
+    st.floats(-9.0, 0.0),
+    st.floats(2.0, 11.0),
+    st.floats(-2.0, 2.0),
+    st.sampled_from(["JKR", "DMT", "Maugis"]),
+)
+def test_forces_on_a_machine_are_those_at_the_depths_of_its_travels(size, modulus, stiff, law):
+    radius, young = 10.0**size, 10.0**modulus
+    work = 1e-4 * young * radius
+    adhesion = {
+        "JKR": mdr.JKR(work),
+        "DMT": mdr.DMT(work),
+        "Maugis": mdr.MaugisDugdale(work, range=3e-3 * radius),
+    }[law]
+    contact = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic(young, 0.3), adhesion=adhesion)
+    compliance = 10.0**stiff / (young * radius)
+    bare, mounted = (forces_of(contact, 0.05 * radius, c, None) for c in (0.0, compliance))
+    travel = mounted.fold + (0.9 * mounted.end - mounted.fold) * np.linspace(0.02, 1.0, 200)
+    force, _ = mounted.at(travel)
+    there, _ = bare.at(travel - compliance * force)
+    assert np.abs(force - there).max() < 1e-8 * np.ptp(force)

@@ -16,6 +16,7 @@ from pymdr.presentation.plot.fits import (
     fitted_groups,
     fitted_map,
     growing_ranges,
+    sheet_of_records,
     weighed_laws,
 )
 from pymdr.presentation.plot.friction import frictional_figures, frictional_overview
@@ -108,6 +109,7 @@ __all__ = [
     "shakedown_map",
     "shape_figures",
     "shape_overview",
+    "sheet_of_records",
     "sliding_study",
     "spectrum_study",
     "stress_figure",

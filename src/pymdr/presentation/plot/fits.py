@@ -25,6 +25,7 @@ from pymdr.presentation.plot.shared import (
     new_figure,
     scaled,
     styled,
+    thinned,
     typeset_unit,
     with_unit,
 )
@@ -40,6 +41,8 @@ _LAWS = tuple(zip(CYCLE, ("-", "--", "-.", ":", "-", "--"), strict=True))
 """Colours and dashes of laws whose curves may coincide."""
 _NAMED, _LONGEST = 8, 14
 """Largest number of groups whose names are drawn, and characters of a name."""
+_TITLE = 26
+"""Last characters of the name of a record on a sheet."""
 _SMALL = 0.005
 """Smallest weight that is printed."""
 
@@ -79,6 +82,42 @@ def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:
         rest.set_ylabel(f"measured minus model ({unit})")
         letter_panels(figure)
         figure.suptitle(typeset_unit("\n".join(captions)), fontsize=SMALL)
+    return figure
+
+
+def sheet_of_records(records: Mapping[str, xr.Dataset], columns: int = 5) -> Figure:
+    """
+    Many records with their models, in one small panel each.
+
+    Parameters
+    ----------
+    records : mapping of str to xarray.Dataset
+        By the titles of the panels; as for :func:`fitted_curves`, of normal forces.
+    columns : int
+        Panels of a row.
+    """
+    with styled():
+        rows = -(-len(records) // columns)
+        figure = new_figure(9.6, 0.3 + 1.5 * rows)
+        figure.set_layout_engine("none")  # measuring all labels would take longer than drawing them
+        inch = 1.0 / figure.get_figheight()
+        sides = {"left": 0.03, "right": 0.995, "bottom": 0.2 * inch, "top": 1.0 - 0.2 * inch}
+        spaces = {**sides, "wspace": 0.18, "hspace": 0.3}
+        panels = figure.subplots(rows, columns, squeeze=False, gridspec_kw=spaces).ravel()
+        for axes in panels[len(records) :]:
+            axes.set_axis_off()
+        for axes, (name, data) in zip(panels, records.items(), strict=False):
+            along, force = _drawn_names(data)
+            own, newton = (good_unit(data[one].values, quantity(one).unit) for one in (along, force))
+            x, y = scaled(data[along].values, along, own), scaled(data[force].values, force, newton)
+            chosen = thinned(y)
+            axes.plot(x[chosen], y[chosen], ".", color=GREY, ms=1.5, alpha=0.6, rasterized=True)
+            model = np.asarray(from_si(data["model"].values, "N", newton))
+            axes.plot(x[chosen], model[chosen], color=BLUE, lw=0.9)
+            axes.locator_params(nbins=3)
+            axes.tick_params(labelsize=5, length=2, pad=1)
+            title = name if len(name) <= _TITLE else f"\N{HORIZONTAL ELLIPSIS}{name[1 - _TITLE :]}"
+            axes.set_title(f"{title} ({own}, {newton})", fontsize=5.5, pad=2)
     return figure
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, TypedDict, Unpack
 
 import numpy as np
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 
     from pymdr.presentation.report import ReportPart
 
-_MOST_FIGURES = 40
-"""Largest number of curves drawn in a report."""
+_MOST_FIGURES, _ON_SHEET = 40, 15
+"""Records of a report up to which each has a figure, and number of records on one sheet otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,14 +98,21 @@ class FittedCurves(Study):
         ]
         if excluded := self._excluded():
             parts.append(ReportPart("Excluded", (), (["curve", "reason"], ["", ""]), excluded))
-        drawn = list(self.fits.items())[:_MOST_FIGURES]
-        cut = (
-            (f"{len(drawn)} of {len(self.fits)} fitted records are drawn.",)
-            if len(drawn) < len(self.fits)
-            else ()
-        )
-        figures = [(name, result.plot) for name, result in drawn]
-        return [*parts, ReportPart("Records", cut, figures=figures)]
+        if len(self.fits) <= _MOST_FIGURES:
+            figures = [(name, result.plot) for name, result in self.fits.items()]
+            return [*parts, ReportPart("Records", figures=figures)]
+        return [*parts, ReportPart("Records", figures=self._sheets())]
+
+    def _sheets(self) -> list[tuple[str, Callable[[], Figure]]]:
+        """Captions of sheets of small figures of all records, and what draws them."""
+        from pymdr.presentation.plot import sheet_of_records
+
+        sheets: list[tuple[str, Callable[[], Figure]]] = []
+        names = list(self.fits)
+        for first in range(0, len(names), _ON_SHEET):
+            some = {name: self.fits[name].data for name in names[first : first + _ON_SHEET]}
+            sheets.append((f"Records {first + 1} to {first + len(some)}", partial(sheet_of_records, some)))
+        return sheets
 
     def _figure(self) -> Figure:
         """The parameters of all records with their intervals, by group."""

@@ -106,7 +106,8 @@ def estimated(search: Search) -> Estimate:
         best = moved_across_samples(search, search.to_free(values.tolist(), origins))
     models = search.models(best)
     refuse_few(search, models)
-    widths = [one.force.size // mean.force.size for one, mean in zip(search.curves, few.curves, strict=True)]
+    sizes = [[one.force.size for one in own.curves] for own in (search, few)]
+    widths = [many // means for many, means in zip(*sizes, strict=True)]
     used = search.used or samples_off_jumps(models, search, widths)
     blocks = None if few is search else Blocks(search, few, used)
     if blocks is not None:

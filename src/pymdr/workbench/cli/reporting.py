@@ -29,7 +29,7 @@ REFUSALS = ("REFUSED", "ADHESION_REFUSED")
 
 
 _OF_SHELL = {
-    "check the signs with curve.orient()": "keep the signs of the file with --keep-signs",
+    "check the signs with curve.orient()": "check the signs: compression is positive with --keep-signs",
     "(curve.orient(keep=True))": "with --keep-signs",
     "keep=True if the signs are those of pymdr, or signs=": "or --keep-signs if compression is positive",
     "read_curves(..., leave_out_missing=True) omits them": "--leave-out-missing omits them",
@@ -45,7 +45,7 @@ def in_words_of_shell(text: str) -> str:
     Examples
     --------
     >>> in_words_of_shell("press deeper, or check the signs with curve.orient()")
-    'press deeper, or keep the signs of the file with --keep-signs'
+    'press deeper, or check the signs: compression is positive with --keep-signs'
     """
     for of_python, of_shell in _OF_SHELL.items():
         text = text.replace(of_python, of_shell)
