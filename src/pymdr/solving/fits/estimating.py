@@ -98,17 +98,16 @@ def estimated(search: Search) -> Estimate:
     """The estimate of a search; refuse what the records do not determine."""
     few = condensed(search)
     misfit, best, wide = best_end(few)
+    refuse_few(few, few.models(best))
     refuse_unseen(few, misfit, best)
     if not search.contact.is_viscoelastic:  # with memory the end is approximate
         refuse_undetermined(few, best, few.slopes(best))
     if few is not search:
         values, origins = few.from_free(best)
         best = moved_across_samples(search, search.to_free(values.tolist(), origins))
-    models = search.models(best)
-    refuse_few(search, models)
     sizes = [[one.force.size for one in own.curves] for own in (search, few)]
     widths = [many // means for many, means in zip(*sizes, strict=True)]
-    used = search.used or samples_off_jumps(models, search, widths)
+    used = search.used or samples_off_jumps(search.models(best), search, widths)
     blocks = None if few is search else Blocks(search, few, used)
     if blocks is not None:
         search = blocks.search
