@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# every process of the tests compiles the package anew where bytecode is not kept
+unexport PYTHONDONTWRITEBYTECODE
 WRITES := $(VENV)/.writes
 
 .PHONY: run test tests explore check docs benchmarks mutants clean
