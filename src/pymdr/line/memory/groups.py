@@ -111,7 +111,7 @@ def group_forces(body: Body, move: Move) -> tuple[float, float, float, float, fl
     k, since = known[STIFFNESS], known[GROUP_MOVE]
     width, ahead = known[WIDTH] + k * since, since + change
     force = body.equilibrium * width
-    work, lost = change * (body.equilibrium * (width + 0.5 * change * k) + drag * k), change * drag * k
+    work, dissipated = change * (body.equilibrium * (width + 0.5 * change * k) + drag * k), change * drag * k
     stored = body.equilibrium * (known[SQUARED] + ahead * (2.0 * known[WIDTH] + ahead * k))
     for j in range(body.branches):
         elastic, fade, gained, soft = (
@@ -126,11 +126,11 @@ def group_forces(body: Body, move: Move) -> tuple[float, float, float, float, fl
         force += table[j, DECAY] * borne
         work += change * (table[j, MEAN] * borne + table[j, RAMP] * elastic * k)
         crossed = elastic * (2.0 * table[j, CROSS] * borne + table[j, MOVED] * elastic * k)
-        lost += (table[j, OWN] * squared + crossed) * soft
+        dissipated += (table[j, OWN] * squared + crossed) * soft
         fade, gained = table[j, DECAY] * fade, table[j, DECAY] * gained + table[j, MEAN] * elastic
         stored += (fade * fade * squares + gained * (2.0 * fade * first + gained * k)) * soft
     rate = known[FIRM] * k
-    return force + rate * change, rate, 0.5 * stored, work, lost
+    return force + rate * change, rate, 0.5 * stored, work, dissipated
 
 
 @inner

@@ -168,14 +168,14 @@ def straight(viscosity: float, start: float, end: float, duration: float) -> Mov
 def move_branches(body: Body, move: float, w: float) -> tuple[float, float]:
     """Move the spring at work in contact over a part of a step; its mean force and dissipation without a parallel dashpot."""
     table = body.table
-    force, lost = body.equilibrium * (w + 0.5 * move), 0.0
+    force, dissipated = body.equilibrium * (w + 0.5 * move), 0.0
     for j in range(body.branches):
         elastic, h = table[j, MODULUS] * move, table[j, H]
         force += table[j, PART_MEAN] * h + table[j, PART_RAMP] * elastic
         crossed = elastic * (2.0 * table[j, PART_CROSS] * h + table[j, PART_MOVED] * elastic)
-        lost += (table[j, PART_OWN] * h * h + crossed) * table[j, SOFT]
+        dissipated += (table[j, PART_OWN] * h * h + crossed) * table[j, SOFT]
         table[j, H] = table[j, PART_DECAY] * h + table[j, PART_MEAN] * elastic
-    return force, lost
+    return force, dissipated
 
 
 @inner
@@ -206,14 +206,14 @@ def to_branches(body: Body) -> None:
 @inner
 def recover(body: Body, duration: float, rest: float) -> tuple[float, float]:
     """Let the free spring at work creep; returns its position and dissipation."""
-    table, w, lost = body.table, rest, 0.0
+    table, w, dissipated = body.table, rest, 0.0
     for k in range(body.modes):
         x, m = table[k, RATE_OF_MODE] * duration, table[k, M]
-        lost -= 0.5 * math.expm1(-2.0 * x) * m * m
+        dissipated -= 0.5 * math.expm1(-2.0 * x) * m * m
         m *= math.exp(-x)
         table[k, M] = m
         w += table[k, REACH] * m
-    return w, lost
+    return w, dissipated
 
 
 @inner
@@ -279,7 +279,7 @@ def _follow_changes(body: Body, move: Move, y: float, i: int, old: FloatArray, n
     `known` takes its dissipation, the work and the intervals tried. A crossing within rounding of a change is not another one:
     the search after each change starts later, and about a hundred changes end the step.
     """
-    done, lost, worked, turns, tried = 0.0, 0.0, 0.0, 0, 0
+    done, dissipated, worked, turns, tried = 0.0, 0.0, 0.0, 0, 0
     table, known = body.table, body.known
     free, w, rest, turn = load_spring(old, i, body), old[i, W], old[i, REST], 0.0
     while True:
@@ -293,12 +293,12 @@ def _follow_changes(body: Body, move: Move, y: float, i: int, old: FloatArray, n
         fraction = left * min(part, 1.0)
         if free:
             w, spent = recover(body, move.duration * fraction, rest)
-            lost += spent
+            dissipated += spent
         else:
             dw = move.change * fraction
             fill(move.duration * fraction, body)
             force, spent = move_branches(body, dw, w)
-            lost += spent + dw * move.drag
+            dissipated += spent + dw * move.drag
             worked += dw * (force + move.drag)
             w += dw
         if part > 1.0:
@@ -324,21 +324,21 @@ def _follow_changes(body: Body, move: Move, y: float, i: int, old: FloatArray, n
         w = move.start + move.change - y
     store_spring(new, i, free, w, rest, body)
     new[i, TURN] = turn
-    known[_DISSIPATED], known[_WORK], known[_TRIED] = lost, worked, tried
+    known[_DISSIPATED], known[_WORK], known[_TRIED] = dissipated, worked, tried
     return free
 
 
 @inner
 def _work_in_contact(body: Body, move: Move, stays: float) -> tuple[float, float]:
     """Work on springs that stay in contact, except that on their own equilibrium springs, and its dissipated part."""
-    work = lost = move.change * move.drag * stays
+    work = dissipated = move.change * move.drag * stays
     table = body.table
     for j in range(body.branches):
         elastic, borne = table[j, ELASTIC], table[j, SUM_KH]
         work += move.change * (table[j, MEAN] * borne + table[j, RAMP] * elastic * stays)
         crossed = elastic * (2.0 * table[j, CROSS] * borne + table[j, MOVED] * elastic * stays)
-        lost += table[j, SOFT] * (table[j, OWN] * table[j, SUM_KHH] + crossed)
-    return work, lost
+        dissipated += table[j, SOFT] * (table[j, OWN] * table[j, SUM_KHH] + crossed)
+    return work, dissipated
 
 
 @inner
@@ -363,7 +363,7 @@ def step(
     for j in range(n):
         table[j, ELASTIC], table[j, SUM_KH], table[j, SUM_KHH] = table[j, MODULUS] * change, 0.0, 0.0
     stiff = body.known[FIRM]
-    stored, lost, work, force, rate, stays = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    stored, dissipated, work, force, rate, stays = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     last, count, parts, q_last, q_before = first - 1, 0, 0, 0.0, 0.0
     for i in range(first, active):
         y, dk, w = springs[HEIGHT, i], springs[SHARE, i], old[i, W]
@@ -383,7 +383,7 @@ def step(
                 faded += table[k, MODE_DISSIPATION] * before * before
             if gap > 0.0:
                 new[i, W], new[i, FREE], new[i, REST], new[i, TURN] = there_free, 1.0, rest, 0.0
-                lost += dk * faded
+                dissipated += dk * faded
                 stored += 0.5 * dk * energy
                 continue
             energy = 0.0
@@ -396,7 +396,7 @@ def step(
                 least += min(before, after)
         if free or least < 0.0:
             free = _follow_changes(body, move, y, i, old, new)
-            lost += dk * body.known[_DISSIPATED]
+            dissipated += dk * body.known[_DISSIPATED]
             work += dk * body.known[_WORK]
             parts += int(body.known[_TRIED])
             if free:
@@ -423,7 +423,7 @@ def step(
         rate += dk * stiff
     last = last if count > 0 else -1
     stayed, taken = _work_in_contact(body, move, stays)
-    row[STORED], row[DISSIPATED], row[WORK], row[RATE] = stored, lost + taken, work + stayed, rate
+    row[STORED], row[DISSIPATED], row[WORK], row[RATE] = stored, dissipated + taken, work + stayed, rate
     row[EDGE_DEPTH], row[LAST], row[COUNT], row[PARTS], row[FORCE] = end, last, count, parts, force
     if 0 <= last < springs.shape[1] - 1:
         short = equilibrium  # modulus of a spring released shortly before the end

@@ -67,7 +67,7 @@ def modes_of(body: Relaxation) -> Modes:
         reach = -norm / np.sqrt(rates * body.glassy)
     into = [np.column_stack([to_modes[:, group], rest])]
     back = [(body.moduli / moduli[group])[:, None] * to_branches[group]]
-    found, reached = [rates], [reach]
+    all_rates, reached = [rates], [reach]
     for g in np.flatnonzero(np.bincount(group, minlength=decay.size) > 1):
         own = np.flatnonzero(group == g)
         bare = np.sqrt(body.moduli[own])
@@ -76,10 +76,10 @@ def modes_of(body: Relaxation) -> Modes:
         into.append(distinct.copy())
         into[-1][:, own] /= bare
         back.append((distinct[:, :-1] * np.sqrt(body.moduli)).T)
-        found.append(np.full(own.size - 1, decay[g]))
+        all_rates.append(np.full(own.size - 1, decay[g]))
         reached.append(np.zeros(own.size - 1))
     return Modes(
-        np.concatenate(found),
+        np.concatenate(all_rates),
         np.concatenate(reached),
         np.ascontiguousarray(np.vstack(into)),
         np.ascontiguousarray(np.hstack(back)),

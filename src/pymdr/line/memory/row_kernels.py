@@ -210,12 +210,12 @@ def _move_springs(
     step(run.springs, run.body, move, limits, old, new, row)
     alone, grouped = row[COUNT], limits[0]
     if grouped > 0:
-        force, rate, stored, work, lost = group_forces(run.body, move)
+        force, rate, stored, work, dissipated = group_forces(run.body, move)
         row[FORCE] += force
         row[RATE] += rate
         row[STORED] += stored
         row[WORK] += work
-        row[DISSIPATED] += lost
+        row[DISSIPATED] += dissipated
         row[COUNT] += grouped
         row[PARTS] += grouped
     return float(alone)
@@ -419,7 +419,7 @@ def follow(
     now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
     (state, new), body, known, row = states, run.body, run.body.known, run.row
     old, done = state, int(0.0)  # numbers: kernels are compiled once more for constants
-    work, lost = 0.0, 0.0
+    work, dissipated = 0.0, 0.0
     for r in range(course.shape[1]):
         if notes.shape[1] > 0:
             _record_loads(run, here, old, notes, r)
@@ -446,8 +446,8 @@ def follow(
         if grouped > 0 and is_outgrown(grouped, int(row[COUNT])):
             dissolve_group(old, body)
         work += row[WORK]
-        lost += row[DISSIPATED]
-        rows[r, WORK], rows[r, DISSIPATED], rows[r, INDENTATION] = work, lost, there
+        dissipated += row[DISSIPATED]
+        rows[r, WORK], rows[r, DISSIPATED], rows[r, INDENTATION] = work, dissipated, there
         now, target, done = course[TIME, r], goal, r + 1
     if notes.shape[1] > 0:
         _record_loads(run, here, old, notes, done)

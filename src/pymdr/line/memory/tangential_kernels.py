@@ -106,7 +106,7 @@ def _drive(body: Body, start: float, end: float, duration: float, v: float) -> t
     for j in range(body.branches):
         flowing += table[j, MODULUS] * table[j, RELAXING]
     flow = 0.0 if body.equilibrium > 0.0 else duration * below / flowing
-    given, lost, there = flow, flow, 0.0
+    given, dissipated, there = flow, flow, 0.0
     to_modes(body, v)
     for k in range(body.modes):
         reach, m = table[k, REACH], table[k, M]
@@ -114,7 +114,7 @@ def _drive(body: Body, start: float, end: float, duration: float, v: float) -> t
         decay, mean, ramp, own, cross, moved = moments(duration * table[k, RATE_OF_MODE])
         pushed, rest = -reach * rise, m - reach * start
         after = decay * rest + mean * pushed
-        lost += own * rest * rest + pushed * (2.0 * cross * rest + moved * pushed)
+        dissipated += own * rest * rest + pushed * (2.0 * cross * rest + moved * pushed)
         given += reach * (end * after - start * rest - rise * (mean * rest + ramp * pushed))
         given += 0.5 * reach * reach * (end * end - start * start)
         table[k, M] = after + reach * end
@@ -122,7 +122,7 @@ def _drive(body: Body, start: float, end: float, duration: float, v: float) -> t
     to_branches(body)
     if body.equilibrium == 0.0:
         there += 0.5 * duration * (start + end) / flowing
-    return v + there, given, lost
+    return v + there, given, dissipated
 
 
 @inner
@@ -183,31 +183,31 @@ def _slide(
     if stuck > 0.0:
         fill(duration * stuck, body)
         drag = body.viscosity * change / duration if body.viscosity > 0.0 and change != 0.0 else 0.0
-        force, lost = move_branches(body, change * stuck, v)
+        force, dissipated = move_branches(body, change * stuck, v)
         v += change * stuck
         own[_OWN_WORK, i] += change * stuck * (force + drag)
-        own[_OWN_LOST, i] += lost + change * stuck * drag
+        own[_OWN_LOST, i] += dissipated + change * stuck * drag
     left, lasted = 1.0 - stuck, duration * (1.0 - stuck)
     if body.viscosity > 0.0 and lasted > 0.0:
         first = sign * run.friction * (loads[0] + (loads[1] - loads[0]) * stuck)
         limit = sign * run.friction * loads[1]
-        there, work, lost = _drive(body, first, limit, lasted, v)
+        there, work, dissipated = _drive(body, first, limit, lasted, v)
         given = change * left * 0.5 * (first + limit)
         own[_OWN_LEFT, i] = change * left - (there - v)
         own[_OWN_WORK, i] += given
         own[_OWN_SLIP, i] += given - work
-        own[_OWN_LOST, i] += lost
+        own[_OWN_LOST, i] += dissipated
         return float(there)
     fill(lasted, body)
     slip = 0.0  # in zero time a dashpot does not move
     if body.viscosity == 0.0:
         slip = sign * over / stiffness(body, lasted)
     dv = change * left - slip
-    force, lost = move_branches(body, dv, v)
+    force, dissipated = move_branches(body, dv, v)
     own[_OWN_LEFT, i] = slip
     own[_OWN_WORK, i] += (dv + slip) * force
     own[_OWN_SLIP, i] += slip * force
-    own[_OWN_LOST, i] += lost
+    own[_OWN_LOST, i] += dissipated
     return v + dv
 
 
@@ -241,11 +241,11 @@ def _change(
         if friction < math.inf:
             over = abs(trial) - friction * after
         if over <= 0.0:
-            force, lost = move_branches(body, change, v)
+            force, dissipated = move_branches(body, change, v)
             v += change
             own[_OWN_RATE, i] = tangent * span
             own[_OWN_WORK, i] += change * (force + drag)
-            own[_OWN_LOST, i] += lost + change * drag
+            own[_OWN_LOST, i] += dissipated + change * drag
         else:
             under = (now if trial > 0.0 else -now) - friction * before
             stuck = _sticks(run, change, lasts, (before, after), v, trial) if under < 0.0 else 0.0
@@ -253,12 +253,12 @@ def _change(
             v = _slide(run, change, lasts, (before, after), v, stuck, (trial, over, i))
         if pressed.notes[GAP, r + 1, i] >= 0.0:
             if body.viscosity == 0.0:  # the remaining force is released at once
-                moved, lost = unload(body, v)
+                moved, dissipated = unload(body, v)
                 v -= moved
-                own[_OWN_SLIP, i] += lost
+                own[_OWN_SLIP, i] += dissipated
             rest, free = to_modes(body, v), True
-            v, lost = recover(body, duration * (1.0 - end), rest)
-            own[_OWN_LOST, i] += lost
+            v, dissipated = recover(body, duration * (1.0 - end), rest)
+            own[_OWN_LOST, i] += dissipated
     store_spring(new, i, free, v, rest, body)
     energy, q = body.equilibrium * v * v, body.equilibrium * v + drag
     if free:
@@ -304,17 +304,17 @@ def _plain(
                 continue
             slip, q = sign * over / firm, sign * limit
             dv = du - slip
-        mean, lost, energy = equilibrium * (v + 0.5 * dv), 0.0, equilibrium * (v + dv) * (v + dv)
+        mean, dissipated, energy = equilibrium * (v + 0.5 * dv), 0.0, equilibrium * (v + dv) * (v + dv)
         for j in range(n):
             h, elastic = old[i, BRANCHES + j], table[j, MODULUS] * dv
             mean += table[j, MEAN] * h + table[j, RAMP] * elastic
             crossed = elastic * (2.0 * table[j, CROSS] * h + table[j, MOVED] * elastic)
-            lost += table[j, SOFT] * (table[j, OWN] * h * h + crossed)
+            dissipated += table[j, SOFT] * (table[j, OWN] * h * h + crossed)
             h = table[j, DECAY] * h + table[j, MEAN] * elastic
             new[i, BRANCHES + j] = h
             energy += h * h * table[j, SOFT]
         new[i, W], new[i, FREE], new[i, REST] = v + dv, 0.0, old[i, REST]
-        own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i] = q, lost, slip * mean
+        own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i] = q, dissipated, slip * mean
         own[_OWN_WORK, i], own[_OWN_RATE, i] = du * mean, firm if sticks else 0.0
         own[_OWN_LEFT, i], own[_OWN_STORED, i] = slip, 0.5 * energy
 
@@ -333,9 +333,9 @@ def _step(
     """Shift the body by du while the loads change from one row to the next; the springs of a group stick."""
     springs, body, own, friction, known = run.springs, run.body, run.own, run.friction, run.body.known
     given, notes, grouped = pressed.given, pressed.notes, int(known[GROUPED])
-    force, rate, stored, worked, lost, size, normal = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    force, rate, stored, worked, dissipated, size, normal = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if grouped > 0:
-        force, rate, stored, worked, lost = group_forces(body, Move(0.0, du, given[r, TIME], 0.0))
+        force, rate, stored, worked, dissipated = group_forces(body, Move(0.0, du, given[r, TIME], 0.0))
         size = known[STIFFNESS] * greatest_force(body, du)
         for i in range(grouped):
             normal += springs[SHARE, i] * notes[LOAD, r + 1, i]
@@ -362,14 +362,14 @@ def _step(
         if i == 0:
             innermost = abs(own[_OWN_LEFT, i])
         stored += dk * own[_OWN_STORED, i]
-        lost += dk * own[_OWN_LOST, i]
+        dissipated += dk * own[_OWN_LOST, i]
         slipped += dk * own[_OWN_SLIP, i]
         worked += dk * own[_OWN_WORK, i]
     scale = 1.0  # full slip gives exactly mu F_N, without the error of a sum over springs
     if friction < math.inf:
         scale = given[r, NORMAL] / normal if normal > 0.0 else 0.0
     row[FORCE], row[RATE], row[SIZE] = force * scale, rate * scale, size * scale
-    row[STORED], row[DISSIPATED], row[SLIP], row[WORK] = stored, lost, slipped, worked
+    row[STORED], row[DISSIPATED], row[SLIP], row[WORK] = stored, dissipated, slipped, worked
     _stick(run, pressed, r + 1, last, row)
     row[SLID] = innermost if row[STICK] == 0.0 else 0.0
 

@@ -109,8 +109,8 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     later = np.arange(top + 1, d.size)
     if later.size:
         row, fraction = _edge_rows(relaxation, t, d, path, speed, top, later)
-        lost = row < 0
-        row, fraction, kept = row[~lost], fraction[~lost], later[~lost]
+        dissipated = row < 0
+        row, fraction, kept = row[~dissipated], fraction[~dissipated], later[~dissipated]
         start, end = t[row], t[row] + fraction * waits[row]
         d_end = d[row] + fraction * moves[row]
         relaxed = np.exp(-(end - start)[:, None] / relaxation.times) * forces[row]
@@ -271,18 +271,18 @@ def _edge_rows(
         inside = high - low > 1
         high, low = np.where(over & inside, middle, high), np.where(~over & inside, middle, low)
     begin = np.where(low == first, touch, 0.0)
-    lost = pull(low, begin, everyone) >= 0.0
+    dissipated = pull(low, begin, everyone) >= 0.0
     fraction = np.ones(later.size)
-    open_ = ~lost & (pull(low, fraction, everyone) > 0.0)
+    open_ = ~dissipated & (pull(low, fraction, everyone) > 0.0)
     if open_.any():
         which = np.flatnonzero(open_)
-        found = elementwise.find_root(
+        solution = elementwise.find_root(
             lambda part, at: pull(low[at.astype(int)], part, at.astype(int)),
             (begin[which], np.ones(which.size)),
             args=(which,),
         )
-        fraction[which] = found.x
-    return np.where(lost, -1, low), fraction
+        fraction[which] = solution.x
+    return np.where(dissipated, -1, low), fraction
 
 
 def _convolved(

@@ -472,13 +472,13 @@ def end_within(body: Body, track: Track, turn: int, k: int, first: Solved, work:
         at_high = first.history
     size = abs(at_low) + abs(at_high)
     side = 0
-    found = first
+    outcome = first
     for _ in range(_SEARCHES):
         trial = low + (high - low) * at_low / (at_low - at_high)
         if not low < trial < high:
             trial = 0.5 * (low + high)
         code, v_end, history = attempt(body, track, turn, k, trial, work)
-        found = Solved(code, trial, first.error, v_end, history)
+        outcome = Solved(code, trial, first.error, v_end, history)
         value = v_end if grows else history
         if code != COMPLETE or abs(value) <= 1e-15 * size or high - low <= 4e-16 * high:
             break
@@ -492,7 +492,7 @@ def end_within(body: Body, track: Track, turn: int, k: int, first: Solved, work:
             if side == -1:
                 at_low *= 0.5
             side = -1
-    return found
+    return outcome
 
 
 @inner
@@ -550,16 +550,16 @@ def run(
             until = given.size - 1 if turn > 0 else int(given[0])
             length = given[1 + taken] if taken < until else given[until]
             tolerance = math.inf
-        found = solve_step(body, track, turn, k, length, tolerance, fresh, work)
-        if found.code != COMPLETE:
-            return found.code, turn, k
-        past = (found.history if turn > 0 else found.speed) <= 0.0
+        outcome = solve_step(body, track, turn, k, length, tolerance, fresh, work)
+        if outcome.code != COMPLETE:
+            return outcome.code, turn, k
+        past = (outcome.history if turn > 0 else outcome.speed) <= 0.0
         if past:
-            found = end_within(body, track, turn, k, found, work)
-            if found.code != COMPLETE:
+            outcome = end_within(body, track, turn, k, outcome, work)
+            if outcome.code != COMPLETE:
                 return STUCK, turn, k
         turns = past and turn == 0
-        forward(body, track, k, 0.0 if turns else found.speed, work.part)
+        forward(body, track, k, 0.0 if turns else outcome.speed, work.part)
         for j in range(NODES):
             nodes[j, BEFORE] = nodes[j, ACCELERATION]
         k += 1
@@ -571,13 +571,13 @@ def run(
             start_search(track, turn, work.near)
         elif past:
             return COMPLETE, turn, k
-        elif turn == 0 and body.equilibrium == 0.0 and found.speed <= _STILL * speed:
+        elif turn == 0 and body.equilibrium == 0.0 and outcome.speed <= _STILL * speed:
             return RESTS, k, k
         else:
-            growth = 0.9 * (tolerance / max(found.error, 1e-300)) ** (1.0 / (NODES + 1.0))
-            length = found.length * min(max(growth, 0.2), 4.0)
+            growth = 0.9 * (tolerance / max(outcome.error, 1e-300)) ** (1.0 / (NODES + 1.0))
+            length = outcome.length * min(max(growth, 0.2), 4.0)
         if past:
-            length = found.length
+            length = outcome.length
     return TOO_MANY, turn, k
 
 
