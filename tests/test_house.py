@@ -43,11 +43,14 @@ def modules():
     ]
 
 
+@cache
 def functions():
-    for place, tree in modules():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                yield place, node
+    return [
+        (place, node)
+        for place, tree in modules()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
 
 
 def names(node):
