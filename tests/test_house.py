@@ -4,13 +4,20 @@ import ast
 import inspect
 import re
 from collections import Counter
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import pymdr as mdr
+from pymdr.interpretation.surface import LINE_FIELDS
+from pymdr.interpretation.theories import THEORIES
+from pymdr.interpretation.validity import BODY_SOURCES, NORMAL_FIELDS, SOURCES
+from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.codec import tables
+from pymdr.quantities import QUANTITIES
 from pymdr.solving.study import Study
 
 SOURCE = Path(mdr.__file__).parent
@@ -187,3 +194,53 @@ def test_every_kind_is_exported_and_explained(kind, cls):
     assert any(re.search(rf"\b{name}\b|\b{kind}\b", text) for text in pages), f"no page explains {name}"
     log = (DOCS.parent / "CHANGELOG.md").read_text(encoding="utf-8")
     assert re.search(rf"\b{name}\b|\b{kind}\b", log), f"CHANGELOG.md does not name {name}"
+
+
+def rows_of(table):
+    """Kinds and classes of one table that the package defines."""
+    return [(kind, cls) for kind, cls in registered() if cls in table.values()]
+
+
+@pytest.mark.parametrize(
+    ("table", "page"),
+    [
+        (tables.PROFILES, "profiles.md"),
+        (tables.MATERIALS, "bodies.md"),
+        (tables.RHEOLOGIES, "viscoelasticity.md"),
+        (tables.ADHESION, "adhesion.md"),
+    ],
+    ids=("profile", "body", "rheology", "law of adhesion"),
+)
+def test_additions_are_in_every_file_that_the_page_on_contributing_lists(table, page):
+    text, cases, reference = (
+        (DOCS / name).read_text(encoding="utf-8") for name in (page, "case_files.md", "reference.md")
+    )
+    public = (SOURCE / "__init__.pyi").read_text(encoding="utf-8")
+    for kind, cls in rows_of(table):
+        name = cls.__name__
+        assert f"`{kind}`" in cases, f"docs/case_files.md lacks {kind}"
+        assert re.search(rf"^   {name}$", reference, re.MULTILINE), f"docs/reference.md lacks {name}"
+        assert f" as {name}\n" in public, f"__init__.pyi lacks {name}"
+        assert re.search(rf"\b({name}|{kind})\b", text), f"docs/{page} lacks {name}"
+
+
+def test_every_body_has_compliances_and_every_law_of_adhesion_a_theory():
+    for _, cls in rows_of(tables.MATERIALS):
+        assert cls in surface_compliances.registry, f"surface_compliances of {cls.__name__}"
+        assert set(BODY_SOURCES.get(cls, ())) <= set(SOURCES), f"sources of {cls.__name__}"
+    for _, cls in rows_of(tables.ADHESION):
+        assert set(THEORIES[cls].references) <= set(SOURCES), f"sources of {cls.__name__}"
+
+
+def test_every_field_has_a_unit_and_errors():
+    rough = mdr.Contact(mdr.Function(lambda r: np.float32(0.5) * np.float32(r) ** 2), mdr.Elastic(1.0, 0.3))
+    plain = mdr.solve(rough, mdr.indent(1e-3))
+    sticky = mdr.solve(replace(rough, adhesion=mdr.JKR(1e-9)), mdr.indent(1e-3))
+    explained = inspect.getdoc(mdr.Result.field)
+    for name in (*NORMAL_FIELDS, *LINE_FIELDS):
+        assert name in QUANTITIES
+        assert f'"{name}"' in explained
+        for result in (plain, sticky) if name in NORMAL_FIELDS else ():
+            assert result.claims[name].error.max() > 1e-9, (
+                f"{name} has no error in interpretation/accuracy.py"
+            )

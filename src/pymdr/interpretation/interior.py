@@ -410,7 +410,9 @@ def _unknown_in(body: Material) -> str:
         return "a rigid body has no stress that is determined"
     if isinstance(body, Viscoelastic):
         return "where nu changes in time the load on the line does not determine the stress; give poisson instead of bulk"
-    return "the stress in graded bodies does not follow from the load on the line as in homogeneous ones"
+    if body.grading != 0.0:
+        return "the stress in graded bodies does not follow from the load on the line as in homogeneous ones"
+    return f"the stress in a {type(body).__name__} body is not computed; use Elastic with the same moduli"
 
 
 def unknown_stress(contact: Contact) -> str:

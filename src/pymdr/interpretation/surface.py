@@ -12,6 +12,7 @@ from pymdr.interpretation import fields
 from pymdr.interpretation.cohesion import cohesive_displacement, cohesive_pressure, cohesive_spring_shift
 from pymdr.interpretation.stress import LineLoad, Loads, line_load
 from pymdr.interpretation.theories import theory_of
+from pymdr.interpretation.validity import NORMAL_FIELDS
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.foundation import DiskStates, disk_states, states_at_depth
 from pymdr.line.layered import LayeredLine
@@ -22,7 +23,7 @@ from pymdr.numerics.panels import Place
 from pymdr.problem.contact import Contact
 from pymdr.units import FloatArray
 
-SURFACE_FIELDS = ("pressure", "normal_displacement", "gap")
+SURFACE_FIELDS = NORMAL_FIELDS
 LINE_FIELDS = ("equivalent_profile", "spring_force")
 
 

@@ -37,7 +37,7 @@ def power_law_factor(exponent: ArrayLike) -> FloatArray:
 
     Notes
     -----
-    Popov & Heß (2015), ch. 3.
+    Popov & Hess (2015), ch. 3.
 
     Examples
     --------
@@ -239,7 +239,7 @@ def power_law_pull_off(
 
     Notes
     -----
-    Heß (2011); Popov & Heß (2015), ch. 4. Uniqueness: d ln ξ/d ln a = 2σ/((1+σ)(3+σ)) <= 0.2680 with
+    Hess (2011); Popov & Hess (2015), ch. 4. Uniqueness: d ln ξ/d ln a = 2σ/((1+σ)(3+σ)) <= 0.2680 with
     σ = k/2E*a, so n - 1/2 > 0.2680 leaves one root, which ξ = 1/2 and ξ = 3/2 enclose.
 
     Examples

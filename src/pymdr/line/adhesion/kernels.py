@@ -107,7 +107,7 @@ def jkr_power_law_force(
 
     Notes
     -----
-    Heß (2011). ln y is read from a table over ln(1 + sqrt(d/Q + 1 - 1/2n)), where the fold is smooth, and
+    Hess (2011). ln y is read from a table over ln(1 + sqrt(d/Q + 1 - 1/2n)), where the fold is smooth, and
     finished by Halley's step.
 
     Examples

@@ -78,7 +78,7 @@ class MaugisDugdale:
 
     Notes
     -----
-    Maugis (1992) for the sphere; for any monotone g by superposition on the line, Popov & Heß (2015).
+    Maugis (1992) for the sphere; for any monotone g by superposition on the line, Popov & Hess (2015).
     On branch 3 d = g(a) - (2σ0/E*) sqrt(c² - a²) and the gap at c is h0:
     (2/π)[int_a^c (g - d)/sqrt(c² - x²) dx - (2σ0/E*)(c - a)] = h0. On branch 4 the gap at the edge is below
     h0 and the zone cannot grow. That the gap is positive inside the zone is assumed.

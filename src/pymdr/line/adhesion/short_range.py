@@ -41,7 +41,7 @@ def jkr_opening(line: Disk, radius: Position, work: float) -> FloatArray:
 
     Notes
     -----
-    Heß (2011) for half-spaces, sqrt(2π a γ / E*), the rule that makes the line reproduce Johnson, Kendall & Roberts
+    Hess (2011) for half-spaces, sqrt(2π a γ / E*), the rule that makes the line reproduce Johnson, Kendall & Roberts
     (1971). For any linear body the energy released by an edge is that of its punch, k' Δl² / (4π a).
 
     Examples
@@ -76,7 +76,7 @@ def energy_release_rate(line: Disk, radius: Position, opening: ArrayLike) -> Flo
 
     Notes
     -----
-    From U = U0 + F0 w + k w²/2 at constant d, where dF0 = k dd0; for half-spaces E* Δl² / (2π a) (Popov & Heß 2015, ch. 4).
+    From U = U0 + F0 w + k w²/2 at constant d, where dF0 = k dd0; for half-spaces E* Δl² / (2π a) (Popov & Hess 2015, ch. 4).
 
     Examples
     --------
@@ -107,7 +107,7 @@ def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) 
 
     Notes
     -----
-    Maugis (1992); Popov & Heß (2015), ch. 4.
+    Maugis (1992); Popov & Hess (2015), ch. 4.
 
     Examples
     --------
@@ -142,7 +142,7 @@ class JKR:
 
     Notes
     -----
-    Johnson, Kendall & Roberts (1971); Heß (2011); Popov & Heß (2015), ch. 4. Exact for a Griffith edge and
+    Johnson, Kendall & Roberts (1971); Hess (2011); Popov & Hess (2015), ch. 4. Exact for a Griffith edge and
     a contact that is a disk.
 
     Examples

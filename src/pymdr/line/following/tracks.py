@@ -124,7 +124,7 @@ def trace(curve: Curve) -> Track:
 
     Notes
     -----
-    Popov & Heß (2015), ch. 4, for the rule that a contact grows while D > D(s) and shrinks while D < D(s).
+    Popov & Hess (2015), ch. 4, for the rule that a contact grows while D > D(s) and shrinks while D < D(s).
 
     Examples
     --------

@@ -75,7 +75,8 @@ def fretting(
         str | None, typer.Option(help="Worn volume after the record, such as '0.01 mm^3'.")
     ] = None,
     cycles: Annotated[
-        float | None, typer.Option(help="Number of cycles that caused it; by default those recorded.")
+        float | None,
+        typer.Option(help="Number of cycles that caused the worn volume; by default those recorded."),
     ] = None,
     least: Annotated[
         str | None,

@@ -71,8 +71,8 @@ Groups = Annotated[
 FitSegment = Annotated[
     str | None,
     typer.Option(
-        help="Part of a record: approach, retreat or record; by default the approach of an AFM curve, the record of a table, or "
-        "with adhesion or memory."
+        help="Part to fit: approach, retreat or record (all); by default the record of a table, the approach of an AFM "
+        "curve, and its record with adhesion or memory."
     ),
 ]
 LeaveOut = Annotated[bool, typer.Option("--leave-out-missing", help="Leave out samples without a number.")]

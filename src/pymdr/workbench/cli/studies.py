@@ -115,7 +115,10 @@ def yields(
     bond_strength: Annotated[
         str | None, typer.Option(help="Shear strength of the interfaces of layers, such as '300 MPa'.")
     ] = None,
-    side: Annotated[str | None, typer.Option(help="Which yields: body or counterbody.")] = None,
+    side: Annotated[
+        str | None,
+        typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
+    ] = None,
     force_ratio: Annotated[
         float | None, typer.Option(help="With friction: tangential over normal force; sliding unless given.")
     ] = None,
@@ -150,7 +153,10 @@ def shakedown(
         list[str] | None,
         typer.Option(help="Tangential over normal force, or several: '0, 0.1, 0.2'; sliding unless given."),
     ] = None,
-    side: Annotated[str | None, typer.Option(help="Which body: body or counterbody.")] = None,
+    side: Annotated[
+        str | None,
+        typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
+    ] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -182,9 +188,12 @@ def fatigue(
         ),
     ],
     slope: Annotated[
-        str | None, typer.Option(help="Weight of the mean (dang-van) or normal stress of the criterion.")
+        str | None,
+        typer.Option(help="Weight of the mean stress (dang-van) or normal stress (findley, fatemi-socie)."),
     ] = None,
-    yield_strength: Annotated[str | None, typer.Option(help="Of fatemi-socie, such as '500 MPa'.")] = None,
+    yield_strength: Annotated[
+        str | None, typer.Option(help="Yield strength (fatemi-socie), such as '500 MPa'.")
+    ] = None,
     limit: Annotated[
         str | None, typer.Option(help="Endurance limit in the unit of the criterion, such as '250 MPa'.")
     ] = None,
@@ -194,7 +203,10 @@ def fatigue(
     bulk_amplitude: Annotated[
         str | None, typer.Option(help="Bulk stress in phase with the tangential force, such as '80 MPa'.")
     ] = None,
-    side: Annotated[str | None, typer.Option(help="Which is endangered: body or counterbody.")] = None,
+    side: Annotated[
+        str | None,
+        typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
+    ] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
