@@ -15,7 +15,6 @@ from matplotlib.transforms import Bbox
 
 import pymdr
 from pymdr.presentation.plot.shared import STYLE
-from pymdr.quantities import POSITION, QUANTITIES, RADIUS
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -40,7 +39,6 @@ templates_path = ["_templates"]
 exclude_patterns = [
     "_build",
     "_templates",
-    "generated/quantities.md",
     "generated/examples/index.rst",  # examples.md has them by subject
     "sg_execution_times.rst",
     "**/GALLERY_HEADER.rst",
@@ -163,16 +161,6 @@ def link_programs(app, docname, source):
     )
 
 
-def write_glossary(app):
-    """Write the table of quantities, from the one place that defines them."""
-    lines = ["| name | symbol | unit | meaning | over |", "|---|---|---|---|---|"]
-    for q in (*QUANTITIES.values(), RADIUS, POSITION):
-        lines.append(f"| `{q.name}` | ${q.symbol}$ | {q.unit or '1'} | {q.long_name} | {', '.join(q.dims)} |")
-    folder = HERE / "generated"
-    folder.mkdir(exist_ok=True)
-    (folder / "quantities.md").write_text("\n".join(lines) + "\n")
-
-
 def draw_figures(app):
     """Save the ``figure`` that the Python blocks of a page draw."""
     folder = HERE / "generated"
@@ -202,5 +190,4 @@ def setup(app):
     app.connect("autodoc-process-docstring", keep_bars_and_stars)
     app.connect("autodoc-process-docstring", keep_colons, priority=400)  # before napoleon
     app.connect("source-read", link_programs)
-    app.connect("builder-inited", write_glossary)
     app.connect("builder-inited", draw_figures)

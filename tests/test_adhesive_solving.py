@@ -645,7 +645,7 @@ def test_a_sharp_edge_releases_energy_only_where_it_is_open(b, work, share):
     assert last(result, "energy_release_rate") == pytest.approx(released, rel=1e-12, abs=1e-14 * work)
 
 
-def test_claims_tell_an_energy_balance_that_is_not_met(monkeypatch):
+def test_claims_report_an_energy_balance_that_is_not_met(monkeypatch):
     monkeypatch.setattr("pymdr.solving.adhesive.energy_residual", lambda track, history: 1e-3)
     result = mdr.solve(contact(), mdr.indent(0.1))
     assert not balance(result).met
@@ -825,7 +825,7 @@ def test_spheres_under_strong_adhesion(law):
     assert balance(result).measure < 1e-12
 
 
-def test_a_pull_that_reaches_far_out_on_a_callable():
+def test_an_attraction_of_long_range_on_a_callable():
     """f(c) = range lies beyond every radius of contact: the profile is mapped as far as that."""
     bowl = mdr.Function(lambda r: r * r / 2, derivative=lambda r: r)
     law = mdr.DMT(0.01, range=2.0)
@@ -972,7 +972,7 @@ def falling(level, start):
     stiffness=st.sampled_from([0.0, 0.3, 3.0, math.inf]),
 )
 @example(height=0.00390625, wave=63.25, work=0.015625, stiffness=0.0)
-def test_the_largest_pull_on_the_way_is_that_of_a_table(height, wave, work, stiffness):
+def test_the_largest_pull_of_a_retraction_is_that_of_a_table(height, wave, work, stiffness):
     table = Table(height, wave, work, top=1.0, n=40_001)
     level = (
         table.force
@@ -1138,7 +1138,7 @@ def test_cycles_of_tips_with_a_corner(profile, law):
 @pytest.mark.long
 @settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-3.0, 0.5), st.floats(-1.5, -0.3), st.floats(-1.0, 1.0), st.sampled_from(["jkr", "maugis"]))
-def test_the_way_down_to_a_corner_is_audited_as_the_way_up(log_flat, log_slope, log_strength, law):
+def test_unloading_to_a_corner_is_checked_as_loading_is(log_flat, log_slope, log_strength, law):
     """Energies are right to rounding on both ways, however small the flat beside the zone."""
     slope, work, young = 10.0**log_slope, 0.05, 1e9
     size = work / (young * slope**2)
@@ -1294,7 +1294,7 @@ def test_a_short_range_on_a_rounded_flat_is_that_of_jkr(n):
 
 
 @pytest.mark.parametrize("short", [1e-6, 1e-9, 1e-12])
-def test_states_beside_the_pull_off_at_a_corner(short):
+def test_states_next_to_the_pull_off_at_a_corner(short):
     """The flat comes off as a punch: the force is straight in the indentation there."""
     tip = mdr.Contact(rounded_flat(1e-7, 1e-7, 1.0), STIFF, adhesion=mdr.JKR(0.05))
     pull_off = mdr.pull_off(tip)

@@ -206,7 +206,7 @@ def test_rounding_is_not_taken_for_state(scale, count, seed):
         assert values.shape == r.shape
 
 
-def test_nothing_is_asked_beyond_the_reach():
+def test_a_callable_is_not_evaluated_beyond_its_largest_radius():
     calls = []
 
     def f(r):
@@ -221,7 +221,7 @@ def test_nothing_is_asked_beyond_the_reach():
     assert np.isnan(profile.gap_slope(1.0))
 
 
-def test_nan_inside_the_reach_is_refused():
+def test_nan_below_the_largest_radius_is_refused():
     holed = mdr.Function(lambda r: np.where(r < 0.2, r, math.nan), max_radius=0.3)
     with pytest.raises(mdr.ProblemError, match="nan at r = 250 mm, inside its max_radius of 300 mm"):
         holed.gap([0.1, 0.25])
@@ -518,7 +518,7 @@ def test_a_kink_close_beyond_the_beginning_stays_where_it_is(b, steeper, distanc
     np.testing.assert_allclose(found, marks, rtol=0.0 if of == "slope" else 1e-12)
 
 
-def test_kinks_close_together_are_told_apart():
+def test_kinks_close_together_are_resolved():
     b = np.pi / 10
     for distance in (1e-3, 1e-6, 1e-9, 1e-13):
         marks = [b, b * (1 + distance)]

@@ -154,7 +154,7 @@ def test_concave_kinks_are_passed_over_only_where_their_ring_is_narrow(seed):
 
 
 @pytest.mark.long
-def test_the_ring_beside_a_kink_and_its_share_of_the_load():
+def test_the_ring_next_to_a_kink_and_its_fraction_of_the_load():
     profile = mdr.Paraboloid(1.0) + mdr.Function(
         lambda r: -0.2 * np.maximum(r - 0.3, 0), [0.3], lambda r: np.where(r > 0.3, -0.2, 0.0)
     )
@@ -201,7 +201,7 @@ def bump(height, radius=1.5e-4, width=5e-6, R=1e-2):
 
 
 @pytest.mark.parametrize("height", [3e-8, -3e-8])
-def test_a_ring_on_the_way_is_refused_under_friction(height):
+def test_a_ring_in_the_path_is_refused_under_friction(height):
     steel = mdr.Elastic("210 GPa", 0.3)
     contact = mdr.Contact(bump(height), steel, friction=mdr.Coulomb(0.3))
     with pytest.raises(
@@ -253,7 +253,7 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
     assert np.max(np.abs(history - springs)) < 1e-4 * mu * force[1]
 
 
-def test_friction_refuses_a_wide_ring_beside_a_kink():
+def test_friction_refuses_a_wide_ring_next_to_a_kink():
     joint = mdr.Contact(dented(0.1), UNIT, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.ProblemError, match="next to the concave kink at 300 mm"):
         mdr.solve(joint, mdr.indent(0.3) >> mdr.shift(0.02))

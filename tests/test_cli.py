@@ -531,7 +531,7 @@ def test_plot_takes_the_folder_and_run_writes_a_table(case, tmp_path, shell):
     assert len(list(out.glob("*.png"))) == 3
 
 
-def test_messages_tell_every_mistake_in_our_words(case, shell):
+def test_messages_list_every_mistake_in_plain_words(case, shell):
     case.write_text(
         BALL_CASE.replace('"10 mm"', "[1]").replace("poisson = 0.3", "").replace("steps = 3", "steps = 0")
     )
@@ -840,7 +840,7 @@ def test_how_a_sweep_ends(case, values, status, ended, words, shell):
     assert words in err
 
 
-def test_a_sweep_tells_which_points_the_method_refuses(hollow, shell):
+def test_a_sweep_lists_the_points_that_the_method_refuses(hollow, shell):
     arguments = ("sweep", hollow, "--over", "body.young = 100 GPa, 200 GPa")
     status, out, err = shell(*arguments)
     assert (status, "2 of 2 points REFUSED: the contact is a disk at no step" in out) == (3, True)

@@ -348,7 +348,7 @@ def test_the_contact_point_is_found_where_the_data_begin_before_it():
         assert given.stiffness.at(np.array([0.5]))[1] == pytest.approx(0.5**1.5, rel=0.01)
 
 
-def test_points_without_noise_tell_their_contact_point():
+def test_points_without_noise_determine_their_contact_point():
     d = np.linspace(-0.5, 1.0, 302)
     found = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.1, 0.0) ** 2, modulus=1.0))
     assert found.contact_point == pytest.approx(0.1, abs=1e-6)
@@ -361,7 +361,7 @@ def test_depths_that_begin_at_nothing_are_counted_from_there():
     assert np.allclose(found.stiffness.at(np.array([0.2, 0.8]))[1], [0.0, 0.25], rtol=1e-13, atol=1e-15)
 
 
-def test_a_stiffness_that_falls_is_told_with_its_place():
+def test_a_decreasing_stiffness_is_reported_with_its_place():
     rng = np.random.default_rng(4)
     d = np.linspace(0.0, 1.0, 401)
     load = d**1.5 + 0.03 * np.exp(-(((d - 0.6) / 0.05) ** 2)) + 2e-3 * rng.standard_normal(d.size)
@@ -414,7 +414,7 @@ def test_the_depth_to_which_a_machine_travels_errs_as_the_curve_does(stiffness):
     assert np.all(off < 10.0 * claim.error[claim.where])
 
 
-def test_a_machine_that_hardly_presses_is_not_told_by_a_noisy_curve():
+def test_a_noisy_curve_does_not_determine_a_machine_that_hardly_presses():
     soft = mdr.Contact(curve_of_ball(40, noise=0.01), STEEL, STEEL)
     found = mdr.solve(soft, mdr.travel("1.5 um", steps=5), machine_stiffness=1e5)
     with pytest.raises(mdr.NotValidError, match="press deeper"):
@@ -743,7 +743,7 @@ def test_what_a_curve_does_not_know_is_refused(quantity, words):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(st.floats(-3.0, 0.0), st.integers(0, 2**32 - 1), st.booleans())
-def test_rows_that_the_points_do_not_tell_are_left_out(decades, seed, by_force):
+def test_rows_that_the_points_do_not_determine_are_left_out(decades, seed, by_force):
     d = np.linspace(0.0, 1.0, 40)
     force = d**1.5 + 10.0**decades * np.random.default_rng(seed).standard_normal(d.size)
     try:

@@ -125,7 +125,7 @@ def test_every_height_of_a_grid_is_a_parameter():
         mdr.with_parameters(contact, {"profile.heights[144]": 0.0})
 
 
-def test_layered_bodies_are_told_as_others_are():
+def test_layered_bodies_are_printed_as_others_are():
     body = stack(0.5, 2.0)
     assert repr(body).startswith("Layered(layers=(Layer(material=Elastic(young=1000000.0, poisson=0.5)")
     assert eval(repr(body), vars(mdr) | {n: getattr(mdr, n) for n in ("Layered", "Layer", "Elastic")}) == body
@@ -166,7 +166,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("ask", BAD.values(), ids=BAD)
-def test_what_is_asked_amiss_is_refused(ask):
+def test_wrong_requests_are_refused(ask):
     with pytest.raises(PymdrError) as refusal:
         ask()
     assert len(str(refusal.value)) > 20
@@ -197,7 +197,7 @@ def test_one_parameter_is_swept_once(tmp_path, shell):
     assert "body.young is already given" in err
 
 
-def test_bodies_apart_have_a_band_of_no_current():
+def test_separated_bodies_have_a_band_of_no_current():
     radius = np.linspace(0.0, 1e-3, 20)
     tip = mdr.Sampled(radius, radius**2 / 2e-2, scatter=1e-8 * np.arange(20.0))
     metal = mdr.Elastic("1 GPa", 0.3, resistivity=1e-7)

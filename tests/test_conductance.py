@@ -454,7 +454,7 @@ def test_bad_properties_are_refused(name, value):
             kind(**{name: value})
 
 
-def test_bands_of_a_scatter_reach_the_conductance():
+def test_bands_of_a_scatter_propagate_to_the_conductance():
     r = np.linspace(0.0, 1e-4, 41)
     tip = mdr.Sampled(r, r**2 / 2e-3, scatter=0.01 * r**2 / 2e-3 + 1e-10)
     contact = mdr.Contact(tip, mdr.Elastic(1e9, 0.3, **COPPER), SINK)

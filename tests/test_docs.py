@@ -18,6 +18,7 @@ import pytest
 
 import pymdr as mdr
 from pymdr.interpretation import theories
+from pymdr.quantities import POSITION, QUANTITIES, RADIUS
 
 DOCS = Path(__file__).parent.parent / "docs"
 OUTPUT = re.compile(r"^( *)```python\n(.*?)^\1```\n(?:\n\1```text\n(.*?)^\1```)?", re.MULTILINE | re.DOTALL)
@@ -238,6 +239,13 @@ def test_the_readme_runs(tmp_path, monkeypatch):
     for block in blocks(DOCS.parent / "README.md"):
         exec(compile(block, "README.md", "exec"), space)
     assert (tmp_path / "ball.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("quantity", [*QUANTITIES.values(), RADIUS, POSITION], ids=lambda q: q.name)
+def test_the_glossary_lists_every_quantity(quantity):
+    q = quantity
+    row = f"| `{q.name}` | ${q.symbol}$ | {q.unit or '1'} | {q.long_name} | {', '.join(q.dims)} |"
+    assert row in (DOCS / "glossary.md").read_text(), f"docs/glossary.md needs the row {row}"
 
 
 def test_the_reference_names_everything_public():

@@ -149,7 +149,7 @@ def pressure_near_corners(result, r, corners):
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize("distance", [1e-6, 1e-8, 1e-9, 3e-10, 1.2e-10, 8e-11, 4e-11])
-def test_beside_a_corner_the_pressure_is_logarithmic(side, distance, solved):
+def test_the_pressure_next_to_a_corner_is_logarithmic(side, distance, solved):
     # next to a jump of f' the pressure is linear in the logarithm of the distance
     r = 0.4 * (1 + side * np.array([1e-5, 1e-4]))
     near, far = solved["trunc_cone"].field("pressure", r=r).values
@@ -360,7 +360,7 @@ def test_tractions_of_many_disks_are_the_sum_of_their_pressures(profile, frictio
     st.floats(1e-3, 0.5),
     st.sampled_from([{}, {"adhesion": mdr.JKR(1e-6)}, {"adhesion": mdr.MaugisDugdale(1e-6, range=1e-9)}]),
 )
-def test_springs_that_nothing_presses_bear_nothing_whatever_the_profile_is_farther_out(size, share, law):
+def test_unloaded_springs_bear_nothing_whatever_the_profile_outside(size, share, law):
     """A profile whose waves are many where nobody has touched would take long to be mapped there."""
     radius = 10.0**size
     calls = []

@@ -253,7 +253,7 @@ def lab(colour, missing):
 
 
 @pytest.mark.parametrize("missing", WITHOUT_CONES)
-def test_colours_are_told_apart(missing):
+def test_colours_can_be_distinguished(missing):
     # 2.3 is just noticeable; red and green of most default cycles are 5 apart
     for one, other in itertools.combinations((*CYCLE, GREY), 2):
         assert np.linalg.norm(lab(one, missing) - lab(other, missing)) > 12.0

@@ -116,7 +116,7 @@ def test_histories_that_go_to_and_fro_keep_their_errors_small(tmp_path):
 # --- words -----------------------------------------------------------------------------------------------
 
 
-def test_errors_are_told_where_a_number_is_not_exact(solved, rough):
+def test_errors_are_shown_where_a_number_is_not_exact(solved, rough):
     assert "error" not in solved.summary()
     words = rough.summary()
     row = next(line for line in words.splitlines() if line.lstrip().startswith("normal force"))
@@ -129,19 +129,19 @@ def test_errors_are_told_where_a_number_is_not_exact(solved, rough):
     assert words.count(f"relative numerical error above {EXACT_WITHIN:g}") == 1
 
 
-def test_html_tells_every_error_to_those_who_unfold_it(rough):
+def test_html_shows_every_error_when_unfolded(rough):
     found = claims_html(rough.claims)
     assert "2.5e-07" in found
     assert "3.0e-08" in found
     assert claims_html({"gap": replace(rough.claims["gap"], error=None)}).count("rounding") == 1
 
 
-def test_assessments_tell_errors(rough):
+def test_assessments_show_errors(rough):
     assessed = mdr.assess(rough.contact, rough.path)
     assert "normal_force 2.5e-07" in replace(assessed, claims=rough.claims).summary()
 
 
-def test_errors_outside_a_claim_are_not_told():
+def test_errors_outside_a_claim_are_not_shown():
     where = np.array([True, False])
     claims = with_errors(normal_claims(where, "why"), {"gap": np.array([1e-12, 1.0])})
     assert text.largest_error(claims["gap"]) == 1e-12
@@ -207,7 +207,7 @@ def test_results_say_which_curve_was_run_through_the_samples():
     assert mdr.solve(mdr.Contact(mdr.Sphere(1.0), UNIT), mdr.indent(0.1)).notes == ()
 
 
-def test_a_scatter_that_is_an_offset_is_told_to_make_no_band():
+def test_a_note_says_that_a_scatter_that_is_an_offset_makes_no_band():
     r = np.linspace(0.0, 1e-7, 61)
     for scatter, words in ((np.full(61, 1e-10), "have zero width"), (1e-3 * r, "a sensitivity")):
         tip = mdr.Sampled(r, r**2 / 2e-7, scatter)

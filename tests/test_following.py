@@ -189,7 +189,7 @@ def test_hidden_folds_and_corners():
 
 
 @given(st.floats(-1e3, 1e3), st.floats(0.5, 20.0), st.floats(-9.0, 3.0))
-def test_folds_lie_where_they_are_wherever_the_way_begins(start, turns, decades):
+def test_places_of_folds_do_not_depend_on_the_start_of_the_path(start, turns, decades):
     size = 10.0**decades
     points, rising = turning_points(
         lambda s: np.cos(s / size - start), start * size, (start + turns) * size, ()

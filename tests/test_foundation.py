@@ -334,7 +334,7 @@ def test_springs_of_a_punch_end_at_its_edge():
         (mdr.Function(lambda r: abs(r - 1.0) + r**2 - 1.0, breakpoints=[1.0]), 2.0),
     ],
 )
-def test_the_line_is_as_long_as_its_profile_tells(profile, length):
+def test_the_line_is_as_long_as_its_profile(profile, length):
     springs = mdr.foundation(mdr.Contact(profile, mdr.Elastic(1.0, 0.0)), n=40)
     assert springs.position[-1] + 0.5 * springs.spacing == pytest.approx(length, rel=1e-12)
     assert np.isfinite(springs.normal_force(1e-3))

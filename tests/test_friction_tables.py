@@ -263,7 +263,7 @@ def test_hundreds_of_marks():
             np.testing.assert_allclose(found, exact.astype(float), rtol=1e-12, atol=0.0)
 
 
-def test_marks_that_floats_cannot_tell_apart_count_once():
+def test_marks_equal_in_floats_count_once():
     marks = [0.5, np.nextafter(0.5, 1.0), 0.0, -1.0, 2.0, 1.0, np.nextafter(1.0, 0.0), 1e-300]
     curves = tabulated_curves(lambda d: np.sqrt(d) + np.maximum(d - 0.5, 0.0), 1.0, 1.0, marks=marks)
     d = np.array([0.3, 0.5, 0.7, 1.0])
@@ -284,7 +284,7 @@ def test_slope_of_force_and_work_are_radius_and_force():
         assert w1 - w0 == pytest.approx(np.dot(share, force), rel=1e-11)
 
 
-def test_noise_is_kept_and_told():
+def test_noise_is_kept_and_reported():
     """Where cutting gains nothing the radius has noise; what F_N makes of it is smaller."""
 
     def noisy(d):

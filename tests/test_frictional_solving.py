@@ -1382,7 +1382,7 @@ def test_a_shift_under_a_constant_load_is_exact_but_for_its_first_row(load, shif
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_errors_of_a_profile_reach_its_friction(seed):
+def test_errors_of_a_profile_propagate_to_its_friction(seed):
     """Heights that lose digits to an offset: what normal contact claims to miss, friction misses too."""
     rng = np.random.default_rng([25, seed])
     radius, exponent = 10.0 ** rng.uniform(-9.0, 0.0), rng.uniform(1.5, 3.0)

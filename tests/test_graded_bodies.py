@@ -305,7 +305,7 @@ def near_the_rim(k, R, c, work, machine, travel, radius):
     depth=st.floats(-3.5, -2.0),
 )
 @example(k=-0.9375, R=1.0, soft=-4.0, sticky=-5.0, depth=-3.0)
-def test_a_machine_moves_a_sticky_punch_with_a_rim_as_far_as_it_is_told(k, R, soft, sticky, depth):
+def test_a_machine_moves_an_adhesive_punch_with_a_rim_to_its_targets(k, R, soft, sticky, depth):
     """Beside a rim g rises like (a - b)^((1 + k)/2), for k near -1 almost at once; nothing may be lost there."""
     body = body_of(k, R)
     size = mdr.effective_moduli(body).normal * R ** (1.0 + k)

@@ -356,7 +356,7 @@ def test_every_template_runs_as_written(tmp_path, shell):
     assert "My tip" in out
 
 
-def test_a_contact_that_is_refused_at_every_row_is_told_saved_and_read(tmp_path):
+def test_a_contact_refused_at_every_row_is_summarised_saved_and_read(tmp_path):
     """An adhesive wave that first touches on a ring: no quantity is given at any row."""
     wavy = mdr.Function(
         lambda r: r**2 / 2e-3 + 4e-7 * (1.0 - np.cos(2.5e5 * r)),

@@ -499,7 +499,7 @@ def test_from_the_shell(shell, tmp_path):
     assert "mass = '0 g'" in error
 
 
-def test_adhesive_spheres_that_are_hit_too_hard_are_told_the_end():
+def test_adhesive_impacts_beyond_the_profile_name_its_end():
     soft = mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("2 MPa", 0.3), adhesion=mdr.JKR("50 mJ/m^2"))
     for speed in (1.5, 2.0, 3.0, 100.0):
         with pytest.raises(mdr.PathError, match="by its radius"):

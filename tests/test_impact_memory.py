@@ -598,7 +598,7 @@ def test_overdamped_impacts_on_edges_end_or_say_why_not(viscosity, mass, size):
     mass=st.floats(-9.0, 0.0),
     speed=st.floats(-3.0, 1.0),
 )
-def test_hollow_profiles_are_told_what_they_are(deep, at, time, mass, speed):
+def test_hollow_profiles_are_refused_with_the_reason(deep, at, time, mass, speed):
     x = np.linspace(0.0, 1.0, 40)
     hollow = mdr.Sampled(1e-3 * x, 1e-3 * (0.03 * x**2 - deep * np.exp(-(((x - at) / 0.1) ** 2))))
     liquid = mdr.Viscoelastic(mdr.Maxwell("1 MPa", time=10.0**time), poisson=0.5)

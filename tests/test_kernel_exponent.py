@@ -236,7 +236,7 @@ def test_square_integrals_are_their_definition(k):
 
 
 @pytest.mark.parametrize("k", first_of([0.45, -0.7]))
-def test_the_way_back_is_its_definition(k):
+def test_fields_from_the_line_follow_their_definitions(k):
     for name, profile, reference in cases(k):
         line = equivalent_profile(profile, k)
         for r in (0.0, 0.2, 0.41, 0.7):
@@ -418,7 +418,7 @@ def test_the_pressure_carries_the_force(k, powers):
 @given(K, POWERS)
 @example(-0.9, [(0.375, 1.0)])
 @settings(max_examples=examples(20), deadline=None)
-def test_closed_forms_and_panels_go_the_same_way_back(k, powers):
+def test_closed_forms_and_panels_give_the_same_fields(k, powers):
     closed = equivalent_profile(
         sum((mdr.PowerLaw(n, c, 1.0) for n, c in powers[1:]), mdr.PowerLaw(*powers[0], 1.0)), k
     )

@@ -194,7 +194,7 @@ def test_long_curves_look_the_same():
     assert away.max() < 0.01
 
 
-def test_travel_is_drawn_beside_the_indentation():
+def test_travel_is_drawn_next_to_the_indentation():
     contact = mdr.Contact(TIP, GEL, adhesion=mdr.JKR("2 mJ/m^2"))
     path = mdr.travel("2 um", steps=10) >> mdr.travel("-20 um", steps=40)
     figure = mdr.solve(contact, path, machine_stiffness="0.05 N/m").figures()["loop"]
@@ -359,7 +359,7 @@ def test_the_section_shows_where_bodies_stick():
     assert any(p.get_label() == "slip" for p in upper.patches)
 
 
-def test_legends_tell_the_time():
+def test_legends_state_the_time():
     t = np.linspace(0.0, 2.0, 21)
     result = mdr.solve(JOINT, mdr.Path(time=t, normal_force=np.full(21, 50.0), shift=4e-7 * np.sin(5 * t)))
     labels = [text.get_text() for text in result.figures()["loop"].axes[0].get_legend().get_texts()]

@@ -110,7 +110,7 @@ def humped(rng):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_rows_of_a_profile_that_falls_farther_out_are_solved_up_to_there(seed):
+def test_rows_of_a_profile_that_decreases_outside_are_solved_up_to_there(seed):
     profile, touching = humped(np.random.default_rng(seed))
     contact = mdr.Contact(profile, film())
     depths = touching * np.array([0.3, 0.9, 1.02, 1.4])
@@ -192,7 +192,7 @@ def test_adhesive_rows_end_where_layers_do(law, channel, narrow):
         mdr.solve(contact, mdr.Path(**{channel: [3.0 * top, top]}), machine_stiffness=machine)
 
 
-def test_an_adhesive_profile_that_falls_farther_out_is_followed_up_to_there():
+def test_an_adhesive_profile_that_decreases_outside_is_followed_up_to_there():
     profile, touching = humped(np.random.default_rng(0))
     contact = mdr.Contact(profile, film(), adhesion=mdr.JKR(1e-7))
     depths = touching * np.array([0.3, 0.9, 1.4, 0.3])

@@ -431,7 +431,7 @@ SAMPLES = np.linspace(0.0, 3.0, 40)
     ],
     ids=lambda profile: type(profile).__name__,
 )
-def test_one_shape_told_in_several_ways(profile):
+def test_one_shape_given_in_several_forms(profile):
     body = film(0.45, base=mdr.Elastic(10.0, 0.3))
     path = mdr.load(0.02, steps=3)
     given, plain = (mdr.solve(mdr.Contact(one, body), path) for one in (profile, mdr.Paraboloid(10.0)))
@@ -589,7 +589,7 @@ def test_whether_a_layer_lifts_does_not_depend_on_units(metre, pascal):
 
 
 @pytest.mark.parametrize("load", [1.0, 3e4])
-def test_how_much_a_layer_lifts_is_found_also_beside_wide_contacts(load):
+def test_the_lift_of_a_layer_is_found_next_to_wide_contacts(load):
     """By the inverse Hankel transform at many radii around the edge, of springs of the line."""
     contact = mdr.Contact(mdr.Sphere(1e4), film(0.3, bond="frictionless"))
     result = mdr.solve(contact, mdr.load(load))
@@ -612,7 +612,7 @@ def test_how_much_a_layer_lifts_is_found_also_beside_wide_contacts(load):
     assert lifted == pytest.approx(-at_edge.min() / max(middle, at_edge.max()), rel=2e-2)
 
 
-def test_a_row_that_does_not_touch_has_radii_beside_one_that_is_refused():
+def test_a_row_without_contact_has_radii_next_to_one_that_is_refused():
     tip = mdr.TruncatedParaboloid(70.0, flat_radius=1.4)
     on_a_soft_base = film(0.3, young=6.28, base=mdr.Elastic(1.0, 0.3))
     result = mdr.solve(mdr.Contact(tip, on_a_soft_base), mdr.Path(indentation=[0.0, 2.6e-4]))

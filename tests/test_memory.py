@@ -134,7 +134,7 @@ def test_springs_converge_to_ting_at_second_order(profile):
     st.floats(-0.5, 0.0),
     st.floats(0.0, 0.1),
 )
-def test_the_way_of_bodies_apart_does_not_matter(before, after, last, kept):
+def test_the_path_of_separated_bodies_does_not_matter(before, after, last, kept):
     d = np.array([*before, last, 0.04, 0.1, kept, *after])
     t = 0.3 * np.arange(1.0, d.size + 1.0)
     body = Relaxation(1.0, np.array([2.0, 1.0]), np.array([0.3, 2.0]))
@@ -210,7 +210,7 @@ def test_tables_follow_travels_as_springs_do(shape, path, body, log_stiffness):
     st.floats(-3.0, 3.0),
     st.floats(-4.0, 4.0),
 )
-def test_machines_bend_by_what_the_bodies_do_not_give_way(shape, rows, start, spring, log_drag, log_softness):
+def test_machines_deflect_by_travel_minus_indentation(shape, rows, start, spring, log_drag, log_softness):
     """Also where a dashpot holds all but a billionth of the travel."""
     line, table = shape
     body = Relaxation(1.0, np.array([spring]), np.array([0.3]), 10.0**log_drag)
@@ -602,7 +602,7 @@ def test_loads_over_many_decades(body, shape, decades):
     before=st.floats(-12.0, 1.0),
     load=st.floats(-6.0, 0.0),
 )
-def test_bodies_that_are_apart_rest_on_each_other_before_a_force_presses(body, shape, before, load):
+def test_separated_bodies_touch_before_a_force_presses(body, shape, before, load):
     line, force, t = line_of(shape), 10.0**load * np.arange(1.0, 6.0), np.arange(1.0, 6.0)
     at_once = follow_loads(line, body, t, force, virgin(), n=200)
     away = follow_springs(line, body, [0.0, 1e-3], [0.0, -(10.0**before)]).state

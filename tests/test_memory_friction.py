@@ -319,7 +319,7 @@ COEFFICIENTS = st.sampled_from([0.0, 0.05, 0.3, 1.0, 5.0, 1e6, math.inf])
 
 @settings(max_examples=examples(15), deadline=None)
 @given(body=bodies(), history=histories(), mu=COEFFICIENTS, shape=st.sampled_from(SHAPES[:3]))
-def test_work_is_stored_or_dissipated_on_any_way(body, history, mu, shape):
+def test_work_is_stored_or_dissipated_on_any_path(body, history, mu, shape):
     t, d, u = history
     result = mdr.solve(joint(body, mu, shape), rows(t, d, u))
     data = {name: np.append(0.0, result.data[name].values) for name in result.data}
@@ -393,7 +393,7 @@ def test_legs_change_nothing(body, history, mu, data):
 @pytest.mark.long
 @settings(max_examples=6, deadline=None)
 @given(body=bodies(), history=histories(), mu=st.sampled_from([0.05, 0.3, 1.0]))
-def test_errors_are_what_finer_rows_tell(body, history, mu):
+def test_errors_are_the_differences_to_finer_rows(body, history, mu):
     t, d, u = history
     fine = np.interp(np.arange(1, 16 * t.size + 1) / 16.0, np.arange(t.size + 1.0), np.append(0.0, t))
     between = [np.interp(fine, np.append(0.0, t), np.append(0.0, values)) for values in (d, u)]
@@ -414,7 +414,7 @@ def test_errors_are_what_finer_rows_tell(body, history, mu):
     mu=st.sampled_from([0.1, 0.3, 1.0]),
     forced=st.booleans(),
 )
-def test_few_rows_err_as_is_told(body, legs, mu, forced):
+def test_few_rows_err_as_claimed(body, legs, mu, forced):
     channel = "normal_force" if forced else "indentation"
 
     def solved(steps):
@@ -523,7 +523,7 @@ def test_fields_of_what_does_not_relax_are_those_of_the_stack():
     mu=0.05,
     shape=SHAPES[2],
 )
-def test_fields_err_as_is_told(body, history, mu, shape):
+def test_fields_err_as_claimed(body, history, mu, shape):
     t, d, u = history
     result = mdr.solve(joint(body, mu, shape), rows(t, d, u))
     surface = _sheared_surface(result)
@@ -609,7 +609,7 @@ def test_a_machine_and_a_power_of_time():
     assert float(result["tangential_force"][-1]) > 0.0
 
 
-def test_bodies_that_stay_apart():
+def test_bodies_that_never_touch():
     path = mdr.indent(-0.1, duration=1.0, steps=2) >> mdr.shift(0.1, duration=1.0, steps=2)
     result = mdr.solve(joint(rubber(), 0.5), path)
     assert (result["tangential_force"].values == 0.0).all()

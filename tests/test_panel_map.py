@@ -99,7 +99,7 @@ def test_a_cusp_has_its_slope_on_the_axis(size, log_slope, exponent):
 
 @given(SIZES, st.lists(st.floats(-300.0, -1.0), min_size=1, max_size=5), st.sampled_from([0.0, 0.3, 0.6]))
 @settings(max_examples=examples(20), deadline=None)
-def test_pressures_beside_a_cusp_are_those_of_its_closed_form(size, decades, k):
+def test_pressures_next_to_a_cusp_are_those_of_its_closed_form(size, decades, k):
     body = mdr.Graded("1 MPa", depth=size, exponent=k, poisson=1.0 / (2.0 + k)) if k else UNIT
     r = 10.0 ** np.array(decades) * size
     found, closed = (
@@ -190,7 +190,7 @@ def test_what_lies_all_within_the_law_of_the_tip_is_no_surer_than_that(power, de
 
 @pytest.mark.parametrize("size", [1e-12, 1.0, 1e6])
 @pytest.mark.parametrize("name", SLOPES)
-def test_a_callable_is_asked_hardly_farther_than_needed(name, size):
+def test_a_callable_is_evaluated_hardly_beyond_the_contact(name, size):
     for part in (1e-6, 0.03, 0.8):
         profile = fresh(name, size, counted=True)
         equivalent_profile(profile).g(part * size)
@@ -210,7 +210,7 @@ def test_a_callable_is_asked_hardly_farther_than_needed(name, size):
 
 
 @pytest.mark.parametrize("name", ["hyperboloid", "quartic", "wavy"])
-def test_a_callable_is_never_asked_beyond_its_reach(name):
+def test_a_callable_is_never_evaluated_beyond_its_largest_radius(name):
     profile = mdr.Function(derivative=Counted(SLOPES[name](1.0)), max_radius=0.7)
     line = equivalent_profile(profile)
     deepest = float(line.g(0.7))
@@ -227,7 +227,7 @@ def test_a_callable_is_never_asked_beyond_its_reach(name):
 
 @pytest.mark.parametrize("path", [mdr.indent(1e-4, steps=3), mdr.load(1e-6, steps=3)])
 @pytest.mark.parametrize("name", SLOPES)
-def test_solve_asks_no_farther_than_its_claims_say(name, path):
+def test_solve_evaluates_no_radius_beyond_its_claims(name, path):
     profile = fresh(name, counted=True)
     result = mdr.solve(mdr.Contact(profile, UNIT), path)
     largest = float(result["contact_radius"].max())
@@ -661,7 +661,7 @@ class Blind(CurveSource):
 )
 @example(2.0, 1.0, -3.0, [-10.0], False)
 @example(1.5, 1.0, -3.0, [-6.6], False)
-def test_rounded_flats_that_give_f_alone_are_exact_beside_their_edges(n, b, height, decades, by_force):
+def test_rounded_flats_that_give_f_alone_are_exact_next_to_their_edges(n, b, height, decades, by_force):
     """f = h ((r - b)_+ / b)^n has its digits at every radius: so have results, and claims say so."""
     h = b * 10.0**height
     delta = 10.0 ** np.sort(decades)
@@ -777,7 +777,7 @@ def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, last):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(SIZES, st.lists(st.floats(-9.0, 1.0), min_size=1, max_size=4), st.floats(-2.0, 2.0))
-def test_a_jump_that_nobody_found_is_felt_far_beyond(b, decades, share):
+def test_an_undetected_jump_affects_radii_far_outside(b, decades, share):
     """f' = s r / b + t (r > b): g, g', m and s are no farther off than ten times their errors."""
     t = 10.0**share
     profile = mdr.Function(derivative=lambda r: r / b + np.where(r > b, t, 0.0))
@@ -811,7 +811,7 @@ def _square_of_a_kinked_paraboloid(b, t, x):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(SIZES, st.lists(st.floats(-20.0, -1.0), min_size=1, max_size=5))
-def test_a_law_that_shows_farther_out_holds_farther_in(R, decades):
+def test_the_law_outside_replaces_the_rounding_near_the_tip(R, decades):
     """R - sqrt(R^2 - r^2) is 0 to rounding near the tip: depths in any order, each alone or after others."""
     profile = mdr.Function(lambda r: R - np.sqrt(R * R - r * r), max_radius=0.999 * R)
     a = R * 10.0 ** np.array(decades)
@@ -857,7 +857,7 @@ def test_pressure_through_a_dead_zone(n, b, last, shares):
 )
 @example([(-3.0, -6.0)], [(False, 0, 1.0)], 1.0, "f + 1")
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_what_is_asked_first_changes_nothing(shoulders, first_read, size, given_as):
+def test_the_order_of_evaluations_changes_nothing(shoulders, first_read, size, given_as):
     """f' = sum of s r / b up to b, s b / r beyond; g = s (x^2 - x sqrt(x^2 - b^2)) / b + s b arcosh(x / b) from there on."""
     terms = [(size * 10.0**b, 10.0**s) for b, s in shoulders]
     # an offset rounds f, so that it is differentiated on panels of its own; one that drowns all of it is refused

@@ -397,7 +397,7 @@ def test_a_steep_profile_may_be_pressed_deeper_than_it_is_wide(profile, depth, r
 
 
 @pytest.mark.parametrize("path", [mdr.indent(0.05), mdr.load(10.0)])
-def test_a_function_is_not_used_beyond_its_reach(path):
+def test_a_function_is_not_used_beyond_its_largest_radius(path):
     # g(0.1) = 0.02: deeper than that nothing is known
     profile = mdr.Function(lambda r: r**2, derivative=lambda r: 2 * r, max_radius=0.1)
     with pytest.raises((mdr.PathError, mdr.ProblemError), match="pass r = 100 mm"):

@@ -405,7 +405,7 @@ def test_an_ellipsoid_is_not_pressed_in_by_its_height():
         mdr.solve(mdr.Contact(mdr.Ellipsoid(1.0, 0.1), UNIT), mdr.indent(0.1))
 
 
-def test_a_formula_in_a_case_is_refused_with_the_way_out():
+def test_a_formula_in_a_case_is_refused_with_the_remedy():
     case = {"profile": {"kind": "function", "f": "r**4"}, "body": {"kind": "rigid"}, "path": []}
     with pytest.raises(
         mdr.CaseError, match=r"kind = 'function': cases cannot contain formulas.*'sampled'.*Python script"

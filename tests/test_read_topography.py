@@ -354,7 +354,7 @@ def test_a_measured_surface_whatever_its_suffix(tmp_path):
     assert same(mdr.read_topography(tmp_path / "surface.csv"), expected)
 
 
-def test_a_format_that_only_its_suffix_tells(tmp_path):
+def test_a_format_known_by_its_suffix_alone(tmp_path):
     """NanoFocus, whose header begins as an empty matrix of MATLAB does."""
     of_makers()
     heights = np.random.default_rng(3).integers(0, 2**16 - 1, (5, 7)).astype("<u2")

@@ -233,7 +233,7 @@ def test_what_is_no_name_of_a_file_is_refused(file):
     st.lists(st.sampled_from(["normal_force", "peak_pressure", "contact_radius"]), min_size=1, unique=True),
     st.booleans(),
 )
-def test_tables_hold_what_is_asked_for(tmp_path_factory, names, in_mega):
+def test_tables_contain_the_requested_quantities(tmp_path_factory, names, in_mega):
     result = mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL), mdr.indent("1 um", steps=3))
     frame = result.to_dataframe(quantities=names)
     assert list(frame) == names

@@ -258,7 +258,7 @@ def test_the_default_grid_reaches_twice_the_contact(ball):
     assert np.isfinite(deep.field("gap").values).all()
 
 
-def test_the_edge_amplitude_is_told(ball):
+def test_the_edge_amplitude_is_a_coordinate(ball):
     result = RESULTS["punch"]()
     p = result.field("pressure", r=[0.5, 1.0, 1.5])
     assert p.values[1:].tolist() == [math.inf, 0.0]
@@ -478,7 +478,7 @@ def test_a_process_that_ends_early_is_one_clear_error():
     assert len(mdr.solve_batch(contacts, mdr.indent(0.25))) == 2
 
 
-def test_no_process_is_copied_beside_other_threads():
+def test_no_process_is_forked_while_other_threads_run():
     done = threading.Event()
     other = threading.Thread(target=done.wait)
     other.start()
@@ -490,7 +490,7 @@ def test_no_process_is_copied_beside_other_threads():
 
 
 @pytest.mark.long
-def test_batches_beside_other_threads_give_the_same():
+def test_batches_give_the_same_while_other_threads_run():
     contacts = [mdr.Contact(mdr.Paraboloid(R), mdr.Elastic(0.75, 0.5)) for R in (1.0, 4.0)]
     with ThreadPoolExecutor(1) as pool:
         answers = pool.submit(mdr.solve_batch, contacts, mdr.indent(0.25), workers=2).result()
@@ -630,7 +630,7 @@ def test_peak_pressure_is_above_all_pressures(height, waves, depth):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(st.floats(-14.0, -4.0))
-def test_a_small_contact_after_a_large_one_is_told(decades):
+def test_a_summary_ends_with_the_last_row_however_small(decades):
     """A summary ends with the row of the path that it is about, however small, and not with 0."""
     ball = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
     small = 1e-5 * 10.0**decades

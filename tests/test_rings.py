@@ -162,7 +162,7 @@ def test_pressure_converges_with_the_second_order(hertz, cone, punch):
 
 
 @pytest.mark.parametrize("max_radius", [1.2, 1e5])
-def test_given_force_finds_the_depth_whatever_the_reach(max_radius):
+def test_a_given_force_finds_the_depth_whatever_the_largest_radius(max_radius):
     solution = solve_force(paraboloid, 4 / 3, 1.0, max_radius=max_radius, n=100)
     assert solution.indentation == pytest.approx(1, rel=1e-7)
     assert solution.force == pytest.approx(4 / 3, rel=1e-13)

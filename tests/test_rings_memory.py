@@ -199,7 +199,7 @@ def test_side_by_side():
 
 @settings(deadline=None, max_examples=4)
 @given(decades=st.floats(-12.0, 0.0), equilibrium=st.sampled_from([0.0, 1e-3, 0.1]), steps=st.integers(1, 4))
-def test_bodies_that_relax_within_a_step_err_as_is_told(decades, equilibrium, steps):
+def test_bodies_that_relax_within_a_step_err_as_claimed(decades, equilibrium, steps):
     gel = mdr.Viscoelastic(mdr.Prony(equilibrium, [1.0], [10.0**decades]), poisson=0.5)
     contact = mdr.Contact(mdr.Paraboloid(1.0), gel)
     path = mdr.indent(0.01, duration=1.0, steps=steps) >> mdr.hold(1.0) >> mdr.indent(0.015, duration=0.3)

@@ -232,7 +232,7 @@ def test_a_hundred_thousand_noisy_samples():
 
 
 @pytest.mark.parametrize("where", [0, 7, 100, -1])
-def test_an_outlier_is_felt_beside_it_only(where):
+def test_an_outlier_affects_its_neighbourhood_only(where):
     rng = np.random.default_rng(2)
     r = np.linspace(0.0, 1.0, 200)
     height = r**2 / 2 + 1e-3 * rng.standard_normal(r.size)
@@ -403,7 +403,7 @@ def test_what_a_profile_keeps_is_its_own():
 
 @settings(max_examples=examples(80), deadline=None)
 @given(spacings(fewest=300, most=500), scales, scales, st.floats(-6.0, -3.0), st.integers(0, 2**32 - 1))
-def test_the_noise_is_told(r, width, size, decades, seed):
+def test_the_noise_is_reported(r, width, size, decades, seed):
     noise = 10.0**decades * size
     error = noise * np.random.default_rng(seed).standard_normal(r.size)
     # at uneven distances one difference in three is new: a median of 100 sizes has a deviation of 0.12
@@ -528,7 +528,7 @@ def test_csv_files_that_lie(tmp_path, old, new, words):
         mdr.read_profile(tmp_path / "t.csv")
 
 
-def test_a_case_names_a_csv_beside_it(tmp_path):
+def test_a_case_names_a_csv_in_its_folder(tmp_path):
     (tmp_path / "t.csv").write_text(GOOD)
     case = """
         [profile]
@@ -751,7 +751,7 @@ def test_many_noisy_samples_have_a_panel_each():
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-def test_samples_that_begin_flat_keep_their_digits_beside_the_flat(compiled, monkeypatch):
+def test_samples_that_begin_flat_keep_their_digits_next_to_the_flat(compiled, monkeypatch):
     if compiled:
         monkeypatch.setattr(abel_sums, "_MANY", 0)
         monkeypatch.setattr(sources, "MANY_KNOTS", 10)

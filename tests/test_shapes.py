@@ -332,7 +332,7 @@ def test_the_best_ellipse_is_that_of_hertz(ratio, angle, decades, shallow):
 
 @settings(max_examples=4, deadline=None)
 @given(st.floats(0.1, 0.8), st.floats(0.0, 2.0 * math.pi), st.floats(1.5, 4.0))
-def test_the_best_ellipse_of_a_lopsided_body_lies_beside_its_apex(share, angle, power):
+def test_the_best_ellipse_of_an_asymmetric_body_is_not_centred_on_its_apex(share, angle, power):
     """Flatter on one side; its force is that of its trial area, and boundary elements bear more."""
 
     def f(x, y):

@@ -483,7 +483,7 @@ def test_any_power_of_time_slides(exponent, log_time, log_speed):
     assert 0.0 < float(slid["friction_coefficient"][0]) < 4.0 / 3.0 * 0.1
 
 
-def test_a_power_of_time_is_not_asked_for_more_decades_than_its_series_has():
+def test_a_power_of_time_is_not_used_beyond_the_decades_of_its_series():
     body = mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.7), poisson=0.5)
     with pytest.raises(mdr.ProblemError, match=r"speeds from 1e-06 m/s to .* fewer decades of speed"):
         mdr.sliding_friction(mdr.Contact(BALL.profile, body), [1e-6, 1e6], indentation="0.1 mm")

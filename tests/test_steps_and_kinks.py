@@ -94,7 +94,7 @@ def test_what_is_only_steep_or_cancels_does_not_step(f):
 
 @settings(max_examples=COUNT, deadline=None)
 @given(RADII, st.floats(-14, -3.3), st.sampled_from([-1.0, 1.0]), st.floats(-3, 0), GIVES, st.booleans())
-def test_a_breakpoint_beside_the_kink_is_moved_to_it(b, off, sign, log_jump, gives, alone):
+def test_a_breakpoint_next_to_the_kink_is_moved_to_it(b, off, sign, log_jump, gives, alone):
     jump, named = 10.0**log_jump, b * (1 + sign * 10.0**off)
     profile = of(
         lambda r: r * r / (2 * b) + jump * np.maximum(r - b, 0.0),
@@ -177,7 +177,7 @@ def test_rounded_flats_under_an_offset_claim_about_what_they_err(order, offset):
 
 @pytest.mark.parametrize("gives", ["f", "derivative"])
 @pytest.mark.parametrize("order", [1.5, 2.0, 3.0])
-def test_a_breakpoint_beside_a_kink_of_higher_order_is_no_error(order, gives):
+def test_a_breakpoint_next_to_a_kink_of_higher_order_is_no_error(order, gives):
     rng = np.random.default_rng([int(2 * order), len(gives)])
     for off in 10.0 ** rng.uniform(-11, -4, 3):
         S = 10.0 ** rng.uniform(-9, 0)
@@ -264,7 +264,7 @@ def test_a_falling_part_does_not_shorten_the_steps_outward(gives, monkeypatch):
     assert counted.n < 8
 
 
-def test_a_part_that_nearly_cancels_is_mapped_no_farther_in_than_it_is_felt():
+def test_a_part_that_nearly_cancels_is_mapped_only_where_it_matters():
     # f = r^2 of 500 r^2 - 499 r^2
     line = equivalent_profile(mdr.Paraboloid(1e-3) + mdr.Function(lambda r: -499 * r * r))
     assert float(line.inverse(1e-6)) == pytest.approx((1e-6 / 2) ** 0.5, rel=1e-11)
@@ -315,7 +315,7 @@ def test_what_was_saved_of_a_callable_refuses_radii_beyond_it(tmp_path):
 
 @settings(max_examples=examples(24), deadline=None)
 @given(st.floats(-9.0, 0.0), st.floats(-12.0, -1.0), st.floats(-3.0, 0.0), st.floats(-16.0, -1.0))
-def test_contacts_just_beyond_a_kink_under_an_offset_err_as_is_told(scale, beyond, steep, offset):
+def test_contacts_just_beyond_a_kink_under_an_offset_err_as_claimed(scale, beyond, steep, offset):
     b, slope = 10.0**scale, 10.0**steep
     lift = 10.0**offset * b
     wheel = mdr.Function(lambda r: slope * np.maximum(np.asarray(r) - b, 0.0) + lift, max_radius=100.0 * b)

@@ -176,7 +176,7 @@ def test_points_without_a_result_have_a_reason():
     assert found.claims["normal_force"].where.tolist() == [True, False]
 
 
-def test_the_weakest_claim_is_told():
+def test_the_weakest_claim_is_stated():
     shapes = [mdr.Paraboloid("1 mm"), mdr.Waviness("1 um", "0.1 mm")]
     found = mdr.sweep(
         BALL, mdr.indent("1.5 um"), {"profile": shapes, "adhesion": [None, mdr.DMT("1 mJ/m^2")]}

@@ -146,7 +146,7 @@ def test_sweeps_studies_and_impacts_too(tmp_path):
     assert ("profile", None, "Sphere(radius=0.01)") in about
 
 
-def test_texts_are_no_formulas_and_what_is_infinite_is_told(tmp_path):
+def test_texts_are_no_formulas_and_infinities_are_written(tmp_path):
     columns = {
         "a [m]": np.array([1.0, math.inf, -math.inf, math.nan]),
         "=b": np.array(["=1+1", "+x", "a\x07b", ""]),

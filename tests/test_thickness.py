@@ -205,7 +205,7 @@ def test_a_sticky_punch_errs_by_its_stiffness():
         ),
     ],
 )
-def test_what_is_not_measured_is_told(contact, why):
+def test_what_is_not_measured_is_stated(contact, why):
     result = mdr.solve(contact, mdr.indent("1 nm", steps=2))
     found = thickness_of(result)
     assert math.isnan(found.measure)
@@ -228,7 +228,7 @@ def test_a_sample_under_an_elastic_ball_is_measured_with_the_ball():
     assert claim.error == pytest.approx(expected, rel=1e-9)
 
 
-def test_force_curves_and_friction_tell_it_as_an_assumption():
+def test_force_curves_and_friction_state_it_as_an_assumption():
     body = sample("1 MPa", 0.5, "2 um")
     ball = mdr.Contact(mdr.Paraboloid("10 um"), mdr.Elastic("1 MPa", 0.5))
     curve = mdr.solve(ball, mdr.indent("1 nm", steps=20)).force_curve()

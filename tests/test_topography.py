@@ -32,7 +32,7 @@ def test_heights_in_any_form(heights):
     assert not surface.heights.flags.writeable
 
 
-def test_steps_are_told_and_kept():
+def test_steps_are_recorded():
     surface = mdr.Topography(HEIGHTS * 1e-9, "2 um", ("read", "levelled"))
     assert surface != mdr.Topography(HEIGHTS * 1e-9, "2 um")
     assert "6 values from 0 m to 5 nm" in surface._repr_html_()

@@ -36,7 +36,7 @@ def test_oblique_loading_is_refined():
     assert found.extrapolated > found.largest_difference
 
 
-def test_more_turning_points_than_steps_are_told():
+def test_more_turning_points_than_steps_are_noted():
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     i = np.arange(60)
     path = mdr.Path(indentation=1e-6 * (1 + 0.5 * np.sin(i * 1.3)), shift=3e-7 * np.sin(i * 0.9))

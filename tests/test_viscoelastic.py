@@ -84,7 +84,7 @@ def test_the_creep_under_a_load_that_is_there_at_once():
     shape=st.sampled_from(SHAPES),
     depths=st.lists(st.floats(-0.05, 0.3), min_size=1, max_size=4),
 )
-def test_energy_is_stored_or_dissipated_on_any_way(terms, equilibrium, shape, depths):
+def test_energy_is_stored_or_dissipated_on_any_path(terms, equilibrium, shape, depths):
     moduli, times = (10.0 ** np.array(column, dtype=float) for column in zip(*terms, strict=True))
     times **= 0.1
     path = mdr.indent(0.1, duration=1.0, steps=6)
@@ -175,7 +175,7 @@ def test_a_machine_and_two_bodies():
     assert (result["indentation"].values <= result["travel"].values).all()
 
 
-def test_bodies_that_stay_apart():
+def test_bodies_that_never_touch():
     result = pressed(SOLID, mdr.indent(-0.1, duration=1.0, steps=2))
     assert result["normal_force"].values.tolist() == [0.0, 0.0]
     assert result["contact_radius"].values.tolist() == [0.0, 0.0]
@@ -183,7 +183,7 @@ def test_bodies_that_stay_apart():
 
 @settings(max_examples=examples(10), deadline=None)
 @given(st.lists(st.floats(-0.2, 0.0), min_size=1, max_size=8))
-def test_a_record_that_begins_apart_is_one_approach(separated):
+def test_a_record_that_begins_without_contact_is_one_approach(separated):
     d = np.array([*separated, 0.05, 0.1, 0.03, *separated])
     path = mdr.Path(time=np.arange(d.size, dtype=float), indentation=d)
     result = pressed(SOLID, path)
@@ -418,7 +418,7 @@ def test_a_sudden_press_has_the_elastic_pressure(shape):
     assert np.max(np.abs(one - other)) < min(bound, 3e-3) * np.max(other)
 
 
-def test_the_surface_beside_a_flat_punch_sinks_as_on_an_elastic_body():
+def test_the_surface_around_a_flat_punch_sinks_as_on_an_elastic_body():
     path = mdr.Path(time=[0.0], indentation=[0.1])
     result = pressed(mdr.Maxwell(1.0, time=1.0), path, mdr.FlatPunch(radius=0.3))
     r = 0.3 * np.array([1.001, 1.1, 2.0, 5.0])
@@ -477,7 +477,7 @@ def forced(draw):
     mdr.Paraboloid(1.0),
     None,
 )
-def test_few_rows_of_forces_err_as_is_told(memory, shape, stiffness):
+def test_few_rows_of_forces_err_as_claimed(memory, shape, stiffness):
     shear, legs = memory
 
     def solved(steps):
