@@ -4,6 +4,9 @@
 intervals of 95 % that hold the truth, with the mean and the spread of what is off in standard errors; 93 to 97 % is the aim.
 ``--only layer memory`` takes some of them. The seed is fixed, so that the same command prints the same.
 
+``--groups`` takes folders instead: ``--fits`` of them with 2 to 8 samples of 3 to 12 curves, whose moduli scatter between and within samples, fitted by
+``mdr.fit_each`` with an uncertain spring constant; counted are the intervals of the medians of samples and of the median over samples.
+
 ``--colours`` takes records of a Hertzian contact with coloured noise instead: autoregressive noise, white noise whose neighbours are
 anticorrelated plus a slow part, and 1/f, of 500 and 16,000 samples. The 95 % intervals of ``mdr.fit`` are counted for ``--fits``
 records of each, and 1.96 standard errors of ``mdr.fit_map`` for ``--count``.
@@ -85,6 +88,18 @@ STUDIES = {
         mdr.Contact(TIP, _on("3 um", "3 kPa")),
         mdr.Contact(TIP, _on("5 um", "10 kPa")),
         ("body.layers[0].material.young", "body.layers[0].thickness"),
+    ),
+    "pyramid": Study(
+        mdr.Contact(mdr.Pyramid.berkovich(), mdr.Elastic("3 kPa", 0.5)),
+        mdr.Contact(mdr.Pyramid.berkovich(), mdr.Elastic("10 kPa", 0.5)),
+        ("body.young",),
+        0.05,
+    ),
+    "bead on a cell": Study(
+        mdr.Contact(mdr.SphereOnSphere("5 um", "8 um"), mdr.Elastic("3 kPa", 0.5)),
+        mdr.Contact(mdr.SphereOnSphere("5 um", "8 um"), mdr.Elastic("10 kPa", 0.5)),
+        ("body.young",),
+        0.05,
     ),
     "memory": _relaxing(),
     "memory on a machine": _relaxing(0.05),
@@ -234,6 +249,52 @@ def coloured(noise, fits, count, n, seed=SEED):
     )
 
 
+def folder(rng):
+    """Curves of samples, their samples, and the medians that they come from."""
+    between, within = rng.uniform(0.05, 0.5, size=2)
+    typical, spring = 10.0 ** rng.uniform(2.5, 5.0), 0.05
+    deviation = 0.05 * rng.normal()
+    depth = np.linspace(-1e-6, 1e-6, 150)
+    curves, groups, medians = {}, {}, {}
+    for sample in range(int(rng.integers(2, 9))):
+        medians[str(sample)] = typical * math.exp(between * rng.normal())
+        for k in range(int(rng.integers(3, 13))):
+            young = medians[str(sample)] * math.exp(within * rng.normal())
+            pressed = 16 / 9 * young * math.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5
+            pressed = pressed + NOISE * np.ptp(pressed) * rng.normal(size=depth.size)
+            name = f"{sample}/{k}"
+            # a spring constant that is wrong scales force and deflection alike: travel stays
+            curves[name] = mdr.MeasuredCurve(
+                force=pressed * (1.0 + deviation),
+                travel=depth + pressed / spring,
+                spring_constant=spring * (1.0 + deviation),
+            )
+            groups[name] = str(sample)
+    return curves, groups, typical, medians
+
+
+def print_grouped(count, seed):
+    """Print the coverage of intervals over samples."""
+    start = mdr.Contact(TIP, mdr.Elastic("10 kPa", 0.5))
+    typical, medians, known = [], [], 0
+    for i in range(count):
+        curves, groups, middle, of_samples = folder(np.random.default_rng([seed, i]))
+        found = mdr.fit_each(
+            start, curves, ["body.young"], groups=groups, uncertainty={"spring_constant": "5 %"}
+        ).statistics["body.young"]
+        typical.append(float(found["typical_low"]) < middle < float(found["typical_high"]))
+        for sample, low, high in zip(
+            *(found[name].values for name in ("group", "median_low", "median_high")), strict=True
+        ):
+            known += 1
+            if np.isfinite(low):
+                # the spring constant is common to all and not in the intervals of the medians
+                medians.append(low < of_samples[str(sample)] < high)
+    print(
+        f"over samples {np.mean(typical):.1%} of {count}; medians {np.mean(medians):.1%} of {len(medians)}, {known - len(medians)} of too few curves"
+    )
+
+
 def print_coloured(fits, count, seed, samples=SAMPLES):
     """Print the coverage under coloured noise as a table."""
     print(
@@ -257,10 +318,14 @@ def main(words=None):
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--only", nargs="+", choices=STUDIES, default=list(STUDIES))
     parser.add_argument("--colours", action="store_true")
+    parser.add_argument("--groups", action="store_true")
     parser.add_argument("--fits", type=int, default=200)
     given = parser.parse_args(words)
     if given.colours:
         print_coloured(given.fits, given.count, given.seed)
+        return
+    if given.groups:
+        print_grouped(given.fits, given.seed)
         return
     # three deviations of the count
     slack = 3.0 * math.sqrt(0.05 * 0.95 / given.count)

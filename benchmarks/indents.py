@@ -16,17 +16,21 @@ from pymdr.solving.nanoindentation.unloading import epsilon_of_power
 
 DIAMOND = mdr.Elastic("1141 GPa", 0.07)
 POISSON, SEED = 0.25, 28
+_PER_NANOMETRE = np.array([1.0, 1e9])
+"""Of the coefficients of h^2 and h, which calibrations give for nanometres."""
 
 
 class Indent:
     """A random indent: tip, contact depth, modulus, hardness, frame, drift and noise."""
 
-    def __init__(self, rng):
+    def __init__(self, rng, like=None, part=1.0):
         self.rng = rng
         self.contact_depth = 10.0 ** rng.uniform(-8.0, -4.0)
         blunt = self.contact_depth * 10.0 ** rng.uniform(-2.0, 0.0)
         self.tip = mdr.AreaFunction([24.5, 24.5 * blunt])
         self.young = 10.0 ** rng.uniform(9.0, 11.6)
+        if like is not None:
+            self.contact_depth, self.tip, self.young = part * like.contact_depth, like.tip, like.young
         compliance = (1.0 - POISSON**2) / self.young + (1.0 - 0.07**2) / 1141e9
         self.reduced = 1.0 / compliance
         self.hardness = self.reduced * rng.uniform(0.01, 0.1)
@@ -35,7 +39,7 @@ class Indent:
         self.stiffness = 2.0 * self.reduced * math.sqrt(self.area / math.pi)
         self.m = rng.uniform(1.2, 1.7)
         self.depth = self.contact_depth + epsilon_of_power(self.m) * self.force / self.stiffness
-        self.frame = rng.uniform(0.0, 0.3) / self.stiffness
+        self.frame = rng.uniform(0.0, 0.3) / self.stiffness if like is None else like.frame
         self.noise = self.depth * 10.0 ** rng.uniform(-4.0, -2.7)
         self.force_noise = self.force * 10.0 ** rng.uniform(-4.5, -3.0)
         self.drift = self.depth * rng.uniform(-0.05, 0.05) / 100.0
@@ -91,6 +95,27 @@ def unloading(rng, table, hold):
             ("young_modulus", one.young),
         ):
             tally(table, f"{name}, {procedure}", float(row[f"{name}_low"]), float(row[f"{name}_high"]), truth)
+
+
+def calibration(rng, table, hold):
+    """A tip and a frame from 16 indents in a known body; the area is counted at the contact depths of the indents."""
+    one = Indent(rng)
+    records = [Indent(rng, one, part).record(hold) for part in np.geomspace(0.05, 1.0, 16)]
+    if hold:
+        records = mdr.thermal_drift(records)
+    body = mdr.Elastic(one.young, POISSON)
+    study = mdr.calibrate_area(records, reference=body, terms=2, epsilon=None)
+    (frame, *coefficients), truth = study.intervals, _PER_NANOMETRE * one.tip.coefficients
+    tally(table, "frame compliance", *frame, one.frame)
+    for i, (interval, value) in enumerate(zip(coefficients, truth, strict=True)):
+        tally(table, f"coefficient {i + 1}", *interval, value)
+    data = study.data
+    for low, high, depth in zip(
+        *(data[f"contact_area{end}"].values for end in ("_low", "_high")),
+        data["contact_depth"].values,
+        strict=True,
+    ):
+        tally(table, "area", low, high, float(one.tip.area_at(depth)))
 
 
 def swept(one, rng, depth_part=0.02, count=1500):
@@ -181,6 +206,8 @@ def pop_in(rng, table, hold):
 PARTS = {
     "frame": (unloading, False),
     "frame and drift": (unloading, True),
+    "calibration": (calibration, False),
+    "calibration with drift": (calibration, True),
     "continuous": (continuous, False),
     "film": (film, False),
     "pop-in": (pop_in, False),
