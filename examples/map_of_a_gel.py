@@ -12,7 +12,7 @@ import xarray as xr
 import pymdr as mdr
 
 rng = np.random.default_rng(3)
-x = y = np.linspace(0, 30e-6, 20)
+x = y = np.linspace(0, 30e-6, 12)
 stiffer = np.exp(-((x - 18e-6) ** 2 + (y[:, None] - 12e-6) ** 2) / (7e-6) ** 2)
 young = 2e3 + 500 * np.round(8 * stiffer)
 way = np.concatenate([np.linspace(-1e-6, 1.5e-6, 150), np.linspace(1.5e-6, -3e-6, 150)])

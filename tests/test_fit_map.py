@@ -444,8 +444,8 @@ def test_the_law_that_made_a_curve_is_the_best(true):
 @pytest.mark.parametrize("law", ["JKR", "DMT"])
 def test_jumps_of_each_law_count_in_a_comparison(law, machine):
     """A record of DMT has no hysteresis, one of JKR has; noise is a tenth of the pull or of the largest force, whichever is smaller."""
-    right = 0
-    for seed in range(4):
+    right, count = 0, 2 if machine is None else 4
+    for seed in range(count):
         rng = np.random.default_rng(seed)
         radius, young = 10 ** rng.uniform(-8, -2), 10 ** rng.uniform(3, 11)
         depth, modulus = 0.05 * radius, young / 0.75
@@ -471,7 +471,7 @@ def test_jumps_of_each_law_count_in_a_comparison(law, machine):
         weights = mdr.compare_laws(laws, curve, FREE).weights
         assert weights[law] > 0.05
         right += weights[law] > 0.5
-    assert right >= 3
+    assert right >= min(count, 3)
 
 
 def test_laws_that_cannot_be_compared_are_refused():
@@ -663,18 +663,18 @@ def test_a_map_tells_what_a_soft_machine_does_not():
     endings = {}
     for machine in (0.05, 0.001):
         true = mdr.solve(sticky, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
-        noise = 0.01 * np.ptp(true) * np.random.default_rng(1).normal(size=(20, way.size))
+        noise = 0.01 * np.ptp(true) * np.random.default_rng(1).normal(size=(8, way.size))
         data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
         found = mdr.fit_map(start, data.assign(spring_constant=machine), FREE)
         endings[machine] = found.counts
         for name in FREE:
             assert not (found[f"{name}_error"] > found[name]).any()
-    assert endings[0.05] == {"fitted": 20}
+    assert endings[0.05] == {"fitted": 8}
     refused = {name: count for name, count in endings[0.001].items() if name != "fitted"}
     assert all(
         name.startswith(("the curve does not determine", "the curve does not show")) for name in refused
     )
-    assert sum(count for name, count in refused.items() if "does not determine" in name) > 5
+    assert sum(count for name, count in refused.items() if "does not determine" in name) > 2
 
 
 def test_a_map_tells_of_detectors_that_ran_out_of_range():

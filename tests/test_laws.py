@@ -2,7 +2,7 @@
 
 import math
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mpmath
 import numpy as np
@@ -670,3 +670,16 @@ def test_a_stress_that_does_not_grow_with_the_work_is_fitted_law_by_law(monkeypa
     ):
         contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=law)
         assert (axes_of(contact, unknowns_of(contact, FREE)) is not None) == tabulated
+
+
+def test_laws_of_ones_own_are_refused_where_a_table_or_a_stress_is_not_known(monkeypatch):
+    monkeypatch.setitem(THEORIES, Edge, replace(THEORIES[mdr.JKR], proportional=lambda law: False))
+    contact = mdr.Contact(mdr.Paraboloid("1 mm"), BODIES[0], adhesion=Edge("10 mJ/m^2"))
+    with pytest.raises(
+        mdr.ProblemError, match=r"export_law: .*Edge is not tabulated; give JKR or DMT, or write"
+    ):
+        mdr.export_law(contact, to="3 um")
+    with pytest.raises(
+        mdr.ProblemError, match="Edge has no cohesive stress, so the stress at its edge is not known; take"
+    ):
+        mdr.first_yield(contact, strength="1 MPa")

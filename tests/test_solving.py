@@ -386,6 +386,11 @@ def test_files_that_cannot_be_read_or_written(tmp_path):
         result.save(tmp_path / "file" / "r.nc")
     with pytest.raises(mdr.FileError, match="no such file"):
         mdr.open_result(tmp_path / "none.nc")
+    with pytest.raises(mdr.FileError, match=r"it has no result\.nc, which pymdr run writes$"):
+        mdr.open_result(tmp_path)
+    (tmp_path / "impact.csv").write_text("step")
+    with pytest.raises(mdr.FileError, match=r"impact\.csv of a study; read it with pandas\.read_csv\('"):
+        mdr.open_result(tmp_path)
     with pytest.raises(OSError, match="not a complete NetCDF file"):
         mdr.open_result(tmp_path / "file")
 

@@ -11,8 +11,12 @@ from pymdr.solving.laws import law_of
 
 if TYPE_CHECKING:
     import os
+    from pathlib import Path
 
     import xarray as xr
+
+RESULT_FILE = "result.nc"
+"""Name of the result in the folder of a case."""
 
 
 def result_from_dataset(dataset: xr.Dataset) -> Result:
@@ -46,7 +50,7 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     Raises
     ------
     FileError
-        If the file is missing, damaged or not a pymdr result.
+        If the file is missing, damaged or not a pymdr result, or the folder is that of a study; the message then says how to read it.
 
     Examples
     --------
@@ -62,4 +66,25 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     from pymdr.presentation.files import named_file, read_dataset
 
     source = named_file(file, "read")
-    return result_from_dataset(read_dataset(source / "result.nc" if source.is_dir() else source))
+    if source.is_dir():
+        folder, source = source, source / RESULT_FILE
+        if not source.exists():
+            raise FileError(_folder_text(folder))
+    return result_from_dataset(read_dataset(source))
+
+
+def _folder_text(folder: Path) -> str:
+    """Message on a folder without a result, with how to read what it has."""
+    remedies = {
+        "*.nc": "xarray.open_dataset({file}), or open_pressed_surface({file}) for one of press",
+        "*.zarr": "xarray.open_zarr({file}, consolidated=False)",
+        "*.csv": "pandas.read_csv({file})",
+    }
+    for pattern, remedy in remedies.items():
+        if found := sorted(folder.glob(pattern)):
+            file = repr(found[0].as_posix())
+            return (
+                f"cannot read {str(folder)!r} as a result: it has no {RESULT_FILE}, which pymdr run writes, but {found[0].name} of a study; "
+                f"read it with {remedy.format(file=file)}"
+            )
+    return f"cannot read {str(folder)!r} as a result: it has no {RESULT_FILE}, which pymdr run writes"
