@@ -333,6 +333,21 @@ def sections(value):
     return {"": parts[0], **dict(zip(parts[1::2], parts[2::2], strict=True))}
 
 
+WITHOUT_ARGUMENTS = {"Level", "Status", "Result", "ShapePreserving", "SmoothingSpline", "__version__"}
+
+
+@pytest.mark.parametrize("name", sorted(set(mdr.__all__) - WITHOUT_ARGUMENTS))
+def test_docstrings_describe_arguments_returns_and_errors(name):
+    value = getattr(mdr, name)
+    if inspect.isclass(value) and issubclass(value, Exception):
+        return
+    found = sections(value)
+    assert {"Parameters", "Raises", *([] if inspect.isclass(value) else ["Returns"])} <= set(found)
+    for title in ("Parameters", "Returns", "Raises"):
+        for entry in re.split(r"\n(?=\S)", found[title].strip()) if title in found else ():
+            assert "\n    " in entry, f"{name}: {title} does not describe {entry.splitlines()[0]}"
+
+
 def test_sources_that_docstrings_name_have_references():
     missing = {}
     for name, value in public_objects():

@@ -119,7 +119,7 @@ class NotValidError(PymdrError, RuntimeError):
 
 
 class ConvergenceError(PymdrError, ArithmeticError):
-    """A numerical failure; the message holds the last iterate.
+    """A numerical failure; the message contains the last iterate.
 
     Examples
     --------

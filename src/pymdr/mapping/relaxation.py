@@ -28,11 +28,11 @@ def relaxation_of(
     tangential: bool = False,
 ) -> Relaxation:
     """
-    E*(t) of two bodies, by which the springs of the line relax, or G*(t), by which they relax sideways.
+    E*(t) of two bodies, by which the springs of the line relax, or G*(t), by which they relax tangentially.
 
     A spring of the length dx that is shortened by w(t) bears q(t) dx = dx int E*(t - s) dw(s). The compliances of the
     bodies add as operators. In Carson transforms: E* = 2 G/(1 - nu) of a body with constant nu,
-    E* = 4 G (3 K + G)/(3 K + 4 G) = G + 1/(1/(3 G) + 4/(9 K)) of one with constant K; sideways
+    E* = 4 G (3 K + G)/(3 K + 4 G) = G + 1/(1/(3 G) + 4/(9 K)) of one with constant K; tangentially
     G* = 4 G/(2 - nu) and G* = 8 G (3 K + G)/(9 K + 6 G) = (4/3) G + 1/(3/(4 G) + 1/(2 K)).
 
     Parameters

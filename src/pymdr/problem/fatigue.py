@@ -31,6 +31,13 @@ class DangVan(FatigueCriterion):
     endurance_limit : quantity, optional
         The fatigue limit t in torsion in Pa, above 0, with which the measure is compared.
 
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
+
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -75,6 +82,13 @@ class Findley(FatigueCriterion):
     endurance_limit : quantity, optional
         The limit of the measure in Pa, above 0.
 
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
+
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -115,6 +129,13 @@ class FatemiSocie(FatigueCriterion):
     endurance_limit : quantity, optional
         The limit of the measure, a strain above 0.
 
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
+
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -154,6 +175,13 @@ class SmithWatsonTopper(FatigueCriterion):
     ----------
     endurance_limit : quantity, optional
         The limit of the measure in Pa, above 0.
+
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     See Also
     --------
@@ -197,6 +225,13 @@ class RuizWork(FatigueCriterion):
     endurance_limit : quantity, optional
         The limit of the measure in N/m, above 0.
 
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
+
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -231,6 +266,13 @@ class RuizDamage(FatigueCriterion):
     ----------
     endurance_limit : quantity, optional
         The limit of the measure in Pa N/m, above 0.
+
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     See Also
     --------

@@ -28,6 +28,7 @@ class Layer(Value):
     Parameters
     ----------
     material : Elastic
+        Isotropic material of the layer, without a thickness of its own.
     thickness : quantity
         In m, above 0.
 

@@ -135,6 +135,13 @@ class Rigid(Material):
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s.
 
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
+
     Examples
     --------
     >>> import pymdr as mdr
@@ -176,7 +183,7 @@ class TransverselyIsotropic(Material):
         Contraction along the surface over extension along the axis, under a stress along the axis;
         poisson_axis^2 <= (1 - poisson_plane) young_axis / (2 young_plane).
     shear_axis : quantity, optional
-        Shear modulus of planes that hold the axis in Pa, above 0.
+        Shear modulus of planes that contain the axis in Pa, above 0.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s.
 

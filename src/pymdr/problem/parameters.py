@@ -37,6 +37,7 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
     Parameters
     ----------
     contact : Contact
+        The contact with the parameters.
 
     Returns
     -------
@@ -91,12 +92,14 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     Parameters
     ----------
     contact : Contact
+        The contact with the parameters.
     values : mapping of str to quantity or value
         New values by dotted name: quantities for numbers, problem values such as a profile for parts.
 
     Returns
     -------
     Contact
+        A new contact; the given one is not changed.
 
     Raises
     ------

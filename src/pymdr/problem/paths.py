@@ -443,6 +443,16 @@ def indent(
     Returns
     -------
     Ramp
+        A leg of `steps` rows; the target is the last row.
+
+    Raises
+    ------
+    PathError
+        If `steps` is not a whole number of at least 1, or both duration and rate are given.
+    ProblemError
+        If the duration or the rate is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -477,6 +487,16 @@ def load(
     Returns
     -------
     Ramp
+        A leg of `steps` rows; the target is the last row.
+
+    Raises
+    ------
+    PathError
+        If `steps` is not a whole number of at least 1, or both duration and rate are given.
+    ProblemError
+        If the duration or the rate is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -511,6 +531,16 @@ def travel(
     Returns
     -------
     Ramp
+        A leg of `steps` rows; the target is the last row.
+
+    Raises
+    ------
+    PathError
+        If `steps` is not a whole number of at least 1, or both duration and rate are given.
+    ProblemError
+        If the duration or the rate is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -545,6 +575,16 @@ def shift(
     Returns
     -------
     Ramp
+        A leg of `steps` rows; the target is the last row.
+
+    Raises
+    ------
+    PathError
+        If `steps` is not a whole number of at least 1, or both duration and rate are given.
+    ProblemError
+        If the duration or the rate is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -581,6 +621,16 @@ def drag(
     Returns
     -------
     Ramp
+        A leg of `steps` rows; the target is the last row.
+
+    Raises
+    ------
+    PathError
+        If `steps` is not a whole number of at least 1, or both duration and rate are given.
+    ProblemError
+        If the duration or the rate is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -627,6 +677,16 @@ def twist(
     Returns
     -------
     Ramp
+        A leg of `steps` rows; the target is the last row.
+
+    Raises
+    ------
+    PathError
+        If `steps` is not a whole number of at least 1, or both duration and rate are given.
+    ProblemError
+        If the duration or the rate is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -661,6 +721,14 @@ def cycle(
     Returns
     -------
     Cycle
+        A leg that begins and ends at the present values.
+
+    Raises
+    ------
+    PathError
+        If no channel is given, two of one direction are, or `cycles` or `steps` is not a whole number of at least 1.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -685,6 +753,16 @@ def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
     Returns
     -------
     Hold
+        A leg of `steps` equal rows.
+
+    Raises
+    ------
+    PathError
+        If `steps` is not a whole number of at least 1.
+    ProblemError
+        If the duration is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -711,6 +789,14 @@ def ramp(*, steps: int = 1, duration: QuantityLike | None = None, **targets: Unp
     Returns
     -------
     Ramp
+        A leg of `steps` rows, linear in every channel.
+
+    Raises
+    ------
+    PathError
+        If no channel is given, two of one direction are, or `steps` is not a whole number of at least 1.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------

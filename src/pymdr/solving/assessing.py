@@ -85,7 +85,9 @@ def assess(
     Parameters
     ----------
     contact : Contact
+        Profile, materials and laws.
     path : LoadingPath
+        Loads for which the claims are stated.
     machine_stiffness, keep, solver : optional
         As for :func:`solve`; with `solver` the ends of the legs are solved.
 

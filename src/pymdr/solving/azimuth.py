@@ -97,8 +97,9 @@ def azimuthal_profile(
     Raises
     ------
     ProblemError
-        If the surface is not one bump: its apex is within 8 pixels of the edge or not a summit, heights at one radius scatter by more
-        than 15 % of the height of the mean, without noise, or a second summit is higher than a tenth of that and than the noise.
+        If the surface is not one bump: its apex is within 8 pixels of the edge or is not a summit; heights at one radius
+        scatter by more than 15 % of the height of the mean profile, after subtraction of the noise; or a second summit exceeds the
+        noise and a tenth of that height.
 
     See Also
     --------

@@ -65,6 +65,7 @@ def solve_batch(
     Parameters
     ----------
     contacts : sequence of Contact
+        Contacts to solve.
     path : LoadingPath or sequence of LoadingPath
         One for all, or as many as contacts.
     machine_stiffness, keep

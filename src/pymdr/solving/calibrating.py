@@ -129,6 +129,7 @@ def calibrate_coefficient(
     Returns
     -------
     LineCalibration
+        ``coefficient`` lambda with its error, and the stiffnesses over the load.
 
     Raises
     ------

@@ -205,7 +205,7 @@ def fatigue(
 
     Notes
     -----
-    The stress is that of the rows; stresses between them are not seen. The place is searched on the field, not on a grid. All criteria are
+    The stress is that of the rows; stresses between the rows are not considered. The place is searched on the field, not on a grid. All criteria are
     empirical.
 
     References

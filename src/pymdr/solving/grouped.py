@@ -82,18 +82,19 @@ def summarize_groups(
     unit : str
         The SI unit.
     name : str
-        For messages.
+        Name of the quantity in messages.
     common : float
         Relative standard uncertainty that all values share, such as that of a spring constant; it enters the interval over groups.
 
     Returns
     -------
     GroupedValues
+        Over ``group``: median with its 95 % interval; ``typical``, the value over all groups with its interval.
 
     Raises
     ------
     ProblemError
-        If there are other numbers of values than of groups, no value, a value is not above 0, or `common` is not from 0 to 0.5.
+        If `values` and `groups` differ in length, there is no value, a value is not above 0, or `common` is not from 0 to 0.5.
 
     Notes
     -----

@@ -282,6 +282,7 @@ def frictional_heat(
     Returns
     -------
     FrictionalHeat
+        Over ``speed`` (m/s): largest and mean temperature rise (K), heat flow (W) and Peclet number.
 
     Raises
     ------

@@ -108,7 +108,7 @@ def friction_loop(
 
     Loading from the virgin state is F(u) = mu [F_N(d) - F_N(d - G* u / (mu E*))]; the branches of a loop are that
     curve doubled (Masing), so that a cycle dissipates 8 G* int_c^a t (u - t) dx with t = mu (E*/G*) (d - g(x)),
-    where c is the stick radius. Beyond the sliding shift mu (E*/G*) d every cycle slides 4 mu F_N (u - u_s) more.
+    where c is the stick radius. Beyond the sliding shift mu (E*/G*) d every cycle dissipates 4 mu F_N (u - u_s) more.
 
     Parameters
     ----------
@@ -126,6 +126,7 @@ def friction_loop(
     Returns
     -------
     FrictionLoop
+        Over the amplitudes: dissipation per cycle (J), damping ratio, secant stiffness (N/m) and stick ratio.
 
     Raises
     ------

@@ -120,6 +120,8 @@ def pull_off(
     Returns
     -------
     PullOff
+        Radius (m), indentation (m) and force (N) of the last stable state, the dissipated energy (J) and the state
+        afterwards.
 
     Raises
     ------

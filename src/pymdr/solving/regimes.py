@@ -130,6 +130,8 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     Returns
     -------
     AdhesionRegime
+        Tabor's and Maugis' parameters, pull-off force (N) of every law, and the simplest appropriate law,
+        ``recommended``.
 
     Raises
     ------

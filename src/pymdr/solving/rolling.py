@@ -157,6 +157,7 @@ def rolling(
     Returns
     -------
     Rolling
+        Over ``creepage`` or ``distance`` (m): creep force (N), traction coefficient and slip length (m).
 
     Raises
     ------

@@ -128,7 +128,9 @@ def press_rough(
     Parameters
     ----------
     surface : RoughSurface
+        Spectrum of the patch.
     body : Elastic or TransverselyIsotropic
+        Half-space.
     counterbody : Elastic, TransverselyIsotropic or Rigid, optional
         Rigid by default.
     normal_force, indentation : array_like or quantity
@@ -143,11 +145,13 @@ def press_rough(
         Radius of a ball in m, whose x^2/R is added to the line; the line is then as long as the surface, its springs have
         E* per length, and the contact must end within it.
     workers : int, optional
-        Threads; by default as many as cores, within half of the memory. The numbers do not depend on it.
+        Threads; by default one per core, within half of the memory. The numbers do not depend on it.
 
     Returns
     -------
     RoughContact
+        Over the loads: force (N) or indentation (m), stiffness (N/m) and energy (J), each with a band of the
+        realisations.
 
     Raises
     ------

@@ -62,6 +62,7 @@ def running_conditions(
     Returns
     -------
     RunningConditions
+        Over ``normal_force`` (N): the amplitude (m) from which the whole contact slips, and the indentation (m).
 
     Raises
     ------

@@ -115,6 +115,8 @@ def sliding_friction(
     Returns
     -------
     SlidingFriction
+        Over ``speed`` (m/s): coefficient of friction, forces (N), indentation (m), edges (m) and the limits of slow and
+        fast sliding.
 
     Raises
     ------

@@ -171,7 +171,9 @@ def sweep(
     Parameters
     ----------
     contact : Contact
+        The contact whose parameters vary.
     path : LoadingPath
+        Path of every point.
     over : mapping of str to sequence
         Values by dotted names, such as ``{"body.young": ["1 MPa", "2 MPa"], "profile.radius": radii}``; whole parts too,
         such as ``{"profile": [Sphere("1 mm"), Cone(slope=0.1)]}``, and ``"machine_stiffness"`` or ``"path"``.

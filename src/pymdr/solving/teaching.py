@@ -25,6 +25,7 @@ def foundation(
     Parameters
     ----------
     contact : Contact
+        Profile, materials and laws.
     n : int
         Number of springs, at least 2.
     half_length : quantity, optional
@@ -34,6 +35,7 @@ def foundation(
     Returns
     -------
     SpringFoundation
+        Positions and profile of n springs in m, and their forces in N at any indentation.
 
     Raises
     ------

@@ -166,6 +166,7 @@ def wear(
     Returns
     -------
     Wear
+        Over ``cycles``: volume (m^3), depth, radii and indentation (m), force (N), stiffness (N/m) and dissipation (J).
 
     Raises
     ------
@@ -183,7 +184,7 @@ def wear(
     Notes
     -----
     Archard (1953); Fouvry, Kapsa and Vincent (1996). At constant indentation wear ends at the shape of Popov (2014), which the
-    summary shows; at constant load the stick radius grows, and the end has no closed form. Wear particles are not known to the model.
+    summary shows; at constant load the stick radius grows, and the end has no closed form. The model has no wear particles.
 
     References
     ----------

@@ -345,7 +345,7 @@ def stack_curves(
     curves : sequence of MeasuredCurve
         One for each pixel, all with travel or all with indentation.
     numbers : mapping of str to sequence of float, optional
-        Name -> one for each curve, such as contact points.
+        One value for each curve by name, such as contact points.
 
     Returns
     -------
@@ -357,8 +357,8 @@ def stack_curves(
     Raises
     ------
     ProblemError
-        If there is no curve, some have travel and others indentation, two lie in the same pixel, or there are other numbers of
-        numbers than of curves.
+        If there is no curve, some have travel and others indentation, two lie in the same pixel, or `numbers` has not one value for
+        each curve.
 
     Examples
     --------

@@ -63,6 +63,7 @@ def read_curve_folder(
     Returns
     -------
     CurveFolder
+        Curves and their groups by file name, and the files that cannot be read, with the reason.
 
     Raises
     ------

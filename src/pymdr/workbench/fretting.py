@@ -94,21 +94,23 @@ def fretting_log(
     record : xarray.Dataset or Result
         With ``shift`` and ``tangential_force``, as :func:`pymdr.measured_loops` takes it; with ``normal_force`` if it was recorded.
     contact : Contact, optional
-        Its loop at every amplitude and load is compared; without friction it takes the median coefficient of gross cycles.
+        Its loop at every amplitude and load is compared with the record. If it has no friction, the median coefficient of the gross
+        cycles is used.
     normal_force : quantity, optional
         Constant load in N, if the record has none.
     machine_stiffness : quantity, optional
-        Tangential stiffness in N/m of what holds the bodies: F/k is taken off the shift.
+        Tangential stiffness k of the machine in N/m; F/k is subtracted from the shift.
     worn_volume : quantity, optional
         Measured worn volume in m^3, from which the energy wear coefficient follows.
     cycles : float, optional
-        Number of cycles that wore it, if the record has only some of them; their mean dissipation counts for all.
+        Number of cycles that caused the worn volume, if the record has only some of them; all are taken to dissipate their mean.
     least : quantity, optional
         As for :func:`pymdr.measured_loops`.
 
     Returns
     -------
     FrettingLog
+        Over ``cycle``: amplitude (m), force (N), dissipation (J), stiffness (N/m), energy ratio and regime.
 
     Raises
     ------
@@ -122,7 +124,7 @@ def fretting_log(
 
     Notes
     -----
-    Fouvry, Kapsa and Vincent (1995) tell the regimes by the energy ratio A = W/(4 F u) of dissipation, force and amplitude.
+    Fouvry, Kapsa and Vincent (1995) distinguish the regimes by the energy ratio A = W/(4 F u) of dissipation, force and amplitude.
     A paraboloid that begins to slip everywhere has A = 0.2; with a contact the limit is that of its own profile. Within 15 % of it a
     cycle is called mixed. The stiffness is the slope after a turn, from a parabola of the shift over the force.
 

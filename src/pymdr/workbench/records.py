@@ -84,6 +84,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     Returns
     -------
     MeasuredLoops
+        Over ``cycle``: amplitude (m), force amplitude (N), dissipation (J), damping ratio and secant stiffness (N/m).
 
     Raises
     ------

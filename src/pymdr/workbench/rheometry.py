@@ -108,7 +108,7 @@ def fit_prony(
     poisson : quantity, optional
         Poisson's ratio, the same at all times; needed for Young's moduli, which are 2 (1 + nu) times those in shear.
     terms : int, optional
-        The largest number of terms. Unless given, they become fewer as long as the misfit is at most `noise`.
+        Largest number of terms; by default the smallest number whose misfit is at most `noise`.
     noise : float, optional
         Relative noise of the rows; unless given, 1.1 of the misfit of the full fit.
 

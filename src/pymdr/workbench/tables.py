@@ -755,6 +755,7 @@ def read_profile(file: str | os.PathLike[str], *, interpolation: Interpolation |
     Returns
     -------
     Sampled
+        A profile for :class:`~pymdr.Contact`.
 
     Raises
     ------
@@ -790,6 +791,7 @@ def read_area_function(file: str | os.PathLike[str]) -> AreaFunction:
     Returns
     -------
     AreaFunction
+        A profile that interpolates the table.
 
     Raises
     ------
@@ -831,6 +833,7 @@ def read_force_curve(
     Returns
     -------
     ForceCurve
+        A profile for :class:`~pymdr.Contact`.
 
     Raises
     ------

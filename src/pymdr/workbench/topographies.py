@@ -53,9 +53,10 @@ def read_topography(
     unit : str, optional
         Unit of the heights, where the file has none, such as "nm".
     missing : {"interpolate", "crop", "keep"}, optional
-        What becomes of heights that were not measured, as in :meth:`~pymdr.Topography.fill_missing`, or that they stay. Refused unless given.
+        Treatment of heights that were not measured, as in :meth:`~pymdr.Topography.fill_missing`; "keep" leaves them nan. Unless given, they
+        are refused.
     detrend : {"mean", "plane", "sphere", "curvature"}, optional
-        What is taken off, as in :meth:`~pymdr.Topography.detrend`; nothing unless given.
+        Trend to subtract, as in :meth:`~pymdr.Topography.detrend`; nothing unless given.
 
     Returns
     -------
@@ -74,7 +75,8 @@ def read_topography(
 
     Notes
     -----
-    Heights grow out of the body. Instruments filter, and a tip is blunt: see :meth:`~pymdr.Topography.tip_cutoff` for what it cannot have seen.
+    Heights are positive out of the body. Instruments filter, and tips are blunt: :meth:`~pymdr.Topography.tip_cutoff` gives the shortest wave that a
+    tip resolves.
 
     Examples
     --------

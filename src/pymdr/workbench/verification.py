@@ -98,20 +98,22 @@ def verify(
     Parameters
     ----------
     contact : Contact
+        Profile, materials and laws.
     path : LoadingPath
+        As for :func:`pymdr.solve`.
     elements : int, optional
         Number of rings, 20 to 5000; 400 unless given. Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025,
         of which the contact takes about 0.7; 129 unless given. With friction: cells along a side, 8 to 80; 32 unless given; under
         torsion rings, 20 to 1000; 200 unless given.
     steps : int, optional
-        How many steps, spread evenly over those of the path, are compared; 5 unless given. With friction at most so many turning points
-        and rows between them are followed; 20 unless given. Bodies with memory are followed along all rows by
+        Number of compared steps, evenly over those of the path; 5 unless given. With friction this is the number of turning
+        points and rows between them; 20 unless given. Bodies with memory are followed along all rows by
         both, the rings under the same forces or indentations. With adhesion the rings have the contact radius of the method, and
-        find the indentation at which its edge is pulled as it should; where a corner holds the edge they have both.
+        determine the indentation from the singularity at its edge; where a corner pins the edge, indentation and radius are given.
     machine_stiffness : quantity, optional
-        As of :func:`pymdr.solve`.
+        As for :func:`pymdr.solve`.
     engine : str, optional
-        Which package presses a body that is not of revolution, as of :func:`pymdr.press`.
+        Package that presses a body that is not of revolution, as for :func:`pymdr.press`.
     progress : callable, optional
         Called as ``progress(done, total)``.
 

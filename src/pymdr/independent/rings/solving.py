@@ -29,7 +29,13 @@ _FULL_DISK: Zones = ((0.0, 1.0),)
 
 @dataclass(frozen=True)
 class Rings:
-    """Option of ``solve``: the ring solver with `n` rings in contact, 20 to 5000.
+    """
+    Boundary elements on rings, as an option of ``solve``.
+
+    Parameters
+    ----------
+    n : int
+        Number of rings in contact, 20 to 5000; 400 by default.
 
     Raises
     ------

@@ -24,6 +24,13 @@ class Sphere(Profile):
     radius : quantity
         Radius R in m, above 0.
 
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
+
     Examples
     --------
     >>> import pymdr as mdr
@@ -72,6 +79,13 @@ class SphereOnSphere(Profile):
         Radius R_1 of the sphere in m, above 0.
     sample_radius : quantity
         Radius R_2 of the sample in m, above 0.
+
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Notes
     -----
@@ -133,6 +147,13 @@ class Paraboloid(Profile):
     ----------
     radius : quantity
         Radius of curvature R at the apex in m, above 0.
+
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -311,6 +332,13 @@ class PowerLaw(Profile):
     radius : quantity
         Reference radius in m, above 0.
 
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
+
     Examples
     --------
     >>> import pymdr as mdr
@@ -355,6 +383,13 @@ class FlatPunch(Profile):
     ----------
     radius : quantity
         Radius b of the cylinder in m, above 0.
+
+    Raises
+    ------
+    ProblemError
+        If a value is outside its limits.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------

@@ -60,13 +60,15 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     to : quantity
         The largest indentation in m.
     tolerance : float
-        Largest relative error of force, stiffness and radius, 1e-7 to 1e-2. With adhesion, because both pass through 0, that of
-        the force is relative to its size plus the largest pull, and with JKR that of the stiffness to its size plus that at the
-        fixed radius of the pull-off.
+        Largest relative error of force, stiffness and radius, 1e-7 to 1e-2. With adhesion force and stiffness pass through 0: the
+        error of the force is then relative to its size plus the largest pull, and with JKR that of the stiffness relative to its
+        size plus the stiffness at the fixed radius of the pull-off.
 
     Returns
     -------
     ContactLaw
+        A table of force (N), stiffness (N/m) and radius (m) over the indentation (m), with bounds of its errors; it
+        writes a C header.
 
     Raises
     ------

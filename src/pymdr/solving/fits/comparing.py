@@ -115,6 +115,7 @@ def compare_laws(
     Returns
     -------
     LawComparison
+        Over ``law``, the most likely first: weight, difference of AICc, and claim; ``fits`` has the fit of every law.
 
     Raises
     ------
@@ -128,7 +129,7 @@ def compare_laws(
     Notes
     -----
     A fit takes the jumps into and out of contact from the record; a comparison uses those of the law, which is refitted so that its misfit
-    is least: JKR must come off later than it came on, DMT must not. Samples adjacent to a jump of any law are not counted.
+    is least: a JKR contact separates at a larger distance than it forms, a DMT contact does not. Samples adjacent to a jump of any law are not counted.
 
     AICc = n log(S/n) + 2 k + 2 k (k + 1)/(n - k - 1), with the sum of squares S over the samples that all fits use, k numbers and
     the noise, and n independent samples: those of the law that leaves the least correlated differences. Akaike's weights are

@@ -143,7 +143,7 @@ def fit_each(
     **options: Unpack[FitOptions],
 ) -> FittedCurves:
     """
-    Fit each of many records by itself, with statistics over groups such as samples.
+    Fit each of many records separately, with statistics over groups such as samples.
 
     Parameters
     ----------
@@ -163,6 +163,7 @@ def fit_each(
     Returns
     -------
     FittedCurves
+        Over ``curve``: every parameter with its interval and quality; over the groups medians with intervals.
 
     Raises
     ------

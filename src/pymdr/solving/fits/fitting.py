@@ -91,6 +91,8 @@ def fit(
     Returns
     -------
     FitResult
+        ``contact`` with the fitted values, ``values`` with standard errors and 95 % intervals, residuals over the
+        samples, claims and figure.
 
     Raises
     ------

@@ -78,8 +78,8 @@ def fit_over_indentation(
     """
     Fit one record over growing ranges of indentation, such as a modulus over depth.
 
-    A modulus that does not depend on the range supports the model; one that grows toward the end may show a support under a thin sample, one that falls a stiff skin, and one that
-    drifts near the contact point a wrong tip or an adhesion.
+    A modulus that does not depend on the range supports the model. A modulus that grows toward the end may show the support under a
+    thin sample, and one that decreases a stiff skin. A drift near the contact point may show a wrong tip or adhesion.
 
     Parameters
     ----------
@@ -91,6 +91,7 @@ def fit_over_indentation(
     Returns
     -------
     RangeStudy
+        Over ``fit_range`` (m): every parameter with the ends of its 95 % interval, and the contact point.
 
     Raises
     ------

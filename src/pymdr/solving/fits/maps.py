@@ -194,6 +194,7 @@ def fit_map(
     Returns
     -------
     FittedMap
+        Over the grid of the curves: every parameter with its standard error, quality and outcome.
 
     Raises
     ------

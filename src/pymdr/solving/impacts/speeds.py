@@ -47,6 +47,7 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     Parameters
     ----------
     contact : Contact
+        Profile, materials and laws.
     mass : quantity
         Reduced mass in kg.
     speeds : array_like or quantity

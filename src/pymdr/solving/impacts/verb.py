@@ -58,11 +58,12 @@ def impact(
     Returns
     -------
     Impact
+        Over ``step``: time, motion and forces; restitution, contact time and other single numbers as attributes.
 
     Raises
     ------
     ProblemError
-        If a value is not above 0, the contact is not a disk on the way, or friction needs an inertia or a radius.
+        If a value is not above 0, the contact is not a disk during the impact, or friction needs an inertia or a radius.
     PathError
         If the profile ends before the bodies come to rest.
 

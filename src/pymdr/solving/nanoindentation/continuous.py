@@ -133,7 +133,7 @@ def continuous_stiffness(
     tip, poisson, beta : optional
         As for :func:`pymdr.oliver_pharr`.
     epsilon : float, optional
-        (h - h_c) S/F.
+        The constant epsilon = (h - h_c) S/F of the method; 0.75 unless given.
     points : int, optional
         Number of depths; fewer if a point would have fewer than 12 rows.
 

@@ -102,9 +102,9 @@ def thermal_drift(
     records : MeasuredCurve, xarray.Dataset or mapping of str to array_like, or a sequence of them
         Indents with times, depths and forces. Depths count from the first contact.
     hold : sequence of two quantities, optional
-        Start and end of the hold in s. By default the longest stretch of constant force after the peak, at 2 to 90 % of the largest force.
+        Start and end of the hold in s. By default the longest segment of constant force after the peak, at 2 to 90 % of the largest force.
     settle : float, optional
-        Part of the hold at its start that is left out, in which the sample recovers; 0.2 unless given.
+        Fraction of the hold, at its start, that is left out because the sample still recovers; 0.2 unless given.
 
     Returns
     -------

@@ -118,7 +118,7 @@ def first_pop_in(
     shear_strength : quantity, optional
         In Pa; the load is computed at which the largest shear stress in the body reaches it. It needs a contact.
     significance : float, optional
-        Jump over its standard deviation, 3 or more; 6 unless given, at which noise makes fewer than one jump in 1e5 records.
+        Smallest jump that counts, in standard deviations, 3 or more; 6 unless given, at which noise makes fewer than one jump in 1e5 records.
 
     Returns
     -------

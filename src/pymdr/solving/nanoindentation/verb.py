@@ -124,9 +124,9 @@ def oliver_pharr(
         Correction of the power-law procedure for tips that are not of revolution. King (1987) has 1.034 for a triangular punch, and 1.02 to
         1.08 are in use for Berkovich tips (Oliver and Pharr 2004). Use the value with which the area function was calibrated.
     epsilon : float, optional
-        Of the power-law procedure; None takes that of its exponent (Pharr and Bolshakov 2002).
+        The constant of the power-law procedure; None derives it from the fitted exponent (Pharr and Bolshakov 2002).
     fit_range : sequence of two floats, optional
-        Range of the power law, in parts of the largest force.
+        Range of the power law, as fractions of the largest force.
 
     Returns
     -------

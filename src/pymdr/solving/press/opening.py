@@ -56,6 +56,7 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     Parameters
     ----------
     file : path
+        NetCDF file.
 
     Returns
     -------

@@ -64,6 +64,7 @@ def press(
     surface : Topography or RoughSurface
         Heights without gaps; of a RoughSurface its first realisation, :meth:`~pymdr.RoughSurface.topography`, as a punch.
     body : Elastic or TransverselyIsotropic
+        Half-space.
     counterbody : Elastic, TransverselyIsotropic or Rigid, optional
         Rigid by default.
     normal_force, indentation : array_like or quantity
@@ -81,6 +82,8 @@ def press(
     Returns
     -------
     PressedSurface
+        Over the loads: force (N), indentation (m), stiffness (N/m), area (m^2), pressures (Pa), energy (J); maps of
+        pressure and gap.
 
     Raises
     ------
