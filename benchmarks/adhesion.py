@@ -81,10 +81,10 @@ def following() -> Iterator[Ratio]:
     once = "following the path once"
     per_path = median_time(lambda: follow(track, PATH), 5)
     waves = f"{MAX_RADIUS * WAVE_NUMBER / (2 * np.pi):.0f} waves"
-    yield Ratio(f"apart from it, once: the map of {waves}", once, map_time, per_path, "no aim")
+    yield Ratio(f"in addition, once: the map of {waves}", once, map_time, per_path, "no aim")
     trace_time = median_time(traced, 1)
     branches = f"{track.low.size} branches and {track.turning.size - 2} folds"
-    yield Ratio(f"apart from it, once: {branches} of the JKR curve", once, trace_time, per_path, "no aim")
+    yield Ratio(f"in addition, once: {branches} of the JKR curve", once, trace_time, per_path, "no aim")
 
 
 def balls(n: int) -> tuple[Floats, Floats, Floats, Floats]:

@@ -235,8 +235,8 @@ def shear_amplitude(cycle: FloatArray, plane: FloatArray) -> FloatArray:
     second = np.einsum("ncm,cm->nm", cycle, stress_factors(plane, two))
     square = np.zeros(first.shape[1])
     for lag in range(1, first.shape[0]):
-        apart = (first[lag:] - first[:-lag]) ** 2 + (second[lag:] - second[:-lag]) ** 2
-        square = np.maximum(square, apart.max(axis=0))
+        distances = (first[lag:] - first[:-lag]) ** 2 + (second[lag:] - second[:-lag]) ** 2
+        square = np.maximum(square, distances.max(axis=0))
     return np.asarray(0.5 * np.sqrt(square))
 
 

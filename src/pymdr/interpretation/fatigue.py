@@ -196,9 +196,9 @@ class SurfaceRating:
         surface = self.interior.surface
         traction = np.array([surface.field("shear_traction", radii, step) for step in self.steps])
         slip = np.array([surface.field("slip", radii, step) for step in self.steps])
-        apart = np.isnan(slip)
-        low, high = (np.where(apart, side, slip) for side in (math.inf, -math.inf))
-        range_of_slip = np.where(apart.all(axis=0), 0.0, high.max(axis=0) - low.min(axis=0))
+        separated = np.isnan(slip)
+        low, high = (np.where(separated, side, slip) for side in (math.inf, -math.inf))
+        range_of_slip = np.where(separated.all(axis=0), 0.0, high.max(axis=0) - low.min(axis=0))
         value = (np.abs(traction).max(axis=0) * 0.5 * range_of_slip)[where.ravel()]
         if self.stretched:
             stress = self.cycle.at(r, angle, np.zeros(r.size), self.rows)

@@ -451,8 +451,8 @@ class AbelSums:
             distance = (base[beyond] - start)[:, None] + (offset[beyond] - low)
             b = start + low
             with np.errstate(divide="ignore", invalid="ignore"):
-                felt = error + blur * np.minimum(width / distance, 1.0)
-                term = felt * b / self._root(distance * (2.0 * b + distance))
+                effect = error + blur * np.minimum(width / distance, 1.0)
+                term = effect * b / self._root(distance * (2.0 * b + distance))
             total[beyond] += np.where(distance > 0.0, term, 0.0)
         return total
 

@@ -89,7 +89,7 @@ class Image:
         return panel_tree(self.panels, self.slope)
 
     @cached_property
-    def felt(self) -> FloatArray:
+    def integral_error(self) -> FloatArray:
         """
         Errors of integrals of g' over a contact whose edge is on a panel, relative to their absolute integrands.
 

@@ -298,7 +298,7 @@ def resolve(
     """Series of f' on panels, divided until they fit; divided panels beyond the needed radius are omitted."""
     known, series, size = source.known_polynomials(panels)
     pending, family = panels.take(~known), np.flatnonzero(~known)
-    sizes = felt = np.zeros(panels.count)
+    sizes = inner_size = np.zeros(panels.count)
     sizes[known] = size
     none, onset_error = np.zeros(size.size), np.zeros((size.size, 4))
     done = [Slopes(panels.take(known), series, _ROUNDING * size, size, none, none, none, onset_error)]
@@ -316,7 +316,7 @@ def resolve(
         if generation == 0:
             sizes[family] = fit.size
             # where f' is close to 0 its rounding is no less than further in
-            felt = np.maximum.accumulate(np.maximum(sizes * panels.stop, inner)) / panels.stop
+            inner_size = np.maximum.accumulate(np.maximum(sizes * panels.stop, inner)) / panels.stop
         # the weight of a thin panel is its largest fraction of an integral with an inverse square root
         fraction = np.sqrt(pending.width / panels.width[family])
         allowed = np.maximum(
@@ -340,7 +340,7 @@ def resolve(
             uniform = missed >= 0.125 * (np.minimum(panels.stop, needed) - panels.start)
         if generation >= _KINK_GENERATION:
             rounded = np.where(uniform[family], _ROUNDED_ALIKE, _ROUNDED)
-            fits |= (fit.error <= rounded * np.maximum(fit.size, felt[family])) & fit.even
+            fits |= (fit.error <= rounded * np.maximum(fit.size, inner_size[family])) & fit.even
         begins = pending.begins
         thinnest = np.maximum(64.0 * np.finfo(float).eps * pending.base, 1e-300)
         last = (pending.width <= thinnest) | (generation == _GENERATIONS)

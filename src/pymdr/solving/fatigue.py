@@ -232,7 +232,9 @@ def fatigue(
     rows, how = _rows_of(result, steps)
     name = side or ("counterbody" if interior.sign < 0.0 else "body")
     if isinstance(getattr(result.contact, name), Layered):
-        raise NotValidError("fatigue is not valid here: it is computed in half-spaces, not in layers")
+        raise NotValidError(
+            "fatigue is not valid here: it is computed in half-spaces, not in layers; give the other side="
+        )
     cycle = stress_cycle(interior, rows, _backgrounds(superposed, result.data.sizes["step"], rows))
     rating = rating_of(criterion, cycle, interior, rows)
     site = most_endangered(rating, cycle)

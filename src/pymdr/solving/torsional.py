@@ -192,7 +192,8 @@ class TorsionLaw:
             range_ *= 2.0
         else:
             raise ConvergenceError(
-                f"the search for the twist at torque = {written(torque, 'N*m')} in {stretch.row(row)} did not converge (last value {other!r} rad)"
+                f"the search for the twist at torque = {written(torque, 'N*m')} in {stretch.row(row)} did not converge (last value {other!r} rad); "
+                "take more rows, or prescribe the twist"
             )
         return float(brentq(excess, state.twist, other, xtol=1e-300, rtol=8.9e-16))
 

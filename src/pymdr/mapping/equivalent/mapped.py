@@ -297,7 +297,7 @@ class MappedProfile(EquivalentProfile):
             inside = place.take(known)
             image = self._map_over(inside)
             index = image.panels.locate(inside)[0]
-            answer[known] = image.felt[index]
+            answer[known] = image.integral_error[index]
         return answer
 
     def _errors(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
@@ -324,11 +324,11 @@ class MappedProfile(EquivalentProfile):
             first = (image.panels.low[index] == 0.0) & (exponent > 0.0)
             ratio = np.where(first, np.minimum(offset / image.panels.high[index], 1.0), 1.0)
             spread = exponent * np.abs(np.log(ratio))
-            # beyond the stretch on which f rises unseen only that height is felt, by the kernel and by its slope
+            # beyond the stretch on which f rises unseen only that height has an effect, by the kernel and by its slope
             square = offset * (base + x)
             kernel = x ** (1.0 - k) * square ** ((k - 1.0) / 2.0)
-            felt = height * kernel * (1.0 + 2.0 * (1.0 - k) * unseen * base / square)
-            place = place + np.fmin(unseen, felt / slope)
+            effect = height * kernel * (1.0 + 2.0 * (1.0 - k) * unseen * base / square)
+            place = place + np.fmin(unseen, effect / slope)
             steep = np.maximum(np.abs(image.slope.power[index]), np.where(unseen > 0.0, 2.0, 0.0)) / offset
             rates = np.stack(
                 [slope / g, steep, x ** (1.0 + k) * slope / m, 2.0 / (1.0 + k) * m * slope / s], axis=1

@@ -450,8 +450,8 @@ def _turning_points(image: Image, top: float) -> tuple[float, ...]:
     size = np.repeat(np.max(np.abs(slope.reshape(offset.shape)), axis=1), fine.size)
     noise = np.repeat(np.maximum(image.error[:, 1], 1e-13), fine.size) * 4.0 * size
     # a fall that is nothing to g farther out, as numbers that underflow show, turns nothing
-    felt = np.abs(slope) * x
-    sure = (np.abs(slope) > noise) & (felt > _NOTHING * np.max(felt)) & (x < top)
+    rise = np.abs(slope) * x
+    sure = (np.abs(slope) > noise) & (rise > _NOTHING * np.max(rise)) & (x < top)
     x, slope, index = x[sure], slope[sure], index.ravel()[sure]
     if x.size == 0:
         return ()

@@ -189,7 +189,9 @@ def recalibrate(curve: Samples, spring_constant: QuantityLike) -> Samples:
         If the curve has no spring constant, or the new one is not above 0.
     """
     if curve.spring_constant is None:
-        raise ProblemError("recalibrate: the curve has no spring constant")
+        raise ProblemError(
+            "recalibrate: the curve has no spring constant; only a force from a deflection can be recalibrated"
+        )
     new = to_si(spring_constant, "N/m", name="spring_constant")
     if not new > 0.0:
         raise ProblemError(f"spring_constant = {written(new, 'N/m')}: it must be above 0 N/m")

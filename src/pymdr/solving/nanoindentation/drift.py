@@ -145,7 +145,9 @@ def thermal_drift(
     listed = records_of(records, _WHO)
     given = None if hold is None else _given_hold(hold)
     if isinstance(settle, bool) or not isinstance(settle, int | float) or not 0.0 <= settle <= 0.9:
-        raise ProblemError(f"{_WHO}: settle = {shown(settle)}; a part of the hold from 0 to 0.9 is needed")
+        raise ProblemError(
+            f"{_WHO}: settle = {shown(settle)}; a fraction of the hold from 0 to 0.9 is needed"
+        )
     holds, corrected = [], []
     for i, record in enumerate(listed, 1):
         who = _WHO if len(listed) == 1 else f"{_WHO}, indent {i}"

@@ -56,7 +56,7 @@ def fit_limits(fit_range: Sequence[float], who: str) -> tuple[float, float]:
         low, high = math.nan, math.nan
     if not 0.0 < low < high <= 1.0:
         raise ProblemError(
-            f"{who}: fit_range = {shown(fit_range)}; two parts of the largest force are needed, such as (0.25, 0.98)"
+            f"{who}: fit_range = {shown(fit_range)}; two fractions of the largest force are needed, such as (0.25, 0.98)"
         )
     return low, high
 

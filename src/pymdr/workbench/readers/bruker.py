@@ -77,7 +77,9 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     else:
         scale = _sensitivity(merged, "ZsensSens")
         if scale is None:
-            raise ProblemError(f"{source}: {_MAKER}, whose height sensor has no sensitivity in m/V")
+            raise ProblemError(
+                f"{source}: {_MAKER}, whose height sensor has no sensitivity in m/V; export its curves as tables"
+            )
         heights = [one * scale for one in _curves(source, content, sensor, counts)]
         source_name = "height sensor"
     along = int(_number(merged.get("force/line", "").split(" ")[0]) or 1.0)
@@ -137,7 +139,7 @@ def _curves(source: Path, content: bytes, channel: Section, counts: tuple[int, i
     both = counts[0] + counts[1]
     if match is None or both == 0 or length == 0:
         raise FileError(
-            f"cannot read {source}: {_MAKER}, whose channel {_name(channel)!r} has no scale or no samples"
+            f"cannot read {source}: {_MAKER}, whose channel {_name(channel)!r} has no scale or no samples; export its curves as tables"
         )
     if match["unit"] != "V":
         raise ProblemError(
@@ -149,7 +151,8 @@ def _curves(source: Path, content: bytes, channel: Section, counts: tuple[int, i
             break
     else:
         raise FileError(
-            f"cannot read {source}: {_MAKER}, whose channel {_name(channel)!r} has {length} bytes for curves of {both + counts[2]} samples"
+            f"cannot read {source}: {_MAKER}, whose channel {_name(channel)!r} has {length} bytes for curves of {both + counts[2]} samples; copy "
+            "it again from the instrument"
         )
     if offset + length > len(content):
         raise FileError(
@@ -176,7 +179,9 @@ def _ramp(source: Path, channel: Section, merged: Section, counts: tuple[int, in
     size = channel.get("Ramp size", channel.get("Ramp Size", ""))
     match, slope = _LSB.search(size), _sensitivity(merged, "Zsens")
     if match is None or slope is None:
-        raise ProblemError(f"{source}: {_MAKER}, with neither a height sensor nor the size of the ramp")
+        raise ProblemError(
+            f"{source}: {_MAKER}, with neither a height sensor nor the size of the ramp; export its curves as tables"
+        )
     travel = float(match["hard"]) * slope
     parts = [
         np.linspace(travel, 0.0, counts[0]),
