@@ -274,9 +274,10 @@ class OptionalPlaneField(OptionalSIField):
         name = f"{self.owner}.{self.name}"
         pair = to_si_array(value, self.unit, name=name)
         if pair.shape != (2,):
+            size = " x ".join(map(str, pair.shape))
             raise ProblemError(
-                f"{name} has {' x '.join(map(str, pair.shape))} components; give one value, or a pair (x, y): the normal direction "
-                "has its own channels"
+                f"{name} has {size} component{'' if size == '1' else 's'}; give one value, or a pair (x, y): the normal direction has "
+                "its own channels"
             )
         return within_range(pair, self.unit, name)
 

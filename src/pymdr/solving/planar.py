@@ -54,14 +54,12 @@ from pymdr.solving.walk import (
 )
 from pymdr.units import FloatArray, newtons
 
-_FEWEST, _MOST = 60, 1920
+_FEWEST, _MOST = 96, 1536
 """Springs of the first solution, and of the last: each has twice as many as the one before."""
-_WANTED = 1e-4
-"""Error of the force by the number of springs, over the largest mu F_N."""
-_WANTED_SHIFT = 1e-3
-"""Error of the shift under prescribed forces, over the largest shift."""
-_GAINED = 2.0
-"""By what half the springs change an answer over its error, at least: 2.2 is the least of 120 measured."""
+_WANTED = 2e-4
+"""Change of the force by half the springs, over the largest mu F_N: about twice the error of the force."""
+_WANTED_SHIFT = 2e-3
+"""Change of the shift by half the springs under prescribed forces, over the largest shift."""
 _WORK = 1e8
 """Rows times springs up to which more springs are taken."""
 _SETTLED = 1e-5
@@ -126,9 +124,10 @@ class PlanarLaw:
         straight = stretch.controls.normal == "indentation" or (stretch.controls.normal == "travel" and rigid)
         if straight or stretch.controls.tangential == "tangential_force":
             return 1, 0.0
-        parts, change = 1, 0.0
-        coarse = self._follow(stretch, state)[0].force
+        parts, change, coarse = 1, 0.0, None
         while refined(stretch, 2 * parts).own.size < refined(stretch, 2 * parts).rows.normal.size:
+            if coarse is None:
+                coarse = self._follow(stretch, state)[0].force
             parts *= 4
             finer = refined(stretch, parts)
             force = self._follow(finer.rows, state)[0].force[finer.own]
@@ -140,9 +139,12 @@ class PlanarLaw:
                 break
         return parts, change
 
+    def _radius(self, depth: FloatArray) -> dict[str, FloatArray]:
+        return {"radius": states_at_depth(self.mapped.line, depth).contact_radius}
+
     def _follow(self, stretch: Stretch, state: PlaneState) -> tuple[PlaneRows, PlaneState]:
         depth = depths_of(self.mapped, stretch, self.machine_stiffness)
-        radius = states_at_depth(self.mapped.line, depth).contact_radius
+        radius = _by_distinct(depth, self._radius)["radius"]
         pulled = stretch.controls.tangential == "tangential_force"
         load = _forces(self.mapped, stretch, depth) if pulled else None
         target = np.full((depth.size, 2), math.nan) if self.lost else stretch.tangential
@@ -163,21 +165,27 @@ class PlanarLaw:
 def depths_of(mapped: MappedSprings, stretch: Stretch, machine_stiffness: float | None) -> FloatArray:
     """Indentation in m of every row of a leg."""
     line, targets = mapped.line, stretch.normal
-    if stretch.by_force:
-        return states_at_force(line, targets).indentation
-    if (
-        stretch.controls.normal == "travel"
-        and machine_stiffness is not None
-        and math.isfinite(machine_stiffness)
-    ):
-        return states_at_travel(line, targets, machine_stiffness).indentation
+    soft = machine_stiffness is not None and math.isfinite(machine_stiffness)
+
+    def solve(values: FloatArray) -> dict[str, FloatArray]:
+        if stretch.by_force:
+            return {"depth": states_at_force(line, values).indentation}
+        assert machine_stiffness is not None
+        return {"depth": states_at_travel(line, values, machine_stiffness).indentation}
+
+    if stretch.by_force or (stretch.controls.normal == "travel" and soft):
+        return _by_distinct(targets, solve)["depth"]
     return targets
 
 
 def _forces(mapped: MappedSprings, stretch: Stretch, depth: FloatArray) -> FloatArray:
     if stretch.by_force:
         return stretch.normal
-    return normal_force(mapped.line, states_at_depth(mapped.line, depth))
+
+    def solve(depths: FloatArray) -> dict[str, FloatArray]:
+        return {"force": normal_force(mapped.line, states_at_depth(mapped.line, depths))}
+
+    return _by_distinct(depth, solve)["force"]
 
 
 def is_frictional_plane(contact: Contact, path: LoadingPath, by_rings: bool) -> bool:
@@ -260,9 +268,10 @@ def _followed(
         walked = walk(task, virgin_plane(law.springs), law.step)
         fine = walked.rows.followed
         missed = {
-            "tangential_force": np.hypot(*(fine.force - coarse.force).T) / _GAINED + walked.rows.missed,
-            "shift": np.hypot(*(fine.shift - coarse.shift).T) / _GAINED,
-            "dissipated_energy": np.abs(fine.slip_work - coarse.slip_work) / _GAINED,
+            "tangential_force": _largest_so_far(np.hypot(*(fine.force - coarse.force).T))
+            + walked.rows.missed,
+            "shift": _largest_so_far(np.hypot(*(fine.shift - coarse.shift).T)),
+            "dissipated_energy": _largest_so_far(np.abs(fine.slip_work - coarse.slip_work)),
             "stick_radius": np.full(walked.rows.missed.size, law.springs.spacing),
         }
         force = _WANTED * law.law.scale * float(np.max(walked.rows.normal_force, initial=0.0))
@@ -272,23 +281,48 @@ def _followed(
             return law, walked, missed
 
 
+def _largest_so_far(change: FloatArray) -> FloatArray:
+    """The errors of rows: borders of slip cross springs one after the other, so that the change of one row may be 0."""
+    return np.asarray(np.fmax.accumulate(change))
+
+
+def _by_distinct(
+    values: FloatArray, solve: Callable[[FloatArray], Mapping[str, FloatArray]]
+) -> dict[str, FloatArray]:
+    """Columns over values that may repeat, such as the depths of a held load, each solved once."""
+    if values.size > 1 and np.all(values == values[0]):
+        return {name: np.repeat(column, values.size) for name, column in solve(values[:1]).items()}
+    distinct, rows = np.unique(values, return_inverse=True)
+    return {name: column[rows] for name, column in solve(distinct).items()}
+
+
 def _interpret(
     task: Task, law: PlanarLaw, walked: Walked[Rows], missed: Mapping[str, FloatArray]
 ) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every kept row."""
     rows, line = walked.rows, law.mapped.line
     followed, contact = rows.followed, task.contact
-    states = states_at_depth(line, rows.indentation)
+
+    def normal(depth: FloatArray) -> dict[str, FloatArray]:
+        states = states_at_depth(line, depth)
+        return {
+            "contact_radius": states.contact_radius,
+            "normal_stiffness": normal_stiffness(line, states),
+            "elastic_energy": elastic_energy(line, states),
+        }
+
+    pressed = _by_distinct(rows.indentation, normal)
+    radius = pressed["contact_radius"]
     columns = {
         "indentation": rows.indentation,
         "normal_force": rows.normal_force,
-        "contact_radius": states.contact_radius,
-        "normal_stiffness": normal_stiffness(line, states),
-        "mean_pressure": mean_pressure(rows.normal_force, states.contact_radius),
-        "elastic_energy": elastic_energy(line, states),
+        "contact_radius": radius,
+        "normal_stiffness": pressed["normal_stiffness"],
+        "mean_pressure": mean_pressure(rows.normal_force, radius),
+        "elastic_energy": pressed["elastic_energy"],
         "shift": followed.shift,
         "tangential_force": followed.force,
-        "stick_radius": np.minimum(followed.stick_radius, states.contact_radius),
+        "stick_radius": np.minimum(followed.stick_radius, radius),
         "slip_distance": followed.slip_distance,
         "stored_tangential_energy": followed.stored,
         "dissipated_energy": followed.slip_work,
@@ -300,7 +334,7 @@ def _interpret(
     return Interpretation(
         columns=columns,
         claims=claims,
-        assumptions=frictional_assumptions(contact, law.mapped, states.contact_radius),
+        assumptions=frictional_assumptions(contact, law.mapped, radius),
         status=Status.GLIDING if law.lost else Status.COMPLETED,
         notes=(
             *law.mapped.notes,

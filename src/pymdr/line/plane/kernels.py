@@ -4,7 +4,8 @@ Spring y carries the vector t = q / (mu E*) with |t| <= m = d - y, all lengths. 
 s e, and m changes linearly with s, dm/ds = alpha. A spring sticks until |t + e s| = m. From then on it slips along t to the end of
 the row, and the angle theta of t to e obeys m dtheta = -sin(theta) ds: with dtau = ds / m
 
-    tan(theta / 2) = tan(theta_0 / 2) exp(-tau).
+    tan(theta / 2) = tan(theta_0 / 2) exp(-tau),
+    cos(theta) = (1 + cos(theta_0) - exp(-2 tau) (1 - cos(theta_0))) / (1 + cos(theta_0) + exp(-2 tau) (1 - cos(theta_0))).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import NamedTuple
 
 from numpy.polynomial.legendre import leggauss
 
-from pymdr.compiling import compiled, inner, stamp_of
+from pymdr.compiling import Fused
 from pymdr.units import FloatArray
 
 _NODES = tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(8), strict=True))
@@ -22,6 +23,10 @@ _SHORT = 0.03
 """Largest slip in units of the limit that is integrated by Simpson's rule: relative error 5e-9 of the lost part."""
 _STICKS = 1e-12
 """Distance from Coulomb's limit, relative to it, from which on a spring counts as sticking."""
+_AT_LIMIT = 1e-15
+"""Distance of the square of a spring from that of its limit, relative to it, that is rounding."""
+_ENDLESS = 340.0
+"""Slip in units of the limit after which a spring lies along the row, and exp(-2 tau) is not 0 yet."""
 _ITERATIONS = 200
 _PATIENCE = 10
 """Iterations that have to halve the residual."""
@@ -37,7 +42,8 @@ COMPLETE, NOT_ATTAINABLE, NOT_CONVERGED = 0, 1, 2
 FORCE_X, FORCE_Y, STORED, WORK, STICK, SLID, SHIFT_X, SHIFT_Y = range(8)
 """Columns of the rows; forces over 2 mu E* dx, energies over 2 mu^2 E*^2 dx / G*, shifts over mu E* / G*."""
 
-_STAMP = stamp_of(__file__)
+_FUSED = Fused(__file__)
+inner, inlined = _FUSED.inner, _FUSED.inlined
 
 
 class Spring(NamedTuple):
@@ -99,55 +105,78 @@ def lost(tau: float, start: float, forward: bool, m: float, alpha: float) -> tup
     return first, second
 
 
-@inner
+@inlined
+def _turned(along: float, across: float, move: Move, length: float, low: float) -> Spring:
+    """As `slipped` at a constant limit for tau up to 1: tanh(tau / 2) = p / q as a continued fraction, to rounding."""
+    large = low + abs(along)
+    inverse = 1.0 / (low * large)
+    tau, small = length * large * inverse, across * across * low * inverse
+    near, far = (large, small) if along >= 0.0 else (small, large)
+    half = 0.5 * tau
+    square = half * half
+    p = half * (135135.0 + square * (17325.0 + square * (378.0 + square)))
+    q = 135135.0 + square * (62370.0 + square * (3150.0 + square * 28.0))
+    near *= (q + p) * (q + p)
+    grown = 2.0 * p * q * far
+    far *= (q - p) * (q - p)
+    whole = near + far
+    inverse = 1.0 / (whole * (whole + grown))
+    w = grown * whole * inverse
+    # log((1 + w) / (1 - w)) is the integral of (1 - cos(theta)) dtau
+    if w < 0.1:
+        v = w * w
+        series = 1.0 / 9.0 + v * (1.0 / 11.0 + v / 13.0)
+        lost_part = 2.0 * w * (1.0 + v * (1.0 / 3.0 + v * (0.2 + v * (1.0 / 7.0 + v * series))))
+    else:
+        lost_part = math.log((1.0 + w) / (1.0 - w))
+    slid = max(length - low * lost_part, 0.0)
+    scale = low * (whole + grown) * inverse
+    cosine, sine = scale * (near - far), scale * 2.0 * (q - p) * (q + p) * across
+    return Spring(cosine * move.e_x - sine * move.e_y, cosine * move.e_y + sine * move.e_x, low * slid, slid)
+
+
+@inlined
 def slipped(x: float, y: float, move: Move, length: float, low: float, high: float) -> Spring:
     """A spring at its limit that slips over a length, while the limit goes from `low` to `high`."""
     e_x, e_y = move.e_x, move.e_y
     along, across = x * e_x + y * e_y, e_x * y - e_y * x
-    size = math.sqrt(along * along + across * across)
+    if low == high and length <= low:
+        return _turned(along, across, move, length, low)
     grown = (high - low) / low
     if grown <= -1.0:
-        tau = math.inf if length > 0.0 else 0.0
+        tau = _ENDLESS
     elif abs(grown) < 1e-5:
         tau = length / low * (1.0 - grown * (0.5 - grown / 3.0))
     else:
         tau = length / low * math.log1p(grown) / grown
-    forward = along >= 0.0
-    root = abs(across) / (size + abs(along))
-    turn = math.exp(-tau if forward else min(tau, 350.0))
-    start, end = root * root, (root * turn) ** 2
+    # 1 + cos(theta) and 1 - cos(theta), times the limit; their ratio is tan(theta / 2)^2
+    if along >= 0.0:
+        near = low + along
+        far = across * across / near
+    else:
+        far = low - along
+        near = across * across / far
+    turn = math.exp(-min(tau, _ENDLESS))
+    end = turn * turn * far
+    whole = near + end
     if abs(grown) < 1e-13:
-        first = low * math.log((1.0 + start) / (1.0 + end))
-        if not forward:
-            first += 2.0 * length
+        first = low * math.log((near + far) / whole)
         second = low * first
     elif tau <= _SHORT:
-        half = start * turn
-        if forward:
-            before, middle, after = start / (1.0 + start), half / (1.0 + half), end / (1.0 + end)
-        else:
-            before, middle, after = 1.0 / (1.0 + start), 1.0 / (1.0 + half), 1.0 / (1.0 + end)
+        before, middle, after = far / (near + far), turn * far / (near + turn * far), end / whole
         first = tau / 3.0 * (low * before + 4.0 * math.sqrt(low * high) * middle + high * after)
         second = tau / 3.0 * (low * low * before + 4.0 * low * high * middle + high * high * after)
     else:
-        first, second = lost(tau, start, forward, low, (high - low) / length)
+        forward = along >= 0.0
+        ratio = far / near if forward else near / far
+        first, second = lost(tau, ratio, forward, low, (high - low) / length)
     slid = max(length - first - (high - low), 0.0)
     work = max(0.5 * (low + high) * (length - (high - low)) - second, 0.0)
-    root *= turn
-    if root <= 1.0:
-        cosine, sine = (1.0 - end) / (1.0 + end), 2.0 * root / (1.0 + end)
-        if not forward:
-            cosine = -cosine
-    else:  # past a right angle
-        root = 1.0 / root
-        end = root * root
-        cosine, sine = (1.0 - end) / (1.0 + end), 2.0 * root / (1.0 + end)
-    if across < 0.0:
-        sine = -sine
-    return Spring(high * (cosine * e_x - sine * e_y), high * (cosine * e_y + sine * e_x), work, slid)
+    cosine, sine = high * (near - end) / whole, high * 2.0 * turn * across / whole
+    return Spring(cosine * e_x - sine * e_y, cosine * e_y + sine * e_x, work, slid)
 
 
-@inner
+@inlined
 def advanced(x: float, y: float, label: float, move: Move, slips: bool) -> Spring:
     """A spring after a straight row."""
     low, high = move.before - label, move.after - label
@@ -166,25 +195,33 @@ def advanced(x: float, y: float, label: float, move: Move, slips: bool) -> Sprin
             x, y = x + until * move.x, y + until * move.y
             return Spring(0.0, 0.0, 0.5 * (x * x + y * y), 0.0)
         return Spring(x + move.x, y + move.y, 0.0, 0.0)
+    if high > 0.0:  # |t| - m is convex along a row: a spring below its limit at both ends sticks
+        end_x, end_y = x + move.x, y + move.y
+        if end_x * end_x + end_y * end_y <= high * high:
+            return Spring(end_x, end_y, 0.0, 0.0)
     a = (length - change) * (length + change)
     b = x * move.x + y * move.y - low * change
     c = min(x * x + y * y - low * low, 0.0)
     begin = math.inf
     if b > 0.0:
-        inside = b * b - a * c
-        if inside >= 0.0:
-            begin = -c / (b + math.sqrt(inside))
+        if c >= -_AT_LIMIT * low * low:
+            begin = 0.0
+        else:
+            inside = b * b - a * c
+            if inside >= 0.0:
+                begin = -c / (b + math.sqrt(inside))
     elif a > 0.0:
         begin = (math.sqrt(b * b - a * c) - b) / a
     if begin >= until:
         if high <= 0.0:
             return Spring(0.0, 0.0, 0.0, 0.0)
         return Spring(x + move.x, y + move.y, 0.0, 0.0)
-    x, y = x + begin * move.x, y + begin * move.y
-    limit = low + begin * change
-    if not limit > 0.0:
+    if begin > 0.0:
+        x, y = x + begin * move.x, y + begin * move.y
+        low += begin * change
+    if not low > 0.0:
         return Spring(0.0, 0.0, 0.0, 0.0)
-    return slipped(x, y, move, length * (until - begin), limit, max(high, 0.0))
+    return slipped(x, y, move, length * (until - begin), low, max(high, 0.0))
 
 
 @inner
@@ -374,5 +411,5 @@ def _run(
             rows[row, STICK] = edge[row]
 
 
-moved_to = compiled(_moved_to, _STAMP)
-run = compiled(_run, _STAMP)
+moved_to = _FUSED.compiled(_moved_to)
+run = _FUSED.compiled(_run)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec.complaints import refuse_invalid
 from pymdr.problem.codec.models import case_adapter, press_adapter, rough_adapter
 from pymdr.problem.codec.registering import import_kinds
-from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, TABLES
+from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, ORBIT_LEGS, TABLES
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Material
@@ -256,6 +256,8 @@ def _bodies(plain: Mapping[str, Any]) -> tuple[Material, Material]:
 def _decode(plain: Mapping[str, Any], table: str) -> Any:
     arguments = dict(plain)
     kind = arguments.pop("kind")
+    if kind in ORBIT_LEGS:
+        return _build(table, ORBIT_LEGS[kind], arguments)
     cls = Ramp if kind in ONE_CHANNEL_LEGS else next(t[kind] for t in TABLES.values() if kind in t)
     if "parts" in arguments:
         arguments["parts"] = tuple(_decode(part, f"{table}.parts") for part in arguments["parts"])
@@ -280,8 +282,8 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
     return _build(table, cls, arguments)
 
 
-def _build(table: str, cls: type, arguments: Mapping[str, Any]) -> Any:
+def _build(table: str, make: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     try:
-        return cls(**arguments)
+        return make(**arguments)
     except PymdrError as error:
         raise CaseError(f"[{table}] {error}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from pymdr.problem.codec.tables import (
     LEGS,
     MATERIALS,
     ONE_CHANNEL_LEGS,
+    ORBIT_LEGS,
     PROFILES,
     RHEOLOGIES,
     SOLIDS,
@@ -131,7 +133,7 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
 
 def _kinds_for(loc: list[Any]) -> list[str]:
     if "path" in loc:
-        return [*LEGS, *ONE_CHANNEL_LEGS]
+        return [*LEGS, *ONE_CHANNEL_LEGS, *ORBIT_LEGS]
     if "interpolation" in loc:
         return list(INTERPOLATIONS)
     if "shear" in loc or "young" in loc:
@@ -166,6 +168,8 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     kind = plain.get("kind")
     if kind in ONE_CHANNEL_LEGS:
         return ["kind", ONE_CHANNEL_LEGS[kind], "steps", "duration"]
+    if kind in ORBIT_LEGS:
+        return ["kind", *inspect.signature(ORBIT_LEGS[kind]).parameters]
     cls = next((table[kind] for table in TABLES.values() if kind in table), None)
     return ["kind", *(f.name for f in fields(cls)), *FILE_KEYS.get(kind, ())] if cls else ["kind"]
 

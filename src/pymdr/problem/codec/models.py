@@ -9,7 +9,7 @@ from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pymdr.problem.codec.outputs import output_tables
-from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, PROFILES, TABLES
+from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, ORBIT_LEGS, PROFILES, TABLES
 from pymdr.problem.layers import BONDS, Layer, Layered
 from pymdr.problem.paths import CHANNELS, Ramp
 from pymdr.problem.profiles import ForceCurve, Shape, Sum, Worn
@@ -198,6 +198,7 @@ def _union(table: str) -> Any:
         models += [
             _model(kind, Ramp, (c, "steps", "duration", "rate")) for kind, c in ONE_CHANNEL_LEGS.items()
         ]
+        models += [_orbit_model(kind) for kind in ORBIT_LEGS]
     return Annotated[Union[tuple(models)], Field(discriminator="kind")]  # noqa: UP007
 
 
@@ -217,6 +218,35 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
     doc = inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0]
     if doc.startswith(f"{cls.__name__}("):  # the default of dataclasses
         doc = ""
+    return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+
+
+def _orbit_model(kind: str) -> type[BaseModel]:
+    """The model of a circle or a Lissajous figure."""
+    from pydantic import ConfigDict, Field, create_model
+
+    number: Any = int | float | str
+    size = number if kind == "circle" else list[number]
+    text = "radius" if kind == "circle" else "pair of amplitudes along x and y"
+    center = "centre, a pair (x, y) in the unit of the channel; [0, 0] unless given"
+    columns: dict[str, Any] = {
+        "kind": (Literal[kind], ...),
+        "shift": (size | None, Field(None, description=f"{text}; text with unit, or number in m")),
+        "tangential_force": (size | None, Field(None, description=f"{text}; text with unit, or number in N")),
+        "turns": (int | float, Field(1.0, description="number of turns; below 0 clockwise")),
+        "steps": (
+            int | None,
+            Field(None, description="number of rows; 64 per turn unless given", ge=1, strict=True),
+        ),
+        "center": (list[number], Field([0.0, 0.0], description=center)),
+    }
+    if kind == "lissajous":
+        columns["frequencies"] = (
+            list[int | float],
+            Field([1.0, 2.0], description="pair of frequencies, above 0"),
+        )
+        columns["phase"] = (number, Field(0.0, description="phase of x; text with unit, or number in rad"))
+    doc = inspect.cleandoc(ORBIT_LEGS[kind].__doc__ or "").split("\n\n")[0]
     return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
 
 

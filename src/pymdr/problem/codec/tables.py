@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from pymdr.problem.capillary import Capillary
@@ -10,6 +10,7 @@ from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
+from pymdr.problem.orbits import circle, lissajous
 from pymdr.problem.paths import Cycle, Hold, Path, Ramp
 from pymdr.problem.profiles import (
     AreaFunction,
@@ -112,6 +113,9 @@ ONE_CHANNEL_LEGS: dict[str, str] = {
 }
 """Kinds that are a ramp of one channel."""
 
+ORBIT_LEGS: dict[str, Callable[..., Path]] = {"circle": circle, "lissajous": lissajous}
+"""Kinds that are a path in the plane; results save their rows."""
+
 INTERPOLATIONS: dict[str, type] = {
     "cubic_spline": CubicSpline,
     "shape_preserving": ShapePreserving,
@@ -134,7 +138,7 @@ KIND_OF: dict[type, str] = {cls: kind for table in TABLES.values() for kind, cls
 
 def kinds() -> set[str]:
     """All values of kind = in cases."""
-    return {kind for table in TABLES.values() for kind in table} | set(ONE_CHANNEL_LEGS)
+    return {kind for table in TABLES.values() for kind in table} | set(ONE_CHANNEL_LEGS) | set(ORBIT_LEGS)
 
 
 _WITH_KINDS = ("profile", "body", "counterbody", "adhesion")
