@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.quantities import QUANTITIES
+from pymdr.quantities import quantity
 from pymdr.solving.study import Study
 from pymdr.units import written
 from pymdr.workbench.subsurface import Subsurface
@@ -47,10 +47,10 @@ class Comparison(Study):
         """A row for every quantity of every step."""
         rows: list[list[str]] = []
         for i in range(self.data.sizes["step"]):
-            place = [self._cell(name, QUANTITIES[name].unit, i) for name in self._along()]
+            place = [self._cell(name, quantity(name).unit, i) for name in self._along()]
             for name in self.compared:
                 if f"{name}_mdr" in self.data:
-                    row = QUANTITIES[name]
+                    row = quantity(name)
                     cells = [self._cell(f"{name}_{end}", row.unit, i) for end in ("mdr", *self.others)]
                     rows.append([*place, row.long_name, *cells])
                     place = [""] * len(place)

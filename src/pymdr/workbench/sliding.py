@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -92,6 +92,50 @@ class SlidingVerification(Comparison):
         return compared_tractions(self.data, self.tractions, self.curves, drawn_stress(self.subsurface))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlaneVerification(SlidingVerification):
+    """
+    The same path in the plane by springs with vectors and by boundary elements with vector friction.
+
+    In ``data`` shift and tangential force have components, ``shift_x`` and ``tangential_force_y_grid``. ``tractions`` has both components of
+    the last step over r, near the x axis: ``mdr_x``, ``grid_x``, ``mdr_y`` and ``grid_y``. The angle of slip is not given.
+    """
+
+    compared: ClassVar = (
+        "normal_force",
+        "tangential_force_x",
+        "tangential_force_y",
+        "contact_radius",
+        "stick_radius",
+    )
+
+    @property
+    def largest_difference(self) -> float:
+        """Length of the largest difference of the tangential forces over the largest of them."""
+        mdr, grid = (
+            np.stack([self.data[f"tangential_force_{axis}_{end}"].values for axis in "xy"])
+            for end in ("mdr", "grid")
+        )
+        size = float(np.max(np.hypot(*mdr)))
+        return float(np.max(np.hypot(*(mdr - grid)))) / size if size else math.nan
+
+    def _along(self) -> tuple[str, ...]:
+        return "indentation", "shift_x", "shift_y"
+
+    def _remarks(self) -> list[str]:
+        lines = [line for line in super()._remarks() if not line.startswith("tractions deviate")]
+        return [
+            *lines,
+            "springs with vectors are an approximation along curves: the claim states 20 % of mu F_N",
+        ]
+
+    def _figure(self) -> Figure:
+        """Both forces in the plane, and both components of the traction of the last step."""
+        from pymdr.presentation.plot import compared_plane
+
+        return compared_plane(self.data, self.tractions, self.curves)
+
+
 def verify_sliding(
     contact: Contact,
     path: LoadingPath,
@@ -129,10 +173,6 @@ def verify_sliding(
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
     assert contact.friction is not None
-    if is_planar(path):
-        raise ProblemError(
-            "verify: shifts in the plane are not compared here; pymdr.independent.sliding.solve_sliding follows them on a grid"
-        )
     if contact.adhesion is not None:
         raise ProblemError(
             "verify: adhesion with friction has no independent solver here; leave one of them out"
@@ -148,44 +188,72 @@ def verify_sliding(
             "finite, for example Coulomb(0.3)"
         )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
-    chosen = thinned_rows([whole.data[name].values for name in ("indentation", "shift")], steps)
-    d, u = (whole.data[name].values[chosen] for name in ("indentation", "shift"))
+    planar = is_planar(path)
+    measured = {name: whole.data[name].values for name in ("indentation", "shift")}
+    chosen = thinned_rows([measured["indentation"], *np.atleast_2d(measured["shift"].T)], steps)
+    d, u = (values[chosen] for values in measured.values())
+    if not np.isfinite(u).all():
+        raise PathError(
+            "verify: a tangential force of the path reaches mu F_N, from where on the body glides; prescribe the shift"
+        )
     mdr = solve(contact, Path(indentation=d, shift=u))
-    moves = np.diff(d, prepend=0.0) * np.diff(u, prepend=0.0) != 0.0
+    rows, force, extrapolated = _by_grid(contact, d, u, grid, progress)
+    common: dict[str, Any] = {
+        "contact": contact,
+        "rows": chosen,
+        "path_rows": whole.data.sizes["step"],
+        "extrapolated": extrapolated,
+        "cells": cells,
+        "curves": _curves(contact, d, u),
+    }
+    last, ends = rows
+    if planar:
+        table = _plane_table(mdr, last, ends, force)
+        return PlaneVerification(
+            data=table, tractions=_plane_tractions(mdr, last), slip_angle=math.nan, **common
+        )
+    return SlidingVerification(
+        data=_table(mdr, last, ends, force[:, 0]),
+        tractions=_tractions(mdr, last),
+        subsurface=compare_subsurface(mdr, np.arange(d.size)),
+        slip_angle=last.largest_slip_angle,
+        **common,
+    )
+
+
+def _by_grid(
+    contact: Contact,
+    d: FloatArray,
+    u: FloatArray,
+    grid: HalfSpaceGrid,
+    progress: Callable[[int, int], None] | None,
+) -> tuple[tuple[SlidingSolution, np.ndarray], FloatArray, float]:
+    """The finest solution with its rows at the ends of those given, the extrapolated forces (n, 2), and their largest change."""
+    assert contact.friction is not None
+    both = np.atleast_2d(u.T)
+    moves = (np.diff(d, prepend=0.0) * np.diff(both, axis=1, prepend=0.0) != 0.0).any(axis=0)
     parts = [np.where(moves, n, 1) for n in (_PARTS if moves.any() else (1,))]
-    total = int(sum(p.sum() for p in parts))
-    done = 0
-    rows = []
+    total, done = int(sum(p.sum() for p in parts)), 0
+    solutions, forces = [], []
     for each in parts:
-        rows.append(
-            solve_sliding(
-                contact.profile,
-                contact.body,
-                contact.counterbody,
-                contact.friction.coefficient,
-                refined_rows(d, each),
-                refined_rows(u, each),
-                grid,
-                progress=None if progress is None else partial(_report_progress, progress, done, total),
-            )
+        shift = np.stack([refined_rows(component, each) for component in both], axis=1)
+        one = solve_sliding(
+            contact.profile,
+            contact.body,
+            contact.counterbody,
+            contact.friction.coefficient,
+            refined_rows(d, each),
+            shift if u.ndim == 2 else shift[:, 0],
+            grid,
+            progress=None if progress is None else partial(_report_progress, progress, done, total),
         )
         done += int(each.sum())
-    ends = [np.cumsum(each) - 1 for each in parts]
-    forces = [other.tangential_force[at] for other, at in zip(rows, ends, strict=True)]
+        ends = np.cumsum(each) - 1
+        solutions.append((one, ends))
+        forces.append(np.stack([one.tangential_force, one.transverse_force], axis=1)[ends])
     change = forces[-1] - forces[0]
-    size = float(np.max(np.abs(forces[-1]))) or 1.0
-    return SlidingVerification(
-        contact=contact,
-        data=_table(mdr, rows[-1], ends[-1], forces[-1] + change),
-        tractions=_tractions(mdr, rows[-1]),
-        curves=_curves(contact, d, u),
-        subsurface=compare_subsurface(mdr, np.arange(d.size)),
-        rows=chosen,
-        path_rows=whole.data.sizes["step"],
-        extrapolated=float(np.max(np.abs(change))) / size,
-        cells=cells,
-        slip_angle=rows[-1].largest_slip_angle,
-    )
+    size = float(np.max(np.hypot(*forces[-1].T))) or 1.0
+    return solutions[-1], forces[-1] + change, float(np.max(np.hypot(*change.T))) / size
 
 
 def _report_progress(
@@ -232,6 +300,39 @@ def _table(mdr: Result, other: SlidingSolution, ends: np.ndarray, force: FloatAr
     return xr.Dataset(columns)
 
 
+def _plane_table(mdr: Result, other: SlidingSolution, ends: np.ndarray, force: FloatArray) -> xr.Dataset:
+    """As `_table`, with components of shift and force."""
+    import xarray as xr
+
+    columns: dict[str, tuple[str, FloatArray, dict[str, str]]] = {
+        "indentation": ("step", mdr.data["indentation"].values, {"units": "m"})
+    }
+    for i, axis in enumerate("xy"):
+        columns[f"shift_{axis}"] = ("step", mdr.data["shift"].values[:, i], {"units": "m"})
+        name = f"tangential_force_{axis}"
+        columns[f"{name}_mdr"] = ("step", mdr.data["tangential_force"].values[:, i], {"units": "N"})
+        columns[f"{name}_grid"] = ("step", force[:, i], {"units": "N"})
+    for name in ("normal_force", "contact_radius", "stick_radius"):
+        unit = {"units": QUANTITIES[name].unit}
+        columns[f"{name}_mdr"] = ("step", mdr.data[name].values, unit)
+        columns[f"{name}_grid"] = ("step", getattr(other, name)[ends], unit)
+    return xr.Dataset(columns)
+
+
+def _plane_tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
+    import xarray as xr
+
+    middle = other.x.size // 2
+    r = np.hypot(other.x[middle:], other.x[middle])
+    tau = mdr.field("shear_traction", r=r, step=-1).values
+    unit = {"units": "Pa"}
+    columns = {}
+    for i, (axis, grid) in enumerate((("x", other.q_x), ("y", other.q_y))):
+        columns[f"mdr_{axis}"] = ("r", tau[i], unit)
+        columns[f"grid_{axis}"] = ("r", grid[middle:, middle], unit)
+    return xr.Dataset(columns, coords={"r": ("r", r, {"units": "m"})})
+
+
 def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
     import xarray as xr
 
@@ -252,13 +353,14 @@ def _curves(contact: Contact, d: FloatArray, u: FloatArray) -> xr.Dataset:
     import xarray as xr
 
     parts = np.full(d.size, _FINE)
-    fine = solve(contact, Path(indentation=refined_rows(d, parts), shift=refined_rows(u, parts)))
+    both = np.stack([refined_rows(component, parts) for component in np.atleast_2d(u.T)], axis=1)
+    fine = solve(contact, Path(indentation=refined_rows(d, parts), shift=both if u.ndim == 2 else both[:, 0]))
     r = np.linspace(0.0, 1.05 * float(fine.data["contact_radius"].values[-1]), 400)
-    return xr.Dataset(
-        {
-            "shift": ("row", fine.data["shift"].values, {"units": "m"}),
-            "tangential_force": ("row", fine.data["tangential_force"].values, {"units": "N"}),
-            "shear_traction": ("r", fine.field("shear_traction", r=r, step=-1).values, {"units": "Pa"}),
-        },
-        coords={"r": ("r", r, {"units": "m"})},
-    )
+    tau = np.atleast_2d(fine.field("shear_traction", r=r, step=-1).values)
+    columns: dict[str, tuple[str, FloatArray, dict[str, str]]] = {}
+    for i, end in enumerate(("_x", "_y") if u.ndim == 2 else ("",)):
+        for name in ("shift", "tangential_force"):
+            values = fine.data[name].values.reshape(d.size * _FINE, -1)[:, i]
+            columns[f"{name}{end}"] = ("row", values, {"units": QUANTITIES[name].unit})
+        columns[f"shear_traction{end}"] = ("r", tau[i], {"units": "Pa"})
+    return xr.Dataset(columns, coords={"r": ("r", r, {"units": "m"})})

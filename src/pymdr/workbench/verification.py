@@ -119,8 +119,8 @@ def verify(
 
     Returns
     -------
-    Verification, ShapeVerification, SlidingVerification or TorsionVerification
-        The second of a body that is not of revolution, the third with friction, the fourth under torsion. Where the method is refused its values are NaN.
+    Verification, ShapeVerification, SlidingVerification, PlaneVerification or TorsionVerification
+        The second of a body that is not of revolution, the third with friction, the fourth along a path in the plane, the last under torsion. Where the method is refused its values are NaN.
         ``subsurface`` compares the stress in an isotropic half-space, at the last compared step, with a double integral of point loads.
 
     Raises

@@ -40,7 +40,7 @@ from pymdr.presentation.plot.nanoindentation import (
     pop_in_study,
     profile_study,
 )
-from pymdr.presentation.plot.plane import planar_figures, planar_overview
+from pymdr.presentation.plot.plane import compared_plane, planar_figures, planar_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rolling import rolling_study, sliding_study
 from pymdr.presentation.plot.rough import calibration_study, rough_study
@@ -70,6 +70,7 @@ __all__ = [
     "closure_overview",
     "columns_study",
     "compared_laws",
+    "compared_plane",
     "compared_pressures",
     "compared_shape",
     "compared_tractions",

@@ -14,6 +14,7 @@ from pymdr.presentation.plot.shared import (
     GREY,
     ORANGE,
     FigureData,
+    draw_zero,
     legend_above,
     letter_panels,
     new_figure,
@@ -22,10 +23,11 @@ from pymdr.presentation.plot.shared import (
     thinned_curve,
     with_unit,
 )
-from pymdr.quantities import AXES, quantity
+from pymdr.quantities import AXES, RADIUS, quantity
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -63,6 +65,52 @@ def planar_figures(data: FigureData) -> dict[str, Figure]:
         slip = new_figure(5.6, 5.0)
         _draw_slip(slip.subplots(), data)
     return {"section": section(data), "plane": plane, "slip": slip}
+
+
+def compared_plane(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> Figure:
+    """
+    Tangential forces in the plane, and the components of the traction of the last step, by the method and boundary elements.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        ``tangential_force_x_grid`` and ``tangential_force_y_grid`` over ``step``, in N.
+    tractions : xarray.Dataset
+        ``grid_x`` and ``grid_y`` over ``r``, in Pa and m.
+    curves : xarray.Dataset
+        ``tangential_force_x`` and ``tangential_force_y`` over ``row``, ``shear_traction_x`` and ``shear_traction_y`` over ``r``: the drawn
+        lines.
+    """
+    with styled():
+        figure = new_figure(9.6, 4.4)
+        left, right = figure.subplots(1, 2)
+        force = {axis: curves[f"tangential_force_{axis}"].values for axis in "xy"}
+        unit = good_unit(np.concatenate(list(force.values())), "N")
+        grid = [from_si(table[f"tangential_force_{axis}_grid"].values, "N", unit) for axis in "xy"]
+        left.plot(*grid, "o", ms=5, mfc="none", color=ORANGE, label="boundary elements")
+        left.plot(*(from_si(force[axis], "N", unit) for axis in "xy"), color=BLUE, lw=1.2, label="MDR")
+        left.set_aspect("equal", adjustable="datalim")
+        left.set_xlabel(with_unit(quantity("tangential_force_x").label, unit))
+        left.set_ylabel(with_unit(quantity("tangential_force_y").label, unit))
+        r_unit = good_unit(tractions["r"].values, "m")
+        t_unit = good_unit(np.concatenate([tractions[f"grid_{axis}"].values for axis in "xy"]), "Pa")
+        for axis, colour in (("x", BLUE), ("y", GREEN)):
+            name = f"grid_{axis}"
+            points = from_si(tractions[name].values, "Pa", t_unit)
+            right.plot(
+                from_si(tractions["r"].values, "m", r_unit), points, "o", ms=5, mfc="none", color=colour
+            )
+            fine = from_si(curves[f"shear_traction_{axis}"].values, "Pa", t_unit)
+            label = f"along {axis}, MDR"
+            right.plot(from_si(curves["r"].values, "m", r_unit), fine, color=colour, lw=1.2, label=label)
+        right.plot([], [], "o", ms=5, mfc="none", color=GREY, label="boundary elements, near the x axis")
+        right.set_xlabel(f"{RADIUS.label} ({r_unit})")
+        right.set_ylabel(with_unit(quantity("shear_traction").label, t_unit))
+        for axes in (left, right):
+            draw_zero(axes)
+            legend_above(axes)
+        letter_panels(figure)
+    return figure
 
 
 def _draw_path(axes: Axes, data: FigureData, name: str) -> None:
