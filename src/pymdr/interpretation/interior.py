@@ -432,7 +432,9 @@ def unknown_stress(contact: Contact) -> str:
     return _unknown_in(contact.counterbody if isinstance(contact.body, Rigid) else contact.body)
 
 
-def stress_claim(contact: Contact, by_rings: bool, claims: Mapping[str, Claim]) -> Claim:
+def stress_claim(
+    contact: Contact, by_rings: bool, claims: Mapping[str, Claim], planar: bool = False
+) -> Claim:
     """
     The claim of the stress in the bodies of a contact.
 
@@ -443,6 +445,8 @@ def stress_claim(contact: Contact, by_rings: bool, claims: Mapping[str, Claim]) 
         Whether it was solved by boundary elements.
     claims : mapping of str to Claim
         Those of the pressure and, with friction, of the shear traction, from which the stress follows.
+    planar : bool
+        Whether shifts have components along x and y.
 
     Returns
     -------
@@ -454,6 +458,8 @@ def stress_claim(contact: Contact, by_rings: bool, claims: Mapping[str, Claim]) 
     )
     if not why and contact.friction is not None and "shear_traction" not in claims:
         why = "the stress under torsion is not computed"
+    if not why and planar:
+        why = "the stress under shifts in the plane is not computed; give single numbers for shifts along one line"
     if why:
         return Claim(Level.NOT_VALID, why, SOURCES["stress"], np.zeros(pressure.where.shape, dtype=bool))
     traction = claims.get("shear_traction")

@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.interpretation.certificate import with_rings
+from pymdr.interpretation.interior import stress_claim
 from pymdr.interpretation.plane import planar_claims
 from pymdr.interpretation.validity import Claim
 from pymdr.line.foundation import (
@@ -422,6 +423,7 @@ def _along_line(task: Task, direction: FloatArray) -> Result:
     return replace(
         single,
         path=task.path,
+        claims={**single.claims, "stress": stress_claim(task.contact, False, single.claims, planar=True)},
         data=labelled(columns, rows=task.keep),
         notes=(*single.notes, note),
         reading=task.reading,

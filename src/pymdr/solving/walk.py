@@ -17,7 +17,7 @@ from pymdr.interpretation.thickness import THICKNESS_SOURCE, samples_of, with_th
 from pymdr.interpretation.validity import BODY_SOURCES, Assumption, Claim
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import NORMAL_CHANNELS, LoadingPath, Path
-from pymdr.problem.schedule import Progress, Stretch, planned, total_rows
+from pymdr.problem.schedule import Progress, Stretch, is_planar, planned, total_rows
 from pymdr.result import Reading, Result, Status, labelled
 from pymdr.rows import joined, taken
 from pymdr.units import FloatArray
@@ -162,7 +162,7 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     columns, claims = with_conduction(task.contact, own.columns, own.claims, own.conducting)
     if samples_of(task.contact):
         claims = with_thickness(task.contact, columns, claims, prescribed_rows(task))
-    claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims)}
+    claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims, is_planar(task.path))}
     if walked.time is not None and not own.is_viscoelastic:
         notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {
