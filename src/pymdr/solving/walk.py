@@ -162,7 +162,10 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
     columns, claims = with_conduction(task.contact, own.columns, own.claims, own.conducting)
     if samples_of(task.contact):
         claims = with_thickness(task.contact, columns, claims, prescribed_rows(task))
-    claims = {**claims, "stress": stress_claim(task.contact, task.solver is not None, claims, is_planar(task.path))}
+    claims = {
+        **claims,
+        "stress": stress_claim(task.contact, task.solver is not None, claims, is_planar(task.path)),
+    }
     if walked.time is not None and not own.is_viscoelastic:
         notes = (*notes, "the bodies are elastic: the times of the path have no effect")
     valid = {

@@ -21,13 +21,14 @@ from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.study import Column, Study
 from pymdr.solving.wearing import (
     UNITS,
+    Coarser,
     WearCase,
+    coarser,
     columns_of,
     followed,
     limit_of,
     one_cycle,
     refuse_unknown_wear,
-    remarched,
     surface_of_wear,
 )
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
@@ -215,13 +216,12 @@ def wear(
     case = WearCase(contact, mapped.line.equivalent, mapped.moduli, d, mu, request, rate)
     with one_thread():  # systems of a few hundred unknowns are slower in several threads
         history, wearing = followed(case, rows, progress)
-        halved = remarched(wearing, history, rows)
-    fine, coarse = columns_of(case, wearing, history), columns_of(case, *halved)
-    errors = {name: _difference(fine[name], coarse[name], history) for name in fine}
+        coarse = coarser(case, wearing, history, rows)
+    columns, errors = _extrapolated(columns_of(case, wearing, history), coarse, history)
     constants = {"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
-    radii = np.array([case.radius, float(fine["contact_radius"].max())])
+    radii = np.array([case.radius, float(columns["contact_radius"].max())])
     return Wear(
-        data=_labelled(rows, fine, constants | limit_of(case)),
+        data=_labelled(rows, columns, constants | limit_of(case)),
         surface=_surface(case, history, rows),
         original=contact.profile,
         claims=wear_claims(contact, mapped.moduli, law, errors),
@@ -282,11 +282,25 @@ def _counted(cycles: ArrayQuantityLike) -> FloatArray:
     return np.unique(np.append(0.0, np.where(spaced > _COUNTED, np.round(spaced), spaced)))
 
 
-def _difference(fine: FloatArray, coarse: FloatArray, history: History) -> FloatArray:
-    """Relative error of a column, from half the cells and from the blocks."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = np.abs(coarse - fine) / np.abs(fine)
-    return np.asarray(np.where(fine == 0.0, 0.0, relative) + np.array(history.missed))
+def _extrapolated(
+    fine: Mapping[str, FloatArray], coarse: Coarser, history: History
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """
+    Columns with a worn volume for cells without length, and relative errors, by half the cells and half the blocks.
+
+    Cells of the volume are of second order, so that its correction is its error; other quantities change by more than their errors.
+    """
+    columns, errors = dict(fine), {}
+    for name, values in fine.items():
+        cells = values - coarse.cells[name]
+        blocks = np.abs(coarse.cells[name] - coarse.blocks[name]) / 3.0
+        if name == "worn_volume":
+            cells = cells / 3.0
+            columns[name] = values + cells
+        with np.errstate(divide="ignore", invalid="ignore"):
+            own, of_blocks = (np.abs(part) / np.abs(columns[name]) for part in (cells, blocks))
+        errors[name] = np.where(columns[name] == 0.0, 0.0, own + np.fmax(of_blocks, history.missed))
+    return columns, errors
 
 
 def _notes(case: WearCase, history: History) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.errors import ProblemError
+from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.interpretation.wear import SMALL
 from pymdr.line.wear import History, Wearing, march, outer_radius, wear_limit
 from pymdr.line.wear.limits import limiting_profile
@@ -25,7 +25,7 @@ from pymdr.problem.schedule import is_planar
 from pymdr.solving.closure import is_curve
 from pymdr.units import FloatArray, metres
 
-_CELLS, _TOLERANCE = 160, 1e-4
+_CELLS, _TOLERANCE = 160, 5e-5
 _FULL, _WIDER, _TRIES = 0.97, 1.6, 8
 """Fraction of the mesh that the contact may fill, factor of an extension of the mesh, and number of extensions."""
 _ROOM = 1.3
@@ -289,10 +289,22 @@ def _flat_of(case: WearCase, volume: float) -> float:
     return high
 
 
-def remarched(wearing: Wearing, history: History, rows: FloatArray) -> tuple[Wearing, History]:
-    """The same blocks on half the cells."""
+class Coarser(NamedTuple):
+    """The columns of a case on half the cells, by the same blocks and by half as many."""
+
+    cells: dict[str, FloatArray]
+    blocks: dict[str, FloatArray]
+
+
+def coarser(case: WearCase, wearing: Wearing, history: History, rows: FloatArray) -> Coarser:
+    """The same history on half the cells; where half as many blocks do not converge, they are the same blocks."""
     half = replace(wearing, cells=wearing.cells // 2)
-    return half, march(half, rows, _TOLERANCE, blocks=np.array(history.blocks))
+    same = columns_of(case, half, march(half, rows, _TOLERANCE, blocks=np.array(history.blocks)))
+    try:
+        longer = march(half, rows, _TOLERANCE, blocks=np.array(history.blocks[1::2]))
+    except ConvergenceError:
+        return Coarser(same, same)
+    return Coarser(same, columns_of(case, half, longer))
 
 
 def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, FloatArray]:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.errors import ConvergenceError
-from pymdr.line.wear.mesh import Curve, Mesh, Stuck, mesh_between
+from pymdr.line.wear.mesh import Curve, Mesh, Stuck, graded, mesh_between
 from pymdr.numerics.panels import BoolArray
 from pymdr.units import FloatArray
 
@@ -26,6 +26,8 @@ _SHORTEST = 1e-12
 """Fraction of all cycles below which a block counts as failure."""
 _SLIVER = 0.3
 """Fraction of a cell below which its remainder beyond the stick radius joins the next cell."""
+_COARSE = 4.0
+"""Width of the cells beyond a stick radius that has moved, over that of a new mesh, from which on the mesh is made anew."""
 _MOVES = 0.1
 """Weight of the relative error of the stick radius in a block against that of the volume."""
 _WEIGHED = 8.0
@@ -186,14 +188,14 @@ def _halved(
     if whole is None or halves is None:
         return None, math.inf, 0.0
     volume = halves[0].volume(halves[1].worn)
-    change = (whole[0].volume(whole[1].worn) - volume) / 3.0
-    error = abs(change)
+    change = whole[0].volume(whole[1].worn) - volume
+    error = abs(change) / 3.0
     if whole[0] is halves[0]:
         error = float(np.sum(mesh.areas * np.abs(whole[1].worn - halves[1].worn))) / 3.0
     error /= max(volume, 1e-300)
     if wearing.stick > 0.0:
         error += _MOVES * abs(whole[0].stick - halves[0].stick) / wearing.stick
-    return halves, error, change
+    return halves, error, change / 3.0
 
 
 def _block(wearing: Wearing, mesh: Mesh, state: State, block: float) -> tuple[Mesh, State] | None:
@@ -296,7 +298,10 @@ def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, 
         np.append(mesh.stuck.worn, np.interp(new_x, radii, worn)),
     )
     left = mesh.nodes[k + 1 :]
-    if left.size > 2 and left[0] - c < _SLIVER * (left[1] - left[0]):
+    fine = graded(c, float(left[-1]), wearing.cells)
+    if left.size > 2 and left[1] - left[0] > _COARSE * (fine[2] - fine[1]):
+        left = fine[1:]
+    elif left.size > 2 and left[0] - c < _SLIVER * (left[1] - left[0]):
         left = left[1:]
     moved = replace(mesh, nodes=np.append(c, left), stuck=stuck)
     kept = state._replace(

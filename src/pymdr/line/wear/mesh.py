@@ -170,10 +170,10 @@ def mesh_between(stick: float, end: float, cells: int, gap: Curve, kinks: tuple[
     -------
     Mesh
     """
-    part = np.linspace(0.0, 1.0, cells + 1)
     if stick > 0.0:
-        nodes = stick + (end - stick) * part**_GRADED
+        nodes = graded(stick, end, cells)
     else:
+        part = np.linspace(0.0, 1.0, cells + 1)
         # the first contact, of radius 1, has a third of the cells or more
         stretch = _stretch(end)
         nodes = end * (np.sinh(stretch * part) / math.sinh(stretch) if stretch > 0.0 else part)
@@ -182,6 +182,13 @@ def mesh_between(stick: float, end: float, cells: int, gap: Curve, kinks: tuple[
     if stick > 0.0:
         none = Stuck(np.array([stick]), gap(np.array([stick])), np.zeros(1))
     return Mesh(nodes, gap, kinks, none)
+
+
+def graded(stick: float, end: float, cells: int) -> FloatArray:
+    """Nodes from a stick radius to the end, close together at the stick radius."""
+    nodes = stick + (end - stick) * np.linspace(0.0, 1.0, cells + 1) ** _GRADED
+    nodes[-1] = end
+    return np.asarray(nodes)
 
 
 def _stretch(end: float) -> float:
