@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _PARTS = (8, 16)
 """Parts into which the grid divides a row with a changing depth; results are extrapolated to rows without length."""
+_PLANE_PARTS = (3, 6)
+"""The same of a row of a path in the plane that shifts the body."""
 _FINE = 24
 """Points that draw the method's curve over a row."""
 
@@ -53,7 +55,7 @@ class SlidingVerification(Comparison):
     """
     Largest change of the grid's tangential force by its extrapolation, over the largest force.
 
-    A cell that enters within a row is wrong by the first power of the row, so that rows are divided and extrapolated.
+    A cell that enters or turns within a row is wrong by the first power of the row, so that rows are divided and extrapolated.
     """
     cells: int
     """Cells along a side of the grid."""
@@ -232,7 +234,10 @@ def _by_grid(
     assert contact.friction is not None
     both = np.atleast_2d(u.T)
     moves = (np.diff(d, prepend=0.0) * np.diff(both, axis=1, prepend=0.0) != 0.0).any(axis=0)
-    parts = [np.where(moves, n, 1) for n in (_PARTS if moves.any() else (1,))]
+    counts = _PARTS
+    if u.ndim == 2:  # where the direction of slip turns
+        moves, counts = (np.diff(both, axis=1, prepend=0.0) != 0.0).any(axis=0), _PLANE_PARTS
+    parts = [np.where(moves, n, 1) for n in (counts if moves.any() else (1,))]
     total, done = int(sum(p.sum() for p in parts)), 0
     solutions, forces = [], []
     for each in parts:

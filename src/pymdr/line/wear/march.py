@@ -160,6 +160,11 @@ def march(
                 raise ConvergenceError(
                     f"wear: {_MOST_BLOCKS} blocks end at {now:.6g} cycles; use fewer cycles"
                 )
+        if state.pressure.size != mesh.rings.size:
+            solved = _solve(wearing, mesh, state.worn, 0.0, state)
+            if solved is None:
+                raise ConvergenceError(f"wear: the springs do not settle after {now:.6g} cycles")
+            state = solved
         history.cycles.append(float(target))
         history.states.append((mesh, state))
         volume = mesh.volume(state.worn)
@@ -273,9 +278,9 @@ def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess:
     return State(springs, depth, worn + weight * slip * pressure, pressure, slip)
 
 
-def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, State] | None:
+def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, State]:
     """
-    The state with the springs frozen that have become as long as the amplitude; None if it does not settle.
+    The state with the springs frozen that have become as long as the amplitude; its springs on a new mesh are not solved yet.
 
     Under constant load the depth grows with wear, and with it the springs that slip little.
     """
@@ -304,11 +309,11 @@ def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, 
     elif left.size > 2 and left[0] - c < _SLIVER * (left[1] - left[0]):
         left = left[1:]
     moved = replace(mesh, nodes=np.append(c, left), stuck=stuck)
-    kept = state._replace(
-        springs=np.append(wearing.amplitude, np.interp(left[:-1], mesh.nodes, springs)),
+    moved_springs = np.append(wearing.amplitude, np.interp(left[:-1], mesh.nodes, springs))
+    unsolved = np.zeros(0)
+    return moved, State(
+        moved_springs, state.depth, np.interp(moved.rings, radii, worn), unsolved, unsolved
     )
-    solved = _solve(wearing, moved, np.interp(moved.rings, radii, worn), 0.0, kept)
-    return None if solved is None else (moved, solved)
 
 
 def contact_edge(mesh: Mesh, state: State) -> float:
