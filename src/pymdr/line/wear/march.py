@@ -311,9 +311,7 @@ def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, 
     moved = replace(mesh, nodes=np.append(c, left), stuck=stuck)
     moved_springs = np.append(wearing.amplitude, np.interp(left[:-1], mesh.nodes, springs))
     unsolved = np.zeros(0)
-    return moved, State(
-        moved_springs, state.depth, np.interp(moved.rings, radii, worn), unsolved, unsolved
-    )
+    return moved, State(moved_springs, state.depth, np.interp(moved.rings, radii, worn), unsolved, unsolved)
 
 
 def contact_edge(mesh: Mesh, state: State) -> float:
