@@ -63,7 +63,7 @@ class SlidingVerification(Comparison):
     """Largest angle in degrees between traction and path in the last step, among slipping cells that carry."""
 
     subject: ClassVar = "a verification"
-    compared: ClassVar = COMPARED
+    compared: ClassVar[tuple[str, ...]] = COMPARED
     others: ClassVar = {"grid": "elements"}
 
     @property
