@@ -54,7 +54,10 @@ TO_EDGE = np.concatenate([INSIDE, 1.0 - np.geomspace(0.03, 1e-5, 12)])
 _OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
 """Radii over that of the contact at which gap and displacement are checked."""
 _LOAD = 1e-7
-"""Error of stresses over the typical one that is not resolved: the load is interpolated between the springs."""
+"""
+Error of stresses over the typical one that is not resolved: the cubics between the springs meet with jumps of their third derivative, so that
+the rule of the stress stops there. Planes carry the force of the springs to about 1e-8; the cubics themselves have it to 1e-9.
+"""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
 
 
