@@ -1,4 +1,4 @@
-"""Maps of the stress under normal and tangential load against a direct double integral, and largest stresses of long paths."""
+"""Maps of the stress under normal and tangential load against a direct double integral and a spectral solver, and largest stresses of long paths."""
 
 from collections.abc import Iterator
 
@@ -11,6 +11,8 @@ from pymdr.independent.point_loads import stress_of_tractions
 STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
 SIDE = 256
+PERIOD = 16
+"""Period of the spectral solver over the contact radius; a smaller one adds the loads of its neighbours, a larger one coarsens the contact."""
 DIRECT = 40
 """Nodes of the direct integral between two radii; points at less than half the contact radius need more."""
 
@@ -45,6 +47,51 @@ def maps() -> Iterator[Ratio]:
     yield Ratio(ratio.what, ratio.against, ratio.ours, ratio.other * SIDE * SIDE / sample.size, ratio.aim)
 
 
+def planes() -> Iterator[Ratio]:
+    """All components on a plane below a contact in partial slip, by the method and by a spectral solver of the volume."""
+    try:
+        import tamaas
+    except ImportError:
+        print(
+            "stress on a plane: tamaas is not installed, so its time is not measured; install pymdr[tamaas]"
+        )
+        return
+    tamaas.set_log_level(tamaas.LogLevel.error)
+    result = mdr.solve(BALL, mdr.load("50 N") >> mdr.shift("0.5 um"))
+    a, peak = float(result["contact_radius"][-1]), float(result["peak_pressure"][-1])
+    width = PERIOD * a
+    x = (np.arange(SIDE) - SIDE // 2) * width / SIDE
+    radius = np.hypot(*np.meshgrid(x, x, indexing="ij"))
+    radii, where = np.unique(radius, return_inverse=True)
+    traction = np.zeros((SIDE, SIDE, 3))
+    for axis, name in ((0, "shear_traction"), (2, "pressure")):
+        traction[..., axis] = result.field(name, radii).values[where].reshape(radius.shape)
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.volume_2d, [a, width, width], [2, SIDE, SIDE])
+    model.E, model.nu = STEEL.young, STEEL.poisson
+    tamaas.ModelFactory.registerVolumeOperators(model)
+    strain = np.zeros((2, SIDE, SIDE, 6))
+    stress = np.zeros_like(strain)
+
+    def spectral() -> None:
+        model.operators["boussinesq_gradient"](traction, strain)
+        model.operators["hooke"](strain, stress)
+
+    def ours() -> np.ndarray:
+        return result.field("stress", x=x, y=x, z=[a]).values[:, 0].transpose(0, 2, 1)
+
+    spectral()
+    near = np.abs(x) <= 1.5 * a
+    differences = np.abs(ours()[:3] - np.moveaxis(stress[1, ..., :3], -1, 0))[:, near][:, :, near] / peak
+    yield compare(
+        f"six components at {SIDE} x {SIDE} points of the plane z = a in partial slip",
+        ours,
+        f"the spectral volume solver of tamaas {tamaas.__version__} with a period of {PERIOD} a, on this and the surface plane",
+        spectral,
+        f"tamaas differs by {differences[2].max():.1e} of the peak pressure in zz and by {differences.max():.1e} in all",
+        repeats=3,
+    )
+
+
 def largest() -> Iterator[Ratio]:
     """The largest von Mises stress of a thousand rows."""
     contact = mdr.Contact(mdr.Sphere("10 mm"), STEEL)
@@ -68,4 +115,5 @@ def largest() -> Iterator[Ratio]:
 
 def ratios() -> Iterator[Ratio]:
     yield from maps()
+    yield from planes()
     yield from largest()
