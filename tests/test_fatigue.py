@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
@@ -85,6 +85,41 @@ def test_criteria_do_not_depend_on_the_axes(seed):
     for measure in (FINDLEY, SWT):
         one, two = largest_on_planes(measure, cycle), largest_on_planes(measure, other)
         np.testing.assert_allclose(one[0], two[0], rtol=1e-8)
+
+
+def cycle_of_kind(seed):
+    """Random rows, a loop of one frequency, or a proportional cycle about a mean, of any size."""
+    rng = np.random.default_rng(seed)
+    rows, kind = int(rng.integers(2, 14)), int(rng.integers(3))
+    if kind == 0:
+        cycle = rng.normal(size=(rows, 6, 1))
+    elif kind == 1:
+        phase = (np.arange(rows) * 2.0 * math.pi / rows)[:, None, None]
+        mean, along, across = rng.normal(size=(3, 6, 1))
+        cycle = mean + np.cos(phase) * along + np.sin(phase) * across
+    else:
+        cycle = rng.normal(size=(1, 6, 1)) * rng.uniform(-1.0, 1.0, (rows, 1, 1)) + rng.normal(size=(1, 6, 1))
+    return cycle * 10.0 ** rng.uniform(-2.0, 9.0)
+
+
+@settings(max_examples=examples(24), deadline=None)
+@given(st.integers(0, 2**32 - 1))
+@example(173)  # several planes almost as bad as the worst
+@example(359)
+def test_no_plane_is_worse_than_the_worst(seed):
+    cycle = cycle_of_kind(seed)
+    size = float(np.max(np.abs(cycle)))
+    fatemi_socie = PlaneMeasure(lambda s, n, e: s * (1.0 + 2.0 * np.maximum(n, 0.0) / size), sheared=True)
+    n = np.arange(4000)
+    z = (n + 0.5) / n.size
+    turn, flat = n * math.pi * (3.0 - math.sqrt(5.0)), np.sqrt(1.0 - z * z)
+    planes = np.array([flat * np.cos(turn), flat * np.sin(turn), z])
+    for measure in (FINDLEY, SWT, fatemi_socie):
+        value, _ = largest_on_planes(measure, cycle)
+        dense = measure.on(np.broadcast_to(cycle, (*cycle.shape[:2], n.size)), planes)
+        near = planes[:, np.argsort(dense)[-4:]]
+        polished, _ = measure.best(np.tile(cycle, (1, 1, 4)), near, 0.02)
+        assert float(polished.max()) <= float(value[0]) * (1.0 + 1e-8)
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -24,7 +24,7 @@ _NORMALS = 96
 """Planes that are searched first, over half of the sphere."""
 _DIRECTIONS = 6
 """Directions in each of them in which the range of the shear stress is measured first."""
-_RIVALS, _DISTINCT = 3, math.cos(math.radians(20.0))
+_RIVALS, _DISTINCT = 6, math.cos(math.radians(20.0))
 """Planes from which a search begins, and the cosine of the least angle between them."""
 _FINEST = 1e-4
 """Last distance of neighbouring planes in rad; the vertex of a parabola through them is far more precise."""
