@@ -185,3 +185,9 @@ def test_bodies_rheologies_and_laws_of_ones_own_are_written_and_read(kinds, tmp_
         np.testing.assert_allclose(again["normal_force"].values, expected, rtol=1e-12)
     for kind in ("gel", "rubber", "tape"):
         assert kind in case_schema()["$defs"]
+
+
+def test_the_stress_in_a_body_of_ones_own_is_refused_under_its_name():
+    pressed = mdr.solve(mdr.Contact(mdr.Sphere("10 mm"), Rubber("1 MPa")), mdr.load("1 N"))
+    with pytest.raises(mdr.NotValidError, match="in a Rubber body is not computed; use Elastic"):
+        pressed.field("von_mises")
