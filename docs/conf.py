@@ -168,6 +168,7 @@ def draw_figures(app):
     for page in (
         "adhesion",
         "soft_adhesion",
+        "yielding_bodies",
         "friction",
         "impact",
         "rolling",

@@ -54,6 +54,8 @@ CASE_NUMBERS = {
     "coated_gel": ("normal_force", 0.0, 1e-12),
     # Johnson (1985), eqs. (4.26) and (4.28), in 40 digits
     "crossed_cylinders": ("semi_axis_x", 5.645993520622424513524607e-5, 1e-13),
+    # a of pi a^2 p_Y(d) = F, in 30 digits
+    "flattened_ball": ("contact_radius", 1.64462106025272362e-4, 1e-12),
     "rounded_punch": ("normal_stiffness", 2 * (3e6 / 0.75) * 1e-3, 1e-12),
 }
 

@@ -47,6 +47,7 @@ from .problem.paths import ramp as ramp
 from .problem.paths import shift as shift
 from .problem.paths import travel as travel
 from .problem.paths import twist as twist
+from .problem.plasticity import ElasticPlastic as ElasticPlastic
 from .problem.profiles import AreaFunction as AreaFunction
 from .problem.profiles import ConcavePunch as ConcavePunch
 from .problem.profiles import Cone as Cone

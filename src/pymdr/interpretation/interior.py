@@ -19,6 +19,7 @@ from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT
 from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic
+from pymdr.problem.plasticity import ElasticPlastic
 from pymdr.problem.profiles import ForceCurve, Shape
 from pymdr.units import FloatArray, shown
 
@@ -404,15 +405,19 @@ def known_sides(contact: Contact) -> list[str]:
     return [side for side, body in sides.items() if solid_of(body) is not None]
 
 
+_UNKNOWN: dict[type[Material], str] = {
+    Rigid: "a rigid body has no stress that is determined",
+    ElasticPlastic: "the model of a body that yields gives the force and the radius of its contact, not the stress inside",
+    Viscoelastic: "where nu changes in time the load on the line does not determine the stress; give poisson instead of bulk",
+}
+"""Why the stress in a body is not known."""
+
+
 def _unknown_in(body: Material) -> str:
     """Why the stress in a body is not known."""
-    if isinstance(body, Rigid):
-        return "a rigid body has no stress that is determined"
-    if isinstance(body, Viscoelastic):
-        return "where nu changes in time the load on the line does not determine the stress; give poisson instead of bulk"
-    if body.grading != 0.0:
-        return "the stress in graded bodies does not follow from the load on the line as in homogeneous ones"
-    return f"the stress in a {type(body).__name__} body is not computed; use Elastic with the same moduli"
+    graded = "the stress in graded bodies does not follow from the load on the line as in homogeneous ones"
+    others = f"the stress in a {type(body).__name__} body is not computed; use Elastic with the same moduli"
+    return _UNKNOWN.get(type(body), graded if body.grading != 0.0 else others)
 
 
 def unknown_stress(contact: Contact) -> str:

@@ -253,6 +253,10 @@ SOURCES: dict[str, str] = {
     "bolshakov-pharr": (
         "Bolshakov and Pharr (1998), J. Mater. Res. 13, 1049-1058, doi:10.1557/JMR.1998.0146: pile-up from the residual depth"
     ),
+    "zunker-kamrin": (
+        "Zunker and Kamrin (2024), J. Mech. Phys. Solids 183, 105492, doi:10.1016/j.jmps.2023.105492 (part I), and 105493, "
+        "doi:10.1016/j.jmps.2023.105493 (part II): elastic-plastic balls"
+    ),
     "hess-graded": "Hess (2016), Int. J. Eng. Sci. 104, 20-33: graded half-spaces on the line, with adhesion",
 }
 """References by key; claims and :meth:`Result.cite` quote them."""

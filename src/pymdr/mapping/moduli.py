@@ -17,6 +17,7 @@ from pymdr.problem.materials import (
     Viscoelastic,
     common_exponent,
 )
+from pymdr.problem.plasticity import ElasticPlastic
 
 
 @dataclass(frozen=True)
@@ -151,6 +152,14 @@ def _(body: Layered) -> SurfaceCompliances:
         "a Layered body has no single modulus, because its stiffness depends on the contact radius; solve(...) and pull_off(...) cover "
         "it. For other studies use Elastic with the material of the layer if the contact is much smaller than its thickness, "
         "or with that of the base if it is much larger"
+    )
+
+
+@surface_compliances.register
+def _(body: ElasticPlastic) -> SurfaceCompliances:
+    raise ProblemError(
+        "an ElasticPlastic body has no single modulus, because its stiffness depends on its largest indentation; solve(...), impact(...) and "
+        "restitution(...) cover it. For other studies use Elastic(young, poisson) below yield"
     )
 
 

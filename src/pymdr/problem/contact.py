@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
-from pymdr.problem.laws import AdhesionLaw, Coulomb
+from pymdr.problem.laws import JKR, AdhesionLaw, Coulomb
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Material, Rigid, common_exponent
-from pymdr.problem.profiles import ForceCurve, Profile, Shape
+from pymdr.problem.plasticity import ElasticPlastic
+from pymdr.problem.profiles import ForceCurve, Paraboloid, Profile, Shape, Sphere
 from pymdr.problem.values import Value
 from pymdr.units import shown
 
@@ -23,11 +24,11 @@ class Contact(Value):
     profile : Profile
         The combined initial gap f(r), a :class:`~pymdr.ForceCurve`, or a gap f(x, y) without axial symmetry, such as
         :class:`~pymdr.EllipticParaboloid`.
-    body : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
-        The first body.
-    counterbody : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic or Rigid
+    body : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic, ElasticPlastic or Rigid
+        The first body. An ElasticPlastic body is a ball of the radius of the profile.
+    counterbody : Elastic, TransverselyIsotropic, Graded, Layered, Viscoelastic, ElasticPlastic or Rigid
         The second body, by default rigid. A graded body needs a rigid one or one of the same exponent; a layered body needs one
-        without grading and memory.
+        without grading and memory, an ElasticPlastic body a rigid one.
     adhesion : JKR, MaugisDugdale, Capillary or DMT, optional
         Law of adhesion; by default none.
     friction : Coulomb, optional
@@ -38,7 +39,8 @@ class Contact(Value):
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
         friction, a graded or layered body with friction or MaugisDugdale, a layered body with a viscoelastic one, a
-        viscoelastic body with adhesion, a ForceCurve with adhesion or a graded or layered body, or a shape
+        viscoelastic body with adhesion, an ElasticPlastic body with anything but a Sphere or Paraboloid, a rigid
+        counterbody and adhesion by JKR of one work, a ForceCurve with adhesion or a graded or layered body, or a shape
         without axial symmetry with anything but elastic half-spaces.
 
     Examples
@@ -84,6 +86,8 @@ class Contact(Value):
             self._refuse_beyond_curve(exponent)
         if isinstance(self.profile, Shape):
             self._refuse_beyond_shape(exponent)
+        if self.plastic is not None:
+            self._refuse_beyond_yield(self.plastic)
         if self.is_viscoelastic:
             self._refuse_memory()
         if self.layered is not None:
@@ -113,6 +117,40 @@ class Contact(Value):
     def layered(self) -> Layered | None:
         """The layered body, the first if both are; None without one."""
         return next((body for body in (self.body, self.counterbody) if isinstance(body, Layered)), None)
+
+    @property
+    def plastic(self) -> ElasticPlastic | None:
+        """The body that yields; None without one."""
+        bodies = (self.body, self.counterbody)
+        return next((body for body in bodies if isinstance(body, ElasticPlastic)), None)
+
+    def _refuse_beyond_yield(self, body: ElasticPlastic) -> None:
+        other = self.counterbody if self.body is body else self.body
+        adhesion = self.adhesion
+        for present, reason in (
+            (
+                type(self.profile) not in (Sphere, Paraboloid),
+                f"the model was fitted for balls, and {type(self.profile).__name__} is none; give Sphere('1 mm') or Paraboloid('1 mm')",
+            ),
+            (
+                not isinstance(other, Rigid),
+                f"the model was fitted for balls on a rigid flat, and the other body is {type(other).__name__}; use Rigid()",
+            ),
+            (
+                self.friction is not None,
+                "friction of a body that yields is not available, because the model gives no tangential springs; leave it out",
+            ),
+            (
+                adhesion is not None and (type(adhesion) is not JKR or adhesion.has_hysteresis),
+                "the model has adhesion of short range with one work of adhesion only; use JKR(work), or leave adhesion out",
+            ),
+            (
+                adhesion is not None and (body.apparent_radius or body.wall_factor),
+                "adhesion is not available with apparent_radius or wall_factor; leave one of them out",
+            ),
+        ):
+            if present:
+                raise ProblemError(f"Contact: a body is ElasticPlastic: {reason}")
 
     def _refuse_beyond_layers(self) -> None:
         if self.is_viscoelastic:

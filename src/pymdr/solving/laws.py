@@ -47,6 +47,7 @@ from pymdr.solving.hysteretic import solve_hysteretic
 from pymdr.solving.memory import relaxation_along, tangential_relaxation_along
 from pymdr.solving.normal import solve_normal
 from pymdr.solving.planar import is_frictional_plane, line_of_path, on_line, replay_of, solve_planar
+from pymdr.solving.plastic import WITHOUT_FIELDS, is_plastic, plastic_plots, solve_plastic, unknown_surface
 from pymdr.solving.ringed import (
     ring_history_with_memory,
     ring_solutions,
@@ -171,6 +172,11 @@ def _sheared_surface(result: Result) -> ShearedSurface:
 
 
 LAWS = (
+    Law(
+        lambda contact, solver, path: is_plastic(contact),
+        solve_plastic,
+        Reading((), (), unknown_surface, plastic_plots, WITHOUT_FIELDS),
+    ),
     Law(
         lambda contact, solver, path: is_frictional_plane(contact, path, solver is not None),
         solve_planar,

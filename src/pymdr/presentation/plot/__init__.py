@@ -41,6 +41,7 @@ from pymdr.presentation.plot.nanoindentation import (
     profile_study,
 )
 from pymdr.presentation.plot.plane import compared_plane, planar_figures, planar_overview
+from pymdr.presentation.plot.plastic import PlasticData, plastic_figures, plastic_overview
 from pymdr.presentation.plot.press import pressed_surface
 from pymdr.presentation.plot.rolling import rolling_study, sliding_study
 from pymdr.presentation.plot.rough import calibration_study, rough_study
@@ -57,6 +58,7 @@ __all__ = [
     "CurveData",
     "FigureData",
     "LayersDrawn",
+    "PlasticData",
     "Plots",
     "ShapeData",
     "StressFrame",
@@ -99,6 +101,8 @@ __all__ = [
     "normal_overview",
     "planar_figures",
     "planar_overview",
+    "plastic_figures",
+    "plastic_overview",
     "pop_in_study",
     "pressed_surface",
     "profile_study",

@@ -12,6 +12,7 @@ from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.orbits import circle, lissajous
 from pymdr.problem.paths import Cycle, Hold, Path, Ramp
+from pymdr.problem.plasticity import ElasticPlastic
 from pymdr.problem.profiles import (
     AreaFunction,
     ConcavePunch,
@@ -78,6 +79,7 @@ MATERIALS: dict[str, type] = {
     "graded": Graded,
     "viscoelastic": Viscoelastic,
     "layered": Layered,
+    "elastic_plastic": ElasticPlastic,
     "rigid": Rigid,
 }
 

@@ -1,0 +1,8 @@
+"""Step 2 of a ball that yields: its line is an ellipse, whose axes depend on the largest indentation."""
+
+from pymdr.line.plastic.adhesion import Edge, follow_edge, start_of_edge
+from pymdr.line.plastic.ball import DEEPEST, Ball
+from pymdr.line.plastic.ellipse import Ellipse
+from pymdr.line.plastic.growth import GrowingBall, Growth
+
+__all__ = ["DEEPEST", "Ball", "Edge", "Ellipse", "GrowingBall", "Growth", "follow_edge", "start_of_edge"]

@@ -1,0 +1,126 @@
+"""Adhesion of a ball that has yielded: its edge recedes by the rule of Hess and never advances by attraction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from pymdr.line.plastic.ball import Ball
+from pymdr.line.plastic.ellipse import Ellipse
+from pymdr.units import FloatArray
+
+
+@dataclass(frozen=True)
+class Edge:
+    """The edge of an adhesive contact on one line."""
+
+    line: Ellipse
+    """One line."""
+    work: float
+    """Work of adhesion in J/m^2."""
+
+    def length(self, a: float) -> float:
+        """The largest elongation sqrt(2 pi a w / E_eff) in m of the springs at the edge (Hess 2011)."""
+        return math.sqrt(2.0 * math.pi * a * self.work / self.line.modulus)
+
+    def opening(self, a: float) -> float:
+        """The indentation g(a) - sqrt(2 pi a w / E_eff) in m at which the edge recedes from a radius in m."""
+        return float(self.line.depth(np.array(a))) - self.length(a)
+
+    @property
+    def critical_radius(self) -> float:
+        """The radius in m at which the bodies separate, where the opening is least."""
+        half, slope = 0.5 * float(self.line.width), float(self.line.height / self.line.width)
+        factor = math.sqrt(0.5 * math.pi * self.work / self.line.modulus)
+
+        def steeper(t: float) -> float:
+            # g' sqrt(a) against the derivative of the elongation, a = (B/2) sin t
+            return float(slope * math.sin(t) ** 1.5 * math.sqrt(half) - factor * math.cos(t))
+
+        return half * math.sin(float(scipy.optimize.brentq(steeper, 0.0, 0.5 * math.pi, xtol=1e-16)))
+
+    def receded(self, a: float, d: float) -> float:
+        """The radius in m to which the edge recedes from another at an indentation d of the line in m; 0 if separated."""
+        if d >= self.opening(a):
+            return a
+        least = self.critical_radius
+        if a <= least or d < self.opening(least):
+            return 0.0
+        return float(scipy.optimize.brentq(lambda r: self.opening(r) - d, least, a, xtol=1e-15 * a))
+
+    def force(self, d: float, a: float) -> float:
+        """The force F(g(a)) + 2 E_eff (d - g(a)) a in N."""
+        g = self.line.depth(np.array(a))
+        return float(self.line.force(g)) + 2.0 * self.line.modulus * (d - float(g)) * a
+
+    def energy(self, d: float, a: float) -> float:
+        """The elastic energy in J."""
+        g = self.line.depth(np.array(a))
+        stretch = d - float(g)
+        return float(self.line.energy(g)) + stretch * (
+            float(self.line.force(g)) + self.line.modulus * a * stretch
+        )
+
+
+class EdgeRows(NamedTuple):
+    """Rows of a contact whose edge may be stretched."""
+
+    contact_radius: FloatArray
+    """In m."""
+    force: FloatArray
+    """In N."""
+    elastic_energy: FloatArray
+    """In J."""
+    lost: FloatArray
+    """Energy in J that the edge dissipated up to the row."""
+
+
+def start_of_edge() -> tuple[float, float]:
+    """The contact radius in m and the energy in J dissipated by the edge, before the first touch."""
+    return 0.0, 0.0
+
+
+def follow_edge(
+    ball: Ball, work: float, d: FloatArray, largest: FloatArray, before: tuple[float, float]
+) -> tuple[EdgeRows, tuple[float, float]]:
+    """
+    Follow the edge along indentations.
+
+    Parameters
+    ----------
+    work : float
+        Work of adhesion in J/m^2.
+    d, largest : ndarray
+        Indentations and largest indentations in m, row by row.
+    before : tuple of float
+        Contact radius in m and dissipated energy in J before.
+
+    Returns
+    -------
+    rows, after
+    """
+    lines, within = ball.line(largest), ball.line_depth(d, largest)
+    scales, pressed = ball.scale(largest), ball.contact_radius(d, largest)
+    rows = np.zeros((4, d.size))
+    a, lost = before
+    for i in range(d.size):
+        edge = Edge(Ellipse(lines.height[i], lines.width[i], lines.modulus), work)
+        depth, scale = float(within[i]), float(scales[i])
+        if a > pressed[i]:
+            receded = edge.receded(a, depth)
+            if receded < a:
+                # the edge takes the work of adhesion; a jump to separation loses the energy of the springs
+                last = receded if receded > 0.0 else min(edge.critical_radius, a)
+                lost += scale * work * math.pi * (a - last) * (a + last)
+                if receded == 0.0:
+                    lost += scale * edge.energy(edge.opening(last), last)
+                a = receded
+        a = max(a, float(pressed[i]))
+        if a > 0.0:
+            rows[:3, i] = a, edge.force(depth, a), scale * edge.energy(depth, a)
+        rows[3, i] = lost
+    return EdgeRows(*rows), (a, lost)

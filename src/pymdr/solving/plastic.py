@@ -1,0 +1,284 @@
+"""The contact of a ball that yields along a path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from pymdr.errors import NotValidError, PathError, ProblemError
+from pymdr.interpretation.plastic import NO_FIELDS, plastic_assumptions, plastic_claims
+from pymdr.interpretation.validity import NORMAL_FIELDS
+from pymdr.line.foundation import mean_pressure
+from pymdr.line.plastic import DEEPEST, Ball, Ellipse, GrowingBall, Growth, follow_edge, start_of_edge
+from pymdr.problem.contact import Contact
+from pymdr.problem.schedule import Stretch
+from pymdr.result import FieldReader, Result, Status
+from pymdr.solving.normal import check_normal_path, refuse_tension
+from pymdr.solving.walk import (
+    Channels,
+    Interpretation,
+    LegProgress,
+    Task,
+    Walked,
+    channels_at,
+    prescribed_rows,
+    solution,
+    walk,
+    with_travel,
+)
+from pymdr.units import FloatArray, metres, newtons
+
+if TYPE_CHECKING:
+    from pymdr.presentation.plot import Plots
+
+WITHOUT_FIELDS = dict.fromkeys(NORMAL_FIELDS, NO_FIELDS)
+"""Why there are no fields."""
+_FINE = 200
+
+
+@dataclass(frozen=True)
+class _Rows:
+    indentation: FloatArray
+    largest: FloatArray
+    """Largest indentation up to the row in m, of the apparent ball if its radius grows."""
+    normal_force: FloatArray
+    contact_radius: FloatArray
+    apparent_radius: FloatArray
+    residual_indentation: FloatArray
+    normal_stiffness: FloatArray
+    elastic_energy: FloatArray
+    external_work: FloatArray
+    """Work in J done on the contact."""
+    yielding: FloatArray
+
+
+@dataclass(frozen=True)
+class _State:
+    largest: float = 0.0
+    edge: tuple[float, float] = start_of_edge()
+    """With adhesion: contact radius in m, and energy in J dissipated by the edge."""
+
+
+def is_plastic(contact: Contact) -> bool:
+    """Whether one of the bodies yields."""
+    return contact.plastic is not None
+
+
+def ball_of(contact: Contact) -> Ball:
+    """Step 1: the ball that yields."""
+    body, radius = contact.plastic, contact.profile.curvature_radius
+    assert body is not None
+    assert radius is not None
+    return Ball(
+        radius, body.effective_modulus, body.shear, body.poisson, body.yield_strength, body.wall_factor
+    )
+
+
+def solve_plastic(task: Task) -> Result:
+    """Map, walk and interpret."""
+    body = task.contact.plastic
+    assert body is not None
+    if task.solver is not None:
+        raise ProblemError(
+            "solve: solver=Rings() solves elastic bodies, and a body is ElasticPlastic; leave it out"
+        )
+    check_normal_path(task.path)
+    ball = ball_of(task.contact)
+    if body.apparent_radius:
+        growing = GrowingBall(ball)
+        return solution(
+            task, *_with_claims(task, ball, walk(task, growing.start, partial(_grow, task, growing)))
+        )
+    return solution(task, *_with_claims(task, ball, walk(task, _State(), partial(_step, task, ball))))
+
+
+def _compliance(task: Task, stretch: Stretch) -> float | None:
+    """Compliance in m/N of the machine; None for prescribed forces."""
+    if stretch.by_force:
+        refuse_tension(stretch.leg, stretch.normal)
+        return None
+    machine = task.machine_stiffness
+    return 0.0 if stretch.controls.normal != "travel" or machine is None else 1.0 / machine
+
+
+def _step(
+    task: Task,
+    ball: Ball,
+    state: _State,
+    stretch: Stretch,
+    kept: np.ndarray | None,
+    progress: LegProgress | None,
+) -> tuple[_Rows, _State, Channels]:
+    """Step 2: a row follows from its channel and the largest indentation before; with adhesion also from its edge."""
+    targets, compliance = stretch.normal, _compliance(task, stretch)
+    adhesion = task.contact.adhesion
+    if compliance == 0.0:
+        d, largest = targets, np.maximum(np.maximum.accumulate(targets), state.largest)
+    else:
+        if adhesion is not None:
+            raise PathError(
+                f"the path prescribes {stretch.controls.normal}, but adhesion of a body that yields is followed under a prescribed "
+                "indentation only; use indent(...)"
+            )
+        d, largest = ball.follow(targets, compliance, state.largest)
+    if np.max(largest) > DEEPEST * ball.radius:
+        _refuse_too_deep(ball, stretch, targets)
+    force, radius = ball.force(d, largest), ball.contact_radius(d, largest)
+    energy, lost, edge = ball.elastic_energy(d, largest), np.zeros(d.shape), state.edge
+    if adhesion is not None:
+        rows, edge = follow_edge(ball, adhesion.work, d, largest, state.edge)
+        force, radius, energy, lost = rows.force, rows.contact_radius, rows.elastic_energy, rows.lost
+    if stretch.by_force:
+        force = targets
+    before = np.append(state.largest, largest[:-1])
+    here = channels_at(float(d[-1]), float(force[-1]), task.machine_stiffness)
+    found = _Rows(
+        d,
+        largest,
+        force,
+        radius,
+        np.full(d.shape, ball.radius),
+        ball.residual(largest),
+        np.where(radius > 0.0, 2.0 * ball.modulus * radius / ball.scale(largest), 0.0)
+        if adhesion is not None
+        else ball.stiffness(d, largest),
+        energy,
+        energy + ball.dissipation(largest) + lost,
+        ball.yielded(largest) * (largest > before),
+    )
+    return found, _State(float(largest[-1]), edge), here
+
+
+def _grow(
+    task: Task,
+    growing: GrowingBall,
+    state: Growth,
+    stretch: Stretch,
+    kept: np.ndarray | None,
+    progress: LegProgress | None,
+) -> tuple[_Rows, Growth, Channels]:
+    """Step 2 with a growing radius: every row is a step of a particle code."""
+    compliance, top = _compliance(task, stretch), DEEPEST * growing.ball.radius
+    rows, states = [], []
+    by_force, machine = compliance is None, compliance or 0.0
+    for target in stretch.normal.tolist():
+        if compliance == 0.0:
+            step = growing.advance(state, target) if target <= top else None
+        elif by_force:
+            step = growing.advance_to(state, target, lambda row: row.force, 0.0)
+        else:
+            step = growing.advance_to(
+                state, target, lambda row: row.indentation + machine * row.force, min(target, 0.0)
+            )
+        if step is None:
+            _refuse_too_deep(growing.ball, stretch, stretch.normal)
+        row, state = step
+        rows.append(row)
+        states.append((state.largest, state.work))
+    d, force, radius, height, width, within, scale, residual, yielding = np.array(rows, dtype=float).T
+    largest, work = np.array(states).T
+    ball, line = growing.ball, Ellipse(height, width, growing.ball.modulus)
+    wall, a = ball.wall(d), line.contact_radius(within)
+    stiffness = 2.0 * ball.modulus * a / scale * wall + 10.7 / ball.radius * (wall - 1.0) / wall * force
+    here = channels_at(float(d[-1]), float(force[-1]), task.machine_stiffness)
+    force = stretch.normal if by_force else force
+    energy = scale * wall * line.energy(within)
+    found = _Rows(d, largest, force, a, radius, residual, stiffness, energy, work, yielding)
+    return found, state, here
+
+
+def _refuse_too_deep(ball: Ball, stretch: Stretch, targets: FloatArray) -> NoReturn:
+    deepest, most = DEEPEST * ball.radius, float(np.max(targets))
+    force = float(ball.loading_force(np.array(deepest)))
+    name = stretch.controls.normal
+    given = newtons(most) if stretch.by_force else metres(most)
+    raise PathError(
+        f"{name} = {given}: the model of a body that yields ends at an indentation of {metres(deepest)}, {DEEPEST:g} of the radius of the "
+        f"ball (normal force about {newtons(force)}); reduce the {name.replace('normal_', '')}"
+    )
+
+
+def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[_Rows], Interpretation]:
+    """Step 3: quantities, claims and assumptions of every row."""
+    contact, rows = task.contact, walked.rows
+    body = contact.plastic
+    assert body is not None
+    machine = task.machine_stiffness or math.inf
+    work = rows.external_work + (0.0 if math.isinf(machine) else rows.normal_force**2 / (2.0 * machine))
+    columns = {
+        "indentation": rows.indentation,
+        "normal_force": rows.normal_force,
+        "contact_radius": rows.contact_radius,
+        "residual_indentation": rows.residual_indentation,
+        "apparent_radius": rows.apparent_radius,
+        "normal_stiffness": rows.normal_stiffness,
+        "mean_pressure": mean_pressure(rows.normal_force, rows.contact_radius),
+        "elastic_energy": rows.elastic_energy,
+        "dissipated_energy": rows.external_work - rows.elastic_energy,
+        "external_work": work,
+        "yielding": rows.yielding,
+    }
+    if not body.apparent_radius:
+        del columns["apparent_radius"]
+    claims = plastic_claims(body, contact.adhesion is not None, prescribed_rows(task), rows.indentation.size)
+    claims = {name: claim for name, claim in claims.items() if name in columns or not claim.readable}
+    if task.machine_stiffness is not None:
+        claims["travel"] = claims["normal_force"]
+    yielded = bool(np.any(rows.residual_indentation > 0.0))
+    notes: tuple[str, ...] = ()
+    if not yielded:
+        first = "the ball does not yield at any indentation of the model"
+        if math.isfinite(ball.yield_depth):
+            first = f"the ball yields from an indentation of {metres(ball.yield_depth)} on"
+        notes = (first,)
+    return walked, Interpretation(
+        columns=with_travel(task, columns),
+        claims=claims,
+        assumptions=plastic_assumptions(float(np.max(rows.largest, initial=0.0)), ball.radius),
+        status=Status.YIELDED if yielded else Status.ELASTIC,
+        notes=notes,
+        references=("zunker-kamrin", *(() if contact.adhesion is None else ("hess",))),
+    )
+
+
+def unknown_surface(result: Result) -> FieldReader:
+    """Refuse fields: the model has none."""
+    raise NotValidError(NO_FIELDS)
+
+
+def plastic_plots(result: Result, row: int) -> Plots:
+    """Figures: the path between the curves of first loading and of unloading."""
+    from pymdr.presentation.plot import FigureData, PlasticData, Plots, plastic_figures, plastic_overview
+
+    ball, data = ball_of(result.contact), result.data
+    d = data["indentation"].values
+    body = result.contact.plastic
+    assert body is not None
+    deepest = max(float(np.max(d)), 0.0)
+    depth = deepest * np.linspace(0.0, 1.0, _FINE)
+    largest = np.array(deepest)
+    back = float(ball.residual(largest)) + (deepest - float(ball.residual(largest))) * np.linspace(
+        0.0, 1.0, _FINE
+    )
+    elastic = Ellipse(np.array(4.0 * ball.radius), np.array(2.0 * ball.radius), ball.modulus)
+    drawn = PlasticData(
+        loading=(depth, ball.loading_force(depth)),
+        unloading=(back, ball.force(back, largest)),
+        elastic=(depth, elastic.force(depth) * ball.wall(depth)),
+        yield_depth=ball.yield_depth,
+        own_curves=not body.apparent_radius and result.contact.adhesion is None,
+    )
+    shown = FigureData(
+        data=data,
+        row=-1,
+        field=None,
+        gap=result.contact.profile.gap,
+        bands={},
+        on_line=False,
+        modulus=ball.modulus,
+    )
+    return Plots(shown, drawn.drawn_by(plastic_overview), drawn.drawn_by(plastic_figures))
