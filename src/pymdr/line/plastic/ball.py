@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
@@ -43,10 +42,13 @@ class Ball:
     walled: bool = False
     """Whether the force is multiplied by 1 + exp(10.7 d / R - 10)."""
 
-    @cached_property
-    def yield_depth(self) -> float:
-        """The indentation d_Y in m of first yield; inf if the ball does not yield up to 0.9 R."""
+    yield_depth: float = field(init=False)
+    """The indentation d_Y in m of first yield; inf if the ball does not yield up to 0.9 R."""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "yield_depth", self._first_yield())
+
+    def _first_yield(self) -> float:
         def excess(t: float) -> float:
             hertz = 4.0 * self.modulus * math.sqrt(t) / (3.0 * math.pi)
             return hertz / self.strength - (1.0 + 1.75 * math.exp(-4.4 * t))

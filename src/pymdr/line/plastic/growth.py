@@ -92,27 +92,27 @@ class GrowingBall:
     def advance(self, state: Growth, d: float) -> tuple[Row, Growth]:
         """One step to an indentation d in m of the ball of the initial radius."""
         state = self._grown(state)
-        own, first = replace(self.ball, radius=state.radius), self.ball.radius
+        own, radius, first = self.ball, state.radius, self.ball.radius
         depth = d + state.radius - first
         largest = max(state.largest, depth)
         advancing = depth >= state.largest
         constant = state.yielded_at
         if math.isnan(constant) and advancing and depth > 0.0:
-            pressure = 4.0 * own.modulus * math.sqrt(depth) / (3.0 * math.pi * math.sqrt(own.radius))
-            if pressure > _yield_pressure(own, largest):
-                constant = math.pi * (depth**2 - depth * own.radius)
-        height, width, offset, scale = _line(own, largest, constant)
+            pressure = 4.0 * own.modulus * math.sqrt(depth) / (3.0 * math.pi * math.sqrt(radius))
+            if pressure > _yield_pressure(own, radius, largest):
+                constant = math.pi * (depth**2 - depth * radius)
+        height, width, offset, scale = _line(own, radius, largest, constant)
         within = (depth - offset) / scale
         bare = ellipse_force(height, width, own.modulus, within)
         force = bare
         if self.ball.walled:
             force = bare * (1.0 + math.exp(10.7 * d / first - 10.0))
         yielding = advancing and not math.isnan(constant) and bare > 0.0
-        residual = offset - (own.radius - first)
-        row = Row(d, force, own.radius, height, width, within, scale, residual, yielding)
+        residual = offset - (radius - first)
+        row = Row(d, force, radius, height, width, within, scale, residual, yielding)
         strain = bare * (first - d) * (1.0 - 2.0 * own.poisson) / (2.0 * own.shear * (1.0 + own.poisson))
         strain = -strain / (4.0 / 3.0 * math.pi * first**3 * (1.0 + state.volume_strain))
-        area = depth * own.radius if math.isnan(constant) else depth * (2.0 * own.radius - depth)
+        area = depth * radius if math.isnan(constant) else depth * (2.0 * radius - depth)
         area = max(math.pi * area + (0.0 if math.isnan(constant) else constant), 0.0)
         after = replace(
             state,
@@ -122,15 +122,15 @@ class GrowingBall:
             volume_strain=strain,
             plastic_volume=0.0,
             rim=0.0,
-            areas=(area, area - 2.0 * math.pi * own.radius * largest),
+            areas=(area, area - 2.0 * math.pi * radius * largest),
             force=force,
             work=state.work + 0.5 * (force + state.force) * (d - state.indentation),
         )
         if yielding:
             volume = 4.0 / 3.0 * math.pi * first**3 * (state.volume_strain - strain)
-            swept = d * (2.0 * first - d) + (own.radius - first) * (own.radius + first)
+            swept = d * (2.0 * first - d) + (radius - first) * (radius + first)
             volume -= math.pi * (d - state.indentation) * swept
-            after = replace(after, plastic_volume=volume, rim=2.0 * math.pi * own.radius * depth)
+            after = replace(after, plastic_volume=volume, rim=2.0 * math.pi * radius * depth)
         return row, after
 
     def advance_to(
@@ -176,18 +176,18 @@ class GrowingBall:
         return replace(state, radius=state.radius + mean, mean_growth=mean)
 
 
-def _yield_pressure(ball: Ball, largest: float) -> float:
-    return ball.strength * (1.0 + 1.75 * math.exp(-4.4 * largest / ball.radius))
+def _yield_pressure(ball: Ball, radius: float, largest: float) -> float:
+    return ball.strength * (1.0 + 1.75 * math.exp(-4.4 * largest / radius))
 
 
-def _line(ball: Ball, largest: float, constant: float) -> tuple[float, float, float, float]:
+def _line(ball: Ball, radius: float, largest: float, constant: float) -> tuple[float, float, float, float]:
     """Height and width of the line, the indentation at which its force vanishes, and the scale of its indentation."""
     if math.isnan(constant):
-        return 4.0 * ball.radius, 2.0 * ball.radius, 0.0, 1.0
-    pressure = _yield_pressure(ball, largest)
-    a = math.sqrt(2.0 * largest * ball.radius - largest**2 + constant / math.pi)
+        return 4.0 * radius, 2.0 * radius, 0.0, 1.0
+    pressure = _yield_pressure(ball, radius, largest)
+    a = math.sqrt(2.0 * largest * radius - largest**2 + constant / math.pi)
     half = 2.0 * pressure * a / ball.modulus
-    z, nu = ball.radius - (largest - half), ball.poisson
+    z, nu = radius - (largest - half), ball.poisson
     far = math.sqrt(a * a + z * z)
     lift = pressure * (2.0 * a * a * (nu - 1.0) - (2.0 * nu - 1.0) * z * (far - z)) / (2.0 * ball.shear * far)
     return 2.0 * half, 2.0 * a, largest - half - lift, 1.0 + lift / half
