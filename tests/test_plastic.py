@@ -280,6 +280,7 @@ BAD = [
     (lambda: mdr.solve(BALL, mdr.shift("1 um")), "friction"),
     (lambda: mdr.solve(BALL, mdr.indent("1 um"), solver=mdr.Rings(50)), "ElasticPlastic"),
     (lambda: mdr.pull_off(BALL), "adhesion"),
+    (lambda: mdr.verify(BALL, mdr.indent("1 um")), "no independent solver"),
     (lambda: mdr.effective_moduli(COPPER, mdr.Rigid()), "largest indentation"),
     (
         lambda: mdr.solve(mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)), mdr.load("1 N")),

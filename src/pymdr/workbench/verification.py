@@ -144,6 +144,10 @@ def verify(
     if contact.friction is not None:
         number, most = 32 if elements is None else elements, 20 if steps is None else steps
         return verify_sliding(contact, path, number, most, machine_stiffness, progress)
+    if contact.plastic is not None:
+        raise ProblemError(
+            "verify: boundary elements here are elastic, and a body is ElasticPlastic; its model has no independent solver here"
+        )
     if not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(
             "verify: rings solve contacts without adhesion or with JKR; other laws of adhesion have no independent solver here"
