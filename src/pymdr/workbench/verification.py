@@ -144,19 +144,7 @@ def verify(
     if contact.friction is not None:
         number, most = 32 if elements is None else elements, 20 if steps is None else steps
         return verify_sliding(contact, path, number, most, machine_stiffness, progress)
-    if contact.plastic is not None:
-        raise ProblemError(
-            "verify: boundary elements here are elastic, and a body is ElasticPlastic; its model has no independent solver here"
-        )
-    if not isinstance(contact.adhesion, JKR | None):
-        raise ProblemError(
-            "verify: rings solve contacts without adhesion or with JKR; other laws of adhesion have no independent solver here"
-        )
-    if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
-        raise ProblemError(
-            f"verify: rings exist for homogeneous half-spaces and layers only; graded bodies (exponent {exponent:g}) have no independent "
-            "solver here"
-        )
+    _refuse_without_solver(contact)
     steps = 5 if steps is None else steps
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
@@ -185,6 +173,23 @@ def verify(
         rings=solver.n,
         contact=contact,
     )
+
+
+def _refuse_without_solver(contact: Contact) -> None:
+    """Refuse frictionless contacts that boundary elements do not solve."""
+    if contact.plastic is not None:
+        raise ProblemError(
+            "verify: boundary elements here are elastic, and a body is ElasticPlastic; its model has no independent solver here"
+        )
+    if not isinstance(contact.adhesion, JKR | None):
+        raise ProblemError(
+            "verify: rings solve contacts without adhesion or with JKR; other laws of adhesion have no independent solver here"
+        )
+    if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
+        raise ProblemError(
+            f"verify: rings exist for homogeneous half-spaces and layers only; graded bodies (exponent {exponent:g}) have no independent "
+            "solver here"
+        )
 
 
 def _works(law: JKR, mdr: Result) -> np.ndarray:
