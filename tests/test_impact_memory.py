@@ -547,7 +547,7 @@ def test_speeds_at_some_of_which_bodies_rest():
 
 def test_what_is_refused():
     rubber = mdr.Viscoelastic(RUBBER, poisson=0.5)
-    with pytest.raises(mdr.ProblemError, match="adhesion of a viscoelastic body"):
+    with pytest.raises(mdr.ProblemError, match="no limit of short range"):
         mdr.Contact(mdr.Sphere("1 mm"), rubber, adhesion=mdr.JKR("50 mJ/m^2"))
     rough = mdr.Contact(mdr.Sphere("1 mm"), rubber, friction=mdr.Coulomb(0.3))
     with pytest.raises(mdr.ProblemError, match=r"friction \(mu = 0.3\) in impacts of bodies with memory"):

@@ -130,6 +130,7 @@ _SUBJECTS = {
     "line.memory.": "viscoelasticity",
     "line.rebound.": "impacts on viscoelastic bodies",
     "line.rough_sliding.": "rough sliding",
+    "line.soft.": "adhesion with memory",
     "mapping.": "equivalent profiles",
     "problem.profiles.": "smoothing splines",
     "solving.fits.": "fits",

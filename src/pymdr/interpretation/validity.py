@@ -152,6 +152,10 @@ SOURCES: dict[str, str] = {
         "Maugis and Gauthier-Manuel (1994), J. Adhes. Sci. Technol. 8, 1311-1322; any rising profile "
         "by superposition on the line"
     ),
+    "haiat-barthel": (
+        "Haiat and Barthel (2003), J. Colloid Interface Sci. 264, 94-99; Maugis (1992), J. Colloid Interface Sci. 150, 243-269, with the memory "
+        "of Lee and Radok (1960) on the line"
+    ),
     "hysteresis": "Chen, Helm and Israelachvili (1991), J. Phys. Chem. 95, 10736-10747",
     "hess": (
         "Hess (2011), Ueber die Abbildung ausgewaehlter dreidimensionaler Kontakte auf Systeme mit niedrigerer "

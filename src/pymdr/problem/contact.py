@@ -206,11 +206,14 @@ class Contact(Value):
                 )
 
     def _refuse_memory(self) -> None:
-        if self.adhesion is not None:
-            raise ProblemError(
-                "Contact: adhesion of a viscoelastic body is not covered by the method: the dissipation at the opening and closing "
-                "edge depends on the speed; leave adhesion out, or use Elastic with the stiffness at one time"
-            )
+        if self.adhesion is None or self._is_cohesive:
+            return
+        name = type(self.adhesion).__name__
+        raise ProblemError(
+            f"Contact: {name} of a viscoelastic body has no limit of short range: the pull of an edge grows without bound as the range of the "
+            "attraction decreases, at any speed, so a length must be given; use MaugisDugdale(work, range=...), whose range is that of the "
+            "surfaces (0.3 nm to some um for polymers), or Elastic with the stiffness at one time"
+        )
 
 
 def require_contact(contact: object, prefix: str) -> Contact:

@@ -75,6 +75,16 @@ def hysteretic_plots(result: Result, row: int) -> Plots:
     return Plots(data, adhesive_overview, adhesive_figures)
 
 
+def soft_plots(result: Result, row: int) -> Plots:
+    """Figures of a cohesive zone on bodies with memory."""
+    from pymdr.presentation.plot import FigureData, Plots, soft_figures, soft_overview
+
+    data = FigureData(
+        data=result.data, row=row, field=None, gap=result.contact.profile.gap, bands={}, on_line=False
+    )
+    return Plots(data, soft_overview, soft_figures)
+
+
 def frictional_plots(result: Result, row: int) -> Plots:
     """Figures of a contact with stick and slip."""
     from pymdr.presentation.plot import Plots, frictional_figures, frictional_overview

@@ -40,6 +40,7 @@ from pymdr.solving.drawing import (
     normal_plots,
     planar_plots,
     plots_with_conduction,
+    soft_plots,
 )
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.frictional_memory import solve_frictional_memory
@@ -55,6 +56,7 @@ from pymdr.solving.ringed import (
     solve_memory_by_rings,
 )
 from pymdr.solving.shapes import is_shape, shape_plots, shape_surface, solve_shape
+from pymdr.solving.soft import NO_FIELDS, no_surface, solve_soft
 from pymdr.solving.torsional import is_torsional, replayed, solve_torsional, torsion_law
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
@@ -202,6 +204,11 @@ LAWS = (
         lambda contact, solver, path: solver is not None,
         solve_by_rings,
         Reading(SURFACE_FIELDS, (), _rings, normal_plots, _WITHOUT_FRICTION),
+    ),
+    Law(
+        lambda contact, solver, path: contact.is_viscoelastic and contact.adhesion is not None,
+        solve_soft,
+        Reading((), (), no_surface, soft_plots, dict.fromkeys(SURFACE_FIELDS, NO_FIELDS)),
     ),
     Law(
         lambda contact, solver, path: contact.is_viscoelastic and contact.friction is not None,

@@ -48,6 +48,7 @@ from pymdr.presentation.plot.rough import calibration_study, rough_study
 from pymdr.presentation.plot.shakedown import shakedown_map
 from pymdr.presentation.plot.shapes import ShapeData, shape_figures, shape_overview
 from pymdr.presentation.plot.shared import FigureData, LayersDrawn, Plots, with_unmet
+from pymdr.presentation.plot.soft import soft_figures, soft_overview
 from pymdr.presentation.plot.studies import columns_study, conditions_study, loop_study
 from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.topography import bump_study, spectrum_study
@@ -116,6 +117,8 @@ __all__ = [
     "shape_overview",
     "sheet_of_records",
     "sliding_study",
+    "soft_figures",
+    "soft_overview",
     "spectrum_study",
     "stress_figure",
     "stress_section",

@@ -88,6 +88,11 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
             "fit: hysteresis of adhesion is not fitted, because its states depend on the history of the edge; fit JKR(work) to the approach "
             "and JKR(work) to the end of the retraction, which gives work_receding"
         )
+    if contact.adhesion is not None and contact.is_viscoelastic:
+        raise ProblemError(
+            "fit: adhesion of bodies with memory is not fitted; fit the rheology to the approach without adhesion, and compare solve(...) with "
+            "the retraction"
+        )
     if isinstance(free, str):
         free = [free]
     names = list(free)

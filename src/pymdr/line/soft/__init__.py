@@ -1,0 +1,1 @@
+"""Adhesion of bodies with memory: Dugdale's zone on springs that creep."""

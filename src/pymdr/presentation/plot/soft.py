@@ -1,0 +1,85 @@
+"""Figures of adhesion with memory: the loop, radii and histories."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    FigureData,
+    axis_label,
+    draw_zero,
+    legend_above,
+    letter_panels,
+    new_figure,
+    styled,
+)
+from pymdr.quantities import QUANTITIES
+from pymdr.units import from_si, good_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_COLOURS = {
+    "normal_force": BLUE,
+    "contact_radius": BLUE,
+    "cohesive_radius": GREEN,
+    "dissipated_energy": ORANGE,
+}
+
+
+def soft_overview(data: FigureData) -> Figure:
+    """Force against depth and time, the radii, and the dissipated energy, in one figure."""
+    with styled():
+        figure = new_figure(9.6, 6.4)
+        loop, force, radii, energy = np.ravel(figure.subplots(2, 2))
+        _draw(loop, data, _across(data), ("normal_force",))
+        _draw(force, data, "time", ("normal_force",))
+        _draw(radii, data, "time", ("contact_radius", "cohesive_radius"))
+        _draw(energy, data, "time", ("dissipated_energy",))
+        letter_panels(figure)
+    return figure
+
+
+def soft_figures(data: FigureData) -> dict[str, Figure]:
+    """``loop``, ``radius`` and ``history``."""
+    with styled():
+        loop, radius, history = new_figure(5.6, 4.2), new_figure(5.6, 4.2), new_figure(9.6, 3.4)
+        _draw(loop.subplots(), data, _across(data), ("normal_force",))
+        _draw(radius.subplots(), data, _across(data), ("contact_radius", "cohesive_radius"))
+        names = (("normal_force",), ("contact_radius", "cohesive_radius"), ("dissipated_energy",))
+        for axes, each in zip(history.subplots(1, 3), names, strict=True):
+            _draw(axes, data, "time", each)
+        letter_panels(history)
+    return {"loop": loop, "radius": radius, "history": history}
+
+
+def _across(data: FigureData) -> str:
+    return "travel" if "travel" in data.data else "indentation"
+
+
+def _draw(axes: Axes, data: FigureData, across: str, names: tuple[str, ...]) -> None:
+    """Quantities of one unit against another one."""
+    x = data.data[across].values
+    x_unit = good_unit(x, QUANTITIES[across].unit)
+    every = np.concatenate([data.data[name].values for name in names])
+    unit = good_unit(every, QUANTITIES[names[0]].unit)
+    for name in names:
+        label = QUANTITIES[name].label if len(names) > 1 else None
+        axes.plot(
+            from_si(x, QUANTITIES[across].unit, x_unit),
+            from_si(data.data[name].values, QUANTITIES[name].unit, unit),
+            color=_COLOURS[name],
+            lw=1.5,
+            label=label,
+        )
+    draw_zero(axes)
+    axes.set_xlabel(axis_label(across, x_unit))
+    axes.set_ylabel(axis_label(names[0], unit) if len(names) == 1 else f"radius ({unit})")
+    if len(names) > 1:
+        legend_above(axes)

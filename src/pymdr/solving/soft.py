@@ -1,0 +1,280 @@
+"""The contact of bodies with memory under a cohesive zone along a path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, NotValidError, PathError, ProblemError
+from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Claim, Level
+from pymdr.line.curves import ElasticLine
+from pymdr.line.foundation import mean_pressure
+from pymdr.line.soft.springs import COARSE, FINE, ZoneSetting, ZoneSprings
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.problem.materials import Elastic, Rigid
+from pymdr.problem.schedule import Stretch, planned
+from pymdr.result import Result, Status
+from pymdr.result.readers import FieldReader
+from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.memory import assumptions_with_memory, error_of, relaxation_along, times_of
+from pymdr.solving.normal import refuse_tangential
+from pymdr.solving.reach import notes_of
+from pymdr.solving.walk import (
+    Channels,
+    Interpretation,
+    LegProgress,
+    Task,
+    channels_at,
+    solution,
+    walk,
+    with_travel,
+)
+from pymdr.units import FloatArray, metres, newtons
+
+_CONTROL = {"indentation": math.inf, "normal_force": 0.0}
+_GROWTH = 1.1
+_UNKNOWN_WHEN_TORN = (
+    "indentation",
+    "normal_force",
+    "mean_pressure",
+    "travel",
+    "external_work",
+    "dissipated_energy",
+    "jump_dissipation",
+)
+"""Quantities that are not known after a dead load has separated the bodies."""
+NO_FIELDS = "the fields of a cohesive zone on bodies with memory are not computed; solve the elastic contact with the modulus at one time"
+_COMPARED = (
+    "indentation",
+    "normal_force",
+    "contact_radius",
+    "cohesive_radius",
+    "elastic_energy",
+    "surface_energy",
+    "work",
+)
+
+
+@dataclass(frozen=True)
+class ZoneRows:
+    """Rows of both levels, by name."""
+
+    fine: dict[str, FloatArray]
+    coarse: dict[str, FloatArray]
+    control: FloatArray
+    """Machine stiffness in N/m equivalent to the control."""
+
+
+def no_surface(result: Result) -> FieldReader:
+    """Refuse fields.
+
+    Raises
+    ------
+    NotValidError
+    """
+    raise NotValidError(NO_FIELDS)
+
+
+def solve_soft(task: Task) -> Result:
+    """Map, walk and interpret."""
+    refuse_tangential(
+        task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
+    )
+    relaxation = relaxation_along(task.contact, task.path)
+    setting = _setting(task, relaxation)
+    levels = tuple(ZoneSprings(setting, level) for level in (FINE, COARSE))
+    walked = walk(task, levels, partial(_step, task.machine_stiffness))
+    assert walked.time is not None
+    return solution(task, walked, _interpret(task, relaxation, setting, walked.rows))
+
+
+def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
+    """The springs, and the largest zone, of the relaxed contact at the largest target of the path."""
+    contact = task.contact
+    if math.isinf(relaxation.glassy) or not relaxation.rubbery > 0.0:
+        what = "flows at rest" if relaxation.rubbery == 0.0 else "is rigid at once"
+        raise ProblemError(
+            f"solve: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
+            "Prony with an equilibrium modulus"
+        )
+    law = contact.adhesion
+    assert law is not None
+    assert law.cohesive_stress is not None
+    alike = replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid())
+    line = AdhesiveLine(alike)
+    widest = 0.0
+    for leg in planned(task.path):
+        target = np.ravel(np.asarray(getattr(leg.leg, leg.controls.normal, 0.0), dtype=float))
+        k = _CONTROL.get(leg.controls.normal, task.machine_stiffness or math.inf)
+        top = max(float(np.max(target, initial=0.0)), 0.0)
+        try:
+            track = line.track(k, top)
+        except ConvergenceError as error:
+            raise ProblemError(f"solve: {error}") from error
+        states = line.equilibria.states(np.array([track.curve.stop]))
+        widest = max(widest, float(states.cohesive_radius[0]))
+    elastic = line.line
+    assert isinstance(elastic, ElasticLine)
+
+    def profile(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        inside = np.minimum(x, min(elastic.max_radius, 1e300))
+        g = elastic.depth(inside)
+        # F0 = 2 E (a g - int g)
+        return g, inside * g - elastic.force(inside) / (2.0 * elastic.modulus)
+
+    if elastic.edge < _GROWTH * 1.2 * widest:
+        raise ProblemError(
+            f"solve: the zone would reach the sharp edge of the profile at r = {metres(elastic.edge)}, which is not covered with memory; use a "
+            "wider profile or a smaller load"
+        )
+    return ZoneSetting(relaxation, law.cohesive_stress, law.work, profile, _GROWTH * widest)
+
+
+def _step(
+    stiffness: float | None,
+    levels: tuple[ZoneSprings, ...],
+    stretch: Stretch,
+    kept: np.ndarray | None,
+    progress: LegProgress | None,
+) -> tuple[ZoneRows, tuple[ZoneSprings, ...], Channels]:
+    """Step 2: springs and zone, and fewer nodes and longer steps for the error."""
+    assert kept is None
+    time = np.append(stretch.begin, times_of(stretch))
+    control = np.append(stretch.start[0], stretch.normal)
+    known = not math.isnan(control[0])
+    if not known:  # lost under a force
+        control[0] = control[1]
+    sudden = (np.diff(time) == 0.0) & (np.diff(control) != 0.0)
+    # a free body may start anywhere
+    sudden[0] &= not levels[0].free
+    if sudden.any():
+        raise PathError(
+            "a row of the path moves in no time, which adhesion with memory does not cover; give every move a duration or a rate"
+        )
+    k = _CONTROL.get(stretch.controls.normal, math.inf if stiffness is None else stiffness)
+    if k == 0.0 and known and levels[0].free and control[1] < 0.0:
+        raise PathError(
+            f"normal_force = {newtons(float(control[1]))}: a body out of contact cannot be pulled; make contact first, for example with "
+            "load('0 N', duration='1 s') >> ..."
+        )
+    fine, coarse = (one.follow(time, control, k) for one in levels)
+    free = fine["cohesive_radius"] == 0.0
+    if k == 0.0:
+        for rows in (fine, coarse):
+            lost = rows["cohesive_radius"] == 0.0
+            rows["indentation"] = np.where(lost, math.nan, rows["indentation"])
+            rows["normal_force"] = np.where(lost, math.nan, control[1:])
+    d, force = float(fine["indentation"][-1]), float(fine["normal_force"][-1])
+    return ZoneRows(fine, coarse, np.full(free.size, k)), levels, channels_at(d, force, stiffness)
+
+
+def _interpret(task: Task, relaxation: Relaxation, setting: ZoneSetting, rows: ZoneRows) -> Interpretation:
+    """Step 3: quantities, claims and assumptions of every row."""
+    fine = rows.fine
+    k = task.machine_stiffness
+    force = fine["normal_force"]
+    machine = np.zeros(force.size) if k is None or math.isinf(k) else 0.5 * np.nan_to_num(force) ** 2 / k
+    work = np.cumsum(fine["work"])
+    spent = work - fine["elastic_energy"] - fine["surface_energy"] - machine
+    columns = with_travel(
+        task,
+        {
+            "indentation": fine["indentation"],
+            "normal_force": force,
+            "contact_radius": fine["contact_radius"],
+            "cohesive_radius": fine["cohesive_radius"],
+            "mean_pressure": mean_pressure(force, fine["contact_radius"]),
+            "elastic_energy": fine["elastic_energy"],
+            "surface_energy": fine["surface_energy"],
+            "external_work": work,
+            "dissipated_energy": spent,
+            "jumped": fine["jumped"],
+            "jump_dissipation": fine["jump_dissipation"],
+        },
+    )
+    everywhere = np.ones(force.size, dtype=bool)
+    claim = Claim(
+        Level.EXACT,
+        "exact for viscoelastic half-spaces of constant Poisson's ratio in frictionless contact on a disk that attract each other by a "
+        "constant stress up to its range; assumes that the gap stays positive in the cohesive zone",
+        SOURCES["haiat-barthel"],
+        everywhere,
+    )
+    claims = dict.fromkeys(columns, claim)
+    claims |= dict.fromkeys(
+        NORMAL_FIELDS, Claim(Level.NOT_VALID, NO_FIELDS, SOURCES["haiat-barthel"], ~everywhere)
+    )
+    claims = with_errors(
+        claims, _errors(rows, columns, machine), cause="from twice the spacing of nodes and longer steps"
+    )
+    torn = np.isnan(force)
+    if torn.any():
+        claims = {
+            name: replace(one, where=~torn) if name in _UNKNOWN_WHEN_TORN else one
+            for name, one in claims.items()
+        }
+    touched = fine["cohesive_radius"] > 0.0
+    status = Status.ATTACHED if touched[-1] else Status.PULLED_OFF if touched.any() else Status.NOT_TOUCHED
+    notes = [*notes_of(task.contact.profile), *_jump_notes(fine)]
+    if relaxation.error > 0.0:
+        notes.append(
+            f"the rheology is a Prony series whose kernel has an error of at most {relaxation.error:.1g}"
+        )
+    return Interpretation(
+        columns=columns,
+        claims=claims,
+        assumptions=assumptions_with_memory(task.contact, fine["contact_radius"]),
+        status=status,
+        notes=tuple(notes),
+        references=("sneddon", "popov-hess", "haiat-barthel", "maugis"),
+        is_viscoelastic=True,
+    )
+
+
+def _errors(rows: ZoneRows, columns: dict[str, FloatArray], machine: FloatArray) -> dict[str, FloatArray]:
+    """Relative errors from twice the spacing and longer steps; rows between the jumps of both levels are those after the later one."""
+    fine, coarse = rows.fine, rows.coarse
+    apart = (fine["cohesive_radius"] == 0.0) != (coarse["cohesive_radius"] == 0.0)
+    pairs = {name: (fine[name], np.where(apart, fine[name], coarse[name])) for name in _COMPARED}
+    pairs["work"] = np.cumsum(fine["work"]), np.cumsum(coarse["work"])
+    errors = {name: error_of(*pair) for name, pair in pairs.items()}
+    whole = np.maximum.accumulate(
+        np.abs(columns["external_work"]) + np.abs(fine["elastic_energy"]) + np.abs(fine["surface_energy"])
+    )
+    missed = sum(
+        np.maximum.accumulate(np.abs(pairs[n][0] - pairs[n][1]))
+        for n in ("work", "elastic_energy", "surface_energy")
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        errors["dissipated_energy"] = np.minimum(
+            np.nan_to_num(missed / np.abs(columns["dissipated_energy"])), 1.0
+        )
+        errors["external_work"] = np.minimum(np.nan_to_num(missed / whole), 1.0)
+    errors.pop("work")
+    errors["mean_pressure"] = np.minimum(errors["normal_force"] + 2.0 * errors["contact_radius"], 1.0)
+    errors["travel"] = errors["indentation"] + errors["normal_force"]
+    errors["jump_dissipation"] = errors["external_work"]
+    moved = {"indentation": np.isinf(rows.control), "normal_force": rows.control == 0.0}
+    moved["travel"] = (rows.control > 0.0) & np.isfinite(rows.control)
+    return {
+        name: np.where(moved[name], 0.0, error) if name in moved else error for name, error in errors.items()
+    }
+
+
+def _jump_notes(fine: dict[str, FloatArray]) -> tuple[str, ...]:
+    """Notes on the first row in contact and the last before it is lost."""
+    touched = fine["cohesive_radius"] > 0.0
+    if not touched.any():
+        return ()
+    first = int(np.argmax(touched))
+    notes = [f"attracted from row {first} on, d = {metres(float(fine['indentation'][first]))}"]
+    lost = np.flatnonzero(touched[:-1] & ~touched[1:])
+    if lost.size:
+        row = int(lost[-1])
+        d, force = float(fine["indentation"][row]), float(fine["normal_force"][row])
+        notes.append(f"pulled off after row {row}, d = {metres(d)}, F = {newtons(force)}")
+    return tuple(notes)

@@ -1,0 +1,182 @@
+"""A cohesive zone on bodies with memory against converged references, elastic limits and its own balance."""
+
+import math
+
+import numpy as np
+import pytest
+
+import pymdr as mdr
+from pymdr.errors import PathError, ProblemError
+from pymdr.workbench.casefile import read_case
+
+BALL = mdr.Paraboloid(1.0)
+RUBBER = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1.0), poisson=0.5)
+"""E* relaxes from 10 to 1 Pa in 1 s."""
+
+
+def contact(strength, profile=BALL, body=RUBBER):
+    return mdr.Contact(profile, body, adhesion=mdr.MaugisDugdale(1.0, strength=strength))
+
+
+def approach(depth):
+    """From beyond the range of the stress to a depth, and long at rest there."""
+    steps = np.linspace(-1.0, depth, 11)
+    return mdr.Path(time=np.linspace(0.0, 2.0, 11), indentation=steps) >> mdr.hold("1e4 s")
+
+
+@pytest.mark.parametrize(
+    ("name", "span", "tolerance"),
+    [("s2_v0.1", 5.0, 2e-5), ("s2_v1", 1.5, 2e-4), ("s6_v10", 1.0, 1e-3)],
+)
+def test_retraction_at_a_speed(references, name, span, tolerance):
+    entry = references[f"visco_md_{name}"]
+    speed, expected = entry["inputs"]["v"], entry["expected"]
+    path = approach(1.0) >> mdr.indent(1.0 - span, steps=250, duration=span / speed)
+    result = mdr.solve(contact(entry["inputs"]["sigma0"]), path)
+    force, depth = result["normal_force"].values, result["indentation"].values
+    row = int(np.argmin(force))
+    assert force[row] == pytest.approx(expected["F_min"], rel=tolerance)
+    # the claim covers the error
+    claimed = float(result.claims["normal_force"].error[row])
+    assert abs(force[row] / expected["F_min"] - 1.0) < 2.0 * claimed + 1e-5
+    attached = result["cohesive_radius"].values > 0.0
+    last = depth[np.flatnonzero(attached)[-1]]
+    assert last - 1.1 * span / 250 < expected["d_lost"] + 5e-4
+    assert last > expected["d_lost"] - 5e-4
+    assert result.status is mdr.Status.PULLED_OFF
+
+
+def test_rest_is_the_relaxed_contact(references):
+    """After long rest Maugis' elastic contact of the relaxed modulus; a, c, F by an independent solution."""
+    result = mdr.solve(contact(2.0), approach(1.0))
+    relaxed = mdr.solve(contact(2.0, body=mdr.Elastic(0.75, 0.5)), mdr.indent(1.0))
+    for name, value in (
+        ("contact_radius", 2.072530),
+        ("cohesive_radius", 2.230269),
+        ("normal_force", -2.487948),
+    ):
+        assert float(relaxed[name][0]) == pytest.approx(value, abs=1e-6)
+        assert float(result[name][-1]) == pytest.approx(float(relaxed[name][0]), rel=2e-6)
+    assert float(result["elastic_energy"][-1]) == pytest.approx(float(relaxed["elastic_energy"][0]), rel=1e-3)
+
+
+def test_a_fast_path_is_that_of_the_instantaneous_modulus():
+    fast = np.array([0.2, 0.6, 1.0])
+    times = 1e-7 * np.array([0.0, 1.0, 2.0, 3.0])
+    soft = mdr.solve(contact(6.0), mdr.Path(time=times, indentation=[-1.0, *fast]))
+    stiff = mdr.solve(contact(6.0, body=mdr.Elastic(7.5, 0.5)), mdr.Path(indentation=fast))
+    for name in ("normal_force", "contact_radius", "cohesive_radius"):
+        assert soft[name].values[1:] == pytest.approx(stiff[name].values, rel=1e-5)
+
+
+def test_spreading_without_load(references):
+    entry = references["visco_md_spreading_s2"]
+    times = np.array([1e-4, *entry["inputs"]["t"]])
+    result = mdr.solve(contact(2.0), mdr.Path(time=times, normal_force=np.zeros(4)))
+    a = result["contact_radius"].values
+    assert a[0] == pytest.approx(0.9343032, rel=1e-3)
+    assert a[1:] == pytest.approx(entry["expected"]["a"], rel=1e-3)
+
+
+def test_energies_and_similarity():
+    """Energy is dissipated, never gained; lengths, moduli and times scale."""
+    path = approach(0.8) >> mdr.indent(-2.0, steps=60, duration=3.0)
+    result = mdr.solve(contact(3.0), path)
+    spent = result["dissipated_energy"].values
+    assert np.all(np.diff(spent) > -1e-4 * spent[-1])
+    lost = result["cohesive_radius"].values[-1] == 0.0
+    assert lost
+    size, modulus, slow = 1e-6, 1e6, 100.0
+    small = mdr.Contact(
+        mdr.Paraboloid(size),
+        mdr.Viscoelastic(mdr.StandardSolid(0.25 * modulus, 2.25 * modulus, slow), poisson=0.5),
+        adhesion=mdr.MaugisDugdale(modulus * size, strength=3.0 * modulus),
+    )
+    steps = np.linspace(-1.0, 0.8, 11)
+    scaled = (
+        mdr.Path(time=slow * np.linspace(0.0, 2.0, 11), indentation=size * steps)
+        >> mdr.hold(1e4 * slow)
+        >> mdr.indent(-2.0 * size, steps=60, duration=3.0 * slow)
+    )
+    same = mdr.solve(small, scaled)["normal_force"].values / (modulus * size**2)
+    # the steps adapt, so that rounding changes them within their error
+    assert same == pytest.approx(result["normal_force"].values, rel=2e-5, abs=1e-4)
+
+
+def test_a_machine_pulls_between_both_controls():
+    path = mdr.Path(time=[0.0, 1.0, 100.0], travel=[-1.0, 0.5, 0.5]) >> mdr.travel(
+        -6.0, steps=100, duration=10.0
+    )
+    result = mdr.solve(contact(2.0), path, machine_stiffness=5.0)
+    d, force, travel = (result[name].values for name in ("indentation", "normal_force", "travel"))
+    assert travel == pytest.approx(d + force / 5.0, rel=1e-12)
+    assert result.status is mdr.Status.PULLED_OFF
+    assert force.min() < -1.5 * math.pi
+
+
+def test_a_case_its_figures_and_what_is_refused(tmp_path):
+    file = tmp_path / "soft.toml"
+    file.write_text(
+        '[profile]\nkind = "paraboloid"\nradius = "1 mm"\n'
+        '[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "standard_solid", equilibrium = "10 kPa", modulus = "30 kPa", time = "1 s" }\n'
+        '[adhesion]\nkind = "maugis_dugdale"\nwork = "50 mJ/m^2"\nrange = "5 um"\n'
+        '[[path]]\nkind = "indent"\nindentation = "20 um"\nsteps = 10\nduration = "2 s"\n'
+        '[[path]]\nkind = "indent"\nindentation = "-150 um"\nsteps = 60\nduration = "10 s"\n'
+    )
+    case = read_case(file)
+    result = mdr.solve(case.contact, case.path)
+    assert result.status is mdr.Status.PULLED_OFF
+    assert set(result.figures()) == {"loop", "radius", "history"}
+    result.plot()
+    result.save(tmp_path / "soft.nc")
+    assert mdr.open_result(tmp_path / "soft.nc").contact == case.contact
+    with pytest.raises(mdr.NotValidError, match="not computed"):
+        result.field("pressure")
+    with pytest.raises(PathError, match="duration"):
+        mdr.solve(contact(2.0), mdr.indent(1.0))
+    with pytest.raises(ProblemError, match="no limit of short range"):
+        mdr.Contact(BALL, RUBBER, adhesion=mdr.JKR(1.0))
+    with pytest.raises(ProblemError, match="too short"):
+        mdr.solve(contact(500.0), mdr.indent(1.0, duration=1.0))
+    liquid = mdr.Viscoelastic(mdr.Maxwell(1.0, 1.0), poisson=0.5)
+    with pytest.raises(ProblemError, match="flows at rest"):
+        mdr.solve(contact(2.0, body=liquid), mdr.indent(1.0, duration=1.0))
+    with pytest.raises(PathError, match="cannot be pulled"):
+        mdr.solve(contact(2.0), mdr.load(-1.0, duration=1.0))
+    record = mdr.MeasuredCurve(force=np.arange(9.0), indentation=np.arange(9.0), time=np.arange(9.0))
+    with pytest.raises(ProblemError, match="memory is not fitted"):
+        mdr.fit(contact(2.0), record, ["adhesion.work"])
+
+
+def test_a_dead_load_tears_the_contact_off():
+    path = (
+        mdr.load(0.0, duration=1.0)
+        >> mdr.load(5.0, steps=10, duration=2.0)
+        >> mdr.load(-30.0, steps=60, duration=20.0)
+    )
+    result = mdr.solve(contact(2.0), path)
+    force, spent = result["normal_force"].values, result["dissipated_energy"].values
+    known = np.isfinite(force)
+    assert not known[-1]
+    assert result.claims["dissipated_energy"].where.tolist() == known.tolist()
+    assert np.all(np.diff(spent[known]) > -1e-3 * np.nanmax(spent))
+    assert -30.0 < np.nanmin(force) < -1.5 * math.pi
+
+
+def test_loops_before_the_surface_has_recovered(references):
+    """A cone by an independent solution, and cycles with repeated contact."""
+    expected = references["visco_md_cone"]["expected"]
+    cone = contact(2.0, mdr.Cone(slope=1.0))
+    result = mdr.solve(cone, approach(0.5) >> mdr.indent(-4.5, steps=300, duration=50.0))
+    assert result["normal_force"].values.min() == pytest.approx(expected["F_min"], rel=1e-4)
+    assert float(result["normal_force"][11]) == pytest.approx(expected["F_start"], rel=1e-5)
+    assert float(result["contact_radius"][11]) == pytest.approx(expected["a_start"], rel=1e-5)
+    cycles = approach(1.0)
+    for target, steps, seconds in ((-5.0, 100, 2.0), (0.2, 40, 1.0), (-5.0, 100, 20.0)):
+        cycles = cycles >> mdr.indent(target, steps=steps, duration=seconds)
+    again = mdr.solve(contact(2.0), cycles)
+    spent = again["dissipated_energy"].values
+    assert np.all(np.diff(spent) > -1e-4 * spent[-1])
+    attached = again["cohesive_radius"].values > 0.0
+    assert np.count_nonzero(attached[1:] & ~attached[:-1]) == 2
