@@ -77,7 +77,7 @@ def interpret(
         "largest_indentation": float(course.depth[course.deepest]),
         "largest_radius": math.nan if is_curve(request.contact) else float(course.radius.max()),
         "largest_pressure": math.nan
-        if is_curve(request.contact)
+        if not solved.claims["pressure"].readable
         else float(solved["peak_pressure"].values[0]),
         "energy_lost": energy if course.sticks else course.jump_loss,
         "sticking_speed": math.sqrt(2.0 * max(course.jump_loss, 0.0) / request.mass),

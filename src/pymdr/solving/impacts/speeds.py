@@ -26,6 +26,7 @@ from pymdr.result import Result
 from pymdr.solving.colliding import Course, collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.interpreting import NOT_MEASURED, of_shape, slow
+from pymdr.solving.impacts.plastic import contact_time, impacting, loading_to
 from pymdr.solving.impacts.request import above, coefficient_of
 from pymdr.solving.impacts.value import Restitution
 from pymdr.solving.reach import map_to_springs
@@ -85,6 +86,8 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
         within_range(extreme, "m/s", "restitution: speeds", size=True)
     coefficient_of(contact, "restitution")
     many = _many_elastic if contact.adhesion is None else _many_adhesive
+    if contact.plastic is not None:
+        many = _many_plastic
     impacts = (_many_remembering if contact.is_viscoelastic else many)(contact, m, v)
     variables = {
         name: ("speed", values, {"units": quantity(name).unit, "long_name": quantity(name).long_name})
@@ -171,6 +174,22 @@ def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
     states = states_at_depth(line, deepest)
     columns = [np.ones(speed.size), time, deepest, normal_force(line, states), states.contact_radius]
     return _Many(columns, _ALONG, SOURCES["hertz"])
+
+
+def _many_plastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
+    ball = impacting(contact, "restitution")
+    loading, largest = loading_to(ball, mass, speed)
+
+    def followed(logarithm: FloatArray) -> FloatArray:
+        _, depths = loading_to(ball, mass, np.minimum(np.exp(logarithm), speed.max()))
+        return np.log([[contact_time(ball, loading, mass, float(d)) for d in depths]])
+
+    knots = 0.5 * np.log(2.0 * loading.along(np.array(loading.knots)).energy / mass)
+    time = np.exp(at_many(followed, np.log(speed), knots)[0])
+    lost = ball.dissipation(largest) / (0.5 * mass * speed**2)
+    e = np.sqrt(np.maximum(1.0 - lost, 0.0))
+    columns = [e, time, largest, ball.force(largest, largest), ball.contact_radius(largest, largest)]
+    return _Many(columns, _ALONG, SOURCES["johnson"])
 
 
 def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> _Many:

@@ -51,7 +51,7 @@ class Impact(Study):
     largest_radius = number("largest_radius", "Contact radius in m; NaN for a force curve.")
     largest_pressure = number(
         "largest_pressure",
-        "In Pa, without memory that at the turning point; inf under a sharp tip or edge, NaN for a force curve.",
+        "In Pa, without memory that at the turning point; inf under a sharp tip or edge, NaN for a force curve or a body that yields.",
     )
     energy_lost = number(
         "energy_lost",
@@ -73,7 +73,9 @@ class Impact(Study):
 
     def groups(self) -> dict[str, dict[str, float]]:
         """The numbers in SI units under headings, by the names of their quantities."""
-        of_area = {"contact_radius": self.largest_radius, "peak_pressure": self.largest_pressure}
+        of_area = {"contact_radius": self.largest_radius}
+        if self.contact.plastic is None:
+            of_area["peak_pressure"] = self.largest_pressure
         groups = {
             "impact": self._numbers("restitution", "contact_time", "rebound_speed", "energy_lost"),
             "largest": {

@@ -9,6 +9,7 @@ from pymdr.solving.impacts.adhesive import adhesive
 from pymdr.solving.impacts.elastic import elastic
 from pymdr.solving.impacts.interpreting import of_shape, with_history
 from pymdr.solving.impacts.memory import remembering
+from pymdr.solving.impacts.plastic import plastic
 from pymdr.solving.impacts.request import read
 from pymdr.solving.impacts.value import Impact
 from pymdr.units import QuantityLike
@@ -32,7 +33,7 @@ def impact(
     separate with the initial speed after T = 2 int dd / sqrt(v^2 - 2 U(d) / m). With adhesion the energy W is lost in the
     jumps of the contact under a prescribed indentation, e = sqrt(1 - 2 W / (m v^2)). With friction the contact point moves
     tangentially by m_x u_x'' = -F_x, 1 / m_x = 1 / m + R^2 / I, where F_x depends on the whole history; the normal motion does
-    not depend on it. With memory F = int_0^t1 E*(t - s) dF0(d(s)), where t1 = t on the approach and
+    not depend on it. A ball that yields dissipates up to its turning point and rebounds elastically. With memory F = int_0^t1 E*(t - s) dF0(d(s)), where t1 = t on the approach and
     int_t1^t E*(t - s) dd(s) = 0 on the retreat, and the bodies separate at t1 = 0.
 
     Parameters
@@ -93,6 +94,8 @@ def impact(
     2.943275
     """
     request = read(contact, mass, speed, angle, inertia, radius, spin, steps)
+    if contact.plastic is not None:
+        return with_history(plastic(request))
     if contact.adhesion is not None:
         return with_history(adhesive(request))
     result = remembering(request) if contact.is_viscoelastic else elastic(request)
