@@ -347,6 +347,25 @@ def test_verify_follows_a_twist_by_rings():
             mdr.verify(BALL, mdr.load("50 N") >> mdr.twist("1 mrad"), elements=bad)
 
 
+@pytest.mark.parametrize(
+    ("profile", "most"),
+    [
+        pytest.param(mdr.Sphere("10 mm"), 5e-5, marks=pytest.mark.long),
+        pytest.param(mdr.Cone(slope=0.02), 5e-5, marks=pytest.mark.long),
+        (mdr.TruncatedCone(slope=0.02, flat_radius="30 um"), 3e-4),
+    ],
+)
+def test_rings_approach_the_exact_rows(profile, most):
+    """The difference is the error of the rings: it falls by an order of at least 1.5."""
+    joint = mdr.Contact(profile, STEEL, STEEL, friction=mdr.Coulomb(0.3))
+    path = mdr.indent("1 um") >> mdr.cycle(
+        twist="2 mrad" if isinstance(profile, mdr.Sphere) else "8 mrad", steps=4
+    )
+    coarse, fine = (mdr.verify(joint, path, elements=n).largest_difference for n in (50, 200))
+    assert fine < most
+    assert coarse > 8.0 * fine
+
+
 def test_a_worn_cone_twisted_once_is_the_limit_of_many_springs():
     line = drawn_line("worn", 1.0, 0.25)
     state = TwistState()
