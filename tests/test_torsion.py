@@ -350,9 +350,9 @@ def test_verify_follows_a_twist_by_rings():
 @pytest.mark.parametrize(
     ("profile", "most"),
     [
-        pytest.param(mdr.Sphere("10 mm"), 5e-5, marks=pytest.mark.long),
+        (mdr.Sphere("10 mm"), 5e-5),
         pytest.param(mdr.Cone(slope=0.02), 5e-5, marks=pytest.mark.long),
-        (mdr.TruncatedCone(slope=0.02, flat_radius="30 um"), 3e-4),
+        pytest.param(mdr.TruncatedCone(slope=0.02, flat_radius="30 um"), 3e-4, marks=pytest.mark.long),
     ],
 )
 def test_rings_approach_the_exact_rows(profile, most):
