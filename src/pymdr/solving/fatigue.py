@@ -239,12 +239,7 @@ def fatigue(
     rating = rating_of(criterion, cycle, interior, rows)
     site = most_endangered(rating, cycle)
     columns = _columns(criterion, site)
-    claim = Claim(
-        Level.APPROXIMATE,
-        f"the criterion is empirical; the stress is {result.claims['stress'].level.value} in its model",
-        criterion.source,
-        np.ones(1, dtype=bool),
-    )
+    claim = _empirical(criterion, result.claims["stress"])
     return Fatigue(
         data=xr.Dataset(
             {
@@ -283,6 +278,16 @@ def _stress_of(result: Result, criterion: FatigueCriterion, side: str | None) ->
             "fatigue is not valid here: the stress in the bodies of this contact is not computed"
         )
     return result.reading.interior(result, side)
+
+
+def _empirical(criterion: FatigueCriterion, stress: Claim) -> Claim:
+    """The claim of a criterion, from that of the stress."""
+    return Claim(
+        Level.APPROXIMATE,
+        f"the criterion is empirical; the stress is {stress.level.value} in its model",
+        criterion.source,
+        np.ones(1, dtype=bool),
+    )
 
 
 def _columns(criterion: FatigueCriterion, site: Site) -> dict[str, float]:
