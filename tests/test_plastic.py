@@ -267,6 +267,21 @@ def test_adhesion_of_an_elastic_ball_is_jkr_on_unloading():
     assert np.max(np.abs(ours - jkr)) < 1e-4 * abs(low)
 
 
+def test_the_flattened_ball_unloads_elastically():
+    """The residual profile, mapped and solved as an elastic contact, has the radii and indentations of unloading."""
+    path = mdr.load("40 N") >> mdr.Path(normal_force=[36.0, 20.0, 4.0, 0.4])
+    result = mdr.solve(BALL, path)
+    profile = mdr.residual_profile(result)
+    elastic = mdr.solve(
+        mdr.Contact(profile, mdr.Elastic("120 GPa", 0.34)), mdr.Path(normal_force=[36.0, 20.0, 4.0, 0.4])
+    )
+    ball, largest = ball_of(200e6, 120e9, 0.34, 1e-3), result["indentation"].values[0]
+    assert profile.max_radius == pytest.approx(result["contact_radius"].values[0], rel=1e-12)
+    assert elastic["contact_radius"].values == pytest.approx(result["contact_radius"].values[1:], rel=1e-8)
+    depth = float(ball.residual(largest)) + float(ball.scale(largest)) * elastic["indentation"].values
+    assert depth == pytest.approx(result["indentation"].values[1:], rel=1e-11)
+
+
 def test_slow_impacts_are_those_of_hertz():
     """T v / d of Hertz's ball, and restitution 1 below first yield."""
     hit = mdr.impact(BALL, mass="37 mg", speed="1 mm/s")
@@ -307,6 +322,14 @@ def test_restitution_decreases_like_the_fourth_root_of_the_speed():
 
 
 BAD = [
+    (lambda: mdr.residual_profile(mdr.solve(BALL, mdr.indent("1 nm"))), "has not yielded"),
+    (
+        lambda: mdr.residual_profile(
+            mdr.solve(mdr.Contact(mdr.Sphere(1.0), mdr.Elastic(1e9, 0.3)), mdr.indent(1e-3))
+        ),
+        "no body of the contact yields",
+    ),
+    (lambda: mdr.residual_profile(mdr.solve(BALL, mdr.indent("1 um")), step=7), "step 7 does not exist"),
     (lambda: mdr.impact(BALL, mass="37 mg", speed="1 km/s"), "largest normal speed is 154"),
     (
         lambda: mdr.restitution(

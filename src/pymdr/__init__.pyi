@@ -108,6 +108,7 @@ from .solving.nanoindentation import film_modulus as film_modulus
 from .solving.nanoindentation import first_pop_in as first_pop_in
 from .solving.nanoindentation import oliver_pharr as oliver_pharr
 from .solving.nanoindentation import thermal_drift as thermal_drift
+from .solving.plastic import residual_profile as residual_profile
 from .solving.press import open_pressed_surface as open_pressed_surface
 from .solving.press import press as press
 from .solving.pulloff import pull_off as pull_off

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
+import scipy
 
 from pymdr.errors import NotValidError, PathError, ProblemError
 from pymdr.interpretation.plastic import NO_FIELDS, plastic_assumptions, plastic_claims
@@ -15,8 +16,10 @@ from pymdr.interpretation.validity import NORMAL_FIELDS
 from pymdr.line.foundation import mean_pressure
 from pymdr.line.plastic import DEEPEST, Ball, Ellipse, GrowingBall, Growth, follow_edge, start_of_edge
 from pymdr.problem.contact import Contact
+from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch
 from pymdr.result import FieldReader, Result, Status
+from pymdr.result.rows import row_indices
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.walk import (
     Channels,
@@ -37,7 +40,7 @@ if TYPE_CHECKING:
 
 WITHOUT_FIELDS = dict.fromkeys(NORMAL_FIELDS, NO_FIELDS)
 """Why there are no fields."""
-_FINE = 200
+_FINE, _SAMPLES = 200, 600
 
 
 @dataclass(frozen=True)
@@ -282,3 +285,71 @@ def plastic_plots(result: Result, row: int) -> Plots:
         modulus=ball.modulus,
     )
     return Plots(shown, drawn.drawn_by(plastic_overview), drawn.drawn_by(plastic_figures))
+
+
+def residual_profile(result: Result, step: int = -1) -> Sampled:
+    """
+    Compute the profile of a ball that has yielded, after unloading.
+
+    f(r) = (A/2) (1 - (2/pi) E(r/a_M)), r <= a_M, the gap whose line is the ellipse of unloading, with the complete elliptic
+    integral E of the second kind.
+
+    Parameters
+    ----------
+    result : Result
+        Of an :class:`ElasticPlastic` body without apparent_radius and wall_factor.
+    step : int
+        Row whose largest indentation counts; default the last.
+
+    Returns
+    -------
+    Sampled
+        Up to the largest contact radius a_M in m. With ``Elastic(young, poisson)`` it has the force and the contact radius of the
+        unloading; its indentation d_e is that of the line, (d - residual_indentation) / (1 + 2 d_R / A).
+
+    Raises
+    ------
+    ProblemError
+        If no body yields, it has not yielded up to the row, or the model does not follow this line.
+    QuantityError
+        If the row does not exist.
+
+    Notes
+    -----
+    Zunker and Kamrin (2024) give the line; the profile is its inverse Abel transform. Outside a_M the shape is not known.
+
+    References
+    ----------
+    - Zunker and Kamrin (2024), J. Mech. Phys. Solids 183, 105492, doi:10.1016/j.jmps.2023.105492.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> copper = mdr.ElasticPlastic("120 GPa", 0.34, yield_strength="200 MPa")
+    >>> ball = mdr.Contact(mdr.Sphere("1 mm"), copper)
+    >>> flattened = mdr.residual_profile(mdr.solve(ball, mdr.load("40 N") >> mdr.load("0 N")))
+    >>> contact = mdr.Contact(flattened, mdr.Elastic("120 GPa", 0.34))
+    >>> round(float(mdr.solve(contact, mdr.load("20 N")).to("contact_radius", "um")[-1]), 1)
+    141.5
+    """
+    body = result.contact.plastic
+    if body is None:
+        raise ProblemError(
+            "residual_profile: no body of the contact yields; give a result with an ElasticPlastic body"
+        )
+    if body.apparent_radius or body.wall_factor:
+        raise ProblemError(
+            "residual_profile: with apparent_radius or wall_factor the force is not that of one line of springs; leave both out"
+        )
+    ball, row = ball_of(result.contact), row_indices(step, result.data.sizes["step"])[0]
+    largest = float(np.max(result.data["indentation"].values[: row + 1]))
+    if largest < ball.yield_depth:
+        raise ProblemError(
+            f"residual_profile: the ball has not yielded up to row {row} (largest indentation {metres(largest)}, first yield at "
+            f"{metres(ball.yield_depth)}); its profile is unchanged"
+        )
+    line = ball.line(np.array(largest))
+    # samples are denser toward the edge, where the slope of the gap grows without bound
+    fraction = 1.0 - (1.0 - np.linspace(0.0, 1.0, _SAMPLES)) ** 2
+    height = line.height / math.pi * (scipy.special.ellipe(0.0) - scipy.special.ellipe(fraction * fraction))
+    return Sampled(0.5 * line.width * fraction, height)
