@@ -146,9 +146,8 @@ def calibrate_coefficient(
 
     Notes
     -----
-    Geike and Popov (2007); Pohrt and Popov (2012); Popov and Hess (2015), section 10.7.
     lambda increases with H and varies between surfaces by a factor of two; within that, no dependence on the bandwidth was found
-    from 32 to 128 waves per side.
+    from 32 to 128 waves per side. Popov and Hess (2015), section 10.7.
 
     References
     ----------

@@ -101,8 +101,7 @@ def summarize_groups(
     Curves of one sample are not independent samples. Within a group the interval of the median is that of order statistics, for any
     distribution (Thompson 1936). Over groups each counts once: with y_i the logarithms of their medians, the interval is
     mean(y) +- t s / sqrt(k) for k groups, with Student's t of k - 1 degrees of freedom, which contains the variation within as well as between groups (a random effect);
-    a common uncertainty is added to it in quadrature.
-    With one group there is none, and the interval over groups is NaN.
+    a common uncertainty is added in quadrature. With one group the interval over groups is NaN.
 
     References
     ----------

@@ -287,8 +287,7 @@ def frictional_heat(
     Raises
     ------
     ProblemError
-        If the contact has no friction, a body no conductivity, no body a diffusivity, a speed is not above 0, or both or none of the
-        loads are given.
+        If there is no friction, conductivity or diffusivity, a speed is not above 0, or not one load is given.
 
     See Also
     --------

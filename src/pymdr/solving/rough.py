@@ -121,9 +121,8 @@ def press_rough(
     Force, indentation and stiffness of a randomly rough patch that is pressed on a plane, or of a rough ball.
 
     The surface is replaced by lines of springs whose heights have the spectrum C1D = lambda q C2D and random phases. The
-    stiffness of all springs is that of full contact, k_c = 1.15230 E* L for a square, so that k tends to it:
-    F = (k_c/n) sum (d - s_i), k = k_c times the fraction of springs in contact. Results are geometric means over
-    the realisations at the given force or indentation.
+    stiffness of all springs is that of full contact, k_c = 1.15230 E* L for a square: F = (k_c/n) sum (d - s_i), and k is k_c
+    times the fraction of springs in contact. Results are geometric means over the realisations at the given load.
 
     Parameters
     ----------
@@ -138,26 +137,23 @@ def press_rough(
     realisations : int, optional
         Number of lines of the ensemble.
     coefficient : float, optional
-        lambda; by default pi (Geike). It scales the heights of the line by sqrt(lambda/pi).
+        lambda, pi by default (Geike); it scales the heights of the line by sqrt(lambda/pi).
     points : int, optional
         Springs of a line; by default 16 per shortest wavelength.
     radius : quantity, optional
-        Radius of a ball in m, whose x^2/R is added to the line; the line is then as long as the surface, its springs have
-        E* per length, and the contact must end within it.
+        Radius of a ball in m: x^2/R is added to the line, which is then as long as the surface and bears E* per length.
     workers : int, optional
         Threads; by default one per core, within half of the memory. The numbers do not depend on it.
 
     Returns
     -------
     RoughContact
-        Over the loads: force (N) or indentation (m), stiffness (N/m) and energy (J), each with a band of the
-        realisations.
+        Over the loads: force (N) or indentation (m), stiffness (N/m) and energy (J), with bands of the realisations.
 
     Raises
     ------
     ProblemError
-        If both or none of the loads are given, one is not above 0, a body is graded or viscoelastic, there are too few
-        points, or the memory is too small.
+        If not one load is given, it is not above 0, a body is graded or viscoelastic, or points or memory are too few.
     PathError
         If the contact of a ball reaches the end of its line.
 

@@ -105,8 +105,7 @@ def sliding_friction(
     Parameters
     ----------
     contact : Contact
-        The flat body, over which the profile of the other slides, is Viscoelastic. The profile g must increase, without a
-        sharp edge.
+        The flat body, over which the profile slides, is Viscoelastic. The profile g must increase, without a sharp edge.
     speed : array_like or quantity
         Speeds v in m/s, above 0, one row.
     normal_force, indentation : quantity
@@ -115,8 +114,7 @@ def sliding_friction(
     Returns
     -------
     SlidingFriction
-        Over ``speed`` (m/s): coefficient of friction, forces (N), indentation (m), edges (m) and the limits of slow and
-        fast sliding.
+        Over ``speed`` (m/s): coefficient of friction, forces (N), indentation (m), edges (m), slow and fast limits.
 
     Raises
     ------

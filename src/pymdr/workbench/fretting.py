@@ -124,9 +124,8 @@ def fretting_log(
 
     Notes
     -----
-    Fouvry, Kapsa and Vincent (1995) distinguish the regimes by the energy ratio A = W/(4 F u) of dissipation, force and amplitude.
-    A paraboloid that begins to slip everywhere has A = 0.2; with a contact the limit is that of its own profile. Within 15 % of it a
-    cycle is called mixed. The stiffness is the slope after a turn, from a parabola of the shift over the force.
+    The regimes follow from the energy ratio A = W/(4 F u) of dissipation, force and amplitude: A = 0.2 where a paraboloid begins to slip
+    everywhere; with a contact, that of its profile; mixed within 15 % of it. The stiffness is that after a turn, from a parabola.
 
     References
     ----------

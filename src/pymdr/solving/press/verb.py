@@ -55,9 +55,8 @@ def press(
     """
     Press a surface of any shape on a half-space by boundary elements, without friction and adhesion.
 
-    Every pixel has a constant pressure. The engine solves for pressures and gaps that are never below 0, with gaps of 0 in
-    the contact. The stiffness is that of the rigid punch on the contact, k = dF/dd, from another solution. Each load is
-    also solved on every second pixel along both sides; the change of the numbers is the error in their claims.
+    Every pixel has a constant pressure; neither pressures nor gaps are below 0. The stiffness k = dF/dd is that of the rigid
+    punch on the contact. Each load is also solved on every second pixel; the change is the error in the claims.
 
     Parameters
     ----------
@@ -82,14 +81,12 @@ def press(
     Returns
     -------
     PressedSurface
-        Over the loads: force (N), indentation (m), stiffness (N/m), area (m^2), pressures (Pa), energy (J); maps of
-        pressure and gap.
+        Over the loads: force (N), indentation (m), stiffness (N/m), area (m^2), pressures (Pa), energy (J); maps of pressure and gap.
 
     Raises
     ------
     ProblemError
-        If heights are missing, both or none of the loads are given, one is not above 0, a body is graded or viscoelastic, or the
-        memory is too small.
+        If heights are missing, not one load is given, it is not above 0, a body is graded or viscoelastic, or memory is too small.
     MissingExtraError
         If the package of the engine is not installed.
     FileError
@@ -104,8 +101,8 @@ def press(
 
     Notes
     -----
-    The kernel of Love (1929) and the iteration of Polonsky and Keer (1999). Against Hertz with 26 and 77 pixels in the
-    contact radius: force 7e-5 and 1e-5, stiffness 8e-4 and 2e-4.
+    Kernel of Love (1929), iteration of Polonsky and Keer (1999). Errors for Hertz with 26 and 77 pixels in the contact
+    radius: force 7e-5 and 1e-5, stiffness 8e-4 and 2e-4.
 
     References
     ----------
