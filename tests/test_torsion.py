@@ -348,20 +348,21 @@ def test_verify_follows_a_twist_by_rings():
 
 
 @pytest.mark.parametrize(
-    ("profile", "most"),
+    ("profile", "rings", "most"),
     [
-        (mdr.Sphere("10 mm"), 5e-5),
-        pytest.param(mdr.Cone(slope=0.02), 5e-5, marks=pytest.mark.long),
-        pytest.param(mdr.TruncatedCone(slope=0.02, flat_radius="30 um"), 3e-4, marks=pytest.mark.long),
+        (mdr.Sphere("10 mm"), 200, 5e-5),
+        pytest.param(mdr.Sphere("10 mm"), 700, 1e-5, marks=pytest.mark.long),
+        pytest.param(mdr.Cone(slope=0.02), 700, 1e-5, marks=pytest.mark.long),
+        pytest.param(mdr.TruncatedCone(slope=0.02, flat_radius="30 um"), 700, 1e-4, marks=pytest.mark.long),
     ],
 )
-def test_rings_approach_the_exact_rows(profile, most):
-    """The difference is the error of the rings: it falls by an order of at least 1.5."""
+def test_rings_approach_the_exact_rows(profile, rings, most):
+    """The difference is the error of the rings, which falls unevenly: their borders do not follow the edges of slip."""
     joint = mdr.Contact(profile, STEEL, STEEL, friction=mdr.Coulomb(0.3))
     path = mdr.indent("1 um") >> mdr.cycle(
         twist="2 mrad" if isinstance(profile, mdr.Sphere) else "8 mrad", steps=4
     )
-    coarse, fine = (mdr.verify(joint, path, elements=n).largest_difference for n in (50, 200))
+    coarse, fine = (mdr.verify(joint, path, elements=n).largest_difference for n in (50, rings))
     assert fine < most
     assert coarse > 8.0 * fine
 
