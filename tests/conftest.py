@@ -41,12 +41,15 @@ LONG = frozenset((Path(__file__).parent / "long.txt").read_text().split("\n")) -
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(session, config, items):
-    """Mark what long.txt names, and refuse names that no test has any more."""
+    """Mark what long.txt names, with or without parameters, and refuse names that no test has any more."""
+    present = set()
     for item in items:
-        if item.nodeid in LONG:
+        names = {item.nodeid, item.nodeid.split("[")[0]}
+        present |= names
+        if names & LONG:
             item.add_marker(pytest.mark.long)
     whole = not config.option.file_or_dir and not config.option.keyword
-    if whole and (gone := LONG - {item.nodeid for item in items}):
+    if whole and (gone := LONG - present):
         raise pytest.UsageError(
             f"tests/long.txt names tests that are not there: {', '.join(sorted(gone)[:5])}"
         )
