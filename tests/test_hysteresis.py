@@ -242,3 +242,23 @@ def test_the_regime_is_that_of_the_receding_work():
     plain = mdr.Contact(BALL, SOFT, adhesion=mdr.JKR(1.0))
     one, other = (mdr.adhesion_regime(each, range=0.1) for each in (contact(), plain))
     assert one.maugis == other.maugis
+
+
+@settings(max_examples=examples(25), deadline=None)
+@given(
+    rows=st.lists(st.floats(-1.5, 1.5), min_size=1, max_size=8),
+    ratio=st.floats(1.01, 20.0),
+    stiffness=st.sampled_from([None, 0.5, 20.0]),
+)
+def test_rows_of_one_leg_are_those_of_a_leg_each(rows, ratio, stiffness):
+    """A leg may begin with a turn: its first row advances, and the second recedes."""
+    joint = contact(0.2, 0.2 * ratio)
+    channel = "indentation" if stiffness is None else "travel"
+    whole = mdr.solve(joint, mdr.Path(**{channel: rows}), machine_stiffness=stiffness)
+    path = mdr.ramp(**{channel: rows[0]})
+    for value in rows[1:]:
+        path = path >> mdr.ramp(**{channel: value})
+    cut = mdr.solve(joint, path, machine_stiffness=stiffness)
+    for name in ("contact_radius", "normal_force", "adhesion_dissipation", "dissipated_energy"):
+        last = cut[name].values[-len(rows) :]
+        assert whole[name].values == pytest.approx(last, rel=1e-9, abs=1e-9)

@@ -109,15 +109,19 @@ def closure_claims(
             adjusted[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
         else:
             known = False if prescribed is None else prescribed.get(name, False)
-            own = _of_curve(name, claim, errors[name], remembered, known)
+            own = _of_curve(claim, (errors[name], given[name]), remembered, known)
             adjusted[name] = _with_given(own, given[name], remark)
     return adjusted
 
 
 def _of_curve(
-    name: str, claim: Claim, error: FloatArray, remembered: BoolArray | None, known: BoolArray | bool
+    claim: Claim,
+    errors: tuple[FloatArray, FloatArray],
+    remembered: BoolArray | None,
+    known: BoolArray | bool,
 ) -> Claim:
-    """The claim of a law for a contact given by its force curve."""
+    """The claim of a law for a contact given by its force curve, valid where the errors of the curve and of its points are below 1."""
+    error, given = errors
     reason_of_law, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
         reason_of_law = f"{_MEMORY}; {reason_of_law}" if level is Level.APPROXIMATE else _MEMORY
@@ -130,7 +134,8 @@ def _of_curve(
         source=f"{claim.source}; {SOURCES['closure']}",
     )
     total = total_error(error, claim.error)
-    where = claim.where & (((error if total is None else total) < 1.0) | known)
+    whole = (error if total is None else total) + np.nan_to_num(given)
+    where = claim.where & ((whole < 1.0) | known)
     if claim.where.any() and not where.any():
         return Claim(Level.NOT_VALID, _UNKNOWN, SOURCES["closure"], where)
     if where.sum() < claim.where.sum():
@@ -138,8 +143,8 @@ def _of_curve(
     if total is None:
         return own
     return with_errors(
-        {name: own}, {name: total}, "", "from curves through every other point, or of more segments"
-    )[name]
+        {"": own}, {"": error}, "", "from curves through every other point, or of more segments"
+    )[""]
 
 
 def _with_given(claim: Claim, given: FloatArray, remark: str) -> Claim:
@@ -152,7 +157,7 @@ def _with_given(claim: Claim, given: FloatArray, remark: str) -> Claim:
     reason = f"{claim.reason}{remark}"
     if claim.error is None:
         return replace(claim, reason=reason)
-    error = claim.error + np.where(claim.where, given, 0.0)
+    error = np.where(claim.where, given, 0.0)
     return with_errors(
         {"": replace(claim, reason=reason)}, {"": error}, "", "from the points of the force curve"
     )[""]

@@ -277,15 +277,10 @@ class Exits:
 
     def turn(self, step: int, *, upward: bool) -> int:
         """Return the index after the rows from `step` on that continue in one direction."""
-        end = int(self.ends[self.ends.searchsorted(step)])
-        # a row may be the end of a run in the other direction
-        if (
-            end == step
-            and end + 1 < self.values.size
-            and (self.values[end + 1] >= self.values[end]) == upward
-        ):
-            end = int(self.ends[self.ends.searchsorted(step + 1)])
-        return end + 1
+        # the row itself may be the end, or a first row the start, of a run in the other direction
+        if step + 1 == self.values.size or (self.values[step + 1] >= self.values[step]) != upward:
+            return step + 1
+        return int(self.ends[self.ends.searchsorted(step + 1)]) + 1
 
     def after(self, step: int, low: float, high: float) -> int:
         """Return the first index from `step` on whose value is outside low ... high, or the size."""
