@@ -19,6 +19,7 @@ from pymdr.mapping.moduli import effective_moduli
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+DEPTHS = np.linspace(0.0, 2e-6, 30)
 
 
 def shear_of(contact):
@@ -298,6 +299,15 @@ def test_saved_results_and_tables(tmp_path):
             mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.JKR("1 J/m^2")),
             mdr.indent("1 um") >> mdr.twist("1 mrad"),
             "twist",
+        ),
+        (
+            mdr.Contact(
+                mdr.ForceCurve(indentation=DEPTHS, force=1e9 * DEPTHS**1.5, modulus="230 GPa"),
+                STEEL,
+                friction=mdr.Coulomb(0.3),
+            ),
+            mdr.indent("1 um") >> mdr.twist("1 mrad"),
+            "torsion: the contact is known by its ForceCurve only",
         ),
     ],
 )

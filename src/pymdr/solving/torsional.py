@@ -36,6 +36,7 @@ from pymdr.problem.paths import TORSIONAL_CHANNELS, LoadingPath
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
+from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.normal import refuse_tension
 from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs, refuse_unreachable
@@ -219,6 +220,7 @@ def torsion_law(contact: Contact, machine_stiffness: float | None) -> TorsionLaw
 
 def solve_torsional(task: Task) -> Result:
     """Map, walk and interpret."""
+    refuse_curve(task.contact, "torsion", "its torque depends on the contact radius")
     for name in ("shift", "tangential_force"):
         if uses(task.path, name):
             raise PathError(
