@@ -374,6 +374,14 @@ shift = "0.2 um"
     assert tip.gap(0.05e-3) == pytest.approx(0.05e-3**2 / 20e-3, rel=1e-3)
     refused = CliRunner().invoke(app, [*command[:-3], "0 mm^3/(N m)", "--cycles", "10"])
     assert refused.exit_code != 0
+    with_table = tmp_path / "worn.toml"
+    with_table.write_text(f'[wear]\ncoefficient = "{K}"\ncycles = [1000, 100000]\n' + case.read_text())
+    ran = CliRunner().invoke(app, ["run", str(with_table), "--json", "-o", str(tmp_path / "out")])
+    assert ran.exit_code == 0, ran.output
+    by_command = CliRunner().invoke(app, [*command, "--json"])
+    study = json.loads(ran.output)["studies"]["wear"]
+    assert study["worn_volume"] == json.loads(by_command.output)["study"]["worn_volume"]
+    assert {"wear.csv", "wear.png"} <= {file.name for file in (tmp_path / "out").iterdir()}
     measured = tmp_path / "record.csv"
     record([2.0e-6, 2.0e-6]).to_csv(measured)
     logged = CliRunner().invoke(app, ["fretting", str(measured), "--case", str(case), "--json"])

@@ -1,4 +1,4 @@
-"""Studies of strength that the tables of a case ask for: first yield, shakedown, fatigue."""
+"""Studies that the tables of a case ask for: first yield, shakedown, fatigue, wear."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pymdr.solving.fatigue import criterion_of, cycled_bulk, fatigue
 from pymdr.solving.shakedown import shakedown
 from pymdr.solving.study import Study
+from pymdr.solving.wear import wear
 from pymdr.solving.yielding import first_yield
 
 if TYPE_CHECKING:
@@ -24,9 +25,12 @@ def contact_studies(case: Case) -> dict[str, Study]:
     case : Case
     """
     known: dict[str, Callable[..., Study]] = {"first_yield": first_yield, "shakedown": shakedown}
-    return {
+    studies = {
         name: verb(case.contact, **case.outputs[name]) for name, verb in known.items() if name in case.outputs
     }
+    if "wear" in case.outputs:
+        studies["wear"] = wear(case.contact, case.path, **case.outputs["wear"])
+    return studies
 
 
 def fatigue_of(case: Case, result: Result) -> Study:

@@ -14,6 +14,7 @@ _COMPONENT: Any = Literal["xx", "yy", "zz", "xz", "xy", "yz"]
 _CRITERION: Any = Literal[
     "dang-van", "findley", "fatemi-socie", "smith-watson-topper", "ruiz-work", "ruiz-damage"
 ]
+_WEAR: Any = Literal["archard", "energy"]
 _SEVERAL: Any = _Number | list[_Number]
 _OPTIONAL: Any = _Number | None
 
@@ -62,6 +63,18 @@ OUTPUTS: dict[str, tuple[str, dict[str, tuple[Any, Any, str]]]] = {
             "bulk": (_OPTIONAL, None, "constant bulk stress along the shift in Pa"),
             "bulk_amplitude": (_OPTIONAL, None, "bulk stress in phase with the tangential force in Pa"),
             "side": (_SIDE, None, "which body; the first whose stress is known unless given"),
+        },
+    ),
+    "wear": (
+        "Fretting wear over many cycles that pymdr run computes; the path is one cycle.",
+        {
+            "coefficient": (
+                _Number,
+                ...,
+                "wear coefficient, such as '1e-6 mm^3/(N m)', for energy '1e-6 mm^3/J'",
+            ),
+            "cycles": (_SEVERAL, ..., "number of cycles, or the numbers at which rows are wanted"),
+            "law": (_WEAR, "archard", "archard (load times path) or energy"),
         },
     ),
 }
