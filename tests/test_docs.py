@@ -59,6 +59,12 @@ def blocks(page):
         "law.md",
         "contributing.md",
         "for_teaching.md",
+        "soft_adhesion.md",
+        "stress.md",
+        "sweeps.md",
+        "torsion.md",
+        "wear.md",
+        "yielding_bodies.md",
     ],
 )
 def test_blocks_run(page, monkeypatch):
