@@ -872,3 +872,16 @@ def test_the_band_and_the_error_of_a_result_are_in_its_curve():
         low, high = solved.bands[name]
         wide = np.abs(high - low) / 2.0 / np.abs(solved[name].values)
         assert np.all(curve.error >= wide * (1.0 - 1e-9)) or np.isnan(curve.error).all()
+
+
+def test_the_error_of_a_curve_is_claimed_once():
+    d = np.linspace(0.0, 1.0, 40)
+    curve = mdr.ForceCurve(
+        indentation=d, force=d**1.5 + 0.01 * np.random.default_rng(0).standard_normal(40), modulus=1.0
+    )
+    depths = np.array([0.3, 0.6, 0.9])
+    result = mdr.solve(mdr.Contact(curve, mdr.Elastic(1.0, 0.0)), mdr.Path(indentation=depths))
+    closure = closure_of(curve)
+    stiffness, force, energy, _ = closure.error(depths) + closure.given_error(depths)
+    for name, error in (("normal_stiffness", stiffness), ("normal_force", force), ("elastic_energy", energy)):
+        assert result.claims[name].error == pytest.approx(np.minimum(error, 1.0), rel=1e-6)

@@ -403,3 +403,15 @@ def test_sweep_over_the_yield_strength():
     study = mdr.sweep(BALL, mdr.indent("10 um"), {"body.yield_strength": ["200 MPa", "400 MPa", "800 MPa"]})
     force = np.ravel(study.data["normal_force"].values)
     assert np.all(np.diff(force) > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("path", "prescribed"),
+    [(mdr.load("40 N"), "normal_force"), (mdr.travel("10 um"), "travel"), (mdr.indent("5 um"), "indentation")],
+)
+def test_only_what_is_prescribed_is_exact(path, prescribed):
+    ball = mdr.Contact(mdr.Sphere("1 mm"), mdr.ElasticPlastic("120 GPa", 0.34, yield_strength="200 MPa"))
+    claims = mdr.solve(ball, path, machine_stiffness="10 MN/m").claims
+    exact = {name for name, claim in claims.items() if claim.level is mdr.Level.EXACT}
+    assert exact == {prescribed}
+    assert "travel" in claims

@@ -22,6 +22,7 @@ PLASTIC_QUANTITIES = (
     "dissipated_energy",
     "external_work",
     "yielding",
+    "travel",
 )
 NO_FIELDS = (
     "the model of a body that yields gives the force and the radius of its contact; its line is not that of the deformed body, so it "

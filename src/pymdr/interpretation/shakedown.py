@@ -163,8 +163,8 @@ def _refined(nodes: FloatArray, active: np.ndarray) -> FloatArray:
     """Nodes, and the middles of the intervals next to active ones."""
     if nodes.size < 2:
         return nodes
-    beside = active[: nodes.size - 1] | active[1 : nodes.size]
-    return np.unique(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])[beside]]))
+    adjacent = active[: nodes.size - 1] | active[1 : nodes.size]
+    return np.unique(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])[adjacent]]))
 
 
 def _by_any_residual(stress: FloatArray) -> Evaluated:

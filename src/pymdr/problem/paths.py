@@ -7,7 +7,7 @@ gives n rows, the last at its target.
 from __future__ import annotations
 
 from abc import ABC
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
@@ -348,7 +348,12 @@ class Path(Leg):
     tangential_force: OptionalPlaneArrayField = OptionalPlaneArrayField("N", description="tangential forces")
     twist: OptionalArrayField = OptionalArrayField("rad", description="rotations about the axis")
     torque: OptionalArrayField = OptionalArrayField("N*m", description="torques")
-    relative_time: bool = False
+    relative_time: bool = field(
+        default=False,
+        metadata={
+            "description": "times count on from the preceding legs; so do those of a file unless this is false"
+        },
+    )
 
     def __post_init__(self) -> None:
         _check_channels(self, "Path(indentation=[1e-6, 2e-6])")

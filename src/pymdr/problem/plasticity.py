@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
 from pymdr.problem.materials import Material
@@ -64,8 +64,15 @@ class ElasticPlastic(Material):
     young: SIField = SIField("Pa", above=0.0, description="Young's modulus")
     poisson: SIField = SIField("", above=-1.0, at_most=0.5, description="Poisson's ratio")
     yield_strength: SIField = SIField("Pa", above=0.0, description="yield strength in uniaxial tension")
-    apparent_radius: bool = False
-    wall_factor: bool = False
+    apparent_radius: bool = field(
+        default=False,
+        metadata={
+            "description": "whether the radius grows with the plastic volume; rows are then steps of a particle code"
+        },
+    )
+    wall_factor: bool = field(
+        default=False, metadata={"description": "whether the force is multiplied by 1 + exp(10.7 d/R - 10)"}
+    )
 
     def __post_init__(self) -> None:
         for name in ("apparent_radius", "wall_factor"):

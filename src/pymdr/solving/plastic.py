@@ -186,7 +186,7 @@ def _grow(
     largest, work = np.array(states).T
     ball, line = growing.ball, Ellipse(height, width, growing.ball.modulus)
     wall, a = ball.wall(d), line.contact_radius(within)
-    stiffness = 2.0 * ball.modulus * a / scale * wall + 10.7 / ball.radius * (wall - 1.0) / wall * force
+    stiffness = 2.0 * ball.modulus * a / scale * wall + ball.wall_rate(d) * force
     here = channels_at(float(d[-1]), float(force[-1]), task.machine_stiffness)
     force = stretch.normal if by_force else force
     energy = scale * wall * line.energy(within)
@@ -212,25 +212,26 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
     assert body is not None
     machine = task.machine_stiffness or math.inf
     work = rows.external_work + (0.0 if math.isinf(machine) else rows.normal_force**2 / (2.0 * machine))
-    columns = {
-        "indentation": rows.indentation,
-        "normal_force": rows.normal_force,
-        "contact_radius": rows.contact_radius,
-        "residual_indentation": rows.residual_indentation,
-        "apparent_radius": rows.apparent_radius,
-        "normal_stiffness": rows.normal_stiffness,
-        "mean_pressure": mean_pressure(rows.normal_force, rows.contact_radius),
-        "elastic_energy": rows.elastic_energy,
-        "dissipated_energy": rows.external_work - rows.elastic_energy,
-        "external_work": work,
-        "yielding": rows.yielding,
-    }
+    columns = with_travel(
+        task,
+        {
+            "indentation": rows.indentation,
+            "normal_force": rows.normal_force,
+            "contact_radius": rows.contact_radius,
+            "residual_indentation": rows.residual_indentation,
+            "apparent_radius": rows.apparent_radius,
+            "normal_stiffness": rows.normal_stiffness,
+            "mean_pressure": mean_pressure(rows.normal_force, rows.contact_radius),
+            "elastic_energy": rows.elastic_energy,
+            "dissipated_energy": rows.external_work - rows.elastic_energy,
+            "external_work": work,
+            "yielding": rows.yielding,
+        },
+    )
     if not body.apparent_radius:
         del columns["apparent_radius"]
     claims = plastic_claims(body, contact.adhesion is not None, prescribed_rows(task), rows.indentation.size)
     claims = {name: claim for name, claim in claims.items() if name in columns or not claim.readable}
-    if task.machine_stiffness is not None:
-        claims["travel"] = claims["normal_force"]
     yielded = bool(np.any(rows.residual_indentation > 0.0))
     notes: tuple[str, ...] = ()
     if not yielded:
@@ -239,7 +240,7 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
             first = f"the ball yields from an indentation of {metres(ball.yield_depth)} on"
         notes = (first,)
     return walked, Interpretation(
-        columns=with_travel(task, columns),
+        columns=columns,
         claims=claims,
         assumptions=plastic_assumptions(float(np.max(rows.largest, initial=0.0)), ball.radius),
         status=Status.YIELDED if yielded else Status.ELASTIC,

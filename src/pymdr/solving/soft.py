@@ -236,10 +236,11 @@ def _interpret(task: Task, relaxation: Relaxation, setting: ZoneSetting, rows: Z
 
 
 def _errors(rows: ZoneRows, columns: dict[str, FloatArray], machine: FloatArray) -> dict[str, FloatArray]:
-    """Relative errors from twice the spacing and longer steps; rows between the jumps of both levels are those after the later one."""
+    """Relative errors from twice the spacing and longer steps, 1 where only one of both levels is attached."""
     fine, coarse = rows.fine, rows.coarse
-    apart = (fine["cohesive_radius"] == 0.0) != (coarse["cohesive_radius"] == 0.0)
-    pairs = {name: (fine[name], np.where(apart, fine[name], coarse[name])) for name in _COMPARED}
+    differ = (fine["cohesive_radius"] == 0.0) != (coarse["cohesive_radius"] == 0.0)
+    # later rows do not inherit the difference of these
+    pairs = {name: (fine[name], np.where(differ, fine[name], coarse[name])) for name in _COMPARED}
     pairs["work"] = np.cumsum(fine["work"]), np.cumsum(coarse["work"])
     errors = {name: error_of(*pair) for name, pair in pairs.items()}
     whole = np.maximum.accumulate(
@@ -260,6 +261,7 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], machine: FloatArray)
     errors["jump_dissipation"] = errors["external_work"]
     moved = {"indentation": np.isinf(rows.control), "normal_force": rows.control == 0.0}
     moved["travel"] = (rows.control > 0.0) & np.isfinite(rows.control)
+    errors = {name: np.where(differ, 1.0, error) for name, error in errors.items()}
     return {
         name: np.where(moved[name], 0.0, error) if name in moved else error for name, error in errors.items()
     }

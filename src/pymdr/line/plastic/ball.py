@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -16,6 +17,34 @@ from pymdr.units import FloatArray
 DEEPEST = 0.9
 """Largest indentation over R; near 1 the force of the model falls."""
 _NODES = 48
+_STEEPNESS, _DELAY = 10.7, 10.0
+"""Of the factor of the wall, 1 + exp(10.7 d / R - 10)."""
+
+Number = TypeVar("Number", float, FloatArray)
+
+
+def wall_factor(depth: Number, radius: float) -> Number:
+    """The factor of the force on a wall by the stiffening of the whole ball, 1 + exp(10.7 d / R - 10)."""
+    factor: Number = 1.0 + np.exp(_STEEPNESS * depth / radius - _DELAY)
+    return factor
+
+
+def yield_pressure(strength: float, share: Number) -> Number:
+    """Mean pressure p_Y = Y (1 + 1.75 exp(-4.4 M / R)) in Pa of a contact that yields, by its largest indentation over R."""
+    pressure: Number = strength * (1.0 + 1.75 * np.exp(-4.4 * share))
+    return pressure
+
+
+def lift(pressure: Number, a: Number, z: Number, poisson: float, shear: float) -> Number:
+    """
+    The displacement d_R in m of the contact by its load pi a^2 p_Y, negative, a depth z in m above the centre of the ball.
+
+    d_R = p_Y a^2 (2 (nu - 1) - (2 nu - 1) z / (s + z)) / (2 G s), s = sqrt(a^2 + z^2).
+    """
+    far: Number = np.hypot(a, z)
+    # sqrt(a^2 + z^2) - z = a^2 / (sqrt(a^2 + z^2) + z)
+    lifted: Number = pressure * a * a * (2.0 * (poisson - 1.0) - (2.0 * poisson - 1.0) * z / (far + z))
+    return lifted / (2.0 * shear * far)
 
 
 @dataclass(frozen=True)
@@ -62,7 +91,7 @@ class Ball:
 
     def yield_pressure(self, largest: FloatArray) -> FloatArray:
         """P_Y in Pa after largest indentations in m."""
-        return np.asarray(self.strength * (1.0 + 1.75 * np.exp(-4.4 * largest / self.radius)))
+        return np.asarray(yield_pressure(self.strength, largest / self.radius))
 
     def yielded(self, largest: FloatArray) -> FloatArray:
         """1 where the ball has yielded, else 0."""
@@ -91,11 +120,7 @@ class Ball:
         largest = np.asarray(largest, dtype=float)
         a, pressure = self.full_radius(largest), self.yield_pressure(largest)
         z = self.radius - largest + 2.0 * pressure * a / self.modulus
-        far = np.hypot(a, z)
-        nu = self.poisson
-        # sqrt(a^2 + z^2) - z = a^2 / (sqrt(a^2 + z^2) + z), and F_M = pi a^2 p_Y
-        numerator = 2.0 * (nu - 1.0) - (2.0 * nu - 1.0) * z / (far + z)
-        lifted = pressure * a * a * numerator / (2.0 * self.shear * far)
+        lifted = lift(pressure, a, z, self.poisson, self.shear)
         return np.where(self.yielded(largest) > 0.0, lifted, 0.0)
 
     def scale(self, largest: FloatArray) -> FloatArray:
@@ -117,7 +142,12 @@ class Ball:
         """The factor of the force by opposite walls; 1 without it."""
         if not self.walled:
             return np.ones(np.shape(d))
-        return np.asarray(1.0 + np.exp(10.7 * np.asarray(d) / self.radius - 10.0))
+        return np.asarray(wall_factor(np.asarray(d, dtype=float), self.radius))
+
+    def wall_rate(self, d: FloatArray) -> FloatArray:
+        """The rate in 1/m at which the logarithm of the factor of the walls rises."""
+        factor = self.wall(d)
+        return np.asarray(_STEEPNESS / self.radius * (factor - 1.0) / factor)
 
     def contact_radius(self, d: FloatArray, largest: FloatArray) -> FloatArray:
         """The contact radius in m."""
@@ -129,10 +159,10 @@ class Ball:
 
     def stiffness(self, d: FloatArray, largest: FloatArray) -> FloatArray:
         """The stiffness dF/dd in N/m of unloading and reloading."""
-        a = self.contact_radius(d, largest)
-        wall = self.wall(d)
-        growth = 10.7 / self.radius * (wall - 1.0) / wall * self.force(d, largest)
-        return np.asarray(2.0 * self.modulus * a / self.scale(largest) * wall + growth)
+        a, force = self.contact_radius(d, largest), self.force(d, largest)
+        return np.asarray(
+            2.0 * self.modulus * a / self.scale(largest) * self.wall(d) + self.wall_rate(d) * force
+        )
 
     def elastic_energy(self, d: FloatArray, largest: FloatArray) -> FloatArray:
         """The energy in J that unloading returns."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import scipy
 
 from pymdr.errors import ConvergenceError
-from pymdr.line.plastic.ball import DEEPEST, Ball
+from pymdr.line.plastic.ball import DEEPEST, Ball, lift, wall_factor, yield_pressure
 from pymdr.line.plastic.ellipse import ellipse_force
 from pymdr.units import metres
 
@@ -99,14 +99,14 @@ class GrowingBall:
         constant = state.yielded_at
         if math.isnan(constant) and advancing and depth > 0.0:
             pressure = 4.0 * own.modulus * math.sqrt(depth) / (3.0 * math.pi * math.sqrt(radius))
-            if pressure > _yield_pressure(own, radius, largest):
+            if pressure > yield_pressure(own.strength, largest / radius):
                 constant = math.pi * (depth**2 - depth * radius)
         height, width, offset, scale = _line(own, radius, largest, constant)
         within = (depth - offset) / scale
         bare = ellipse_force(height, width, own.modulus, within)
         force = bare
         if self.ball.walled:
-            force = bare * (1.0 + math.exp(10.7 * d / first - 10.0))
+            force = bare * float(wall_factor(d, first))
         yielding = advancing and not math.isnan(constant) and bare > 0.0
         residual = offset - (radius - first)
         row = Row(d, force, radius, height, width, within, scale, residual, yielding)
@@ -176,18 +176,12 @@ class GrowingBall:
         return replace(state, radius=state.radius + mean, mean_growth=mean)
 
 
-def _yield_pressure(ball: Ball, radius: float, largest: float) -> float:
-    return ball.strength * (1.0 + 1.75 * math.exp(-4.4 * largest / radius))
-
-
 def _line(ball: Ball, radius: float, largest: float, constant: float) -> tuple[float, float, float, float]:
     """Height and width of the line, the indentation at which its force vanishes, and the scale of its indentation."""
     if math.isnan(constant):
         return 4.0 * radius, 2.0 * radius, 0.0, 1.0
-    pressure = _yield_pressure(ball, radius, largest)
+    pressure = float(yield_pressure(ball.strength, largest / radius))
     a = math.sqrt(2.0 * largest * radius - largest**2 + constant / math.pi)
     half = 2.0 * pressure * a / ball.modulus
-    z, nu = radius - (largest - half), ball.poisson
-    far = math.sqrt(a * a + z * z)
-    lift = pressure * (2.0 * a * a * (nu - 1.0) - (2.0 * nu - 1.0) * z * (far - z)) / (2.0 * ball.shear * far)
-    return 2.0 * half, 2.0 * a, largest - half - lift, 1.0 + lift / half
+    lifted = float(lift(pressure, a, radius - (largest - half), ball.poisson, ball.shear))
+    return 2.0 * half, 2.0 * a, largest - half - lifted, 1.0 + lifted / half

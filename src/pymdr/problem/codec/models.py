@@ -325,18 +325,8 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         return int, Field(..., description="number of faces", ge=3, le=MOST_SIDES, strict=True)
     if f.name == "seed":
         return int, Field(f.default, description="seed of the random phases", ge=0, strict=True)
-    if f.name == "relative_time":
-        text = "times count on from the preceding legs; so do those of a file unless this is false"
-        return bool, Field(f.default, description=text, strict=True)
-    if f.name in ("apparent_radius", "wall_factor"):
-        text = (
-            "whether "
-            + {
-                "apparent_radius": "the radius grows with the plastic volume; rows are then steps of a particle code",
-                "wall_factor": "the force is multiplied by 1 + exp(10.7 d/R - 10)",
-            }[f.name]
-        )
-        return bool, Field(f.default, description=text, strict=True)
+    if isinstance(f.default, bool) and "description" in f.metadata:
+        return bool, Field(f.default, description=f.metadata["description"], strict=True)
     if f.name in ("steps", "cycles"):
         text = "number of rows" if f.name == "steps" else "number of cycles"
         kind = int if isinstance(f.default, int) else int | None

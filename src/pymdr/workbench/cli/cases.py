@@ -93,8 +93,8 @@ def _run_one(
 
     from pymdr.result.arrays import by_component
     from pymdr.solving.verb import solve
+    from pymdr.workbench.case_studies import contact_studies, fatigue_of
     from pymdr.workbench.casefile import read_case
-    from pymdr.workbench.strength import contact_studies, fatigue_of
 
     problem = read_case(case)
     if quiet:
