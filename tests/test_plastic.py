@@ -407,7 +407,11 @@ def test_sweep_over_the_yield_strength():
 
 @pytest.mark.parametrize(
     ("path", "prescribed"),
-    [(mdr.load("40 N"), "normal_force"), (mdr.travel("10 um"), "travel"), (mdr.indent("5 um"), "indentation")],
+    [
+        (mdr.load("40 N"), "normal_force"),
+        (mdr.travel("10 um"), "travel"),
+        (mdr.indent("5 um"), "indentation"),
+    ],
 )
 def test_only_what_is_prescribed_is_exact(path, prescribed):
     ball = mdr.Contact(mdr.Sphere("1 mm"), mdr.ElasticPlastic("120 GPa", 0.34, yield_strength="200 MPa"))

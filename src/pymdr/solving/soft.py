@@ -259,6 +259,7 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], machine: FloatArray)
     errors["mean_pressure"] = np.minimum(errors["normal_force"] + 2.0 * errors["contact_radius"], 1.0)
     errors["travel"] = errors["indentation"] + errors["normal_force"]
     errors["jump_dissipation"] = errors["external_work"]
+    errors["jumped"] = np.zeros(differ.size)
     moved = {"indentation": np.isinf(rows.control), "normal_force": rows.control == 0.0}
     moved["travel"] = (rows.control > 0.0) & np.isfinite(rows.control)
     errors = {name: np.where(differ, 1.0, error) for name, error in errors.items()}

@@ -106,7 +106,13 @@ def draw_force(axes: Axes, data: FigureData, drawn: PlasticData) -> None:
         if rows.any():
             axes.plot(*curve((d[rows], force[rows])), "o", ms=3, color=colour, label=label)
     if math.isfinite(drawn.yield_depth) and drawn.yield_depth < float(np.max(drawn.loading[0], initial=0.0)):
-        axes.axvline(float(lengths(np.array(drawn.yield_depth), d_unit)), color=GREY, lw=0.8, ls="--")
+        axes.axvline(
+            float(lengths(np.array(drawn.yield_depth), d_unit)),
+            color=GREY,
+            lw=0.8,
+            ls="--",
+            label="first yield",
+        )
     # the elastic force may be many times that of the path
     high = max(float(np.max(force)), float(np.max(drawn.loading[1])))
     low = min(float(np.min(force)), 0.0)
