@@ -67,7 +67,9 @@ def blocks(page):
         "yielding_bodies.md",
     ],
 )
-def test_blocks_run(page, monkeypatch):
+def test_blocks_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(DOCS.parent / "examples")
     monkeypatch.setattr(theories, "THEORIES", dict(theories.THEORIES))
     found = list(blocks(DOCS / page))
     assert any("assert " in block for block in found)
