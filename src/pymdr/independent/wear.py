@@ -1,4 +1,4 @@
-"""Fretting wear by rings of uniform pressure, solved anew after every block of cycles, without the method."""
+"""Fretting wear by rings of uniform pressure, solved anew in every block of cycles, without the method."""
 
 from __future__ import annotations
 
@@ -14,6 +14,11 @@ from pymdr.units import FloatArray
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _TURNS = 200
+_SETTLED = 1e-9
+_RELAXED, _RELAXATIONS = 0.5, (0.1, 1.0)
+"""Relaxation of the slip in the first turn, and its bounds."""
+_STAGE = 1.0 - math.sqrt(0.5)
+"""Diagonal of the L-stable method of two stages (Alexander 1977)."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,8 @@ class WornRings:
     """In m, shape (rows,)."""
     pressure: FloatArray
     """In Pa, shape (rows, rings)."""
+    force: FloatArray
+    """In N, shape (rows,)."""
 
 
 def ring_matrix(edges: FloatArray) -> FloatArray:
@@ -84,9 +91,10 @@ def wear_by_rings(
     amplitude: float,
     coefficient: float,
     cycles: FloatArray,
+    progress: Callable[[int, int], None] | None = None,
 ) -> WornRings:
     """
-    Wear of a profile on a half-space, in blocks that end at given cycles, each by the implicit Euler method.
+    Wear of a profile on a half-space, in blocks that end at given cycles, each by an implicit method of second order (SDIRK2).
 
     Parameters
     ----------
@@ -104,6 +112,8 @@ def wear_by_rings(
         Archard's, in m^2/N.
     cycles : ndarray
         Ends of blocks.
+    progress : callable, optional
+        Called with the number of finished blocks and all of them.
 
     Returns
     -------
@@ -121,21 +131,40 @@ def wear_by_rings(
     worn, now = np.zeros(r.size), 0.0
     slip = np.zeros(r.size)
     rows = []
-    for stop in np.append(0.0, cycles):
-        weight = coefficient * 4.0 * (stop - now)
-        for _ in range(_TURNS):
-            p, d = _pressed(matrix / normal, areas, f + worn, weight * slip, load)
-            new = _slip(matrix / tangential, mu * p, amplitude)
-            change = float(np.max(np.abs(new - slip))) / amplitude
-            slip = 0.5 * (slip + new) if weight > 0.0 else new
-            if change < 1e-9:
-                break
-        else:
-            raise ConvergenceError(f"wear_by_rings: slip does not settle at {stop:g} cycles")
-        worn, now = worn + weight * slip * p, float(stop)
-        rows.append((worn, float(areas @ worn), d, p))
-    columns = [np.array([row[i] for row in rows]) for i in range(4)]
+    for number, stop in enumerate(np.append(0.0, cycles)):
+        weight = _STAGE * coefficient * 4.0 * (stop - now)
+        before = worn
+        for stage in range(2 if weight > 0.0 else 1):
+            relaxed, last = _RELAXED if weight > 0.0 else 1.0, None
+            for _ in range(_TURNS):
+                p, d = _pressed(matrix / normal, areas, f + before, weight * slip, load)
+                rest = _slip(matrix / tangential, mu * p, amplitude) - slip
+                if float(np.max(np.abs(rest))) < _SETTLED * amplitude:
+                    break
+                if last is not None and weight > 0.0:
+                    relaxed = _aitken(relaxed, last, rest)
+                slip, last = np.maximum(slip + relaxed * rest, 0.0), rest
+            else:
+                raise ConvergenceError(f"wear_by_rings: slip does not settle at {stop:g} cycles")
+            worn = before + weight * slip * p
+            if stage == 0:
+                before = before + (1.0 - _STAGE) / _STAGE * (worn - before)
+        now = float(stop)
+        rows.append((worn, float(areas @ worn), d, p, float(areas @ p)))
+        if progress is not None:
+            progress(number, cycles.size)
+    columns = [np.array([row[i] for row in rows]) for i in range(5)]
     return WornRings(r, *columns)
+
+
+def _aitken(relaxed: float, last: FloatArray, rest: FloatArray) -> float:
+    """The next relaxation by the last two residuals (Irons and Tuck 1969)."""
+    change = rest - last
+    size = float(change @ change)
+    if size == 0.0:
+        return relaxed
+    low, high = _RELAXATIONS
+    return min(max(-relaxed * float(last @ change) / size, low), high)
 
 
 def _pressed(

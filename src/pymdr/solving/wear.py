@@ -14,9 +14,11 @@ from pymdr.interpretation.wear import small_amplitude, wear_claims
 from pymdr.line.foundation import rises_to
 from pymdr.line.wear import History
 from pymdr.machine import one_thread
+from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.profiles import Profile, Worn
+from pymdr.problem.profiles import ForceCurve, Profile, Worn
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.study import Column, Study
 from pymdr.solving.wearing import (
@@ -27,6 +29,8 @@ from pymdr.solving.wearing import (
     columns_of,
     followed,
     limit_of,
+    line_of_wear,
+    loads_of_wear,
     one_cycle,
     refuse_unknown_wear,
     surface_of_wear,
@@ -61,6 +65,8 @@ class Wear(Study):
     between a turning point and the middle of the motion, and limiting_profile (m) at constant indentation. Where springs stick the pressure is
     not given: it is infinite at the stick radius in the end.
     """
+    springs: xr.Dataset
+    """Over ``cycles`` and ``spring``: equivalent_profile (m) of the worn gap at ``x`` (m), from the first stick radius to the contact radius."""
     original: Profile
     """The profile before wear."""
 
@@ -113,6 +119,44 @@ class Wear(Study):
             return Worn(before.original, radii, before.depth_at(radii) + inside)
         return Worn(self.original, r, depth)
 
+    def force_curve(self, row: int = -1) -> ForceCurve:
+        """
+        The force curve F(d) of the worn contact of a row, for :func:`pymdr.solve` with friction, machines and memory.
+
+        The springs of the worn contact give it, F = 2 E* int (d - g) dx, up to the indentation of the row. It is known to the end of
+        wear, where the surfaces touch without pressure and the worn profile is not a disk to the error of its mesh.
+
+        Parameters
+        ----------
+        row : int
+            Row of the data; the last by default.
+
+        Returns
+        -------
+        ForceCurve
+            With the indentation in m from the first touch of the worn bodies.
+
+        Examples
+        --------
+        >>> import pymdr as mdr
+        >>> steel = mdr.Elastic("210 GPa", 0.0)
+        >>> ball = mdr.Contact(mdr.Paraboloid("10 mm"), steel, friction=mdr.Coulomb(0.5))
+        >>> one = mdr.indent("1 um") >> mdr.cycle(shift="0.2 um")
+        >>> worn = mdr.wear(ball, one, coefficient="1e-5 mm^3/(N m)", cycles=1e8)
+        >>> again = mdr.solve(mdr.Contact(worn.force_curve(), steel, friction=mdr.Coulomb(0.5)), one)
+        >>> bool(abs(again["tangential_force"].max() / worn["force_amplitude"][-1] - 1.0) < 1e-9)
+        True
+        """
+        assert self.contact is not None
+        modulus = effective_moduli(self.contact.body, self.contact.counterbody).normal
+        x, g = (self.springs[name].values[row] for name in ("x", "equivalent_profile"))
+        depth, half_load = loads_of_wear(equivalent_profile(self.original), x, g)
+        error = 0.0
+        for name in ("normal_force", "indentation"):
+            own = self.claims[name].error
+            error += 0.0 if own is None else float(own[row])
+        return ForceCurve(depth - depth[0], 2.0 * modulus * half_load, modulus=modulus, error=error)
+
     def _figure(self) -> Figure:
         """The worn profile, the pressure, the worn volume and the radii over cycles."""
         from pymdr.presentation.plot import wear_study
@@ -129,8 +173,9 @@ class Wear(Study):
 
     def _stored(self) -> xr.Dataset:
         fields = self.surface.rename({name: f"surface_{name}" for name in self.surface.data_vars})
+        springs = self.springs.rename({name: f"springs_{name}" for name in self.springs.data_vars})
         whole = super()._stored()
-        return whole.merge(fields, combine_attrs="override")
+        return whole.merge(fields, combine_attrs="override").merge(springs, combine_attrs="override")
 
 
 def wear(
@@ -223,6 +268,7 @@ def wear(
     return Wear(
         data=_labelled(rows, columns, constants | limit_of(case)),
         surface=_surface(case, history, rows),
+        springs=_springs(case, history, rows),
         original=contact.profile,
         claims=wear_claims(contact, mapped.moduli, law, errors),
         assumptions=(
@@ -264,6 +310,17 @@ def _surface(case: WearCase, history: History, rows: FloatArray) -> xr.Dataset:
         for name, values in surface_of_wear(case, history).items()
     }
     return xr.Dataset(fields, coords={"cycles": rows}).set_coords("r")
+
+
+def _springs(case: WearCase, history: History, rows: FloatArray) -> xr.Dataset:
+    """The line of every row beyond the first stick radius."""
+    import xarray as xr
+
+    columns = {
+        name: (("cycles", "spring"), values, {"units": "m"})
+        for name, values in line_of_wear(case, history).items()
+    }
+    return xr.Dataset(columns, coords={"cycles": rows}).set_coords("x")
 
 
 def _counted(cycles: ArrayQuantityLike) -> FloatArray:

@@ -32,6 +32,8 @@ _ROOM = 1.3
 _FAINT = 1e-9
 """Pressure over E* d/a below which the bodies only touch."""
 _HALVINGS = 80
+_INNER, _ALIKE = 80, 1e-9
+"""Points of a force curve within the first stick radius, and relative difference of depths below which points are one."""
 
 UNITS = {
     "worn_volume": "m^3",
@@ -368,6 +370,49 @@ def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
         name: np.array([np.pad(v, (0, size - v.size), mode="edge") for v in values])
         for name, values in rows.items()
     }
+
+
+def line_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
+    """Positions x and g(x) in m of the springs between the first stick radius and the contact radius, and of all rows the same number."""
+    a, d = case.radius, case.depth
+    rows: dict[str, list[FloatArray]] = {"x": [], "equivalent_profile": []}
+    for mesh, state in history.states:
+        # at the edge of the contact the springs have no length
+        count = int(np.flatnonzero(state.springs > 0.0)[-1]) + 1 if state.springs.max() > 0.0 else 0
+        springs = np.append(state.springs[:count], 0.0)
+        rows["x"].append(np.append(mesh.stuck.x, mesh.nodes[: count + 1]) * a)
+        rows["equivalent_profile"].append(np.append(mesh.stuck.gap, state.depth - springs) * d)
+    size = max(values.size for values in rows["x"])
+    return {
+        name: np.array([np.pad(v, (0, size - v.size), mode="edge") for v in values])
+        for name, values in rows.items()
+    }
+
+
+def loads_of_wear(original: EquivalentProfile, x: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Indentations in m and int_0^a (d - g) dx in m^2 of a worn line, as points of its force curve.
+
+    Parameters
+    ----------
+    original : EquivalentProfile
+        Up to the first position.
+    x, g : ndarray
+        Positions and g of the springs beyond, in m; between them g is linear in x^2.
+    """
+    first = x[:1]
+    inner = float(first[0]) * np.linspace(0.0, 1.0, _INNER + 1)[: _INNER + 1 if first[0] > 0.0 else 0]
+    before = original.g(inner)
+    low, high = x[:-1], x[1:]
+    rise = (high - low) * (high + 2.0 * low) / (3.0 * np.where(high > 0.0, high + low, 1.0))
+    cells = (high - low) * g[:-1] + rise * np.diff(g)
+    start = float(original.integral(first)[0]) if first[0] > 0.0 else 0.0
+    half = np.append(
+        inner * before - original.integral(inner), x * g - start - np.append(0.0, np.cumsum(cells))
+    )
+    depth = np.append(before, g)
+    rising = np.append(True, np.diff(np.maximum.accumulate(depth)) > _ALIKE * depth[-1])
+    return depth[rising], half[rising]
 
 
 def limit_of(case: WearCase) -> dict[str, float]:

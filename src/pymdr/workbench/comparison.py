@@ -47,7 +47,7 @@ class Comparison(Study):
         """A row for every quantity of every step."""
         rows: list[list[str]] = []
         for i in range(self.data.sizes["step"]):
-            place = [self._cell(name, quantity(name).unit, i) for name in self._along()]
+            place = [self._cell(name, self.data[name].attrs["units"], i) for name in self._along()]
             for name in self.compared:
                 if f"{name}_mdr" in self.data:
                     row = quantity(name)

@@ -31,6 +31,7 @@ from pymdr.workbench.shapes import hold_shape
 from pymdr.workbench.sliding import verify_sliding
 from pymdr.workbench.subsurface import compare_subsurface, drawn_stress
 from pymdr.workbench.turning import verify_torsion
+from pymdr.workbench.worn_rings import verify_wear
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,6 +91,7 @@ def verify(
     steps: int | None = None,
     machine_stiffness: QuantityLike | None = None,
     engine: str | None = None,
+    wear: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Comparison:
     """
@@ -104,7 +106,7 @@ def verify(
     elements : int, optional
         Number of rings, 20 to 5000; 400 unless given. Of a body that is not of revolution: pixels along either side of the grid, 33 to 1025,
         of which the contact takes about 0.7; 129 unless given. With friction: cells along a side, 8 to 80; 32 unless given; under
-        torsion rings, 20 to 1000; 200 unless given.
+        torsion and wear rings, 20 to 1000; 200 unless given, of wear 120.
     steps : int, optional
         Number of compared steps, evenly over those of the path; 5 unless given. With friction this is the number of turning
         points and rows between them; 20 unless given. Bodies with memory are followed along all rows by
@@ -114,13 +116,16 @@ def verify(
         As for :func:`pymdr.solve`.
     engine : str, optional
         Package that presses a body that is not of revolution, as for :func:`pymdr.press`.
+    wear : mapping, optional
+        ``coefficient``, ``cycles`` and ``law`` of :func:`pymdr.wear`, whose cycle the path is: then wear is compared.
     progress : callable, optional
         Called as ``progress(done, total)``.
 
     Returns
     -------
-    Verification, ShapeVerification, SlidingVerification, PlaneVerification or TorsionVerification
-        The second of a body that is not of revolution, the third with friction, the fourth along a path in the plane, the last under torsion. Where the method is refused its values are NaN.
+    Verification, ShapeVerification, SlidingVerification, PlaneVerification, TorsionVerification or WearVerification
+        The second of a body that is not of revolution, the third with friction, the fourth along a path in the plane, the fifth under torsion,
+        the last of wear. Where the method is refused its values are NaN.
         ``subsurface`` compares the stress in an isotropic half-space, at the last compared step, with a double integral of point loads.
 
     Raises
@@ -138,6 +143,9 @@ def verify(
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
+    if wear is not None:
+        number, most = 120 if elements is None else elements, 5 if steps is None else steps
+        return verify_wear(contact, path, wear, number, most, progress)
     if is_torsional(contact, path):
         number, most = 200 if elements is None else elements, 20 if steps is None else steps
         return verify_torsion(contact, path, number, most, machine_stiffness, progress)

@@ -52,7 +52,7 @@ from pymdr.presentation.plot.soft import soft_figures, soft_overview
 from pymdr.presentation.plot.studies import columns_study, conditions_study, loop_study
 from pymdr.presentation.plot.sweeps import sweep_curves
 from pymdr.presentation.plot.topography import bump_study, spectrum_study
-from pymdr.presentation.plot.wear import fretting_log, running_conditions_map, wear_study
+from pymdr.presentation.plot.wear import compared_wear, fretting_log, running_conditions_map, wear_study
 from pymdr.presentation.plot.whole import normal_figures, normal_overview
 
 __all__ = [
@@ -77,6 +77,7 @@ __all__ = [
     "compared_pressures",
     "compared_shape",
     "compared_tractions",
+    "compared_wear",
     "conditions_study",
     "conduction_figure",
     "drift_study",

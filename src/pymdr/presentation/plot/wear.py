@@ -86,6 +86,42 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
     return figure
 
 
+def compared_wear(table: xr.Dataset, curves: xr.Dataset, surface: xr.Dataset) -> Figure:
+    """
+    Worn volume over cycles, and the depth of wear in the last row, by the method and by rings.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        Over ``step``: ``cycles`` and ``worn_volume_rings`` (m^3).
+    curves : xarray.Dataset
+        Over ``cycles``: ``worn_volume`` (m^3) by the method.
+    surface : xarray.Dataset
+        Over ``r`` (m): ``mdr`` and ``rings`` (m).
+    """
+    with styled():
+        figure = new_figure(9.0, 3.9)
+        left, right = figure.subplots(1, 2)
+        _over_cycles(left, curves, {"worn_volume": "worn volume"}, "m^3")
+        cubic = good_unit(curves["worn_volume"].values, "m^3")
+        left.lines[0].set_label("MDR")
+        volume = from_si(table["worn_volume_rings"].values, "m^3", cubic)
+        left.plot(table["cycles"].values, volume, "o", ms=5, mfc="none", color=ORANGE, label="rings")
+        left.set_yscale("log")
+        left.legend()
+        unit, deep = good_unit(surface["r"].values, "m"), good_unit(surface["rings"].values, "m")
+        r = lengths(surface["r"].values, unit)
+        right.plot(
+            r, lengths(surface["rings"].values, deep), "o", ms=4, mfc="none", color=ORANGE, label="rings"
+        )
+        right.plot(r, lengths(surface["mdr"].values, deep), color=BLUE, lw=1.2, label="MDR")
+        right.set_xlabel(f"radius r ({typeset_unit(unit)})")
+        right.set_ylabel(f"depth of wear in the last row ({typeset_unit(deep)})")
+        right.legend()
+        letter_panels(figure)
+    return figure
+
+
 def _telling_rows(volume: np.ndarray) -> list[int]:
     """Rows whose worn volumes are spaced evenly."""
     wanted = np.linspace(volume[0], volume[-1], _SHOWN)

@@ -80,7 +80,10 @@ def _verified(
     from pymdr.workbench.sliding import SlidingVerification
     from pymdr.workbench.verification import verify as compare_with_elements
 
-    if is_torsional(problem.contact, problem.path):
+    wear = problem.outputs.get("wear")
+    if wear is not None:
+        solver, n, label = "rings", min(rings, 120), "wearing rings"
+    elif is_torsional(problem.contact, problem.path):
         solver, n, label = "rings", min(rings, 200), "turning rings"
     elif problem.contact.friction is not None:
         solver, n, label = "cells", cells, "solving on a grid"
@@ -94,6 +97,7 @@ def _verified(
         elements=n,
         steps=steps,
         machine_stiffness=problem.options.get("machine_stiffness"),
+        wear=wear,
         progress=stage(label),
     )
     plain: dict[str, Any] = {"solver": solver, "n": n, "largest_difference": comparison.largest_difference}
