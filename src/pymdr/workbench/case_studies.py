@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
-
-from pymdr.solving.fatigue import criterion_of, cycled_bulk, fatigue
-from pymdr.solving.shakedown import shakedown
-from pymdr.solving.study import Study
-from pymdr.solving.wear import wear
-from pymdr.solving.yielding import first_yield
 
 if TYPE_CHECKING:
     from pymdr.result import Result
+    from pymdr.solving.study import Study
     from pymdr.workbench.casefile import Case
 
 
@@ -24,11 +18,18 @@ def contact_studies(case: Case) -> dict[str, Study]:
     ----------
     case : Case
     """
-    known: dict[str, Callable[..., Study]] = {"first_yield": first_yield, "shakedown": shakedown}
-    studies = {
-        name: verb(case.contact, **case.outputs[name]) for name, verb in known.items() if name in case.outputs
-    }
+    studies: dict[str, Study] = {}
+    if "first_yield" in case.outputs:
+        from pymdr.solving.yielding import first_yield
+
+        studies["first_yield"] = first_yield(case.contact, **case.outputs["first_yield"])
+    if "shakedown" in case.outputs:
+        from pymdr.solving.shakedown import shakedown
+
+        studies["shakedown"] = shakedown(case.contact, **case.outputs["shakedown"])
     if "wear" in case.outputs:
+        from pymdr.solving.wear import wear
+
         studies["wear"] = wear(case.contact, case.path, **case.outputs["wear"])
     return studies
 
@@ -43,6 +44,8 @@ def fatigue_of(case: Case, result: Result) -> Study:
         With that table.
     result : Result
     """
+    from pymdr.solving.fatigue import criterion_of, cycled_bulk, fatigue
+
     wanted = dict(case.outputs["fatigue"])
     side, bulk, amplitude = (wanted.pop(key, None) for key in ("side", "bulk", "bulk_amplitude"))
     criterion = criterion_of(wanted.pop("criterion"), **wanted)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from typing import Annotated
 
@@ -95,10 +96,15 @@ def before_commands(
         raise typer.Exit(OK)
 
 
+_ALLOCATIONS = 50_000
+"""Allocations between garbage collections; modules and figures live until the command ends, so more find little."""
+
+
 def main() -> None:
     """Run the command line; errors of pymdr become one line and an exit status."""
     from pymdr.errors import PymdrError
 
+    gc.set_threshold(_ALLOCATIONS)
     try:
         app()
     except (PymdrError, MemoryError) as error:
