@@ -180,3 +180,40 @@ def test_loops_before_the_surface_has_recovered(references):
     assert np.all(np.diff(spent) > -1e-4 * spent[-1])
     attached = again["cohesive_radius"].values > 0.0
     assert np.count_nonzero(attached[1:] & ~attached[:-1]) == 2
+
+
+def test_a_slow_retraction_tends_to_the_relaxed_modulus():
+    """The difference from Maugis' law of the equilibrium modulus is of the first order in the speed."""
+    relaxed = mdr.solve(
+        contact(2.0, body=mdr.Elastic(0.75, 0.5)), mdr.indent(1.0) >> mdr.indent(-0.6, steps=80)
+    )
+    for name in ("normal_force", "contact_radius", "cohesive_radius"):
+        expected = relaxed[name].values[1:]
+        off = []
+        for seconds in (1e4, 1e5):
+            path = approach(1.0) >> mdr.indent(-0.6, steps=80, duration=seconds)
+            off.append(mdr.solve(contact(2.0), path)[name].values[12:] - expected)
+        # a short time after the reversal the zone still adapts
+        assert off[0][5:] / off[1][5:] == pytest.approx(10.0, rel=0.03)
+        assert (10.0 * off[1] - off[0])[5:] / 9.0 == pytest.approx(0.0, abs=1e-4 * np.abs(expected).max())
+
+
+def test_short_zones_and_long_series():
+    """Maugis' parameter 22 with three relaxation times: the pull-off is between the slow limit and E_0/E_inf times it."""
+    body = mdr.Viscoelastic(
+        mdr.Prony(equilibrium=0.25, moduli=[0.75] * 3, times=[0.1, 1.0, 10.0]), poisson=0.5
+    )
+    soft = contact(20.0, body=body)
+    path = (
+        mdr.indent(1.0, steps=50, duration=2.0)
+        >> mdr.hold("5 s", steps=10)
+        >> mdr.indent(-8.0, steps=100, duration=90.0)
+    )
+    result = mdr.solve(soft, path)
+    assert result.status is mdr.Status.PULLED_OFF
+    row = int(np.argmin(result["normal_force"].values))
+    pull = -float(result["normal_force"][row])
+    assert float(result.claims["normal_force"].error[row]) < 5e-4
+    slow = -mdr.pull_off(contact(20.0, body=mdr.Elastic(0.75, 0.5))).largest_pull
+    fast = -mdr.pull_off(contact(20.0, body=mdr.Elastic(7.5, 0.5))).largest_pull
+    assert slow < pull < 10.0 * max(slow, fast)  # E_0/E_inf = 10

@@ -3,485 +3,341 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
-from pymdr.compiling import compiled
+from pymdr.compiling import compiled, inner
+from pymdr.line.soft.equilibrium import bear, choose_nodes, excess
 from pymdr.line.soft.kernels import (
+    ALPHA,
+    BETA,
+    CONTROL,
     COUNT,
+    DECAY,
     DEPTH,
     FORCE,
-    LAST,
+    HEIGHT,
+    INTO,
+    LAG,
     OUTER,
     RADIUS,
+    RATE,
+    REACH,
+    RISE,
+    SHARE,
+    SIGMA,
+    SPACING,
     TIME,
-    Body,
-    Line,
-    State,
-    Step,
+    Zone,
     accept,
-    choose_nodes,
     fades,
-    inner,
-    node_end,
-    residuals,
     set_length,
 )
 from pymdr.units import FloatArray
 
 DONE, STUCK, TOO_WIDE, TOO_MANY = range(4)
 """How a leg ends."""
-OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST, OUT_STEP = (
-    range(11)
-)
-_ITERATIONS, _HALVINGS, _MOST = 12, 26, 300_000
-_BISECTIONS, _SCANS = 80, 4000
+OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST = range(10)
+LARGEST, MISSED = range(2)
+"""Limits of a step: largest move of a and c, and largest difference from the extrapolated c, over c - a."""
+_HALVINGS, _MOST = 40, 300_000
+_BISECTIONS, _SCANS, _TRIALS = 80, 4000, 40
+_SOLVED = 1e-9
+"""Residual at which a step is solved."""
 _QUICK = 1e-5
 """Time of a jump over the shortest of a row and the relaxation times."""
 _NOISE = 0.05
 """Scatter of c by interpolation, over the spacing of the nodes."""
-_ENOUGH = 1e-4
-"""Residual within which a solution may lie between values that differ by errors of interpolation, where steps are short."""
-
-
-class Effort(NamedTuple):
-    """Limits of a step."""
-
-    share: float
-    """Largest move of a and c over c - a."""
-    missed: float
-    """Largest difference from the extrapolated c over c - a."""
-    solved: float
-    """Residual at which a step is solved."""
+_SUMMED = 500.0
+"""Nodes that energies are summed over, and more near the edges."""
+_FOUND, _NONE, _WIDE = range(3)
 
 
 @inner
-def solve_step(
-    body: Body, line: Line, state: State, step: Step, jacobian: FloatArray, solved: float, enough: float
-) -> bool:
-    """Newton's method for a and c, from those in the end of the step, by Broyden's updates; the best iterate if that is enough."""
-    end = step.end
-    least = body.height if step.alpha > 0.0 else body.sigma * end[OUTER] ** 2
-    scale = max(abs(step.control), least)
-    limit = (line.g.size - 4) * line.spacing
-    x = np.array([end[RADIUS], end[OUTER]])
-    f0, f1 = residuals(body, line, state, step)
-    f = np.array([f0, f1 / scale])
-    best, best_a, best_c = abs(f[0]) + abs(f[1]), x[0], x[1]
-    fresh = jacobian[0, 0] == 0.0 and jacobian[1, 1] == 0.0
-    for iteration in range(_ITERATIONS):
-        if abs(f[0]) + abs(f[1]) < solved:
-            return True
-        if fresh or iteration == 5:
-            fresh = False
-            for k in range(2):
-                change = 1e-6 * (x[1] - x[0]) * (1.0 if k == 1 else -1.0)
-                end[RADIUS], end[OUTER] = x[0], x[1]
-                if k == 0:
-                    end[RADIUS] = x[0] + change
-                else:
-                    end[OUTER] = x[1] + change
-                g0, g1 = residuals(body, line, state, step)
-                jacobian[0, k], jacobian[1, k] = (g0 - f[0]) / change, (g1 / scale - f[1]) / change
-        det = jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]
-        if not abs(det) > 0.0:
-            break
-        da = -(jacobian[1, 1] * f[0] - jacobian[0, 1] * f[1]) / det
-        dc = -(-jacobian[1, 0] * f[0] + jacobian[0, 0] * f[1]) / det
-        zone = x[1] - x[0]
-        most = max(abs(da), abs(dc)) / (0.5 * zone)
-        if not most < 1e6:
-            break
-        if most > 1.0:
-            da, dc = da / most, dc / most
-        a, c = x[0] + da, x[1] + dc
-        if a <= 0.0 or c <= a or c >= limit:
-            break
-        end[RADIUS], end[OUTER] = a, c
-        g0, g1 = residuals(body, line, state, step)
-        h = np.array([g0, g1 / scale])
-        norm = da * da + dc * dc
-        for i in range(2):
-            # the model predicted what is left
-            left = h[i] - f[i] - jacobian[i, 0] * da - jacobian[i, 1] * dc
-            jacobian[i, 0] += left * da / norm
-            jacobian[i, 1] += left * dc / norm
-        x[0], x[1] = a, c
-        f[0], f[1] = h[0], h[1]
-        if abs(f[0]) + abs(f[1]) < best:
-            best, best_a, best_c = abs(f[0]) + abs(f[1]), a, c
-    if best < max(solved, enough):
-        end[RADIUS], end[OUTER] = best_a, best_c
-        residuals(body, line, state, step)
-        return True
-    return False
+def find(zone: Zone, guess: float, bound: float, leap: bool) -> int:
+    """
+    Equilibrium at the end of a step, from a guess of c.
 
-
-@inner
-def solve_lifted(body: Body, line: Line, state: State, step: Step, effort: Effort) -> bool:
-    """The zone without contact: c alone, from that in the end of the step, by the secant method."""
-    end = step.end
-    limit = (line.g.size - 4) * line.spacing
-    end[RADIUS] = 0.0
-    c = end[OUTER]
-    f, _ = residuals(body, line, state, step)
-    slope = 0.0
-    for _ in range(2 * _ITERATIONS):
-        if abs(f) < effort.solved:
-            return True
-        if slope == 0.0:
-            end[OUTER] = c * (1.0 + 1e-6)
-            g, _ = residuals(body, line, state, step)
-            slope = (g - f) / (1e-6 * c)
-        change = -f / slope
-        if abs(change) > 0.3 * c:
-            change = math.copysign(0.3 * c, change)
-        if not 0.0 < c + change < limit:
-            return False
-        end[OUTER] = c + change
-        g, _ = residuals(body, line, state, step)
-        slope = (g - f) / change
-        c, f = c + change, g
-        if not slope > 0.0:
-            return False
-    return False
-
-
-@inner
-def lift(body: Body, state: State, step: Step) -> float:
-    """The gap at the axis at the end of a step without contact; the entries of the node there are in the work space."""
-    total = -2.0 * body.sigma * step.end[OUTER] - step.end[DEPTH]
-    for j in range(body.rate.size):
-        total += body.reach[j] * step.room[0, j]
-    return float(total)
-
-
-@inner
-def edge_under(body: Body, line: Line, state: State, step: Step, c: float) -> float:
-    """What is missing of the range at c at frozen springs, with the contact radius that the control gives; -1 where c is too small."""
-    end = step.end
-    end[OUTER] = c
-    low, high = 1e-6 * c, c * (1.0 - 1e-9)
-    end[RADIUS] = high
-    _, off = residuals(body, line, state, step)
-    if off < 0.0:
-        return -1.0
-    end[RADIUS] = low
-    _, off = residuals(body, line, state, step)
-    if off > 0.0:
-        if step.alpha == 0.0:
-            return 1e30
-        end[RADIUS] = 0.0
-        missing, _ = residuals(body, line, state, step)
-        return missing
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        end[RADIUS] = middle
-        _, off = residuals(body, line, state, step)
-        if off < 0.0:
-            low = middle
+    Within `bound` of the c now by secants of which the first has the slope of the last; or, in a leap at frozen springs, the next stable
+    state in the direction of motion, wherever it is.
+    """
+    end, h = zone.end, zone.end[SPACING]
+    c0 = zone.now[OUTER]
+    limit = (zone.profile.shape[1] - 4) * h
+    low, high, below, above = 0.0, 0.0, 0.0, 0.0
+    has_low, has_high, at_bound = False, False, False
+    previous, last, c, side, pace = 0.0, 0.0, guess, 0, 1.0
+    if leap and c0 == 0.0:
+        low, below, has_low, c = 2.0 * h, -1.0, True, 2.1 * h
+    for trial in range(_SCANS if leap else _TRIALS):
+        radius = end[RADIUS]
+        if leap:
+            choose_nodes(zone, min(radius, 0.99 * c), c)
+        f = min(excess(zone, c), 10.0)
+        if abs(f) < (0.01 * _SOLVED if leap else _SOLVED):
+            bear(zone)
+            return _FOUND
+        moved = 1 if f > 0.0 else -1
+        if f < 0.0:
+            low, below, has_low = c, f, True
         else:
-            high = middle
-        if high - low < 1e-13 * c:
-            break
-    end[RADIUS] = 0.5 * (low + high)
-    missing, _ = residuals(body, line, state, step)
-    return missing
-
-
-@inner
-def jump(body: Body, line: Line, state: State, step: Step) -> bool:
-    """Jump at frozen springs and constant control to the next stable state; False where the body separates."""
-    end, h = step.end, line.spacing
-    end[LAST] = -1.0
-    limit = (line.g.size - 4) * h
-    c = state.now[OUTER]
-    if c == 0.0:
-        c = 2.0 * h
-        here = -1.0
-    else:
-        here = edge_under(body, line, state, step, c)
-    outward = here < 0.0
-    before = c
-    for _ in range(_SCANS):
-        zone = max(c - end[RADIUS], 2.0 * h) if c > 0.0 else 2.0 * h
-        c = before + (0.05 if outward else -0.05) * zone
-        if c <= 2.0 * h and not outward:
-            return False
-        if c >= limit:
-            return False
-        there = edge_under(body, line, state, step, c)
-        if (there > 0.0) == outward:
-            low, high = (before, c) if outward else (c, before)
-            for _ in range(_BISECTIONS):
-                middle = 0.5 * (low + high)
-                if edge_under(body, line, state, step, middle) > 0.0:
-                    high = middle
+            high, above, has_high = c, f, True
+        both = has_low and has_high and low < high
+        slope = end[RISE] if trial == 0 else (f - last) / (c - previous)
+        if slope > 0.0:
+            end[RISE] = slope
+        if both:
+            width = high - low
+            if width < (1e-13 if leap else 1e-9) * (c - end[RADIUS]) + 4e-16 * c:
+                if f > 1.0:
+                    return _NONE
+                bear(zone)
+                return _FOUND
+            if side == moved:
+                # the end that stays weighs less (Illinois)
+                if moved > 0:
+                    below *= 0.5
                 else:
-                    low = middle
-                if high - low < 1e-13 * high:
-                    break
-            edge_under(body, line, state, step, 0.5 * (low + high))
-            return True
-        before = c
-    return False
+                    above *= 0.5
+            new = high - above * width / (above - below)
+            if not low < new < high or trial % 8 == 7 or below <= -1.0 or above >= 10.0:
+                new = low + 0.5 * width
+            side = moved
+        elif leap:
+            # the gap changes over the length of the zone near an edge of the past, else over the radius
+            pace = max(0.7 * pace, 1.0) if abs(f - last) > 0.05 else 1.3 * pace
+            new = c - moved * min(0.05 * pace * max(c - end[RADIUS], 2.0 * h), 0.03 * max(c, 2.0 * h))
+            if new >= limit:
+                return _WIDE
+            if new <= 2.0 * h:
+                return _NONE
+        else:
+            if at_bound:
+                return _NONE
+            new = c - f / slope if slope > 0.0 else c - moved * 0.3 * bound
+            if abs(new - c) > 0.6 * bound:
+                new = c - moved * 0.6 * bound
+            if abs(new - c0) >= bound:
+                new = c0 - moved * bound
+                at_bound = True
+                if new == c:
+                    return _NONE
+            if new >= limit:
+                return _WIDE
+            if new <= 0.0:
+                return _NONE
+        previous, last, c = c, f, new
+        end[RADIUS] = max(min(radius if end[RADIUS] == 0.0 else end[RADIUS], c * (1.0 - 1e-6)), 0.0)
+    return _NONE
 
 
 @inner
-def separate(body: Body, line: Line, state: State, step: Step) -> None:
+def separate(zone: Zone) -> None:
     """Free the springs at once."""
-    end = step.end
+    end = zone.end
     end[RADIUS], end[OUTER], end[FORCE] = 0.0, 0.0, 0.0
-    end[DEPTH] = step.control / step.alpha if step.alpha > 0.0 else -body.height
-    for j in range(body.rate.size):
-        step.sum[j], step.depth[j] = 0.0, state.depth[j]
-        step.edge[0, j], step.edge[1, j], step.edge[2, j] = 0.0, 0.0, 0.0
-    accept(body, line, state, step)
+    end[DEPTH] = end[CONTROL] / end[ALPHA] if end[ALPHA] > 0.0 else -end[HEIGHT]
+    for j in range(zone.body.shape[1]):
+        for k in range(5):
+            zone.after[k, j] = zone.edge[k, j] if k == LAG else 0.0
 
 
 @inner
-def centre_creep(body: Body, state: State, length: float) -> float:
-    """W at the axis of a free surface after a time."""
-    total = 0.0
-    for j in range(body.rate.size):
-        idle = state.now[TIME] + length - state.since[0]
-        total += body.reach[j] * state.node[0, j] * math.exp(-body.decay[j] * idle)
-    return total
-
-
-@inner
-def begins(body: Body, state: State, step: Step, length: float, control: float) -> bool:
-    """Whether a free surface is within the range of the stress after a time."""
-    return centre_creep(body, state, length) - control / step.alpha - body.height <= 0.0
-
-
-@inner
-def wait_free(body: Body, state: State, step: Step, span: float, controls: tuple[float, float]) -> bool:
-    """Let free springs creep until the attraction begins within a span, or to its end; whether it begins."""
-    now = state.now
-    p0, p1 = controls
-    started, length = False, span
-    if step.alpha > 0.0 and begins(body, state, step, span, p1):
-        started, low, high = True, 0.0, span
-        if begins(body, state, step, 0.0, p0):
-            high = 0.0
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            if begins(body, state, step, middle, p0 + middle / span * (p1 - p0)):
-                high = middle
-            else:
-                low = middle
-        length = high
-    share = length / span if span > 0.0 else 1.0
-    d0 = now[DEPTH]
-    d1 = (p0 + share * (p1 - p0)) / step.alpha if step.alpha > 0.0 else d0
-    for j in range(body.rate.size):
-        e, w0, w1 = fades(body.rate[j], length)
-        state.depth[j] = e * state.depth[j] + w0 * d0 + w1 * d1
-    now[TIME] += length
-    now[DEPTH] = d1 if step.alpha > 0.0 else -body.height
-    return started
-
-
-@inner
-def energies(body: Body, line: Line, state: State) -> tuple[float, float]:
+def energies(zone: Zone) -> tuple[float, float]:
     """Energy of the springs, and of the attraction, in units of the instantaneous modulus times a length cubed."""
-    now, h = state.now, line.spacing
+    now, body, node = zone.now, zone.body, zone.node
+    h, sigma = zone.end[SPACING], zone.end[SIGMA]
     t, a, c, d = now[TIME], now[RADIUS], now[OUTER], now[DEPTH]
-    n = body.rate.size
-    v, stored, cohesive = np.empty(n), 0.0, 0.0
-    rest = 1.0
+    n = body.shape[1]
+    v, stored, cohesive = zone.room[7], 0.0, 0.0
+    rest, widest = 1.0, h * node.shape[0] / _SUMMED
     for j in range(n):
-        rest -= body.share[j]
-    last = state.since.size - 1
-    for i in range(state.since.size):
-        x = i * h
+        rest -= body[SHARE, j]
+    i, stride, last_own, last_cohesive = 0, 0, 0.0, 0.0
+    while i < node.shape[0]:
+        x, g, idle = i * h, zone.profile[0, i], t - node[i, n]
         if x < a:
+            w = d - g
             for j in range(n):
-                y = state.node[i, j] * math.exp(-body.rate[j] * (t - state.since[i]))
-                v[j] = state.depth[j] - line.g[i] + y
-            w = d - line.g[i]
+                v[j] = zone.edge[LAG, j] - g + node[i, j] * math.exp(-body[RATE, j] * idle)
         else:
             w = 0.0
             for j in range(n):
                 v[j] = 0.0
             for k in range(n):
-                m = state.node[i, k] * math.exp(-body.decay[k] * (t - state.since[i]))
-                w += body.reach[k] * m
+                m = node[i, k] * math.exp(-body[DECAY, k] * idle)
+                w += body[REACH, k] * m
                 for j in range(n):
-                    v[j] += body.back[j, k] * m
+                    v[j] += body[INTO + n + j, k] * m
             if x < c:
-                w -= 2.0 * body.sigma * math.sqrt(c * c - x * x)
+                w -= 2.0 * sigma * math.sqrt(c * c - x * x)
         own = rest * w * w
         for j in range(n):
-            own += body.share[j] * (w - v[j]) ** 2
-        weight = 0.5 * h if i == 0 or i == last else h
-        stored += weight * own
-        if a <= x < c:
-            cohesive += weight * (line.g[i] - d + w) * math.sqrt(c * c - x * x)
-    return stored, 4.0 * body.sigma * cohesive - math.pi * body.sigma * body.height * c * c
+            own += body[SHARE, j] * (w - v[j]) ** 2
+        gap = (g - d + w) * math.sqrt(c * c - x * x) if a <= x < c else 0.0
+        stored += 0.5 * h * stride * (own + last_own)
+        cohesive += 0.5 * h * stride * (gap + last_cohesive)
+        last_own, last_cohesive = own, gap
+        # closer nodes near both edges
+        room = min(widest, 0.1 * min(abs(x - a), abs(x - c)))
+        stride = 1
+        while 2.0 * stride * h <= room:
+            stride *= 2
+        i += stride
+    return stored, 4.0 * sigma * cohesive - math.pi * sigma * zone.end[HEIGHT] * c * c
 
 
 @inner
-def fall(body: Body, line: Line, state: State, step: Step, out: FloatArray) -> None:
+def potential(zone: Zone, lifted: bool) -> float:
+    """Energy of the springs, the attraction and the machine; before a free surface is attracted the dead load is at its range."""
+    stored, cohesive = energies(zone)
+    force = zone.now[FORCE]
+    if zone.end[ALPHA] == 0.0:
+        return (
+            stored
+            + cohesive
+            - (zone.end[CONTROL] * zone.now[DEPTH] if lifted or zone.now[OUTER] > 0.0 else 0.0)
+        )
+    return float(stored + cohesive + 0.5 * zone.end[BETA] * force * force)
+
+
+@inner
+def begins(zone: Zone, length: float, control: float) -> bool:
+    """Whether a free surface is within the range of the stress after a time."""
+    n, creep = zone.body.shape[1], 0.0
+    idle = zone.now[TIME] + length - zone.node[0, n]
+    for j in range(n):
+        creep += zone.body[REACH, j] * zone.node[0, j] * math.exp(-zone.body[DECAY, j] * idle)
+    return bool(creep - control / zone.end[ALPHA] - zone.end[HEIGHT] <= 0.0)
+
+
+@inner
+def wait_free(zone: Zone, span: float, p0: float, p1: float) -> bool:
+    """Let free springs creep until the attraction begins within a span, or to its end; whether it begins."""
+    now, alpha = zone.now, zone.end[ALPHA]
+    started, length = False, span
+    if alpha > 0.0 and begins(zone, span, p1):
+        started, low, high = True, 0.0, span
+        for bisection in range(_BISECTIONS):
+            # first whether it has begun
+            middle = 0.5 * (low + high) if bisection > 0 else 0.0
+            if begins(zone, middle, p0 + middle / span * (p1 - p0)):
+                high = middle
+            else:
+                low = middle
+        length = high
+    fraction = length / span if span > 0.0 else 1.0
+    d0 = now[DEPTH]
+    d1 = (p0 + fraction * (p1 - p0)) / alpha if alpha > 0.0 else d0
+    for j in range(zone.body.shape[1]):
+        e, w0, w1 = fades(zone.body[RATE, j], length)
+        zone.edge[LAG, j] = e * zone.edge[LAG, j] + w0 * d0 + w1 * d1
+    now[TIME] += length
+    now[DEPTH] = d1 if alpha > 0.0 else -zone.end[HEIGHT]
+    return started
+
+
+@inner
+def fall(zone: Zone, out: FloatArray) -> int:
     """Jump to the next stable state, or separate; the loss is that of the energy at constant control."""
-    was, before = potential(body, line, state, step), state.now[OUTER]
-    depth = state.now[DEPTH]
-    zone = before - state.now[RADIUS]
-    if jump(body, line, state, step):
-        end = step.end
-        moved = abs(end[OUTER] - before)
-        if step.alpha == 0.0:
-            out[OUT_WORK] += step.control * (end[DEPTH] - depth)
-        accept(body, line, state, step)
-        jumped = moved > 0.02 * zone
+    now, end = zone.now, zone.end
+    c0, depth, free = now[OUTER], now[DEPTH], now[OUTER] == 0.0
+    was, length = potential(zone, free), c0 - now[RADIUS]
+    end[RADIUS] = now[RADIUS]
+    found = find(zone, c0, 0.0, True)
+    if found == _WIDE or (free and found == _NONE):
+        return TOO_WIDE
+    jumped = True
+    if found == _FOUND:
+        if end[ALPHA] == 0.0:
+            out[OUT_WORK] += end[CONTROL] * (end[DEPTH] - depth)
+        jumped = abs(end[OUTER] - c0) > 0.02 * length
     else:
-        separate(body, line, state, step)
-        jumped = before > 0.0
+        separate(zone)
+    accept(zone)
     if jumped:
         out[OUT_JUMPED] = 1.0
-        out[OUT_LOST] += was - potential(body, line, state, step)
-
-
-@inner
-def potential(body: Body, line: Line, state: State, step: Step) -> float:
-    """Energy of the springs, the attraction and the machine."""
-    stored, cohesive = energies(body, line, state)
-    force = state.now[FORCE]
-    if step.alpha == 0.0:
-        return stored + cohesive - (force * state.now[DEPTH] if state.now[OUTER] > 0.0 else 0.0)
-    return float(stored + cohesive + 0.5 * step.beta * force * force)
-
-
-@inner
-def advance(
-    body: Body,
-    line: Line,
-    state: State,
-    step: Step,
-    effort: Effort,
-    span: float,
-    controls: tuple[float, float],
-    out: FloatArray,
-) -> int:
-    """Follow one row, over which the control is straight; the energies that it takes are added to `out`."""
-    now = state.now
-    begin = now[TIME]
-    stop = begin + span
-    jacobian = np.zeros((2, 2))
-    rate_a, rate_c, known, halvings = 0.0, 0.0, False, 0
-    length = min(span, out[OUT_STEP])
-    tiny = 1e-13 * span
-    quick = _QUICK * min(span, 1.0 / np.max(body.rate))
-    while stop - now[TIME] > tiny:
-        now[COUNT] += 1.0
-        if now[COUNT] > _MOST:
-            return TOO_MANY
-        done = (now[TIME] - begin) / span
-        here = controls[0] + done * (controls[1] - controls[0])
-        if now[OUTER] == 0.0:
-            pressed = step.alpha == 0.0 and here >= 0.0
-            if not pressed:
-                pressed = wait_free(body, state, step, stop - now[TIME], (here, controls[1]))
-                done = (now[TIME] - begin) / span
-                here = controls[0] + done * (controls[1] - controls[0])
-            if not pressed:
-                break
-            step = set_length(body, state, step, 0.0, here)
-            was = potential(body, line, state, step)
-            if not jump(body, line, state, step):
-                return TOO_WIDE
-            if step.alpha == 0.0:
-                was += here * body.height
-                out[OUT_WORK] += here * (step.end[DEPTH] + body.height)
-            accept(body, line, state, step)
-            out[OUT_JUMPED] = 1.0
-            out[OUT_LOST] += was - potential(body, line, state, step)
-            known, halvings, jacobian[:] = False, 0, 0.0
-            length = min(stop - now[TIME], 0.02 / np.max(body.rate))
-            continue
-        length = min(length, stop - now[TIME])
-        to = controls[0] + (now[TIME] + length - begin) / span * (controls[1] - controls[0])
-        step = set_length(body, state, step, length, to)
-        a, c, d, force = now[RADIUS], now[OUTER], now[DEPTH], now[FORCE]
-        zone, end = c - a, step.end
-        guess = c + rate_c * length
-        end[RADIUS], end[OUTER] = max(a + rate_a * length, 1e-3 * a), max(guess, 0.5 * (a + c))
-        if end[RADIUS] >= end[OUTER]:
-            end[RADIUS], end[OUTER] = a, c
-        if a > 0.0:
-            enough = _ENOUGH * 10.0 ** (halvings - 8.0) if halvings >= 3 else 0.0
-            choose_nodes(line, end)
-            solved = solve_step(body, line, state, step, jacobian, effort.solved, min(enough, 30.0 * _ENOUGH))
-            end[LAST] = -1.0
-        else:
-            solved = solve_lifted(body, line, state, step, effort)
-            if solved:
-                node_end(body, line, state, step, 0, step.room[0])
-                solved = lift(body, state, step) >= 0.0
-        if solved:
-            solved = max(abs(end[OUTER] - c), abs(end[RADIUS] - a)) <= effort.share * zone
-            if known:
-                solved = solved and abs(end[OUTER] - guess) <= effort.missed * zone + _NOISE * line.spacing
-            else:
-                solved = solved and abs(end[OUTER] - c) <= effort.missed * zone + _NOISE * line.spacing
-        if not solved:
-            jacobian[:] = 0.0
-            length *= 0.5
-            halvings += 1
-            if halvings > 3:
-                known = known and halvings < 6
-                rate_a, rate_c = (rate_a, rate_c) if known else (0.0, 0.0)
-            if halvings > _HALVINGS or length < quick:
-                # slightly beyond a fold, where no state is left nearby
-                length = min(4.0 * quick, stop - now[TIME])
-                to = controls[0] + (now[TIME] + length - begin) / span * (controls[1] - controls[0])
-                step = set_length(body, state, step, length, to)
-                fall(body, line, state, step, out)
-                known, halvings, rate_a, rate_c = False, 0, 0.0, 0.0
-                length = min(stop - now[TIME], 0.02 / np.max(body.rate))
-            continue
-        rate_a, rate_c = (end[RADIUS] - a) / length, (end[OUTER] - c) / length
-        away = abs(end[OUTER] - guess) / zone
-        out[OUT_WORK] += 0.5 * (force + end[FORCE]) * (end[DEPTH] - d)
-        if step.alpha > 0.0:
-            out[OUT_WORK] += 0.5 * step.beta * (end[FORCE] ** 2 - force**2)
-        accept(body, line, state, step)
-        length *= 1.6 if halvings == 0 and (not known or away < 0.3 * effort.missed) else 1.0
-        known, halvings = True, 0
-        out[OUT_STEP] = length
-    now[TIME] = stop
+        out[OUT_LOST] += was - potential(zone, False)
     return DONE
 
 
 @compiled
 def follow_rows(
-    body: Body,
-    line: Line,
-    state: State,
-    step: Step,
-    effort: Effort,
-    times: FloatArray,
-    controls: FloatArray,
-    out: FloatArray,
+    zone: Zone, limits: FloatArray, times: FloatArray, controls: FloatArray, out: FloatArray
 ) -> int:
-    """Follow rows; times and controls begin with those before the first row."""
-    length = 0.02 / np.max(body.rate)
+    """Follow rows between which the control is linear; times and controls begin with those before the first row."""
+    now, end, h = zone.now, zone.end, zone.end[SPACING]
+    fastest = 0.0
+    for j in range(zone.body.shape[1]):
+        fastest = max(fastest, zone.body[RATE, j])
+    wanted = 0.02 / fastest
+    rate_a, rate_c, known = 0.0, 0.0, False
     for row in range(times.size - 1):
-        out[row, OUT_STEP] = length
-        span = times[row + 1] - times[row]
-        ends = DONE
-        if span == 0.0 and state.now[OUTER] == 0.0 and step.alpha > 0.0:
-            state.now[DEPTH] = controls[row + 1] / step.alpha
-        if span > 0.0:
-            ends = advance(
-                body, line, state, step, effort, span, (controls[row], controls[row + 1]), out[row]
-            )
-        if ends != DONE:
-            return ends
-        length = out[row, OUT_STEP]
+        begin, span = times[row], times[row + 1] - times[row]
+        p0, change = controls[row], controls[row + 1] - controls[row]
+        if span == 0.0 and now[OUTER] == 0.0 and end[ALPHA] > 0.0:
+            now[DEPTH] = controls[row + 1] / end[ALPHA]
+        tiny, quick = 1e-13 * span, _QUICK * min(span, 1.0 / fastest)
+        stop, halvings, trials = begin + span, 0, 0
+        while span > 0.0 and stop - now[TIME] > tiny:
+            trials += 1
+            now[COUNT] += 1.0
+            if trials > _MOST:
+                return TOO_MANY
+            left = stop - now[TIME]
+            here = p0 + (now[TIME] - begin) / span * change
+            free = now[OUTER] == 0.0
+            if free and not (end[ALPHA] == 0.0 and here >= 0.0):
+                if not wait_free(zone, left, here, p0 + change):
+                    break
+                here = p0 + (now[TIME] - begin) / span * change
+                left = stop - now[TIME]
+            leap = free or wanted < quick or halvings > _HALVINGS
+            if leap:
+                # a free surface that is attracted, or a fold beyond which no state is near
+                length = 0.0 if free else min(4.0 * quick, left)
+                set_length(zone, length, here + length / span * change)
+                ends = fall(zone, out[row])
+                if ends != DONE:
+                    return ends
+                known, halvings, rate_a, rate_c = False, 0, 0.0, 0.0
+                wanted = 0.02 / fastest
+                continue
+            length = wanted
+            if wanted >= left:
+                length = left
+            elif wanted > 0.5 * left:
+                length = 0.5 * left
+            set_length(zone, length, here + length / span * change)
+            a, c, d, force = now[RADIUS], now[OUTER], now[DEPTH], now[FORCE]
+            whole = c - a
+            guess = c + rate_c * length
+            end[RADIUS] = a + rate_a * length
+            if not 0.0 < end[RADIUS] < guess:
+                end[RADIUS], guess = a, c
+            choose_nodes(zone, end[RADIUS], guess)
+            solved = find(zone, guess, limits[LARGEST] * whole, False) == _FOUND
+            missed = abs(end[OUTER] - guess)
+            if solved:
+                room = limits[MISSED] * whole + _NOISE * h
+                solved = abs(end[RADIUS] - a) <= limits[LARGEST] * whole and missed <= room
+            if not solved:
+                wanted = 0.5 * length
+                halvings += 1
+                if halvings > 3:
+                    known = False
+                    rate_a, rate_c = 0.0, 0.0
+                continue
+            rate_a, rate_c = (end[RADIUS] - a) / length, (end[OUTER] - c) / length
+            out[row, OUT_WORK] += 0.5 * (force + end[FORCE]) * (end[DEPTH] - d)
+            if end[ALPHA] > 0.0:
+                out[row, OUT_WORK] += 0.5 * end[BETA] * (end[FORCE] ** 2 - force**2)
+            accept(zone)
+            if halvings == 0 and (not known or missed < 0.3 * limits[MISSED] * whole):
+                wanted = max(wanted, 1.6 * length)
+            else:
+                wanted = max(wanted, length) if length < wanted else length
+            known, halvings = True, 0
+        now[TIME] = stop
         for i in range(FORCE + 1):
-            out[row, i] = state.now[i]
-        out[row, OUT_STORED], out[row, OUT_COHESIVE] = energies(body, line, state)
+            out[row, i] = now[i]
+        out[row, OUT_STORED], out[row, OUT_COHESIVE] = energies(zone)
     return DONE

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,13 +13,26 @@ from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres
 
-FINE, COARSE = (1, 0.05, 0.005), (2, 0.1, 0.01)
-"""Spacing of the nodes over the finest, largest move of an edge and largest error of its prediction over the length of the zone."""
-_IN_ZONE, _IN_CONTACT, _MOST = 24.0, 500.0, 60_000
+_IN_ZONE, _IN_CONTACT, _MOST = 24.0, 1000.0, 60_000
 """Nodes in the shortest zone, nodes within the largest, and the largest number of nodes."""
-_SOLVED = 1e-9
 _BEYOND = 1.05
 _SPARE = 8
+
+
+class ZoneLevel(NamedTuple):
+    """Resolution of space and time."""
+
+    spacing: float
+    """Spacing of the nodes over the finest."""
+    cells: float
+    """Cells of the gap over the zone."""
+    largest: float
+    """Largest move of an edge in a step over the length of the zone."""
+    missed: float
+    """Largest error of its prediction over that length."""
+
+
+FINE, COARSE = ZoneLevel(1.0, 24.0, 0.05, 0.005), ZoneLevel(2.0, 12.0, 0.1, 0.01)
 
 
 @dataclass(frozen=True)
@@ -69,12 +83,12 @@ class ZoneSprings:
     Parameters
     ----------
     setting : ZoneSetting
-    level : tuple of float
+    level : ZoneLevel
         `FINE` or `COARSE`.
     """
 
-    def __init__(self, setting: ZoneSetting, level: tuple[float, float, float]) -> None:
-        from pymdr.line.soft import driver, kernels
+    def __init__(self, setting: ZoneSetting, level: ZoneLevel) -> None:
+        from pymdr.line.soft import kernels
 
         relaxation = setting.relaxation
         self._unit, self._firm = setting.widest, relaxation.glassy
@@ -82,33 +96,40 @@ class ZoneSprings:
         coupling = np.sqrt(share / tau)
         decay, vectors = np.linalg.eigh(np.diag(1.0 / tau) - np.outer(coupling, coupling))
         root = np.sqrt(share * tau)
-        self._body = kernels.Body(
-            setting.strength / self._firm,
-            setting.work / setting.strength / self._unit,
-            share.copy(),
-            1.0 / tau,
-            decay,
-            vectors.T @ coupling,
-            np.ascontiguousarray(vectors.T * root),
-            np.ascontiguousarray(vectors / root[:, None]),
+        body = np.vstack(
+            [share, 1.0 / tau, decay, vectors.T @ coupling, vectors.T * root, vectors / root[:, None]]
         )
-        spacing = level[0] * setting.spacing / self._unit
+        spacing = level.spacing * setting.spacing / self._unit
         size, n = int(_BEYOND / spacing) + _SPARE, tau.size
         x: FloatArray = spacing * np.arange(size, dtype=np.float64)
         g, area = setting.profile(x * self._unit)
-        self._line = kernels.Line(spacing, np.asarray(g / self._unit), np.asarray(area / self._unit**2))
-        self._state = kernels.State(
-            np.zeros(8), np.zeros((size, n)), np.zeros(size), np.zeros(n), np.zeros(n), np.zeros((3, n))
+        self._limits = np.array([level.largest, level.missed])
+        zeros = np.zeros
+        self._zone = kernels.Zone(
+            body,
+            np.vstack([g / self._unit, area / self._unit**2]),
+            zeros(6),
+            zeros((size, n + 1)),
+            zeros((5, n)),
+            zeros(16),
+            zeros((5, n)),
+            zeros((8, n)),
+            zeros((2, 4)),
+            zeros((2, size)),
+            zeros(size, dtype=np.int64),
         )
-        self._state.now[kernels.DEPTH] = -self._body.height
-        self._effort = driver.Effort(level[1], level[2], _SOLVED)
+        height = setting.work / setting.strength / self._unit
+        self._zone.now[kernels.DEPTH] = -height
+        end = self._zone.end
+        end[kernels.SIGMA], end[kernels.HEIGHT] = setting.strength / self._firm, height
+        end[kernels.SPACING], end[kernels.CELLS] = spacing, level.cells
 
     @property
     def free(self) -> bool:
         """Whether the surfaces are beyond the range of the attraction."""
         from pymdr.line.soft import kernels
 
-        return bool(self._state.now[kernels.OUTER] == 0.0)
+        return bool(self._zone.now[kernels.OUTER] == 0.0)
 
     def follow(
         self, time: FloatArray, control: FloatArray, machine_stiffness: float
@@ -130,28 +151,17 @@ class ZoneSprings:
         from pymdr.line.soft import driver, kernels
 
         by_force = machine_stiffness == 0.0
-        size, n = self._line.g.size, self._body.rate.size
         load = self._firm * self._unit**2
         softness = 0.0 if math.isinf(machine_stiffness) else load / self._unit / (machine_stiffness or 1.0)
-        alpha, beta = (0.0, 1.0) if by_force else (1.0, softness)
-        work = (np.zeros(8), np.zeros(n), np.zeros(n), np.zeros((3, n)), np.zeros((3, n)), np.zeros((4, n)))
-        step = kernels.Step(0.0, alpha, beta, 0.0, *work, np.zeros(size), np.zeros(size))
-        now = self._state.now
+        trial, now = self._zone.end, self._zone.now
+        trial[kernels.ALPHA], trial[kernels.BETA] = (0.0, 1.0) if by_force else (1.0, softness)
+        trial[kernels.RISE] = 0.0
         now[kernels.TIME] = time[0]
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit
-        out = np.zeros((time.size - 1, driver.OUT_STEP + 1))
+        out = np.zeros((time.size - 1, driver.OUT_LOST + 1))
         scaled = control / (load if by_force else self._unit)
-        end = driver.follow_rows(
-            self._body,
-            self._line,
-            self._state,
-            step,
-            self._effort,
-            time.astype(float),
-            scaled.astype(float),
-            out,
-        )
+        end = driver.follow_rows(self._zone, self._limits, time.astype(float), scaled.astype(float), out)
         if end != driver.DONE:
             why = (
                 "its zone would be wider than expected"
