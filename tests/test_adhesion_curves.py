@@ -686,7 +686,7 @@ def test_any_scale(line, gamma, metre, pascal):
 
 @settings(max_examples=examples(30), deadline=None)
 @given(st.floats(1.0, 5.0), st.floats(-9.0, 1.0), st.lists(st.floats(0.01, 0.9), min_size=2, max_size=6))
-def test_zones_that_are_read_again_ask_the_profile_nothing(power, decade, shares):
+def test_reading_zones_again_makes_no_calls_of_the_profile(power, decade, shares):
     size, count = 10.0**decade, 0
 
     def gap(r):

@@ -688,7 +688,7 @@ def test_rows_after_a_dead_load_has_won_are_not_a_number():
     assert spent[2:] == pytest.approx(spent[1] + column(fresh, "dissipated_energy"), rel=1e-12)
 
 
-def test_loads_go_on_after_a_contact_was_lost():
+def test_loads_continue_after_loss_of_contact():
     pulled = mdr.load(0.0) >> mdr.load(-6.0)
     after = mdr.solve(contact(), pulled >> mdr.hold(steps=3))
     assert after.status is mdr.Status.PULLED_OFF

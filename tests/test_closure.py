@@ -237,7 +237,7 @@ def test_noise_of_a_hundredth_leaves_the_stiffness_within_a_few():
 
 
 @pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2])
-def test_claimed_errors_are_those_that_are_found(noise):
+def test_claimed_errors_are_the_actual_errors(noise):
     found = []
     for seed in range(10):
         curve = curve_of_ball(400, noise, seed)
@@ -285,7 +285,7 @@ def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, 
 
 
 @pytest.mark.parametrize("noise", [1e-3, 1e-2])
-def test_claimed_errors_of_what_slip_loses_are_those_that_are_found(noise):
+def test_claimed_errors_of_the_slip_work_are_the_actual_errors(noise):
     path = mdr.indent("1 um")
     for shift in ("0.05 um", "0.2 um"):
         path >>= mdr.cycle(shift=shift, cycles=2, steps=80)
@@ -333,7 +333,7 @@ def test_noise_is_no_fall_of_the_force(n, power, noise, seed):
     mdr.ForceCurve(d, d**power + noise * np.random.default_rng(seed).standard_normal(n), modulus=1.0)
 
 
-def test_the_contact_point_is_found_where_the_data_begin_before_it():
+def test_the_contact_point_is_located_if_the_data_begin_before_it():
     rng = np.random.default_rng(2)
     d = np.linspace(-0.5, 1.0, 601)
     for touch in (0.0, 0.13):

@@ -152,7 +152,7 @@ def test_scales_change_nothing_but_the_scale(size, largest, tilt, seed):
     st.booleans(),
     st.integers(0, 10**6),
 )
-def test_signs_are_told_by_the_record(turned_force, turned_position, offset, segment, backwards, seed):
+def test_signs_follow_from_the_record(turned_force, turned_position, offset, segment, backwards, seed):
     x, force = made(offset=offset, tilt=0.05, seed=seed)
     if backwards:
         x, force = x[::-1], force[::-1]
@@ -246,7 +246,7 @@ def test_a_hold_is_no_plateau_and_quantised_forces_are_no_outliers():
     assert np.count_nonzero(mdr.MeasuredCurve(force=coarse, indentation=x).mark_outliers().outliers) == 0
 
 
-def test_every_step_is_told_and_undone():
+def test_every_step_is_listed_and_can_be_undone():
     x, force = made(offset=0.5, tilt=-0.2)
     record = mdr.MeasuredCurve(force=-force, travel=-x, spring_constant="0.1 N/m", time=np.arange(800.0))
     curve = record.prepare().to_indentation()
@@ -389,7 +389,7 @@ def test_bad_curves_and_steps_are_refused():
     st.floats(0.0, 1e-3),
     st.integers(0, 10**6),
 )
-def test_segments_are_told_by_the_motion(going, resting, coming, creep, noise, seed):
+def test_segments_follow_from_the_motion(going, resting, coming, creep, noise, seed):
     assume(0.05 < going / coming < 20.0)
     assume(resting == 0 or resting > 0.06 * (going + resting + coming))
     assume(min(going, coming) > 0.06 * (going + resting + coming))

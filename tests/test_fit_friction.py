@@ -50,7 +50,7 @@ def mindlin(shift, turns, slides, most):
     log_start=st.floats(-2.0, 2.0),
     by_force=st.booleans(),
 )
-def test_friction_and_modulus_of_any_size_are_found_again(
+def test_friction_and_modulus_of_any_size_are_recovered(
     log_size, log_young, log_press, mu, log_reach, offset, log_start, by_force
 ):
     radius, young, poisson = 10.0**log_size, 10.0**log_young, 0.3
@@ -146,7 +146,7 @@ def test_several_loops_share_friction_and_samples_may_be_followed_only():
     assert "100 samples marked in the record are left out" in both.summary()
 
 
-def test_slip_before_the_record_leaves_waves_that_are_told():
+def test_slip_before_the_record_leaves_waves_that_are_reported():
     record = mdr.read_record(DATA / "joint_record.csv")
     found = mdr.fit(joint(), record.isel(step=slice(150, None)), ["friction.coefficient", "body.young"])
     assert found.waves > 1.0
@@ -185,7 +185,7 @@ def small_loop():
 
 
 @pytest.mark.long
-def test_what_a_loop_cannot_tell():
+def test_unknowns_that_a_loop_does_not_determine_are_refused():
     record = mdr.read_record(DATA / "joint_record.csv")
     with pytest.raises(ProblemError, match=r"tangential stiffness at full stick, .* N/m under 50 N"):
         mdr.fit(joint(), record, ["friction.coefficient", "body.young", "body.poisson"])

@@ -54,7 +54,7 @@ def curve_of(contact, depth, machine=None, noise=0.0, seed=0, base=0.0, place=0.
     st.none() | st.floats(-1.0, 1.5),
     st.floats(-1.0, 1.0),
 )
-def test_moduli_of_any_size_are_found_again(tip, log_size, log_young, log_start, log_machine, offset):
+def test_moduli_of_any_size_are_recovered(tip, log_size, log_young, log_start, log_machine, offset):
     size, young = 10.0**log_size, 10.0**log_young
     depth = 0.1 * size
     contact = contact_of(tip, young, size=size)
@@ -75,7 +75,7 @@ def test_moduli_of_any_size_are_found_again(tip, log_size, log_young, log_start,
     st.floats(-2.0, 2.0),
     st.none() | st.floats(-0.5, 1.5),
 )
-def test_work_and_modulus_are_found_again(tip, log_young, log_work, log_start, log_machine):
+def test_work_and_modulus_are_recovered(tip, log_young, log_work, log_start, log_machine):
     size, young = 5e-6, 10.0**log_young
     depth, work = 0.1 * size, young * 0.1 * size * 10.0**log_work
     contact = contact_of(tip, young, work)
@@ -530,7 +530,7 @@ def test_halves_of_a_measured_record_agree(name, law):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_refusals_are_told_from_other_processes_and_from_a_store(workers, tmp_path):
+def test_refusals_are_reported_from_other_processes_and_from_a_store(workers, tmp_path):
     body = mdr.Viscoelastic(mdr.StandardSolid(1e3, 2e3, 0.5), poisson=0.5)
     contact = mdr.Contact(mdr.Paraboloid("5 um"), body)
     name = next(p.name for p in mdr.parameters_of(contact) if p.unit == "Pa")
@@ -541,7 +541,7 @@ def test_refusals_are_told_from_other_processes_and_from_a_store(workers, tmp_pa
         assert "needs the times of the samples" in found.notes[0]
 
 
-def test_a_pull_without_adhesion_is_told():
+def test_a_pull_without_adhesion_is_reported():
     sticky = curve_of(contact_of("paraboloid", 3e3, 2e-4), 1e-6, None, 0.01)
     plain = curve_of(contact_of("paraboloid", 3e3), 1e-6, None, 0.01)
     assert "the record pulls" in " ".join(
@@ -550,7 +550,7 @@ def test_a_pull_without_adhesion_is_told():
     assert mdr.fit(contact_of("paraboloid", 1e4), plain, ["body.young"]).notes == ()
 
 
-def test_waves_are_told_for_every_curve():
+def test_waves_are_reported_for_every_curve():
     paraboloid, cone = contact_of("paraboloid", 3e3), contact_of("cone", 3e3)
     curves = [
         curve_of(one, 1e-6, noise=0.003, seed=i) for i, one in enumerate((paraboloid, cone, paraboloid))
@@ -600,7 +600,7 @@ def test_every_curve_says_how_far_it_is_from_the_limits():
     assert few["of_limit"].values == pytest.approx(of_limit[:20], rel=0.03, nan_ok=True)
 
 
-def test_a_store_that_was_begun_only_is_made_anew(gel, tmp_path, monkeypatch):
+def test_an_unfinished_store_is_made_anew(gel, tmp_path, monkeypatch):
     from pymdr.solving.fits.storing import Kept
 
     curves, _ = gel
@@ -630,7 +630,7 @@ def test_what_no_file_holds_is_not_kept_in_a_folder(tmp_path):
     assert mdr.fit_map(contact, curves, ["body.young"]).counts == {"fitted": 1}
 
 
-def test_maps_of_bodies_with_memory_tell_of_every_curve():
+def test_maps_of_bodies_with_memory_report_every_curve():
     body = mdr.Viscoelastic(mdr.StandardSolid(1e3, 2e3, 0.5), poisson=0.5)
     time = np.linspace(0.0, 2.0, 40)
     depth = 1e-6 * (1.0 - np.abs(time - 1.0))
@@ -656,7 +656,7 @@ def test_maps_of_bodies_with_memory_tell_of_every_curve():
     assert found.counts == {"fitted": 3}
 
 
-def test_a_map_tells_what_a_soft_machine_does_not():
+def test_a_map_determines_what_a_soft_machine_does_not():
     sticky = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("0.2 mJ/m^2"))
     way = np.concatenate([np.linspace(-2e-6, 2e-6, 150), np.linspace(2e-6, -3e-6, 190)])
     start = mdr.Contact(sticky.profile, mdr.Elastic(1e5, 0.5), adhesion=mdr.JKR(1e-3))
@@ -677,7 +677,7 @@ def test_a_map_tells_what_a_soft_machine_does_not():
     assert sum(count for name, count in refused.items() if "does not determine" in name) > 2
 
 
-def test_a_map_tells_of_detectors_that_ran_out_of_range():
+def test_a_map_reports_saturated_detectors():
     curves = [curve_of(contact_of("paraboloid", young), 1e-6, None, 0.003) for young in (2e3, 3e3, 4e3)]
     limit = 0.7 * float(curves[1].force.max())
     data = mdr.stack_curves(curves).assign_coords(curve=np.arange(3))
@@ -703,7 +703,7 @@ def test_a_map_feels_no_friction():
         mdr.fit_map(contact, [curve_of(contact_of("paraboloid", 1e3), 1e-6)], ["body.young"])
 
 
-def test_a_pull_of_a_few_samples_is_found_with_honest_errors():
+def test_a_pull_of_a_few_samples_is_recovered_with_honest_errors():
     sticky = mdr.Contact(
         mdr.PowerLaw(3.3, "1 um", "5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.JKR("30 uJ/m^2")
     )
@@ -726,7 +726,7 @@ def test_a_pull_of_a_few_samples_is_found_with_honest_errors():
 
 @settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-3.0, -0.5), st.integers(300, 9000), st.booleans(), st.booleans())
-def test_a_contact_that_is_a_small_part_of_its_record_is_found(log_share, samples, knows_point, sticks):
+def test_a_contact_that_is_a_small_part_of_its_record_is_located(log_share, samples, knows_point, sticks):
     share = max(10.0**log_share, 24.0 / samples)
     contact = contact_of("paraboloid", 3e3, 1e-6 if sticks else None)
     way = 1e-6 * np.linspace(1.0 - 1.0 / share, 1.0, samples)
@@ -762,7 +762,7 @@ def test_maugis_dugdale_of_a_known_range_is_a_family():
 
 @pytest.mark.parametrize("work", [None, 2e-5])
 @pytest.mark.parametrize("top", [0.6e-6, 2.2e-6])
-def test_a_record_farther_than_the_profile_is_fitted_up_to_its_end(work, top):
+def test_a_record_beyond_the_profile_is_fitted_up_to_its_end(work, top):
     radii = np.linspace(0.0, 3e-6, 60)
     short = mdr.Sampled(radii, radii**2 / 1e-5)
     adhesion = None if work is None else mdr.JKR(work)
@@ -787,7 +787,7 @@ def test_a_record_farther_than_the_profile_is_fitted_up_to_its_end(work, top):
 
 
 @pytest.mark.parametrize("work", [None, 2e-4])
-def test_a_tilt_of_the_baseline_is_found_with_the_moduli(work):
+def test_a_tilt_of_the_baseline_is_recovered_with_the_moduli(work):
     clean = curve_of(contact_of("paraboloid", 3e3, work), 1.5e-6, 0.05)
     tilt = 0.3 * np.ptp(clean.force) / np.ptp(clean.position)
     middle = 0.5 * (clean.position.min() + clean.position.max())

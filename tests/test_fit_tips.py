@@ -41,7 +41,7 @@ TIPS = {
 
 
 @pytest.mark.parametrize("name", TIPS)
-def test_the_modulus_of_a_tip_is_found_again(name):
+def test_the_modulus_of_a_tip_is_recovered(name):
     tip = TIPS[name]
     found = mdr.fit(start(tip), recorded(tip), ["body.young"])["body.young"]
     assert found.value == pytest.approx(3e3, rel=1e-6)

@@ -52,7 +52,7 @@ def recorded(contact, way, machine=None, noise=0.0, seed=0, force=0.0, place=0.0
     st.none() | st.floats(-1.0, 1.5),
     st.floats(-1.0, 1.0),
 )
-def test_moduli_of_any_size_are_found_again(shape, log_size, log_young, log_start, log_machine, offset):
+def test_moduli_of_any_size_are_recovered(shape, log_size, log_young, log_start, log_machine, offset):
     size, young = 10.0**log_size, 10.0**log_young
     contact = mdr.Contact(SHAPES[shape](size), mdr.Elastic(young, 0.4))
     depth = 0.1 * size
@@ -115,7 +115,7 @@ def test_intervals_hold_what_they_say():
     assert 181 <= hits <= 199
 
 
-def test_what_hangs_together_tells_less():
+def test_correlated_noise_widens_intervals():
     depth = np.linspace(-1.0, 1.0, 400)
     contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5))
     force = mdr.solve(contact, mdr.Path(indentation=depth))["normal_force"].values
@@ -236,7 +236,7 @@ def test_bodies_with_memory():
 
 @pytest.mark.parametrize("log_modulus", [-1.5, 0.0, 1.5])
 @pytest.mark.parametrize("log_viscosity", [-1.5, 0.0, 1.5])
-def test_dashpots_are_found_from_any_start(log_modulus, log_viscosity):
+def test_dashpots_are_recovered_from_any_start(log_modulus, log_viscosity):
     def damped(modulus, viscosity):
         shear = mdr.KelvinVoigt(modulus, viscosity)
         return mdr.Contact(mdr.Paraboloid("5 um"), mdr.Viscoelastic(shear, poisson=0.5))
@@ -254,7 +254,7 @@ def test_dashpots_are_found_from_any_start(log_modulus, log_viscosity):
 
 
 @pytest.mark.parametrize("machine", [None, 0.05])
-def test_memory_is_found_by_tables_as_by_springs(machine, monkeypatch):
+def test_tables_recover_memory_as_springs_do(machine, monkeypatch):
     contact = mdr.Contact(
         mdr.Paraboloid("5 um"), mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "0.5 s"), poisson=0.5)
     )
@@ -273,7 +273,7 @@ def test_memory_is_found_by_tables_as_by_springs(machine, monkeypatch):
         assert quick.values[name].error == pytest.approx(one.error, rel=0.01)
 
 
-def test_a_record_without_memory_tells_what_it_determines():
+def test_a_record_without_memory_names_what_it_determines():
     body = mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "0.5 s"), poisson=0.5)
     time = np.linspace(0.0, 2.0, 80)
     depth = np.interp(time, [0.0, 1.0, 2.0], [-0.5e-6, 1e-6, -0.5e-6])
@@ -339,7 +339,7 @@ def test_a_layer_of_another_size_is_refused_in_words(monkeypatch):
         mdr.fit(on("20 um", "10 kPa"), curve, free)
 
 
-def test_what_a_curve_cannot_tell():
+def test_unknowns_that_a_curve_does_not_determine_are_refused():
     curve = recorded(JKR, np.linspace(1.5e-6, -2e-6, 300), None, 0.005, 1)
     with pytest.raises(
         ProblemError, match=r"determines .*young x profile.radius\^0.5 = 6\.\d+ \(in Pa and m\)"
@@ -370,7 +370,7 @@ def test_what_is_no_question(free, options, kind, words):
         mdr.fit(JKR, curve, free, **options)
 
 
-def test_contacts_that_no_normal_force_tells():
+def test_contacts_that_normal_forces_do_not_determine_are_refused():
     curve = recorded(JKR, np.linspace(1e-6, -1e-6, 50))
     rubbed = mdr.Contact(JKR.profile, JKR.body, friction=mdr.Coulomb(0.3))
     with pytest.raises(ProblemError, match="the contact has friction"):
@@ -437,7 +437,7 @@ def test_records_without_contact_are_refused():
             mdr.fit(sticky, mdr.MeasuredCurve(force=flat, indentation=place), ["body.young"])
 
 
-def test_an_unknown_at_its_bound_is_told(tmp_path):
+def test_an_unknown_at_its_bound_is_reported(tmp_path):
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
     curve = recorded(contact, np.linspace(-1e-6, 1e-6, 200), None, 0.01)
     found = mdr.fit(contact, curve, {"body.young": ["10 kPa", "20 kPa"]})
@@ -462,7 +462,7 @@ def test_an_unknown_at_its_bound_is_told(tmp_path):
     size=st.floats(-9.0, -2.0),
     seed=st.integers(0, 2**32 - 1),
 )
-def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
+def test_a_saturated_detector_is_reported(share, noise, size, seed):
     radius = 10.0**size
     depth = 0.1 * radius * np.linspace(-0.5, 1.0, 400)
     force = 16e3 / 9 * math.sqrt(radius) * np.maximum(depth, 0.0) ** 1.5
@@ -489,7 +489,7 @@ def test_a_detector_that_ran_out_of_range_is_told(share, noise, size, seed):
         (mdr.MaugisDugdale("1 mJ/m^2", range="100 nm"), ""),
     ],
 )
-def test_the_range_of_a_law_of_adhesion_is_told(law, words):
+def test_the_range_of_a_law_of_adhesion_is_reported(law, words):
     start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion=law)
     true = mdr.with_parameters(start, {"body.young": "3 kPa", "adhesion.work": "0.2 mJ/m^2"})
     curve = recorded(true, np.linspace(1.0e-6, -2e-6, 300), None, 0.005, 1)

@@ -235,7 +235,7 @@ class Counted:
 @pytest.mark.parametrize(
     "radius", [np.sqrt, lambda d: np.sqrt(d * (2.0 - d)), lambda d: np.sqrt(d) + d, lambda d: 0.2 + d]
 )
-def test_smooth_profiles_ask_for_few_radii(radius):
+def test_smooth_profiles_need_few_radii(radius):
     counted = Counted(radius)
     curves = tabulated_curves(counted, 0.9, 1.0)
     assert counted.count < 15_000
@@ -297,7 +297,7 @@ def test_noise_is_kept_and_reported():
     np.testing.assert_allclose(evaluate(curves, d)[1], 4.0 / 3.0 * d**1.5, rtol=1e-10)
 
 
-def test_kinks_without_marks_are_found():
+def test_kinks_without_marks_are_located():
     curves = tabulated_curves(lambda d: np.where(d < 0.3, np.sqrt(d), 0.3**0.5 + 0.2 * (d - 0.3)), 1.0, 1.0)
     d = np.concatenate([0.3 * (1.0 + np.array([-1e-3, -1e-9, 1e-9, 1e-3])), [0.1, 0.9]])
     np.testing.assert_allclose(

@@ -92,7 +92,7 @@ def test_pull_off_after_a_deep_press_is_that_of_the_receding_work(body, k):
     )
 
 
-def test_a_light_press_is_lost_where_the_edge_first_recedes():
+def test_a_light_press_is_forgotten_where_the_edge_first_recedes():
     receding, advancing = 1.0, 0.1
     a0 = brentq(lambda a: 4.0 * a**3 / 3.0 - 2.0 * a * opening(a, advancing), 0.1, 5.0)
     force = 4.0 * a0**3 / 3.0 - 2.0 * a0 * opening(a0, receding)

@@ -58,7 +58,7 @@ def drifting(rate, noise=0.0, seed=1):
 
 
 @pytest.mark.parametrize("rate", [-0.3e-9, 0.0, 0.1e-9, 2e-9])
-def test_the_drift_of_a_hold_is_found_and_taken_off(rate):
+def test_the_drift_of_a_hold_is_measured_and_subtracted(rate):
     study = mdr.thermal_drift(drifting(rate))
     assert float(study["rate"][0]) == pytest.approx(rate, rel=1e-9, abs=1e-20)
     noisy = [drifting(rate, 0.2e-9, seed) for seed in range(20)]
@@ -75,7 +75,7 @@ def jumping(jump, noise, seed):
     )
 
 
-def test_pop_ins_are_found_and_noise_makes_none():
+def test_pop_ins_are_detected_and_noise_makes_none():
     study = mdr.first_pop_in([jumping(8e-9, 0.05e-9, seed) for seed in range(10)])
     np.testing.assert_allclose(study["pop_in_force"].values, 0.4e-3, rtol=0.02)
     np.testing.assert_allclose(study["pop_in_jump"].values, 8e-9, rtol=0.05)

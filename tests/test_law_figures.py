@@ -124,7 +124,7 @@ def test_jumps_are_drawn_where_they_happen(law, stiffness, steps):
         (mdr.indent("1 um", steps=5) >> mdr.load("-0.2 uN", steps=5) >> mdr.indent("-4 um", steps=5), None),
     ],
 )
-def test_what_is_shaded_is_the_energy_lost(law, path, stiffness):
+def test_the_shaded_area_is_the_dissipated_energy(law, path, stiffness):
     result = mdr.solve(mdr.Contact(TIP, GEL, adhesion=law), path, machine_stiffness=stiffness)
     dissipated = np.nansum(result["jump_dissipation"].values)
     assert dissipated > 0
@@ -247,7 +247,7 @@ def test_saved_results_draw_the_same():
 
 
 @pytest.mark.parametrize("profile", [TIP, mdr.Cone(slope=0.349)])
-def test_laws_are_held_against_each_other(profile):
+def test_laws_are_compared(profile):
     regime = mdr.adhesion_regime(mdr.Contact(profile, GEL, adhesion=LAWS[0]), range="200 nm")
     left, right = regime.plot().axes
     assert labels(regime.plot())[1][1].startswith("pressure $p$ (")

@@ -635,7 +635,7 @@ def test_a_law_is_what_its_row_says(data):
         (Pull("1 mJ/m^2", "1 um"), mdr.DMT("1 mJ/m^2", "1 um")),
     ],
 )
-def test_a_fit_asks_the_row_of_a_law(own, known, monkeypatch):
+def test_a_fit_reads_the_row_of_a_law(own, known, monkeypatch):
     gel, tip = mdr.Elastic("3 kPa", 0.5), mdr.Paraboloid("5 um")
     record = mdr.solve(
         mdr.Contact(tip, gel, adhesion=known), mdr.Path(indentation=np.linspace(1e-6, -5e-7, 60))

@@ -326,7 +326,7 @@ def test_tables_err_as_they_say(body, profile, log_radii):
 
 
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda profile: type(profile).__name__)
-def test_radii_are_found_again(profile):
+def test_radii_are_recovered(profile):
     line = line_of(profile, film(0.45))
     b = max(line.breakpoints, default=0.0)
     a = np.sort(
@@ -589,7 +589,7 @@ def test_whether_a_layer_lifts_does_not_depend_on_units(metre, pascal):
 
 
 @pytest.mark.parametrize("load", [1.0, 3e4])
-def test_the_lift_of_a_layer_is_found_next_to_wide_contacts(load):
+def test_the_lift_of_a_layer_is_detected_next_to_wide_contacts(load):
     """By the inverse Hankel transform at many radii around the edge, of springs of the line."""
     contact = mdr.Contact(mdr.Sphere(1e4), film(0.3, bond="frictionless"))
     result = mdr.solve(contact, mdr.load(load))

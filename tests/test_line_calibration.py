@@ -88,7 +88,7 @@ def test_two_surfaces_and_one_exponent(tmp_path):
 
 
 @pytest.mark.parametrize("coefficient", [1.5, math.pi, 6.0])
-def test_a_known_lambda_is_found_again(coefficient, monkeypatch):
+def test_a_known_lambda_is_recovered(coefficient, monkeypatch):
     surface = square(0.5)
 
     class Pressed(dict):

@@ -63,7 +63,7 @@ def test_a_trend_is_gone_and_nothing_else(coefficients, nx, ny, log_size, log_of
         assert again == pytest.approx(bare, abs=1e-12 * size, nan_ok=True)
 
 
-def test_a_trend_is_told():
+def test_a_trend_is_reported():
     x, y = coordinates(20, 30, 1e-6)
     ball = mdr.Topography(0.01 * x - (x**2 + y**2) / 4e-3, ["20 um", "30 um"]).detrend("sphere")
     assert "a cap of radius 2 mm" in ball.steps[0]

@@ -171,7 +171,7 @@ def test_folders_of_another_version_are_refused(tmp_path, monkeypatch):
 @example(0)
 @example(97)
 @example(178)
-def test_no_fit_lies_farther_from_the_record_than_what_made_it(seed):
+def test_no_fit_deviates_more_from_the_record_than_the_true_parameters(seed):
     rng = np.random.default_rng(seed)
     young, n, tilt = 10.0 ** rng.uniform(2, 6), int(rng.integers(30, 120)), bool(rng.random() < 0.4)
     way = np.linspace(-rng.choice([0.0, 0.5]) * 1e-6, 1e-6, n)
@@ -191,7 +191,7 @@ def test_no_fit_lies_farther_from_the_record_than_what_made_it(seed):
     assert (found.data["residual"].values ** 2).sum() < (1.0 + 1e-6) * (noise**2).sum()
 
 
-def test_origins_that_a_record_cannot_tell_apart_have_errors_without_end():
+def test_origins_that_a_record_does_not_distinguish_have_infinite_errors():
     punch = mdr.Contact(mdr.FlatPunch("1 um"), mdr.Elastic("1 MPa", POISSON))
     depth = np.linspace(1e-7, 1e-6, 100)
     force = 3.0 * depth + 1e-8 * np.random.default_rng(1).normal(size=100)
@@ -205,7 +205,7 @@ def test_origins_that_a_record_cannot_tell_apart_have_errors_without_end():
 
 @settings(max_examples=examples(40), deadline=None)
 @given(st.floats(-1e3, 1e3), st.floats(-20.0, -1.0))
-def test_an_interval_shows_its_ends_apart(value, log_width):
+def test_an_interval_shows_distinct_ends(value, log_width):
     width = max(abs(value) * 10.0**log_width, 1e-12 * abs(value))
     shown = str(Fitted("contact_point", value, width / 4.0, value - width / 2.0, value + width / 2.0, "m"))
     low, high = shown.partition("95 % between ")[2].split(" and ")
@@ -214,7 +214,7 @@ def test_an_interval_shows_its_ends_apart(value, log_width):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(st.sets(st.integers(0, 79), max_size=30), st.sampled_from(["nan", "", "inf", " NaN "]))
-def test_samples_of_a_table_that_are_no_numbers_are_left_out_where_that_is_asked(missing, word):
+def test_samples_of_a_table_that_are_no_numbers_are_omitted_on_request(missing, word):
     rows = [f"{1e6 * z},{word if i in missing else i}" for i, z in enumerate(WAY)]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "curve.csv"
@@ -229,7 +229,7 @@ def test_samples_of_a_table_that_are_no_numbers_are_left_out_where_that_is_asked
     assert [step.name for step in found.steps] == (["missing"] if missing else [])
 
 
-def test_a_missing_column_is_asked_for_in_its_own_unit(tmp_path):
+def test_a_missing_column_is_named_in_its_own_unit(tmp_path):
     (tmp_path / "curve.csv").write_text("indentation [um],foo [nN]\n1,2\n")
     with pytest.raises(CaseError, match=r"'load \[N\]'"):
         read_curve(tmp_path / "curve.csv")
@@ -344,7 +344,7 @@ def test_options_without_a_meaning_are_refused(arguments, words, tmp_path, shell
 
 @settings(max_examples=examples(15), deadline=None)
 @given(st.floats(-9.0, 0.0), st.floats(0.0, 9.0), st.floats(0.3, 0.8))
-def test_a_spring_that_bends_farther_than_it_travels_is_named(decades, stiff, share):
+def test_a_spring_that_deflects_more_than_it_travels_is_named(decades, stiff, share):
     size, young = 10.0**decades, 10.0**stiff
     depth = size * np.linspace(-0.1, 0.1, 80)
     force = 16.0 / 9.0 * young * np.sqrt(size) * np.maximum(depth, 0.0) ** 1.5

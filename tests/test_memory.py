@@ -249,7 +249,7 @@ def test_the_few_rows_of_a_machine_bear_what_many_do(shape, rows, drag, log_time
     assert found == pytest.approx(many, rel=0.0, abs=(1e-6 if drag == 0.0 else 3e-3) * many.max())
 
 
-def test_a_travel_that_is_held_may_rise_again():
+def test_a_constant_travel_may_rise_again():
     _, table = TABLES[Paraboloid(1.0)]
     body = Relaxation(1.0, np.array([2.0]), np.array([0.01]))
     time = np.arange(60.0)

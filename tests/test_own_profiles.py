@@ -117,7 +117,7 @@ def test_what_cannot_be_registered(kinds, kind, cls, words):
     assert before == PROFILES
 
 
-def test_files_of_a_profile_that_nobody_registered(kinds, tmp_path):
+def test_files_of_an_unregistered_profile(kinds, tmp_path):
     cls = own_profile(radius=SIField("m"))
     equivalent_profile.register(cls, lambda profile: equivalent_profile(mdr.Paraboloid(profile.radius)))
     result = mdr.solve(mdr.Contact(cls(1.0) + mdr.Cone(0.1), STEEL), mdr.indent(1e-6))

@@ -621,7 +621,7 @@ def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offse
 @given(SIZES, st.floats(0.0, 1.0), st.floats(0.3, 5.0), st.floats(-6.0, 0.0))
 @example(3.3997874937862134e-08, 0.0, 3.5, -4.0)
 @example(1.0, 0.0, 1.0, -2.0)
-def test_maps_that_begin_at_a_kink_nobody_named(b, shift, last, slope):
+def test_maps_that_begin_at_an_unnamed_kink(b, shift, last, slope):
     """f' = s r / b up to b, s b / r beyond: s(x) by Gauss and Legendre over g = s b y^2 / (1 + w) + s b arcosh y."""
     b, s = b * 2.0**shift, 10.0**slope
     x = b * 10.0**last
@@ -740,7 +740,7 @@ def test_the_inverse_next_to_where_a_panel_begins_is_met(kind, k, b, R, decades,
 @settings(max_examples=examples(20), deadline=None)
 @given(SIZES, st.floats(-6.0, 0.0), st.sampled_from([1.0, 1.5, 2.0, 3.0]))
 @example(1.0, 0.0, 2.0)
-def test_a_slope_is_a_number_at_the_edge_of_a_flat_end_that_is_drowned(b, drowned, n):
+def test_a_slope_is_a_number_at_the_edge_of_a_flat_end_below_rounding(b, drowned, n):
     """f = c + b ((r - b)_+ / b)^n, lost in c near b: what is left of the rounding there has an infinite power or none."""
     c = b * 10.0**drowned
     line = equivalent_profile(mdr.Function(lambda r: c + b * (np.maximum(r - b, 0.0) / b) ** n, [b]))

@@ -223,7 +223,7 @@ def test_coupling_is_that_of_the_times_of_the_path():
         assert largest_coupling(body(power), mdr.Rigid(), span) == pytest.approx(expected, rel=1e-6)
 
 
-def test_springs_that_are_touched_take_no_energy_that_nobody_gave():
+def test_touching_springs_take_no_energy_that_was_not_supplied():
     # branches relax in 1e-30 s and are 1e28 times as stiff: touched by a rounding too late, they took up to 1 % of the work
     rng = np.random.default_rng(20)
     for shape in (mdr.Paraboloid(1.0), mdr.TruncatedSphere(1.0, 0.1), mdr.Cone(slope=0.1)) * 4:

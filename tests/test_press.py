@@ -415,7 +415,7 @@ class Punch:
         return Pressing(np.maximum(overlap, 0.0), np.maximum(-overlap, 0.0), indentation, 1)
 
 
-def test_engines_are_found_by_entry_point(monkeypatch):
+def test_engines_are_discovered_by_entry_point(monkeypatch):
     class Point:
         name = "springs"
 

@@ -493,7 +493,7 @@ def unnamed():
         ),
     ],
 )
-def test_what_was_found_of_callables_is_pickled_with_polynomials(ask):
+def test_features_of_callables_are_pickled_with_polynomials(ask):
     found = ask(unnamed())
     again = pickle.loads(pickle.dumps(found))
     assert again.data.identical(found.data)

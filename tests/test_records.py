@@ -303,7 +303,7 @@ def test_loops_of_a_result_are_those_of_the_theory(amplitude):
     st.lists(st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=40, unique=True),
     st.floats(0.05, 1.5),
 )
-def test_turning_points_are_found_one_value_after_the_other(values, least):
+def test_turning_points_are_detected_one_value_after_the_other(values, least):
     """The same as a loop over all values that remembers the extreme since the last turn."""
     found, rising = [], 0
     low = high = 0

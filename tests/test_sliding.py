@@ -212,7 +212,7 @@ def test_lengths_have_no_scale(scale):
     np.testing.assert_allclose(small.tangential_force / scale**2, large.tangential_force, rtol=1e-5)
 
 
-def test_punch_cone_and_lost_contact():
+def test_punch_cone_and_loss_of_contact():
     body = Elastic(1.0, 0.0)
     punch = solve_sliding(FlatPunch(0.1), body, Rigid(), MU, [DEPTH], [0.0])
     assert punch.normal_force[0] == pytest.approx(2 * 0.1 * DEPTH, rel=1e-2)  # measured 7.4e-3

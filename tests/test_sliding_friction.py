@@ -489,7 +489,7 @@ def test_a_power_of_time_is_not_used_beyond_the_decades_of_its_series():
         mdr.sliding_friction(mdr.Contact(BALL.profile, body), [1e-6, 1e6], indentation="0.1 mm")
 
 
-def test_numbers_that_are_lost_in_rounding():
+def test_numbers_below_rounding():
     for speed in (1e-40, 1e40):
         with pytest.raises(mdr.ConvergenceError, match="slow_limit or fast_limit"):
             mdr.sliding_friction(BALL, speed, normal_force="1 N")

@@ -188,7 +188,7 @@ def test_callables_that_are_no_profile(profile, error, words):
         mdr.solve(mdr.Contact(profile, UNIT), mdr.indent(0.7, steps=2))["contact_radius"]
 
 
-def test_a_kink_that_is_not_named_is_found():
+def test_an_unnamed_kink_is_located():
     hidden = mdr.Function(derivative=lambda r: np.where(r > 0.3, 1.0, 0.1))
     named = mdr.Function(derivative=hidden.derivative, breakpoints=[0.3])
     x = np.array([0.29, 0.3, 0.301, 0.5])

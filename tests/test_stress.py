@@ -64,7 +64,7 @@ def test_hertz_on_the_axis(a):
 
 @settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-18.0, 0.0), st.floats(-18.0, -3.0))
-def test_beside_the_axis_the_stress_is_that_on_it(depth, share):
+def test_next_to_the_axis_the_stress_is_that_on_it(depth, share):
     z = 10.0**depth
     for load in (load_of(HERTZ), load_of(mdr.Cone(slope=1.0)), load_of(HERTZ, zone=1.25, strength=0.4)):
         off_axis, on_axis = tensor(load, z * 10.0**share, z), tensor(load, 0.0, z)

@@ -31,7 +31,7 @@ def test_both_agree_along_loops_of_any_profile(profile, deep):
     assert np.nanmax(np.abs(found.data["elastic_energy_difference"])) < 1e-4
 
 
-def test_a_machine_may_pull_and_what_is_found_is_drawn(tmp_path):
+def test_a_machine_may_pull_and_the_result_is_drawn(tmp_path):
     contact = mdr.Contact(mdr.Sphere("50 um"), GEL, adhesion=GLUE)
     path = mdr.travel("2 um", steps=4) >> mdr.travel("-2 um", steps=4)
     reports = []

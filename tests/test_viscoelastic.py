@@ -316,7 +316,7 @@ def test_where_a_path_ends_does_not_matter_to_how_it_begins(decades, time):
 
 @settings(max_examples=examples(30), deadline=None)
 @given(size=st.floats(-320.0, 3.0), steep=st.floats(0.0, 1e3), unit=st.floats(-9.0, 3.0))
-def test_what_has_crept_back_all_but_wholly_has_displacements(size, steep, unit):
+def test_an_almost_recovered_body_has_displacements(size, steep, unit):
     x = np.linspace(0.005, 0.995, 100)
     r = np.array([0.0, 0.3, 0.9, 1.2, 5.0])
     left = np.exp(-steep * x)
@@ -368,7 +368,7 @@ def test_contacts_of_all_sizes_in_one_history_are_disks(shape, legs):
     assert (claim.error[growing] < 0.02).all()
 
 
-def test_nothing_is_claimed_from_where_something_is_found():
+def test_nothing_is_claimed_after_a_finding():
     rows, size = np.array([2, 5, 8, 11]), 12
     none, all_rows = np.full(4, -1.0), np.ones(size, dtype=bool)
     errors = dict.fromkeys(("pressure",), np.array([1e-6, 1e-3, 1e-6, 1e-6]))

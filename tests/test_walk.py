@@ -338,7 +338,7 @@ def test_refusals_name_their_leg(law, what, before, after):
     assert len(re.findall(r"\bleg \d", text)) == ("leg" in words)
 
 
-def test_a_lost_body_has_no_position():
+def test_a_body_out_of_contact_has_no_position():
     path = mdr.indent(0.01) >> mdr.load(-1e9) >> mdr.indent(0.0)
     with pytest.raises(mdr.PathError, match=r"^leg 3: the contact was lost under a prescribed force"):
         solved("adhesive", path)

@@ -97,7 +97,7 @@ def baseline_of(curve: MeasuredSamples) -> Baseline:
     count = int(np.argmax(branch.position > end)) if np.any(branch.position > end) else branch.position.size
     if count < _LEAST:
         raise ProblemError(
-            f"{count} samples are before the contact (limit {_LEAST}), too few for a baseline; begin farther "
+            f"{count} samples are before the contact (limit {_LEAST}), too few for a baseline; begin at a larger distance "
             "from the contact, or give the baseline as a force"
         )
     return _line(branch.position[:count], branch.force[:count])
@@ -117,7 +117,7 @@ def check_contact(branch: Branch, rise: float, noise: float, evidence: float) ->
         raise ProblemError(
             f"the curve shows no contact: over {written(float(np.ptp(branch.position)), 'm')} its force rises from a straight line by "
             f"{written(rise, 'N')} with a noise of {written(noise, 'N')} (limit {_SEEN:g} times the noise); press "
-            "deeper, begin farther away, or check the signs with curve.orient()"
+            "deeper, begin at a larger distance, or check the signs with curve.orient()"
         )
 
 

@@ -237,8 +237,8 @@ def _deviation(rise: Branch, smooth: FloatArray, least: float) -> Estimate:
     if not below.size or below[-1] >= smooth.size - 3:
         where = "always above" if not below.size else "never above"
         raise ProblemError(
-            f"no contact point: the force is {where} the threshold of {written(least, 'N')} that the noise of the baseline sets; begin farther "
-            "away or press deeper, or give the baseline as a force"
+            f"no contact point: the force is {where} the threshold of {written(least, 'N')} that the noise of the baseline sets; begin at a larger distance, "
+            "press deeper, or give the baseline as a force"
         )
     last = int(below[-1])
     above = np.flatnonzero(smooth[last:] >= 4.0 * least)

@@ -273,7 +273,7 @@ def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         instead = (
             "fit the contact without adhesion"
             if law == "adhesion"
-            else "move the bodies farther, or add their moduli to free"
+            else "move the bodies over a larger distance, or add their moduli to free"
         )
         raise ProblemError(
             f"fit: the record shows no {effect} of this contact: without it the sum of squares grows by {max(grows, 0.0):.2g} variances of "
