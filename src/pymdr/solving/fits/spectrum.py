@@ -19,7 +19,9 @@ _INNER, _LIKELY, _WHITE = (13, 11), 9.0, 0.5
 """Size of the second grid, logarithm of the likelihood ratio of its ends, and probability of white noise without data."""
 _ADEQUATE = 0.05
 """Probability of white noise from which on the first grid is fine enough: the likelihood is broad there."""
-_BISECTIONS, _NORMAL_95 = 60, 1.959963984540054
+_BISECTIONS, _FRACTIONS = 60, 400
+NORMAL_95 = 1.959963984540054
+"""Half width of a 95 % interval of a normal distribution in standard deviations."""
 
 
 class NoiseSpectra(NamedTuple):
@@ -72,7 +74,12 @@ class NoiseSpectra(NamedTuple):
 
 
 def noise_spectra(
-    residuals: FloatArray, tangents: FloatArray, lengths: Sequence[int] = (), *, keep: bool = False
+    residuals: FloatArray,
+    tangents: FloatArray,
+    lengths: Sequence[int] = (),
+    *,
+    prior: float | None = _WHITE,
+    keep: bool = False,
 ) -> NoiseSpectra:
     """
     Covariance of least squares under noise with a spectrum that the residuals themselves determine.
@@ -85,6 +92,9 @@ def noise_spectra(
         Orthonormal rates of the residuals over combinations of the free numbers; rows of zeros are left out.
     lengths : sequence of int, optional
         Numbers of samples of the curves that a record consists of; one curve by default.
+    prior : float, optional
+        Probability of white noise without data; one half, or that of :func:`white_priors`. With None the records are of one instrument, and the
+        others determine it.
     keep : bool
         Whether all spectra are returned, which :meth:`NoiseSpectra.quantile` needs.
 
@@ -99,7 +109,7 @@ def noise_spectra(
     (Rao and Yip 1990; the process is reflected at its ends), so that the restricted likelihood (Patterson and Thompson 1971;
     Harville 1974) is a sum over frequencies. It is taken over the 100 lowest ones, and the density of the others is that of the
     residuals. The covariance is averaged over s, c and phi with a uniform prior of s, c and the length on logarithmic scales, and
-    one half for white noise.
+    `prior` for white noise.
 
     Examples
     --------
@@ -113,7 +123,37 @@ def noise_spectra(
     >>> spectra.covariance[:, 0, 0].round().tolist()  # of one record each; the noise has 1 and 21
     [1.0, 36.0]
     """
-    return _averaged(bands_of(residuals, tangents, lengths), keep)
+    bands = bands_of(residuals, tangents, lengths)
+    return _averaged(bands, _WHITE if prior is None else prior, keep, pooled=prior is None)
+
+
+def white_priors(white: FloatArray) -> FloatArray:
+    """
+    Prior probabilities of white noise of the records of one instrument, each from all others.
+
+    Parameters
+    ----------
+    white : ndarray, shape (records,)
+        Probabilities by :func:`noise_spectra` with the prior 1/2.
+
+    Returns
+    -------
+    ndarray, shape (records,)
+        The expected fraction of records with white noise, which is uniform on 0 to 1 without data; 1/2 of a single record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> white_priors(np.array([0.8])).round(3).tolist()
+    [0.5]
+    >>> white_priors(np.full(16, 0.8)).round(2).tolist()[0]
+    0.91
+    """
+    fraction = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
+    own = np.log(np.outer(white, fraction) + np.outer(1.0 - white, 1.0 - fraction))
+    others = own.sum(axis=0) - own
+    weights = np.exp(others - others.max(axis=1, keepdims=True))
+    return np.asarray(weights @ fraction / weights.sum(axis=1))
 
 
 class _Grid(NamedTuple):
@@ -159,20 +199,22 @@ class _Mean(NamedTuple):
     slow: FloatArray
     length: FloatArray
     white: FloatArray
+    level: FloatArray
+    """Density of white noise alone in N^2, shape (records, 1)."""
     weights: FloatArray
     spectra: FloatArray
     logarithm: FloatArray
 
 
-def _mean(bands: Bands, grid: _Grid, ends: FloatArray, keep: bool) -> _Mean:
+def _mean(bands: Bands, grid: _Grid, ends: FloatArray, prior: float, keep: bool) -> _Mean:
     """Averages over a grid."""
     none = np.zeros((len(bands.squares), 1))
     alone, level, _ = restricted_likelihood(bands, none, none + 1.0)
     slow, length = np.exp(grid.slow), np.exp(grid.length)
     logarithm, white, density = restricted_likelihood(bands, slow, length)
-    part = grid.cell.prod(axis=0) / np.ptp(ends, axis=1).prod() * (1.0 - _WHITE)
+    part = grid.cell.prod(axis=0) / np.ptp(ends, axis=1).prod() * (1.0 - prior)
     top = np.maximum(logarithm.max(axis=1, keepdims=True), alone)
-    weights = np.concatenate([_WHITE * np.exp(alone - top), part * np.exp(logarithm - top)], axis=1)
+    weights = np.concatenate([prior * np.exp(alone - top), part * np.exp(logarithm - top)], axis=1)
     weights /= weights.sum(axis=1, keepdims=True)
     own = weights[:, 1:]
     mean = (own * white)[:, None, :] @ density
@@ -187,13 +229,24 @@ def _mean(bands: Bands, grid: _Grid, ends: FloatArray, keep: bool) -> _Mean:
         neighbours.sum(axis=1),
         np.exp((own * grid.length).sum(axis=1) / np.maximum(own.sum(axis=1), 1e-300)),
         weights[:, 0],
+        level,
         weights if keep else np.zeros((0, 0)),
         spectra,
         logarithm,
     )
 
 
-def _averaged(bands: Bands, keep: bool) -> NoiseSpectra:
+def _with_priors(mean: _Mean, priors: FloatArray) -> _Mean:
+    """Averages with other prior probabilities of white noise than 1/2."""
+    white = priors * mean.white / (priors * mean.white + (1.0 - priors) * (1.0 - mean.white))
+    part = np.where(mean.white < 1.0, (1.0 - white) / np.maximum(1.0 - mean.white, 1e-300), 0.0)
+    own = mean.density - mean.white[:, None] * mean.level
+    return mean._replace(
+        density=white[:, None] * mean.level + part[:, None] * own, slow=part * mean.slow, white=white
+    )
+
+
+def _averaged(bands: Bands, prior: float, keep: bool, pooled: bool) -> NoiseSpectra:
     """The average over spectra of some records."""
     low, samples = bands.low, float(bands.modes.sum())
     modes = float(bands.modes[:low].sum())
@@ -204,18 +257,20 @@ def _averaged(bands: Bands, keep: bool) -> NoiseSpectra:
     ends = _ends(samples, modes)
     coarse = _grid(ends[:, :1], ends[:, 1:], (_STEPS, _LENGTHS))
     smooth = without_noise(bands)
-    mean = _mean(smooth, coarse, ends, keep)
+    mean = _mean(smooth, coarse, ends, prior, keep)
     narrow = np.flatnonzero(mean.white < _ADEQUATE)
     if narrow.size:
         some = smooth._replace(
             **{name: getattr(smooth, name)[narrow] for name in ("tangents", "mixed", "squares", "rank")}
         )
-        fine = _mean(some, _finer(coarse, mean.logarithm[narrow], ends), ends, keep)
+        fine = _mean(some, _finer(coarse, mean.logarithm[narrow], ends), ends, prior, keep)
         if narrow.size == len(bands.squares):
             mean = fine
         else:
-            for column, other in zip(mean[:4], fine[:4], strict=True):
+            for column, other in zip(mean[:5], fine[:5], strict=True):
                 column[narrow] = other
+    if pooled:
+        mean = _with_priors(mean, white_priors(mean.white))
     density = np.concatenate([mean.density, rest], axis=1)
     spectra = mean.spectra
     if keep:
@@ -262,14 +317,14 @@ def _student(bands: Bands) -> float:
     from scipy.special import stdtrit
 
     freedom = float(bands.modes[: bands.low].sum() - bands.rank[0])
-    return float(stdtrit(max(freedom, 1.0), 0.975)) / _NORMAL_95
+    return float(stdtrit(max(freedom, 1.0), 0.975)) / NORMAL_95
 
 
 def _mixture_quantile(weights: FloatArray, deviations: FloatArray) -> FloatArray:
     """Half widths of 95 % intervals of mixtures of normal distributions, whose deviations are the columns, by bisection."""
     from scipy.special import ndtr
 
-    low, high = np.zeros(deviations.shape[1]), _NORMAL_95 * deviations.max(axis=0)
+    low, high = np.zeros(deviations.shape[1]), NORMAL_95 * deviations.max(axis=0)
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         outside = 2.0 * weights @ ndtr(-middle / deviations)

@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles import AreaFunction
+from pymdr.solving.fits.spectrum import NORMAL_95
 from pymdr.solving.nanoindentation.records import Record
 from pymdr.solving.nanoindentation.unloading import (
     Peak,
@@ -148,7 +149,7 @@ def peak_with_covariance(
     """Values at the peak, and their covariance from the noise of the rows and the uncertainty of a drift."""
     centre = np.append(shape.parameters, rows.peak_force)
     covariance = np.zeros((centre.size, centre.size))
-    covariance[:-1, :-1] = shape.covariance
+    covariance[:-1, :-1] = shape.errors.covariance
     covariance[-1, -1] = rows.peak_error**2
 
     def at(values: FloatArray) -> FloatArray:
@@ -204,7 +205,7 @@ def _with_interval(rows: Unloading, shape: Shape, settings: Settings, who: str) 
 
         slopes = differences(calibrated, np.append(0.0, coefficients), settings.covariance)
         covariance = covariance + slopes @ settings.covariance @ slopes.T
-    half = shape.quantile * np.sqrt(np.diag(covariance))
+    half = NORMAL_95 * np.sqrt(np.diag(covariance))
     ends = (centre - half, centre + half)
     low, high = (
         {name: float(x if name in _LINEAR else np.exp(x)) for name, x in zip(values, end, strict=True)}

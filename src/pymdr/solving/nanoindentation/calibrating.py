@@ -17,6 +17,7 @@ from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.problem.profiles.area import MOST_COEFFICIENTS
+from pymdr.solving.fits.spectrum import NORMAL_95, white_priors
 from pymdr.solving.nanoindentation.analysing import STEP, differences, peak_with_covariance
 from pymdr.solving.nanoindentation.records import Record, Records, records_of
 from pymdr.solving.nanoindentation.unloading import Peak, fit_limits, fitted_power, unloading_of
@@ -30,7 +31,6 @@ _WHO = "calibrate_area"
 DIAMOND = Elastic("1141 GPa", 0.07)
 SILICA = Elastic("72 GPa", 0.17)
 _NANOMETRE = 1e-9
-_NORMAL = 1.959964
 _ROUNDS, _SETTLED = 8, 1e-9
 _SCANNED = np.linspace(-0.5, 0.95, 117)
 _LARGEST_MISFIT, _LEAST_SINGULAR = 3.0, 1e-7
@@ -73,7 +73,7 @@ class AreaCalibration(Study):
         """Ends of the 95 % intervals of the frame compliance in m/N and of the coefficients, shape (1 + n, 2)."""
         assert self.area.coefficients is not None
         centre = np.append(self.frame_compliance, self.area.coefficients)
-        half = _NORMAL * np.sqrt(np.diag(self.covariance))
+        half = NORMAL_95 * np.sqrt(np.diag(self.covariance))
         return np.stack([centre - half, centre + half], axis=1)
 
     def _remarks(self) -> list[str]:
@@ -182,11 +182,12 @@ def calibrate_area(
         )
     limits = fit_limits(fit_range, _WHO)
     check_factors(beta, epsilon, _WHO)
+    priors = _white_priors(listed, given or 0.0, limits)
     modulus = 1.0 / (tip_compliance(reference, _WHO) + tip_compliance(tip, _WHO))
     frame, scale = given or 0.0, 2.0 * beta * modulus / math.sqrt(math.pi)
     for turn in range(_ROUNDS):
         try:
-            peaks = _peaks(listed, frame, epsilon, limits)
+            peaks = _peaks(listed, frame, epsilon, limits, priors)
         except ProblemError as error:
             if turn == 0:
                 raise
@@ -243,11 +244,21 @@ class _Peaks(NamedTuple):
     """Of depth, 1/stiffness, force and epsilon, shape (n, 4, 4)."""
 
 
+def _white_priors(listed: Sequence[Record], frame: float, limits: tuple[float, float]) -> FloatArray:
+    """The prior probability of white noise in each record, which comes from the same instrument as the others."""
+    white = []
+    for i, record in enumerate(listed):
+        who = f"{_WHO}, indent {i + 1}"
+        white.append(fitted_power(unloading_of(record, frame, limits, who), who).errors.white)
+    return white_priors(np.array(white))
+
+
 def _peaks(
     listed: Sequence[Record],
     frame: float,
     epsilon: float | None,
     limits: tuple[float, float],
+    priors: FloatArray,
 ) -> _Peaks:
     """The peaks of all indents whose depths are corrected for a frame."""
 
@@ -255,10 +266,10 @@ def _peaks(
         return np.array([peak.depth, 1.0 / peak.stiffness, peak.force, peak.epsilon])
 
     result = []
-    for i, record in enumerate(listed):
+    for i, (record, prior) in enumerate(zip(listed, priors.tolist(), strict=True)):
         who = f"{_WHO}, indent {i + 1}"
         rows = unloading_of(record, frame, limits, who)
-        result.append(peak_with_covariance(rows, fitted_power(rows, who), epsilon, read))
+        result.append(peak_with_covariance(rows, fitted_power(rows, who, prior), epsilon, read))
     values = np.array([centre for centre, _ in result]).T
     return _Peaks(values[2], values[0], 1.0 / values[1], values[3], np.array([c for _, c in result]))
 
@@ -384,7 +395,7 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
     scatter = math.sqrt(float(np.sum((weight * model.excess(solved, measured)) ** 2)) / freedom)
     # indents that differ by more than their noise, as chance does once in twenty calibrations
     more = freedom * scatter**2 > float(chdtri(freedom, 0.05))
-    widened = scatter * float(stdtrit(freedom, 0.975)) / _NORMAL if more else 1.0
+    widened = scatter * float(stdtrit(freedom, 0.975)) / NORMAL_95 if more else 1.0
     inverse = np.linalg.pinv(jacobian)
     covariance = np.zeros((solved.size, solved.size))
     covariance[free, free] = widened**2 * inverse @ inverse.T
@@ -394,7 +405,9 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
     area = model.area(solved[1:], contact)
     by_coefficient = model.length**2 * (contact / model.length)[:, None] ** model.exponents
     half = (
-        _NORMAL * np.sqrt(np.einsum("ni,ij,nj->n", by_coefficient, covariance[1:, 1:], by_coefficient)) / area
+        NORMAL_95
+        * np.sqrt(np.einsum("ni,ij,nj->n", by_coefficient, covariance[1:, 1:], by_coefficient))
+        / area
     )
     columns = {
         "max_depth": (peaks.depth - change * peaks.force, "m"),

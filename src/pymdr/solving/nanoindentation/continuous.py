@@ -18,7 +18,7 @@ from pymdr.solving.nanoindentation.analysing import Settings, differences, quant
 from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
 from pymdr.solving.nanoindentation.records import Record, Records, records_of
-from pymdr.solving.nanoindentation.unloading import Peak, correlated_rows, noise_of
+from pymdr.solving.nanoindentation.unloading import Peak, errors_of, noise_of
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, written
 
@@ -205,7 +205,7 @@ def _profile(record: Record, settings: Settings, count: int, who: str) -> tuple[
     fits = [_local(columns[:, part]) for part in bins]
     together = np.concatenate([residuals for _, _, residuals in fits], axis=1)
     ones = np.ones((together.shape[1], 1))
-    correlated = np.array([correlated_rows(row, ones, ones.T / ones.size) for row in together])
+    correlated = np.array([errors_of(row, ones).correlated for row in together])
     scale = np.sqrt(np.outer(correlated, correlated))
     points, fault = [], None
     for part, (centre, covariance, _) in zip(bins, fits, strict=True):

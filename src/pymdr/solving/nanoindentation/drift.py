@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.solving.fits.spectrum import NORMAL_95
 from pymdr.solving.nanoindentation.records import CorrectedRecords, Record, Records, records_of
-from pymdr.solving.nanoindentation.unloading import correlated_rows, noise_of
+from pymdr.solving.nanoindentation.unloading import errors_of, noise_of
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
@@ -30,7 +30,6 @@ _LEVELS = (0.02, 0.9)
 _LONGER = 5.0
 """How much longer a hold lasts than the unloading takes for its band of forces."""
 _LARGEST, _STEADY = 0.1, 3.0
-_NORMAL = 1.959964
 _DRAWN = 6
 
 
@@ -243,23 +242,17 @@ def _fitted_hold(record: Record, time: FloatArray, rows: slice, fitted: slice) -
     curved = _least_squares(np.stack([*columns, x * x - 1.0 / 12.0], axis=1), h)
     # the rate at the end less that at the start of h = q x^2 is 2 q per span
     change, change_error = 2.0 * curved[0][-1] / span, 2.0 * math.sqrt(curved[1][-1, -1]) / span
-    rate, half = linear[0][1] / span, linear[2] * math.sqrt(linear[1][1, 1]) / span
-    if abs(change) > curved[2] * change_error:
+    rate, half = linear[0][1] / span, NORMAL_95 * math.sqrt(linear[1][1, 1]) / span
+    if abs(change) > NORMAL_95 * change_error:
         half = math.hypot(half, 0.5 * change)
     start = float(linear[0][0] - 0.5 * linear[0][1])
     return _Hold(rows, fitted, float(rate), float(half), start, float(change), float(change_error))
 
 
-def _least_squares(design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Parameters, their covariance with correlated residuals, and the quantile of 95 % intervals."""
-    inverse = np.asarray(np.linalg.pinv(design), dtype=np.float64)
-    parameters = inverse @ values
-    residuals = values - design @ parameters
-    freedom = max(values.size - design.shape[1], 1)
-    correlated = correlated_rows(residuals, design, inverse)
-    covariance = inverse @ inverse.T * (float(residuals @ residuals) / freedom * correlated)
-    quantile = float(stdtrit(max(values.size / correlated - design.shape[1], 1.0), 0.975))
-    return parameters, covariance, quantile
+def _least_squares(design: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Parameters, and their covariance with correlated residuals."""
+    parameters = np.asarray(np.linalg.lstsq(design, values, rcond=None)[0])
+    return parameters, errors_of(values - design @ parameters, design).covariance
 
 
 def _corrected(record: Record, hold: _Hold) -> Record:
@@ -269,7 +262,7 @@ def _corrected(record: Record, hold: _Hold) -> Record:
     before = np.flatnonzero(record.depth[: peak + 1] <= 0.0)
     elapsed = record.time - record.time[before[-1] if before.size else 0]
     whole = record._replace(
-        depth=record.depth - hold.rate * elapsed, elapsed=elapsed, rate_error=hold.half / _NORMAL
+        depth=record.depth - hold.rate * elapsed, elapsed=elapsed, rate_error=hold.half / NORMAL_95
     )
     return whole.without(slice(hold.rows.start + 1, hold.rows.stop - 1))
 

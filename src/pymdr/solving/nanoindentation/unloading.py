@@ -9,12 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.special import stdtrit
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.equivalent import power_factor
 from pymdr.solving.fits.bands import orthonormal
-from pymdr.solving.fits.spectrum import noise_spectra
+from pymdr.solving.fits.spectrum import NORMAL_95, noise_spectra
 from pymdr.solving.nanoindentation.records import Record
 from pymdr.units import FloatArray, shown
 
@@ -139,6 +138,17 @@ def _peak(force: FloatArray, last: int, largest: float, noise: float) -> tuple[f
     return float(middle.mean()), noise / math.sqrt(middle.size)
 
 
+class Errors(NamedTuple):
+    """Errors of parameters of least squares."""
+
+    covariance: FloatArray
+    """1.96 of its deviations are the half widths of the 95 % intervals."""
+    correlated: float
+    """Number of rows equivalent to one independent row: the largest ratio of the variances of parameters to those under white noise."""
+    white: float
+    """Probability that the noise is white."""
+
+
 class Shape(NamedTuple):
     """
     F = F0 u^m (1 + w (u - 1)) with u = 1 - (h0 - h)/L and L = F0 (m + w)/S: a power law for w = 0.
@@ -148,17 +158,15 @@ class Shape(NamedTuple):
 
     anchor: float
     parameters: FloatArray
-    covariance: FloatArray
+    errors: Errors
     rows: int
-    correlated: float
-    """Number of rows equivalent to one independent row."""
     misfit: float
     """Root mean square of the residuals, in parts of the largest force."""
 
     @property
     def determined(self) -> bool:
         """Whether the exponents and their errors are those of a curve, and not of noise."""
-        deviations = np.sqrt(np.diag(self.covariance))
+        deviations = np.sqrt(np.diag(self.errors.covariance))
         exponents = self.parameters[2:]
         return bool(
             np.isfinite(self.parameters).all()
@@ -168,15 +176,10 @@ class Shape(NamedTuple):
             and deviations[2:].max() < _UNCERTAIN
         )
 
-    @property
-    def quantile(self) -> float:
-        """Quantile of Student's distribution for 95 % intervals."""
-        return float(stdtrit(max(self.rows / self.correlated - self.parameters.size, 1.0), 0.975))
 
-
-def fitted_power(rows: Unloading, who: str) -> Shape:
-    """The power law through the range of the fit."""
-    return _power(rows, rows.fitted, who)
+def fitted_power(rows: Unloading, who: str, prior: float = 0.5) -> Shape:
+    """The power law through the range of the fit; the prior probability of white noise is given."""
+    return _power(rows, rows.fitted, who, prior)
 
 
 def refitted(rows: Unloading, shape: Shape, rate: float) -> FloatArray:
@@ -204,14 +207,14 @@ def fitted_shape(rows: Unloading, who: str) -> Shape:
     return two if two.determined else power
 
 
-def _power(rows: Unloading, stretch: slice, who: str) -> Shape:
+def _power(rows: Unloading, stretch: slice, who: str, prior: float = 0.5) -> Shape:
     z, force = rows.depth[0] - rows.depth[stretch], rows.force[stretch]
     spread = float(np.ptp(z))
     if not spread > 0.0 or not float(np.polyfit(z / spread, force, 1)[0]) < 0.0:
         raise ProblemError(
             f"{who}: the depth does not fall in the unloading; check the order and the signs of the rows"
         )
-    power = _fitted(rows, stretch, _first_guess(z, force, rows.peak_force))
+    power = _fitted(rows, stretch, _first_guess(z, force, rows.peak_force), prior)
     if not power.determined:
         raise ProblemError(
             f"{who}: the unloading does not determine F = B (h - h_f)^m; check the record, its noise and the frame compliance"
@@ -219,7 +222,7 @@ def _power(rows: Unloading, stretch: slice, who: str) -> Shape:
     return power
 
 
-def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
+def _fitted(rows: Unloading, stretch: slice, start: FloatArray, prior: float = 0.5) -> Shape:
     anchor = float(rows.depth[0])
     z, force = anchor - rows.depth[stretch], rows.force[stretch] / rows.peak_force
     unit = np.where(np.arange(start.size) < 2, math.log(rows.peak_force), 0.0)
@@ -230,19 +233,39 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray) -> Shape:
     residuals = np.nan_to_num(forces(p, z) - force)
     n = force.size
     slopes = _slopes(p, z)
-    inverse = np.asarray(np.linalg.pinv(slopes), dtype=np.float64)
-    correlated = correlated_rows(residuals, slopes, inverse)
-    covariance = (inverse * residuals**2) @ inverse.T * (n / (n - p.size) * correlated)
-    return Shape(anchor, p + unit, covariance, n, correlated, float(np.sqrt(np.mean(residuals**2))))
+    errors = errors_of(residuals, slopes, prior)
+    return Shape(anchor, p + unit, errors, n, float(np.sqrt(np.mean(residuals**2))))
 
 
-def correlated_rows(residuals: FloatArray, slopes: FloatArray, inverse: FloatArray) -> float:
-    """Number of rows equivalent to one independent row: the largest ratio of the variances of parameters to those under white noise."""
+def errors_of(residuals: FloatArray, slopes: FloatArray, prior: float = 0.5) -> Errors:
+    """
+    Errors of parameters from the residuals, by the spectrum of their noise.
+
+    With H the covariance by this spectrum, s I that by white noise of equal rows and Q by white noise that differs between rows (White 1980), all
+    of orthonormal combinations of the parameters, the covariance is H^(1/2) Q H^(1/2)/s: that of either effect without the other.
+
+    Parameters
+    ----------
+    residuals : ndarray, shape (n,)
+    slopes : ndarray, shape (n, p)
+        Derivatives of the residuals.
+    prior : float
+        Probability of white noise without data.
+    """
     basis, coefficients = orthonormal(slopes.T[None])
-    own = np.diag(coefficients[0] @ noise_spectra(residuals[None], basis).covariance[0] @ coefficients[0].T)
-    white = (inverse**2).sum(axis=1) * (residuals @ residuals) / max(residuals.size - len(inverse), 1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return float(np.max(own / white, initial=1.0, where=white > 0.0))
+    spectra = noise_spectra(residuals[None], basis, prior=prior, keep=True)
+    rows, own, free = basis[0], spectra.covariance[0], max(residuals.size - slopes.shape[1], 1)
+    white = float(residuals @ residuals) / free
+    if not white > 0.0:
+        return Errors(np.zeros_like(own), 1.0, 1.0)
+    values, vectors = np.linalg.eigh(own / white)
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    coloured = coefficients[0] @ root
+    ratios = (coloured**2).sum(axis=1) / (coefficients[0] ** 2).sum(axis=1)
+    between = (rows * residuals**2) @ rows.T * (residuals.size / free)
+    # the mean over spectra has wider tails than a normal distribution
+    scaled = (spectra.quantile(coefficients[0]) / NORMAL_95)[:, None] * coloured
+    return Errors(scaled @ between @ scaled.T, max(float(ratios.max()), 1.0), float(spectra.white[0]))
 
 
 def _first_guess(z: FloatArray, force: FloatArray, peak: float) -> FloatArray:

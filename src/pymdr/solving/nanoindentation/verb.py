@@ -260,7 +260,7 @@ def _assumptions(indents: Sequence[Indent]) -> tuple[Assumption, ...]:
 
 def _notes(indents: Sequence[Indent]) -> tuple[str, ...]:
     shapes = [result.shape for indent in indents for result in indent.by.values()]
-    largest = max((shape.correlated for shape in shapes if shape.misfit > _MISFIT), default=1.0)
+    largest = max((shape.errors.correlated for shape in shapes if shape.misfit > _MISFIT), default=1.0)
     notes = []
     if largest > _CORRELATED:
         notes.append(

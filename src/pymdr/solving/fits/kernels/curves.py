@@ -234,7 +234,7 @@ def _put_spectral(
             if not good.any():
                 continue
             basis, coefficients = orthonormal(rates[good])
-            spectra = noise_spectra(left[good], basis)
+            spectra = noise_spectra(left[good], basis, prior=None)
             fits.spectral[rows[good]] = coefficients @ spectra.covariance @ np.swapaxes(coefficients, 1, 2)
             if bare is not None:
                 fits.unmodelled[rows[good]] = (
