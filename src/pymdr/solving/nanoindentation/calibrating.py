@@ -175,12 +175,11 @@ def calibrate_area(
     listed = records_of(records, _WHO)
     _check_terms(terms)
     given = None if frame_compliance is None else frame_of(frame_compliance, _WHO)
-    unknowns = terms + (given is None)
+    unknowns, limits = terms + (given is None), fit_limits(fit_range, _WHO)
     if len(listed) <= unknowns:
         raise ProblemError(
             f"{_WHO}: {len(listed)} indents for {unknowns} unknowns; give at least {unknowns + 1}, of several depths, or fewer terms"
         )
-    limits = fit_limits(fit_range, _WHO)
     check_factors(beta, epsilon, _WHO)
     priors = _white_priors(listed, given or 0.0, limits)
     modulus = 1.0 / (tip_compliance(reference, _WHO) + tip_compliance(tip, _WHO))
