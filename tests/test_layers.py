@@ -671,8 +671,6 @@ def test_bodies_that_are_none(arguments, words):
         mdr.Layered(**{"layers": [mdr.Layer(mdr.Elastic(1.0, 0.3), 1.0)], **arguments})
     with pytest.raises(ProblemError, match="isotropic"):
         mdr.Layer(mdr.Rigid(), 1.0)
-    with pytest.raises(ProblemError, match="layers with memory"):
-        mdr.Layer(mdr.Viscoelastic(mdr.StandardSolid(1.0, 3.0, 1.0), 0.5), 1.0)
 
 
 def test_files_know_layers(tmp_path):

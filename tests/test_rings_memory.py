@@ -12,7 +12,7 @@ from scipy.special import dawsn
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
-from pymdr.independent.memory import follow_rings
+from pymdr.independent.memory import Bodies, follow_rings
 from pymdr.independent.rings import Rings, leading_inverses, ring_displacement, solve_indentation
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import creep, follow_springs
@@ -25,7 +25,7 @@ SOLID = mdr.Viscoelastic(mdr.StandardSolid(equilibrium=0.3, modulus=1.0, time=0.
 
 
 def followed(profile, body, t, d, *, by_force=False, n=100, parts=60):
-    leg = follow_rings(profile, body, np.array(t), np.array(d), by_force, None, Rings(n), parts=parts)
+    leg = follow_rings(Bodies(profile), body, np.array(t), np.array(d), by_force, None, Rings(n), parts=parts)
     return {
         name: np.array([0.0 if one is None else getattr(one, name) for one in leg.solutions])
         for name in ("force", "contact_radius", "indentation", "energy")

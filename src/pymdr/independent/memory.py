@@ -1,6 +1,6 @@
 """Axisymmetric viscoelastic contact by boundary elements on rings: no Abel map, no g(x), no springs.
 
-The surface of the half-space obeys u(r, t) = K e with K the displacement by a pressure for E* = 1, and
+The surface obeys u(r, t) = K e with K the displacement by a pressure for E* = 1, and
 p(r, t) = int E*(t - s) de(r, s): every ring has its own spring and Maxwell branches. Within a step e is linear in time, for
 which the branches are exact. A ring without pressure has a known e_0; with e = e_0 + x a step is Signorini's problem
 x >= 0, K x >= d - (f + K e_0): an elastic contact with the residual gap of the history. Errors of forces are of second order
@@ -19,18 +19,19 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.independent.history import gap_of, solve_steps
 from pymdr.independent.rings import (
+    HALF_SPACE,
     Array,
     RingMesh,
     RingProblem,
     Rings,
     RingSolution,
     RingState,
+    Surface,
     Zones,
     active_set,
     edge_fit,
     leading_inverses,
     product,
-    ring_displacement,
 )
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.profiles import Profile, Sampled
@@ -73,6 +74,15 @@ class RingMemory(NamedTuple):
     """Largest force so far in N."""
 
 
+class Bodies(NamedTuple):
+    """A profile pressed on a surface."""
+
+    profile: Profile
+    """The gap f(r)."""
+    surface: Surface = HALF_SPACE
+    """What relaxes: E*(t) times its stiffness for E* = 1."""
+
+
 class MemoryLeg(NamedTuple):
     """The rows of a leg, and its final state."""
 
@@ -84,7 +94,7 @@ class MemoryLeg(NamedTuple):
 
 
 def follow_rings(
-    profile: Profile,
+    bodies: Bodies,
     relaxation: Relaxation,
     time: FloatArray,
     target: FloatArray,
@@ -99,8 +109,8 @@ def follow_rings(
 
     Parameters
     ----------
-    profile : Profile
-        The gap f(r).
+    bodies : Bodies
+        The profile, and the surface on which it is pressed.
     relaxation : Relaxation
         E*(t).
     time : ndarray, shape (m + 1,)
@@ -132,7 +142,7 @@ def follow_rings(
     >>> from pymdr.problem.profiles import Paraboloid
     >>> maxwell = Relaxation(0.0, np.array([4.0]), np.array([0.4]))
     >>> leg = follow_rings(
-    ...     Paraboloid(1.0), maxwell, np.array([0.0, 0.9]), np.array([0.0, 0.36]), False, None, Rings(100)
+    ...     Bodies(Paraboloid(1.0)), maxwell, np.array([0.0, 0.9]), np.array([0.0, 0.36]), False, None, Rings(100)
     ... )
     >>> round(leg.solutions[0].force, 4)
     0.5487
@@ -143,11 +153,11 @@ def follow_rings(
             "follow; use StandardSolid with a short relaxation time"
         )
     largest = max(float(target.max()) if by_force else 0.0, 0.0 if state is None else state.largest_force)
-    radius = _largest_radius(profile, relaxation, time, target, by_force, largest)
-    state = _extended(profile, state, relaxation, radius, rings.n)
+    radius = _largest_radius(bodies, relaxation, time, target, by_force, largest)
+    state = _extended(bodies, state, relaxation, radius, rings.n)
     if state is None:
         return MemoryLeg([None] * (target.size - 1), np.zeros(target.size - 1), None)
-    corners, mesh = _corners(profile), state.mesh
+    corners, mesh = _corners(bodies.profile), state.mesh
     coarse, fine = state.coarse, state.fine
     solutions: list[RingSolution | None] = []
     outputs = np.zeros((2, target.size - 1))
@@ -165,7 +175,7 @@ def follow_rings(
 
 
 def _largest_radius(
-    profile: Profile,
+    bodies: Bodies,
     relaxation: Relaxation,
     time: FloatArray,
     target: FloatArray,
@@ -175,14 +185,16 @@ def _largest_radius(
     """Contact radius of an elastic body at the deepest row, or under the largest force with the final compliance."""
     modulus = 1.0 / float(relaxation.retardation(time[-1])) if by_force else 1.0
     most = force if by_force else float(target.max())
-    (solution,) = solve_steps(profile, modulus, np.array([most]), by_force, Rings(60))
+    profile, surface = bodies
+    (solution,) = solve_steps(profile, modulus, np.array([most]), by_force, Rings(60), surface)
     return 0.0 if solution is None else solution.contact_radius
 
 
 def _extended(
-    profile: Profile, state: RingMemory | None, relaxation: Relaxation, radius: float, n: int
+    bodies: Bodies, state: RingMemory | None, relaxation: Relaxation, radius: float, n: int
 ) -> RingMemory | None:
     """Add rings up to a radius and a few more; existing ones keep their state, new ones have no history."""
+    profile, surface = bodies
     border = 0.0 if state is None else float(state.mesh.edges[-1])
     end = min(radius * (1.0 + _EXTRA / n), profile.edge, profile.max_radius)
     if end <= border or (radius * (1.0 + 0.5 * _EXTRA / n) <= border):
@@ -200,7 +212,7 @@ def _extended(
         panel.append(np.full(points.size // 2, number))
     a, r = np.concatenate(edges), np.concatenate(centres)
     f = np.asarray(gap_of(profile)(r), dtype=float)
-    matrix = ring_displacement(r, a)
+    matrix = surface.displacement(r, a)
     mesh = RingMesh(
         a,
         np.ones(r.size, dtype=bool),

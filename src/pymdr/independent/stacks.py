@@ -156,7 +156,7 @@ def stack_of(body: Layered) -> Stack:
     >>> stack_of(Layered([Layer(Elastic(1.0, 0.5), "2 mm")])).thickness
     (0.002,)
     """
-    solids = [layer.material for layer in body.layers]
+    solids = body.solids
     base = (body.base.young, body.base.poisson) if isinstance(body.base, Elastic) else (math.inf, 0.0)
     return Stack(
         tuple(layer.thickness for layer in body.layers),

@@ -353,11 +353,9 @@ def bodies_of(line: Line) -> tuple[str, str]:
 
 
 def _layers_in_words(body: Layered) -> str:
-    stack = (
-        "an elastic layer"
-        if len(body.layers) == 1
-        else f"{len(body.layers)} elastic layers bonded to one another"
-    )
+    kind = "a viscoelastic layer" if body.is_viscoelastic else "an elastic layer"
+    several = f"{len(body.layers)}{kind[kind.index(' ') :]}s bonded to one another"
+    stack = kind if len(body.layers) == 1 else several
     base = "rigid base" if isinstance(body.base, Rigid) else "elastic half-space"
     base_bond = (
         f"bonded to a {base}"

@@ -68,6 +68,13 @@ def line_of(contact: Contact) -> Line:
     return _layered(contact.profile, contact.body, contact.counterbody)
 
 
+def unit_line_of(contact: Contact) -> ElasticLine | LayeredLine:
+    """The line of two bodies that relax by one function E*(t), for E* = 1 Pa."""
+    if contact.layered is None:
+        return ElasticLine(equivalent_profile(contact.profile), 1.0)
+    return _layered(contact.profile, contact.body, contact.counterbody)
+
+
 @lru_cache(maxsize=8)
 def _layered(profile: Profile, body: Material, counterbody: Material) -> LayeredLine:
     """The line of layers with its table, which is made once."""

@@ -126,7 +126,7 @@ class StackWaves:
 
     @cached_property
     def _media(self) -> tuple[_Medium, ...]:
-        return tuple(_Medium(layer.material.poisson) for layer in self.body.layers)
+        return tuple(_Medium(solid.poisson) for solid in self.body.solids)
 
     @cached_property
     def _base(self) -> _Medium | None:
@@ -220,12 +220,11 @@ class StackWaves:
                 other, shear = self._base.below_top(np.zeros(k.size)), self.body.base.shear
             else:
                 other = media[i + 1].states(k, layers[i + 1].thickness, layers[i + 1].thickness)
-                shear = layers[i + 1].material.shear
+                shear = self.body.solids[i + 1].shear
             # displacements in units of the softer of the two, for entries of one size
-            softer = min(layer.material.shear, shear)
-            sizes = [
-                np.array([softer / one] * 2 + [1.0, 1.0])[:, None] for one in (layer.material.shear, shear)
-            ]
+            own = self.body.solids[i].shear
+            softer = min(own, shear)
+            sizes = [np.array([softer / one] * 2 + [1.0, 1.0])[:, None] for one in (own, shear)]
             rows = slice(row, row + 4)
             matrix[:, rows, 4 * i : 4 * i + 4] = sizes[0] * above
             matrix[:, rows, 4 * i + 4 : 4 * i + 4 + other.shape[2]] = -sizes[1] * other

@@ -171,8 +171,8 @@ class Compliance:
     def _plies(self) -> tuple[_Ply, ...]:
         shear = self.body.top.shear
         return tuple(
-            _ply(layer.thickness / self.thickness, layer.material.shear / shear, layer.material.poisson)
-            for layer in self.body.layers
+            _ply(layer.thickness / self.thickness, solid.shear / shear, solid.poisson)
+            for layer, solid in zip(self.body.layers, self.body.solids, strict=True)
         )
 
     def _below(self, s: ComplexArray) -> ComplexArray:
@@ -199,8 +199,8 @@ class Compliance:
         sliding, pressed = np.zeros((4, s.size)), np.zeros((4, s.size))
         sliding[1], pressed[0], pressed[2] = 1.0, -base[_UV], 1.0
         decay = np.zeros(s.size)
-        for layer, ply in zip(reversed(self.body.layers), reversed(self._plies), strict=True):
-            state = generator(layer.material.shear / self.body.top.shear, layer.material.poisson)
+        for solid, ply in zip(reversed(self.body.solids), reversed(self._plies), strict=True):
+            state = generator(solid.shear / self.body.top.shear, solid.poisson)
             z = s * ply.thickness
             back = np.exp(-2.0 * z)
             cosh, sinh = 0.5 * (1.0 + back), 0.5 * (1.0 - back)

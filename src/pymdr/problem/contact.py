@@ -38,8 +38,8 @@ class Contact(Value):
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, a graded or layered body with friction or MaugisDugdale, a layered body with a viscoelastic one, a
-        viscoelastic body with adhesion, an ElasticPlastic body with anything but a Sphere or Paraboloid, a rigid
+        friction, a graded or layered body with friction or MaugisDugdale, a layered body with a viscoelastic one,
+        viscoelastic layers with adhesion or a counterbody that is not rigid, a viscoelastic body with JKR or DMT, an ElasticPlastic body with anything but a Sphere or Paraboloid, a rigid
         counterbody and adhesion by JKR of one work, a ForceCurve with adhesion or a graded or layered body, or a shape
         without axial symmetry with anything but elastic half-spaces.
 
@@ -88,7 +88,7 @@ class Contact(Value):
             self._refuse_beyond_shape(exponent)
         if self.plastic is not None:
             self._refuse_beyond_yield(self.plastic)
-        if self.is_viscoelastic:
+        if self.is_viscoelastic and self.layered is None:
             self._refuse_memory()
         if self.layered is not None:
             self._refuse_beyond_layers()
@@ -153,10 +153,22 @@ class Contact(Value):
                 raise ProblemError(f"Contact: a body is ElasticPlastic: {reason}")
 
     def _refuse_beyond_layers(self) -> None:
-        if self.is_viscoelastic:
+        assert self.layered is not None
+        if self.is_viscoelastic and not self.layered.is_viscoelastic:
             raise ProblemError(
                 "Contact: a Layered body against a Viscoelastic one is not available: their surfaces relax differently at every "
                 "wavelength, so the springs have no common relaxation function; use Elastic with the stiffness at one time"
+            )
+        other = self.counterbody if self.layered is self.body else self.body
+        if self.is_viscoelastic and not isinstance(other, Rigid):
+            raise ProblemError(
+                f"Contact: viscoelastic layers need a rigid other body, not {type(other).__name__}: else both surfaces relax differently at "
+                "every wavelength, and the springs have no common relaxation function; use Rigid(), or Elastic with the stiffness at one time"
+            )
+        if self.is_viscoelastic and self.adhesion is not None:
+            raise ProblemError(
+                f"Contact: {type(self.adhesion).__name__} of viscoelastic layers is not available: the cohesive zone of a layered body is "
+                "not local on the line; leave adhesion out, or use a half-space"
             )
         if isinstance(self.profile, ForceCurve):
             raise ProblemError(

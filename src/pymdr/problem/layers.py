@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from pymdr.errors import ProblemError
 from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic
 from pymdr.problem.values import SIField, Value
@@ -18,6 +20,10 @@ _STIFFEST = 1e8
 """Largest ratio of two Young's moduli in a body."""
 _THICKEST = 1e4
 """Largest ratio of two thicknesses in a body."""
+_FREQUENCIES = np.geomspace(1e-15, 1e15, 241)
+"""Angular frequencies in rad/s at which rheologies are compared."""
+_ALIKE = 1e-9
+"""Largest relative difference of complex moduli of rheologies that count as proportional."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +33,15 @@ class Layer(Value):
 
     Parameters
     ----------
-    material : Elastic
-        Isotropic material of the layer, without a thickness of its own.
+    material : Elastic or Viscoelastic
+        Isotropic material of the layer, without a thickness of its own; a viscoelastic one with a constant Poisson's ratio.
     thickness : quantity
         In m, above 0.
 
     Raises
     ------
     ProblemError
-        If the material is not Elastic, or the thickness not above 0.
+        If the material is neither Elastic nor Viscoelastic with a constant Poisson's ratio, or the thickness not above 0.
 
     Examples
     --------
@@ -44,18 +50,21 @@ class Layer(Value):
     0.002
     """
 
-    material: Elastic
+    material: Elastic | Viscoelastic
     thickness: SIField = SIField("m", above=0.0, description="thickness")
 
     def __post_init__(self) -> None:
         if isinstance(self.material, Viscoelastic):
-            raise ProblemError(
-                "Layer.material is Viscoelastic: layers with memory are not available, because only their force, not their pressure, "
-                "follows from independent springs; give Elastic with the stiffness at one time"
-            )
+            if self.material.poisson is None:
+                raise ProblemError(
+                    "Layer.material has a constant bulk modulus, so that its Poisson's ratio changes in time and its stiffness relaxes "
+                    "differently at every contact radius; give poisson instead of bulk"
+                )
+            return
         if not isinstance(self.material, Elastic):
             raise ProblemError(
-                f"Layer.material = {shown(self.material)}: layers are isotropic and elastic; give Elastic('1 MPa', 0.5)"
+                f"Layer.material = {shown(self.material)}: layers are isotropic; give Elastic('1 MPa', 0.5) or "
+                "Viscoelastic(rheology, poisson=0.5)"
             )
         if self.material.thickness is not None:
             raise ProblemError(
@@ -67,7 +76,7 @@ class Layer(Value):
 @dataclass(frozen=True, eq=False, repr=False)
 class Layered(Material):
     """
-    Elastic layers on a base.
+    Layers on a base: elastic ones, or viscoelastic ones of one relaxation function on a rigid base.
 
     Parameters
     ----------
@@ -82,7 +91,8 @@ class Layered(Material):
     ------
     ProblemError
         If there are no layers or more than 32, the base is neither rigid nor elastic, the bond is unknown, moduli
-        differ by more than 10^8, or thicknesses by more than 10^4.
+        differ by more than 10^8, or thicknesses by more than 10^4; if a layer is viscoelastic and another part is
+        elastic, or relaxes differently.
 
     Examples
     --------
@@ -109,8 +119,9 @@ class Layered(Material):
             raise ProblemError(
                 f"Layered.bond = {shown(self.bond)}: it must be 'bonded' or 'frictionless' (the lowest layer slides on the base)"
             )
-        solids = [layer.material for layer in self.layers]
-        moduli = [solid.young for solid in (*solids, self.base) if isinstance(solid, Elastic)]
+        if self.is_viscoelastic:
+            self._refuse_several_relaxations()
+        moduli = [solid.young for solid in (*self.solids, self.base) if isinstance(solid, Elastic)]
         _refuse_ratio("Young's moduli", moduli, "Pa", _STIFFEST, "use Rigid() for the stiffest part")
         _refuse_ratio(
             "thicknesses",
@@ -126,14 +137,65 @@ class Layered(Material):
         return False
 
     @property
+    def is_viscoelastic(self) -> bool:
+        """Whether a layer is viscoelastic."""
+        return any(isinstance(layer.material, Viscoelastic) for layer in self.layers)
+
+    @property
+    def solids(self) -> tuple[Elastic, ...]:
+        """Elastic materials of the layers; in place of viscoelastic ones those of the same ratios, E* of the first being 1 Pa."""
+        materials = [layer.material for layer in self.layers]
+        first = materials[0]
+        if isinstance(first, Elastic):
+            return tuple(one for one in materials if isinstance(one, Elastic))
+        scale = 0.5 * (1.0 - _poisson(first)) / _complex_modulus(first)[0]
+        shears = [
+            float((scale * _complex_modulus(one)[0]).real)
+            for one in materials
+            if isinstance(one, Viscoelastic)
+        ]
+        return tuple(
+            Elastic(2.0 * (1.0 + _poisson(one)) * shear, _poisson(one))
+            for one, shear in zip(materials, shears, strict=True)
+        )
+
+    @property
     def top(self) -> Elastic:
-        """The material of the surface."""
-        return self.layers[0].material
+        """The material of the surface, as the first of `solids`."""
+        return self.solids[0]
+
+    def _refuse_several_relaxations(self) -> None:
+        """Refuse parts that do not relax by one function of time."""
+        remedy = (
+            "a contact on them has no common relaxation function; give Elastic with the stiffness at one time"
+        )
+        first = self.layers[0].material
+        if not isinstance(self.base, Rigid):
+            raise ProblemError(
+                f"Layered: viscoelastic layers on an elastic base relax differently at every contact radius, and {remedy}"
+            )
+        for number, layer in enumerate(self.layers, 1):
+            if not isinstance(layer.material, Viscoelastic) or not isinstance(first, Viscoelastic):
+                raise ProblemError(f"Layered: elastic and viscoelastic layers are mixed: {remedy}")
+            ratio = _complex_modulus(layer.material) / _complex_modulus(first)
+            if np.max(np.abs(ratio / ratio[0] - 1.0)) > _ALIKE:
+                raise ProblemError(f"Layered: layer {number} relaxes differently from the first: {remedy}")
 
     @property
     def thickness(self) -> float:
         """Total thickness of the layers in m."""
         return sum(layer.thickness for layer in self.layers)
+
+
+def _complex_modulus(material: Viscoelastic) -> np.ndarray:
+    """G' + i G'' in Pa."""
+    shear = material.shear
+    return np.asarray(shear.storage(_FREQUENCIES) + 1j * shear.loss(_FREQUENCIES))
+
+
+def _poisson(material: Elastic | Viscoelastic) -> float:
+    assert material.poisson is not None
+    return material.poisson
 
 
 def _as_layers(layers: Any) -> tuple[Layer, ...]:

@@ -76,7 +76,7 @@ def hysteretic_plots(result: Result, row: int) -> Plots:
 
 
 def soft_plots(result: Result, row: int) -> Plots:
-    """Figures of a cohesive zone on bodies with memory."""
+    """Figures of bodies with memory whose fields are not computed."""
     from pymdr.presentation.plot import FigureData, Plots, soft_figures, soft_overview
 
     data = FigureData(
@@ -215,7 +215,8 @@ def _layers(result: Result) -> LayersDrawn | None:
     return LayersDrawn(
         thickness=tuple(layer.thickness for layer in body.layers),
         materials=tuple(
-            f"{written(layer.material.young, 'Pa')}, {written(layer.thickness, 'm')}" for layer in body.layers
+            f"{written(solid.young, 'Pa')}, {written(layer.thickness, 'm')}"
+            for layer, solid in zip(body.layers, body.solids, strict=True)
         ),
         base=f"base, {written(body.base.young, 'Pa')}" if isinstance(body.base, Elastic) else "rigid base",
         rigid=isinstance(body.base, Rigid),

@@ -8,10 +8,12 @@ from functools import partial
 
 import numpy as np
 
+from pymdr.errors import NotValidError
 from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
 from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
 from pymdr.interpretation.interior import Interior
+from pymdr.interpretation.layered_memory import LAYERED_FIELDS
 from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
@@ -29,6 +31,7 @@ from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.result import Reading, Result
+from pymdr.result.readers import FieldReader
 from pymdr.solving.adhesive import solve_adhesive
 from pymdr.solving.closure import is_curve, reading_of, refuse_curve, solve_on_curve
 from pymdr.solving.drawing import (
@@ -71,6 +74,7 @@ _WITHOUT_SHIFT = dict.fromkeys(
 )
 
 
+_UNDER_LAYERS = dict.fromkeys((*SURFACE_FIELDS, *LINE_FIELDS), LAYERED_FIELDS)
 _IN_PLANE = {
     "tangential_stiffness": "in the plane the stiffness depends on the direction of the next move; take the difference of two paths"
 }
@@ -155,6 +159,10 @@ def _rings_with_memory(result: Result) -> RingHistory:
     )
 
 
+def _no_surface(result: Result) -> FieldReader:
+    raise NotValidError(LAYERED_FIELDS)
+
+
 def _surface_with_memory(result: Result) -> MemorySurface:
     data = result.data
     time, depth, radius = (data[name].values for name in ("time", "indentation", "contact_radius"))
@@ -220,6 +228,11 @@ LAWS = (
             frictional_memory_plots,
             interior=_interior,
         ),
+    ),
+    Law(
+        lambda contact, solver, path: contact.is_viscoelastic and contact.layered is not None,
+        solve_viscoelastic,
+        Reading((), (), _no_surface, soft_plots, _UNDER_LAYERS),
     ),
     Law(
         lambda contact, solver, path: contact.is_viscoelastic,

@@ -15,7 +15,8 @@ from pymdr.mapping.equivalent import slope_function
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.fractional import PowerLawRheology
-from pymdr.problem.materials import Viscoelastic
+from pymdr.problem.layers import Layered
+from pymdr.problem.materials import Material, Viscoelastic
 from pymdr.problem.paths import LoadingPath, Ramp
 from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.units import FloatArray, metres
@@ -32,8 +33,17 @@ _LATER = 4
 
 
 def relaxation_along(contact: Contact, path: LoadingPath, time: FloatArray | None = None) -> Relaxation:
-    """E*(t) of a contact; a power of time is represented over the times of the path, of which those known only from the rows are given."""
-    return relaxation_of(contact.body, contact.counterbody, span=span_along(contact, path, time))
+    """E*(t) of a contact, of layers that of the first; a power of time is represented over the times of the path, of which those known only from the rows are given."""
+    return relaxation_of(*surfaces_of(contact), span=span_along(contact, path, time))
+
+
+def surfaces_of(contact: Contact) -> tuple[Material, Material]:
+    """The bodies of a contact; of a layered one the material of its first layer."""
+
+    def surface(body: Material) -> Material:
+        return body.layers[0].material if isinstance(body, Layered) else body
+
+    return surface(contact.body), surface(contact.counterbody)
 
 
 def tangential_relaxation_along(
@@ -65,7 +75,7 @@ def powers_of(contact: Contact) -> tuple[PowerLawRheology, ...]:
     """The powers of time by which bodies of a contact relax."""
     return tuple(
         one.shear
-        for one in (contact.body, contact.counterbody)
+        for one in surfaces_of(contact)
         if isinstance(one, Viscoelastic) and isinstance(one.shear, PowerLawRheology)
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.independent.history import RingHistory, gap_of, solve_steps
-from pymdr.independent.memory import RingMemory, follow_rings
+from pymdr.independent.memory import Bodies, RingMemory, follow_rings
 from pymdr.independent.rings import HALF_SPACE, Rings, RingSolution, Surface, solve_adhesion, solve_disk
 from pymdr.independent.stacks import pair_of
 from pymdr.interpretation.validity import Assumption, ring_claims, ring_memory_claims
@@ -237,8 +237,10 @@ def _step_with_memory(
     time, target = np.append(stretch.begin, times_of(stretch)), np.append(start, stretch.normal)
     before = (None, None) if state is None else state
     other = Rings(max(round(_FEWER * rings.n), _FEWEST) if rings.n > _FEWEST else 2 * rings.n)
+    surface = HALF_SPACE if contact.layered is None else pair_of(contact.body, contact.counterbody)
+    bodies = Bodies(contact.profile, surface)
     leg, compared = (
-        follow_rings(contact.profile, relaxation, time, target, stretch.by_force, one, each)
+        follow_rings(bodies, relaxation, time, target, stretch.by_force, one, each)
         for one, each in zip(before, (rings, other), strict=True)
     )
     solutions = np.empty(stretch.normal.size, dtype=object)

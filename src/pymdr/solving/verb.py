@@ -134,7 +134,13 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
     """Refuse arguments of the wrong kind before any work."""
     require_contact(contact, "solve")
     if not isinstance(path, LoadingPath):
-        raise PathError(f"solve: {path!r} is not a path; write for example load('50 N', steps=50)")
+        several = isinstance(path, list | tuple) and all(isinstance(leg, LoadingPath) for leg in path)
+        remedy = (
+            "join legs with >>, as in indent('1 um') >> hold('1 s')"
+            if several
+            else "write for example load('50 N', steps=50)"
+        )
+        raise PathError(f"solve: {shown(path)} is not a path; {remedy}")
     known_legs(path)
     check_times(path, needed=contact.is_viscoelastic)
 

@@ -6,15 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.layered_memory import layered_memory_claims
 from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, Claim, Level
-from pymdr.line.curves import ElasticLine
+from pymdr.line.curves import Line
 from pymdr.line.foundation import mean_pressure, normal_force, normal_stiffness, rises_to, states_at_depth
+from pymdr.line.lines import unit_line_of
 from pymdr.line.memory import (
     Goal,
     MemoryHistory,
@@ -109,7 +112,7 @@ def solve_viscoelastic(task: Task) -> Result:
     """Map, walk and interpret."""
     check_normal_path(task.path)
     relaxation = relaxation_along(task.contact, task.path)
-    line = ElasticLine(equivalent_profile(task.contact.profile), 1.0)
+    line = unit_line_of(task.contact)
     walked = walk(task, None, partial(_step, task, line, relaxation))
     if depends_on_rows(task.contact, task.path):
         relaxation = relaxation_along(task.contact, task.path, walked.time)
@@ -119,7 +122,7 @@ def solve_viscoelastic(task: Task) -> Result:
 
 def _step(
     task: Task,
-    line: ElasticLine,
+    line: Line,
     relaxation: Relaxation,
     state: Sequence[MemoryState] | None,
     stretch: Stretch,
@@ -150,7 +153,7 @@ def refuse_untimed(stretch: Stretch, relaxation: Relaxation) -> None:
 
 def rows_met(
     task: Task,
-    line: ElasticLine,
+    line: Line,
     relaxation: Relaxation,
     stretch: Stretch,
     levels: Sequence[MemoryHistory],
@@ -190,15 +193,13 @@ def rows_met(
     return rows, channels_at(float(fine.indentation[-1]), float(fine.force[-1]), task.machine_stiffness)
 
 
-def _flat_radius(line: ElasticLine, depth: float) -> float:
+def _flat_radius(line: Line, depth: float) -> float:
     """Radius in m of a flat end, on which bodies rest without indentation; 0 of a pointed or round one."""
     radius = float(states_at_depth(line, [max(1e-30 * depth, 1e-60)]).contact_radius[0])
     return radius if line.equivalent.g(np.array([0.5 * radius]))[0] == 0.0 else 0.0
 
 
-def untouched_states(
-    task: Task, line: ElasticLine, relaxation: Relaxation, stretch: Stretch
-) -> list[MemoryState]:
+def untouched_states(task: Task, line: Line, relaxation: Relaxation, stretch: Stretch) -> list[MemoryState]:
     """Bodies that have not touched, with all springs, half of them and so on, for the deepest indentation that any leg names.
 
     A first leg under forces lays its own, where that goes deeper.
@@ -219,7 +220,7 @@ def untouched_states(
 
 
 def parts_between(
-    task: Task, line: ElasticLine, relaxation: Relaxation, stretch: Stretch, state: MemoryState, loads: bool
+    task: Task, line: Line, relaxation: Relaxation, stretch: Stretch, state: MemoryState, loads: bool
 ) -> Parts:
     """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed, or its loads."""
     assert stretch.time is not None
@@ -230,7 +231,7 @@ def parts_between(
     return _divided(line, relaxation, goal, state, loads)
 
 
-def _divided(line: ElasticLine, relaxation: Relaxation, goal: Goal, state: MemoryState, loads: bool) -> Parts:
+def _divided(line: Line, relaxation: Relaxation, goal: Goal, state: MemoryState, loads: bool) -> Parts:
     """Parts of rows; of first ones that are far shallower than the deepest, as if they were the whole path."""
     parts = parts_of(line, relaxation, goal, state, tolerance=_STRAIGHT, loads=loads, n=SPRINGS // 2)
     so_far = np.maximum.accumulate(goal.target)
@@ -247,7 +248,7 @@ def _divided(line: ElasticLine, relaxation: Relaxation, goal: Goal, state: Memor
 
 def followed_leg(
     task: Task,
-    line: ElasticLine,
+    line: Line,
     relaxation: Relaxation,
     stretch: Stretch,
     state: MemoryState,
@@ -274,9 +275,7 @@ def followed_leg(
     return history._replace(**own)
 
 
-def interpreted(
-    task: Task, line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]
-) -> Interpretation:
+def interpreted(task: Task, line: Line, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row."""
     rows, time = walked.rows, walked.time
     assert time is not None
@@ -331,24 +330,17 @@ def interpreted(
     )
     # the fields of a load that rests on a flat end without indentation are not computed: no spring bears it
     indented = (depth > 0.0) | (force <= 0.0) | (radius == 0.0)
-    surface = surface_with_memory(task.contact, relaxation, time, depth, np.where(indented, radius, 0.0))
-    if isinstance(task.contact.profile, ForceCurve):  # whose line has neither pressure nor gap
-        check = NOT_CHECKED
+    if task.contact.layered is not None:
+        mapped = np.maximum.accumulate(np.nan_to_num(line.error(radius).max(axis=-1)))
+        errors = {name: error + mapped for name, error in errors.items()}
+        claims = layered_memory_claims(tuple(columns), line, depth, rows.disk, (rows.forced, rows.moved))
     else:
-        check = check_memory(surface, None if rows.moved.all() else force)
-    remark = (
-        ""
-        if relaxation.error == 0.0
-        else f"; the kernel of the rheology has an error of at most {relaxation.error:.1g}"
-    )
-    if surface.marks(int(np.argmax(radius))):
-        remark += "; the error of the pressure is larger within 1 % of the radius of a kink of the profile"
-    names = (*columns, *NORMAL_FIELDS)
-    claims = memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark)
+        surface = surface_with_memory(task.contact, relaxation, time, depth, np.where(indented, radius, 0.0))
+        fields = _claims_with_fields(task.contact, surface, rows, (*columns, *NORMAL_FIELDS), force)
+        claims = fields.claims | {name: _where(fields.claims[name], indented) for name in NORMAL_FIELDS}
+        errors |= fields.errors
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
     claims["mean_pressure"] = _where(claims["mean_pressure"], (radius > 0.0) | (force <= 0.0))
-    claims |= {name: _where(claims[name], indented) for name in NORMAL_FIELDS}
-    errors |= {name: check.error(name, force.size) + relaxation.error for name in NORMAL_FIELDS}
     claims = with_errors(
         claims,
         errors,
@@ -364,6 +356,28 @@ def interpreted(
         references=("sneddon", "popov-hess", "ting"),
         is_viscoelastic=True,
     )
+
+
+class _Claimed(NamedTuple):
+    claims: dict[str, Claim]
+    errors: dict[str, FloatArray]
+    """Of the fields."""
+
+
+def _claims_with_fields(
+    contact: Contact, surface: MemorySurface, rows: MemoryRows, names: Sequence[str], force: FloatArray
+) -> _Claimed:
+    """Claims of half-spaces by a check of their pressure and gap, and the errors of the fields."""
+    if isinstance(contact.profile, ForceCurve):  # whose line has neither pressure nor gap
+        check = NOT_CHECKED
+    else:
+        check = check_memory(surface, None if rows.moved.all() else force)
+    kernel = surface.relaxation.error
+    remark = "" if kernel == 0.0 else f"; the kernel of the rheology has an error of at most {kernel:.1g}"
+    if surface.marks(int(np.argmax(surface.contact_radius))):
+        remark += "; the error of the pressure is larger within 1 % of the radius of a kink of the profile"
+    errors = {name: check.error(name, force.size) + kernel for name in NORMAL_FIELDS}
+    return _Claimed(memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark), errors)
 
 
 def _where(claim: Claim, known: BoolArray) -> Claim:
@@ -401,7 +415,7 @@ def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
 
 
 def kernel_errors(
-    line: ElasticLine, relaxation: Relaxation, rows: MemoryRows, time: FloatArray
+    line: Line, relaxation: Relaxation, rows: MemoryRows, time: FloatArray
 ) -> dict[str, FloatArray]:
     """
     Relative errors of rows by the error of the kernel.
@@ -431,7 +445,7 @@ def _sized(relaxation: Relaxation, rows: Ting, name: str) -> dict[str, FloatArra
     return {name: np.fmin(relaxation.error * np.nan_to_num(size), 1.0) for name, size in sizes.items()}
 
 
-def _ting(line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Ting | None:
+def _ting(line: Line, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Ting | None:
     """Rows without springs, where the path is one approach and one retreat under prescribed indentations."""
     rows, time = walked.rows, walked.time
     d = rows.indentation
@@ -444,7 +458,7 @@ def _ting(line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows])
         return None
 
 
-def _grown(line: ElasticLine, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Ting | None:
+def _grown(line: Line, relaxation: Relaxation, walked: Walked[MemoryRows]) -> Ting | None:
     """Rows without springs, where all are forces under which the contact grows."""
     rows, time = walked.rows, walked.time
     if time is None or not rows.forced.all() or not rows.normal_force.any():

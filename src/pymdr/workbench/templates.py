@@ -143,7 +143,7 @@ kind = "layered"
 bond = "bonded"             # between the lowest layer and the base; or "frictionless"
 base = { kind = "elastic", young = "70 GPa", poisson = 0.22 }  # rigid, if you leave it out
 
-[[body.layers]]             # from the surface downward
+[[body.layers]]             # from the surface downward; a viscoelastic material relaxes, on a rigid base
 material = { kind = "elastic", young = "400 GPa", poisson = 0.25 }
 thickness = "2 um"
 

@@ -367,5 +367,8 @@ def _pressures(mdr: Result, ring: _RingState, rows: np.ndarray) -> xr.Dataset:
     return xr.Dataset(
         {"mdr": ("r", by_mdr[bounded], {"units": "Pa"}), "rings": ("r", by_rings[bounded], {"units": "Pa"})},
         coords={"r": ("r", r[bounded], {"units": "m"})},
-        attrs={"indentation": float(ring.columns["indentation"][step]), "infinite": infinite_in(mdr, step)},
+        attrs={
+            "indentation": float(ring.columns["indentation"][step]),
+            "infinite": infinite_in(mdr, step) if valid.size else (),
+        },
     )

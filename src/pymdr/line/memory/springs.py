@@ -16,6 +16,8 @@ _GRADING = 1.5
 """The n-th part of the radius is (i/n)^1.5 - ((i-1)/n)^1.5: small contacts on the way have springs too."""
 _WIDER = 1.2
 """Largest ratio of the widths of neighbouring parts where springs are added."""
+_CLOSE = 1.2
+"""Ratio of depths where springs are added near the end of what is resolved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,9 +125,13 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
 
 
 def next_depth(curve: Curve, springs: Springs) -> float:
-    """A depth in m to which insufficient springs are extended: twice the present one, or the last known one of the curve."""
+    """A depth in m to which insufficient springs are extended: twice the present one, less near the last known one of the curve."""
     top, twice = min(curve.edge, curve.max_radius), 2.0 * springs.limit
     if not math.isfinite(top):
         return twice
-    end = float(curve.depth(np.array([top]))[0])
+    try:
+        beyond = float(curve.place(twice).x) > top
+        end = float(curve.depth(np.array([top]))[0]) if beyond else twice
+    except ConvergenceError:  # layers are not resolved that far
+        return _CLOSE * springs.limit
     return min(twice, end) if end > springs.limit else twice

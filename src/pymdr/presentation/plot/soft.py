@@ -1,4 +1,4 @@
-"""Figures of adhesion with memory: the loop, radii and histories."""
+"""Figures of contacts with memory without fields: the loop, radii and histories."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ def _across(data: FigureData) -> str:
 
 
 def _draw(axes: Axes, data: FigureData, across: str, names: tuple[str, ...]) -> None:
-    """Quantities of one unit against another one."""
+    """Quantities of one unit against another one; those that the result lacks are left out."""
+    names = tuple(name for name in names if name in data.data)
     x = data.data[across].values
     x_unit = good_unit(x, QUANTITIES[across].unit)
     every = np.concatenate([data.data[name].values for name in names])

@@ -313,7 +313,7 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if f.name == "layers":
         return _list_of(_layer_model()), Field(..., description="from the surface downward", min_length=1)
     if f.name == "material":
-        return _union("solid"), Field(..., description="isotropic and elastic")
+        return _union("solid"), Field(..., description="isotropic, elastic or viscoelastic")
     if cls is Layered and f.name == "base":
         return _union("solid"), Field({"kind": "rigid"}, description="base of the layers; rigid unless given")
     if f.name == "bond":

@@ -83,8 +83,8 @@ MATERIALS: dict[str, type] = {
     "rigid": Rigid,
 }
 
-SOLIDS: dict[str, type] = {"elastic": Elastic, "rigid": Rigid}
-"""Materials of layers and their base."""
+SOLIDS: dict[str, type] = {"elastic": Elastic, "viscoelastic": Viscoelastic, "rigid": Rigid}
+"""Materials of layers and their base; a base does not relax."""
 
 RHEOLOGIES: dict[str, type] = {
     "prony": Prony,

@@ -1,0 +1,153 @@
+"""Viscoelastic layers on a rigid base: rings with memory, elastic limits, similarity, and refusals."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from pymdr.problem.codec import decode_case, encode_case
+
+SOLID = mdr.StandardSolid("1 MPa", "3 MPa", "10 ms")
+UP_AND_DOWN = (
+    mdr.indent("0.1 mm", duration="10 ms", steps=10)
+    >> mdr.indent("0.05 mm", duration="20 ms", steps=10)
+    >> mdr.indent("0.12 mm", duration="20 ms", steps=10)
+)
+
+
+def layer(poisson=0.5, shear=SOLID, thickness="1 mm"):
+    return mdr.Layer(mdr.Viscoelastic(shear, poisson=poisson), thickness)
+
+
+BALL = mdr.Paraboloid("10 mm")
+
+
+def ball(body, profile=BALL):
+    return mdr.Contact(profile, body)
+
+
+def elastic(body, factor=1.0):
+    """The same layers at one time, with G = factor times that of the rheology at rest."""
+    layers = []
+    for one in body.layers:
+        nu, shear = one.material.poisson, one.material.shear.equilibrium
+        layers.append(mdr.Layer(mdr.Elastic(2.0 * (1.0 + nu) * factor * shear, nu), one.thickness))
+    return mdr.Layered(layers, bond=body.bond)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        mdr.Layered([layer()]),
+        mdr.Layered([layer(), layer(0.3, SOLID.scaled(2.0), "0.5 mm")], bond="frictionless"),
+    ],
+    ids=["one", "two"],
+)
+def test_springs_agree_with_rings(body):
+    by_springs = mdr.solve(ball(body), UP_AND_DOWN)["normal_force"].values
+    errors = [
+        np.max(
+            np.abs(
+                mdr.solve(ball(body), UP_AND_DOWN, solver=mdr.Rings(n))["normal_force"].values - by_springs
+            )
+        )
+        for n in (40, 80)
+    ]
+    assert errors[1] < 1.5e-4 * by_springs.max()
+    assert errors[1] < 0.6 * errors[0]
+
+
+def test_a_step_relaxes_by_the_function_of_the_material():
+    body = mdr.Layered([layer(0.4)])
+    path = mdr.indent("0.1 mm", duration="1 fs", steps=1) >> mdr.hold("50 ms", steps=25)
+    force = mdr.solve(ball(body), path)["normal_force"].values
+    rest = float(mdr.solve(ball(elastic(body)), mdr.indent("0.1 mm"))["normal_force"][-1])
+    time = np.append(0.0, np.linspace(0.002, 0.05, 25))
+    assert force == pytest.approx(rest * SOLID.relaxation(time) / 1e6, rel=1e-9)
+
+
+@given(
+    scale=st.floats(-9.0, 0.0).map(lambda x: 10.0**x),
+    pressing=st.floats(0.01, 3.0),
+    poisson=st.floats(0.0, 0.5),
+    slow=st.booleans(),
+)
+@settings(max_examples=6, deadline=None)
+def test_fast_and_slow_indentations_are_elastic(scale, pressing, poisson, slow):
+    body = mdr.Layered([layer(poisson, thickness=scale)])
+    contact = ball(body, mdr.Paraboloid(30.0 * scale))
+    depth = pressing * scale / 60.0
+    duration = 1e8 if slow else 1e-12
+    path = mdr.indent(depth, duration=duration, steps=3)
+    result = mdr.solve(contact, path)
+    same = mdr.solve(ball(elastic(body, 1.0 if slow else 4.0), contact.profile), mdr.indent(depth, steps=3))
+    assert result["normal_force"].values == pytest.approx(same["normal_force"].values, rel=1e-8)
+    assert result["contact_radius"].values == pytest.approx(same["contact_radius"].values, rel=1e-8)
+
+
+def test_work_is_stored_or_dissipated():
+    result = mdr.solve(ball(mdr.Layered([layer()])), UP_AND_DOWN)
+    work, stored, lost = (
+        result[name].values for name in ("external_work", "elastic_energy", "dissipated_energy")
+    )
+    assert work == pytest.approx(stored + lost, rel=1e-9)
+    assert np.all(np.diff(lost) > 0.0)
+
+
+def test_creep_passes_the_depths_that_are_resolved_beyond_its_own():
+    # a search of twice the depth would end at radii that the layers do not resolve
+    path = mdr.load("5 N", duration="10 ms", steps=20) >> mdr.hold("1 s", steps=20)
+    result = mdr.solve(ball(mdr.Layered([layer(0.45)]), mdr.Sphere("10 mm")), path)
+    rest = mdr.solve(ball(elastic(mdr.Layered([layer(0.45)])), mdr.Sphere("10 mm")), mdr.load("5 N"))
+    assert float(result["indentation"][-1]) == pytest.approx(float(rest["indentation"][-1]), rel=1e-6)
+    assert not result.claims["pressure"].readable
+
+
+def test_cases_files_and_figures(tmp_path):
+    contact = ball(mdr.Layered([layer()]))
+    path = mdr.indent("0.1 mm", duration="10 ms", steps=5)
+    assert decode_case(encode_case("", contact, path))[1] == contact
+    result = mdr.solve(contact, path)
+    result.save(tmp_path / "layer.nc")
+    again = mdr.open_result(tmp_path / "layer.nc")
+    assert again.contact == contact
+    assert set(again.figures()) == {"loop", "radius", "history"}
+
+
+GLASS = mdr.Elastic("70 GPa", 0.2)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: mdr.Layered([layer()], base=GLASS), "viscoelastic layers on an elastic base"),
+        (
+            lambda: mdr.Layered([layer(), mdr.Layer(GLASS, "1 mm")]),
+            "elastic and viscoelastic layers are mixed",
+        ),
+        (
+            lambda: mdr.Layered([layer(), layer(shear=mdr.StandardSolid("1 MPa", "3 MPa", "11 ms"))]),
+            "layer 2 relaxes differently from the first",
+        ),
+        (
+            lambda: mdr.Layer(mdr.Viscoelastic(SOLID, bulk="1 GPa"), "1 mm"),
+            "give poisson instead of bulk",
+        ),
+        (
+            lambda: mdr.Contact(mdr.Cone(slope=0.1), mdr.Layered([layer()]), GLASS),
+            "need a rigid other body, not Elastic",
+        ),
+        (
+            lambda: mdr.Contact(mdr.Cone(slope=0.1), mdr.Layered([layer()]), adhesion=mdr.JKR("50 mJ/m^2")),
+            "JKR of viscoelastic layers is not available",
+        ),
+        (
+            lambda: mdr.Contact(mdr.Cone(slope=0.1), mdr.Layered([layer()]), friction=mdr.Coulomb(0.3)),
+            "friction of a Layered body",
+        ),
+    ],
+)
+def test_refusals(make, words):
+    with pytest.raises(mdr.ProblemError, match=words):
+        make()
