@@ -29,8 +29,8 @@ figure = study.plot()
 gel = mdr.Contact(mdr.Pyramid.four_sided_tip("35 deg"), mdr.Elastic("3 kPa", 0.5))
 force = mdr.solve(gel, mdr.Path(indentation=depth))["normal_force"].values
 pressed = mdr.MeasuredCurve(force=force + 2e-12 * rng.normal(size=300), indentation=depth)
-found = mdr.fit(mdr.Contact(gel.profile, mdr.Elastic("1 kPa", 0.5)), pressed, ["body.young"])
-print(found)
+fit = mdr.fit(mdr.Contact(gel.profile, mdr.Elastic("1 kPa", 0.5)), pressed, ["body.young"])
+print(fit)
 
 assert abs(float(study["body.young"][-1]) / 800 - 1) < 0.01
-assert found["body.young"].low < 3e3 < found["body.young"].high
+assert fit["body.young"].low < 3e3 < fit["body.young"].high

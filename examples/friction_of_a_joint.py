@@ -25,14 +25,14 @@ print(record)
 # starts from other values. The shift at first contact and an offset of the force are fitted too.
 steel = mdr.Elastic("210 GPa", 0.3)
 start = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("50 GPa", 0.3), steel, friction=mdr.Coulomb(1.0))
-found = mdr.fit(start, record, ["friction.coefficient", "body.young"])
-print(found)
-figure = found.plot()
+fit = mdr.fit(start, record, ["friction.coefficient", "body.young"])
+print(fit)
+figure = fit.plot()
 
-mu = found["friction.coefficient"]
+mu = fit["friction.coefficient"]
 assert mu.low < 0.3 < mu.high
 assert abs(mu.value / 0.3 - 1) < 0.01
-assert found["body.young"].low < 210e9 < found["body.young"].high
+assert fit["body.young"].low < 210e9 < fit["body.young"].high
 
 # %%
 # The record never slips as a whole, so its largest force is only a lower bound of mu F_N.

@@ -47,11 +47,11 @@ def made(stiffness=0.06):
     load = 10e-9 * np.minimum(t / 0.2, 1.0 + 0.08 * np.exp((0.2 - t) / 0.1))
     depth = mdr.solve(contact(1500.0, 500.0, 0.4), mdr.Path(time=t, normal_force=load))["indentation"].values
     afar = np.arange(-1.0, 0.0, 1 / 1000.0)
-    way = np.concatenate([10e-6 * afar, depth])
+    motion = np.concatenate([10e-6 * afar, depth])
     force = np.concatenate([np.zeros(afar.size), load])
-    noise = np.random.default_rng(0).standard_normal((2, way.size))
+    noise = np.random.default_rng(0).standard_normal((2, motion.size))
     force = force + 20e-12 * noise[0]
-    height = 3e-6 - way - force / stiffness + 2e-9 * noise[1]
+    height = 3e-6 - motion - force / stiffness + 2e-9 * noise[1]
     return pd.DataFrame(
         {"time": np.concatenate([afar, t]) + 1.0, "force": force, "height": height}
     ), stiffness

@@ -15,7 +15,7 @@ rng = np.random.default_rng(3)
 x = y = np.linspace(0, 30e-6, 12)
 stiffer = np.exp(-((x - 18e-6) ** 2 + (y[:, None] - 12e-6) ** 2) / (7e-6) ** 2)
 young = 2e3 + 500 * np.round(8 * stiffer)
-way = np.concatenate([np.linspace(-1e-6, 1.5e-6, 150), np.linspace(1.5e-6, -3e-6, 150)])
+motion = np.concatenate([np.linspace(-1e-6, 1.5e-6, 150), np.linspace(1.5e-6, -3e-6, 150)])
 
 # %%
 # The record of a cantilever of 0.05 N/m: the sample is tilted, and every force is noisy.
@@ -23,10 +23,10 @@ moduli, which = np.unique(young, return_inverse=True)
 gels = [
     mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(E, 0.5), adhesion=mdr.JKR("0.2 mJ/m^2")) for E in moduli
 ]
-solved = mdr.solve_batch(gels, mdr.Path(travel=way), machine_stiffness="0.05 N/m")
+solved = mdr.solve_batch(gels, mdr.Path(travel=motion), machine_stiffness="0.05 N/m")
 true = np.array([one["normal_force"].values for one in solved])[which.reshape(young.shape)]
 force = true + 1e-10 * rng.normal(size=true.shape)
-travel = way + 1e-2 * (x + y[:, None])[..., None]
+travel = motion + 1e-2 * (x + y[:, None])[..., None]
 
 curves = xr.Dataset(
     {
@@ -40,9 +40,9 @@ curves = xr.Dataset(
 # %%
 # One call fits all curves. With ``folder=`` an interrupted fit of a large map continues where it stopped.
 start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion=mdr.JKR("1 mJ/m^2"))
-found = mdr.fit_map(start, curves, ["body.young", "adhesion.work"])
-print(found)
-figure = found.plot()
+fit = mdr.fit_map(start, curves, ["body.young", "adhesion.work"])
+print(fit)
+figure = fit.plot()
 
-off = (found["body.young"] - young) / found["body.young_error"]
+off = (fit["body.young"] - young) / fit["body.young_error"]
 assert abs(float((off**2).mean()) - 1) < 4 * np.sqrt(2 / young.size)  # the errors are correct

@@ -28,14 +28,14 @@ start = mdr.Contact(
     gel.profile, mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "10 kPa", "0.1 s"), poisson=0.5)
 )
 free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
-found = mdr.fit(start, curve, free, contact_point=0.0)
-print(found)
-figure = found.plot()
+fit = mdr.fit(start, curve, free, contact_point=0.0)
+print(fit)
+figure = fit.plot()
 
-assert found["body.shear.time"].low < 0.5 < found["body.shear.time"].high
-assert abs(found["body.shear.equilibrium"].value / 1e3 - 1) < 0.02
+assert fit["body.shear.time"].low < 0.5 < fit["body.shear.time"].high
+assert abs(fit["body.shear.equilibrium"].value / 1e3 - 1) < 0.02
 
 # %%
 # The fitted law gives other quantities, such as the storage modulus at 10 Hz.
-storage = found.contact.body.shear.storage(2 * np.pi * 10)
+storage = fit.contact.body.shear.storage(2 * np.pi * 10)
 print(storage)

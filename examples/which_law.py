@@ -29,16 +29,16 @@ laws = {
     "DMT": mdr.Contact(tip, body, adhesion=mdr.DMT("1 mJ/m^2")),
     "Maugis": mdr.Contact(tip, body, adhesion=mdr.MaugisDugdale("1 mJ/m^2", strength="0.6 MPa")),
 }
-found = mdr.compare_laws(laws, curve, ["body.young", "adhesion.work"])
-print(found)
-figure = found.plot()
+comparison = mdr.compare_laws(laws, curve, ["body.young", "adhesion.work"])
+print(comparison)
+figure = comparison.plot()
 
-assert found.best == "Maugis"
-assert found.weights["Maugis"] > 0.99
-assert abs(found["Maugis"]["adhesion.work"].value / 20e-3 - 1) < 0.02
+assert comparison.best == "Maugis"
+assert comparison.weights["Maugis"] > 0.99
+assert abs(comparison["Maugis"]["adhesion.work"].value / 20e-3 - 1) < 0.02
 
 # %%
 # JKR looks nearly as good, but the interval of its work of adhesion is far from the true value: an error contains
 # the noise under a law, not the choice of the law.
-print(found["JKR"]["adhesion.work"])
-assert found["JKR"]["adhesion.work"].low > 22e-3
+print(comparison["JKR"]["adhesion.work"])
+assert comparison["JKR"]["adhesion.work"].low > 22e-3
