@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pymdr.compiling import compiled, inner
+from pymdr.compiling import compiled, inner, merged
 from pymdr.line.soft.equilibrium import bear, choose_nodes, excess
 from pymdr.line.soft.kernels import (
     ALPHA,
@@ -52,18 +52,20 @@ _FOUND, _NONE, _WIDE = range(3)
 
 
 @inner
-def find(zone: Zone, guess: float, bound: float, leap: bool) -> int:
+def find(zone: Zone, guess: float, bound: float) -> int:
     """
     Equilibrium at the end of a step, from a guess of c.
 
-    Within `bound` of the c now by secants of which the first has the slope of the last; or, in a leap at frozen springs, the next stable
+    Within `bound` of the c now by secants of which the first has the slope of the last; or, for no bound, in a leap at frozen springs, the next stable
     state in the direction of motion, wherever it is.
     """
     end, h = zone.end, zone.end[SPACING]
+    leap = bound == 0.0
     c0 = zone.now[OUTER]
     limit = (zone.profile.shape[1] - 4) * h
     low, high, below, above = 0.0, 0.0, 0.0, 0.0
     has_low, has_high, at_bound = False, False, False
+    found = _NONE
     previous, last, c, side, pace = 0.0, 0.0, guess, 0, 1.0
     if leap and c0 == 0.0:
         low, below, has_low, c = 2.0 * h, -1.0, True, 2.1 * h
@@ -73,8 +75,8 @@ def find(zone: Zone, guess: float, bound: float, leap: bool) -> int:
             choose_nodes(zone, min(radius, 0.99 * c), c)
         f = min(excess(zone, c), 10.0)
         if abs(f) < (0.01 * _SOLVED if leap else _SOLVED):
-            bear(zone)
-            return _FOUND
+            found = _FOUND
+            break
         moved = 1 if f > 0.0 else -1
         if f < 0.0:
             low, below, has_low = c, f, True
@@ -87,10 +89,8 @@ def find(zone: Zone, guess: float, bound: float, leap: bool) -> int:
         if both:
             width = high - low
             if width < (1e-13 if leap else 1e-9) * (c - end[RADIUS]) + 4e-16 * c:
-                if f > 1.0:
-                    return _NONE
-                bear(zone)
-                return _FOUND
+                found = _NONE if f > 1.0 else _FOUND
+                break
             if side == moved:
                 # the end that stays weighs less (Illinois)
                 if moved > 0:
@@ -106,12 +106,13 @@ def find(zone: Zone, guess: float, bound: float, leap: bool) -> int:
             pace = max(0.7 * pace, 1.0) if abs(f - last) > 0.05 else 1.3 * pace
             new = c - moved * min(0.05 * pace * max(c - end[RADIUS], 2.0 * h), 0.03 * max(c, 2.0 * h))
             if new >= limit:
-                return _WIDE
+                found = _WIDE
+                break
             if new <= 2.0 * h:
-                return _NONE
+                break
         else:
             if at_bound:
-                return _NONE
+                break
             new = c - f / slope if slope > 0.0 else c - moved * 0.3 * bound
             if abs(new - c) > 0.6 * bound:
                 new = c - moved * 0.6 * bound
@@ -119,17 +120,20 @@ def find(zone: Zone, guess: float, bound: float, leap: bool) -> int:
                 new = c0 - moved * bound
                 at_bound = True
                 if new == c:
-                    return _NONE
+                    break
             if new >= limit:
-                return _WIDE
+                found = _WIDE
+                break
             if new <= 0.0:
-                return _NONE
+                break
         previous, last, c = c, f, new
         end[RADIUS] = max(min(radius if end[RADIUS] == 0.0 else end[RADIUS], c * (1.0 - 1e-6)), 0.0)
-    return _NONE
+    if found == _FOUND:
+        bear(zone)
+    return found
 
 
-@inner
+@merged
 def separate(zone: Zone) -> None:
     """Free the springs at once."""
     end = zone.end
@@ -186,17 +190,12 @@ def energies(zone: Zone) -> tuple[float, float]:
 
 
 @inner
-def potential(zone: Zone, lifted: bool) -> float:
-    """Energy of the springs, the attraction and the machine; before a free surface is attracted the dead load is at its range."""
+def potential(zone: Zone, load: float) -> float:
+    """Energy of the springs, the attraction, the machine and a dead load."""
     stored, cohesive = energies(zone)
-    force = zone.now[FORCE]
-    if zone.end[ALPHA] == 0.0:
-        return (
-            stored
-            + cohesive
-            - (zone.end[CONTROL] * zone.now[DEPTH] if lifted or zone.now[OUTER] > 0.0 else 0.0)
-        )
-    return float(stored + cohesive + 0.5 * zone.end[BETA] * force * force)
+    now, end = zone.now, zone.end
+    machine = 0.0 if end[ALPHA] == 0.0 else 0.5 * end[BETA] * now[FORCE] ** 2
+    return float(stored + cohesive + machine - load * now[DEPTH])
 
 
 @inner
@@ -209,7 +208,7 @@ def begins(zone: Zone, length: float, control: float) -> bool:
     return bool(creep - control / zone.end[ALPHA] - zone.end[HEIGHT] <= 0.0)
 
 
-@inner
+@merged
 def wait_free(zone: Zone, span: float, p0: float, p1: float) -> bool:
     """Let free springs creep until the attraction begins within a span, or to its end; whether it begins."""
     now, alpha = zone.now, zone.end[ALPHA]
@@ -235,27 +234,28 @@ def wait_free(zone: Zone, span: float, p0: float, p1: float) -> bool:
     return started
 
 
-@inner
+@merged
 def fall(zone: Zone, out: FloatArray) -> int:
     """Jump to the next stable state, or separate; the loss is that of the energy at constant control."""
     now, end = zone.now, zone.end
     c0, depth, free = now[OUTER], now[DEPTH], now[OUTER] == 0.0
-    was, length = potential(zone, free), c0 - now[RADIUS]
+    load = end[CONTROL] if end[ALPHA] == 0.0 else 0.0
+    was, length = potential(zone, load), c0 - now[RADIUS]
     end[RADIUS] = now[RADIUS]
-    found = find(zone, c0, 0.0, True)
+    found = find(zone, c0, 0.0)
     if found == _WIDE or (free and found == _NONE):
         return TOO_WIDE
     jumped = True
     if found == _FOUND:
-        if end[ALPHA] == 0.0:
-            out[OUT_WORK] += end[CONTROL] * (end[DEPTH] - depth)
+        out[OUT_WORK] += load * (end[DEPTH] - depth)
         jumped = abs(end[OUTER] - c0) > 0.02 * length
     else:
         separate(zone)
+        load = 0.0
     accept(zone)
     if jumped:
         out[OUT_JUMPED] = 1.0
-        out[OUT_LOST] += was - potential(zone, False)
+        out[OUT_LOST] += was - potential(zone, load)
     return DONE
 
 
@@ -314,7 +314,7 @@ def follow_rows(
             if not 0.0 < end[RADIUS] < guess:
                 end[RADIUS], guess = a, c
             choose_nodes(zone, end[RADIUS], guess)
-            solved = find(zone, guess, limits[LARGEST] * whole, False) == _FOUND
+            solved = find(zone, guess, limits[LARGEST] * whole) == _FOUND
             missed = abs(end[OUTER] - guess)
             if solved:
                 room = limits[MISSED] * whole + _NOISE * h

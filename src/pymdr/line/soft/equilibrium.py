@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from pymdr.compiling import inner
+from pymdr.compiling import inner, merged
 from pymdr.line.soft.kernels import (
     ALPHA,
     BEFORE,
@@ -58,7 +58,7 @@ _CELL_POINTS = np.array([0.1127016653792583, 0.5, 0.8872983346207417])
 _CELL_WEIGHTS = np.array([0.2777777777777778, 0.4444444444444444, 0.2777777777777778])
 
 
-@inner
+@merged
 def sum_deviations(zone: Zone) -> None:
     """int_0^a y_j dx at the end of a step, by that before it and the nodes between."""
     now, end, body, room, node = zone.now, zone.end, zone.body, zone.room, zone.node
@@ -74,20 +74,22 @@ def sum_deviations(zone: Zone) -> None:
         # y at the lower end: before the step where the edge recedes, else after it
         if low > 0.0:
             if receding:
-                deviation_at(zone, a1, BEFORE)
+                deviation_at(zone, a1)
             else:
                 for j in range(n):
-                    room[BEFORE, j] = zone.edge[INNER_EDGE, j] * room[FADE, j]
+                    room[HERE, j] = zone.edge[INNER_EDGE, j] * room[FADE, j]
         elif receding:
             for j in range(n):
-                room[BEFORE, j] = node[0, j] * math.exp(-body[RATE, j] * (t - node[0, n]))
+                room[HERE, j] = node[0, j] * math.exp(-body[RATE, j] * (t - node[0, n]))
         else:
-            node_end(zone, 0, BEFORE)
+            node_end(zone, first - 1)
+        for j in range(n):
+            room[BEFORE, j] = room[HERE, j]
         place = low
         for i in range(first, last + 2):
             x = i * h if i <= last else high
             if i <= last and not receding:
-                node_end(zone, i, HERE)
+                node_end(zone, i)
             for j in range(n):
                 if i <= last:
                     y = (
@@ -117,7 +119,7 @@ def bear(zone: Zone) -> None:
         end[FORCE] = -math.pi * end[SIGMA] * c * c
         return
     sum_deviations(zone)
-    area = of_table(zone, 1, a)
+    _, area = of_table(zone, a)
     inside = a * d - area
     for j in range(body.shape[1]):
         inside -= body[SHARE, j] * (a * zone.after[LAG, j] - area + zone.after[SUM, j])
@@ -125,23 +127,23 @@ def bear(zone: Zone) -> None:
     end[FORCE] = 2.0 * inside - 2.0 * end[SIGMA] * (c * c * math.atan2(root, a) - a * root)
 
 
-@inner
+@merged
 def edge_at(zone: Zone, a1: float, advancing: bool) -> float:
     """State of the edge at a1 at the end of a step, with the depth by continuity of q; the excess of the control."""
     now, end, body, room, after = zone.now, zone.end, zone.body, zone.room, zone.after
     n, c1, d0 = body.shape[1], end[OUTER], now[DEPTH]
     end[RADIUS] = a1
     pull = 2.0 * end[SIGMA] * math.sqrt(max((c1 - a1) * (c1 + a1), 0.0))
-    g = of_table(zone, 0, a1)
+    g, _ = of_table(zone, a1)
     if advancing:
-        modes_at(zone, a1, HERE)
-        pulled(zone, a1, 0.0, 1.0, HERE)
+        modes_at(zone, a1)
+        pulled(zone, a1, 0.0, 1.0)
         d1 = g - pull
         for j in range(n):
             d1 += body[REACH, j] * room[HERE, j]
             after[OUTER_EDGE, j] = room[HERE, j]
     else:
-        deviation_at(zone, a1, HERE)
+        deviation_at(zone, a1)
         fixed, slope = g - pull, 1.0
         for j in range(n):
             room[HERE, j] *= room[FADE, j]
@@ -169,42 +171,64 @@ def edge_at(zone: Zone, a1: float, advancing: bool) -> float:
     return float(end[ALPHA] * d1 + end[BETA] * end[FORCE] - end[CONTROL])
 
 
-@inner
+@merged
+def rest(zone: Zone, off: float) -> None:
+    """An edge at rest: the depth by the control, with the springs of the contact, by its excess at the depth of continuity."""
+    end, room, after, body = zone.end, zone.room, zone.after, zone.body
+    a, n = end[RADIUS], body.shape[1]
+    # the force is linear in the depth
+    slope = 1.0
+    for j in range(n):
+        slope -= body[SHARE, j] * room[WILL, j]
+    change = -off / (end[ALPHA] + 2.0 * a * end[BETA] * slope)
+    end[DEPTH] += change
+    g, _ = of_table(zone, a)
+    for j in range(n):
+        after[LAG, j] += room[WILL, j] * change
+    for j in range(n):
+        after[OUTER_EDGE, j] = 0.0
+        for k in range(n):
+            after[OUTER_EDGE, j] += body[INTO + j, k] * (after[LAG, k] - g + after[INNER_EDGE, k])
+
+
+@merged
 def radius_under(zone: Zone, c: float) -> int:
     """The contact radius at c under the control, from that in the end of the step: 1; 0 for no contact; -1 where c is too small."""
     end, a0 = zone.end, zone.now[RADIUS]
     end[OUTER] = c
     lowest, highest = 1e-6 * c, c * (1.0 - 1e-9)
     low, high, guess = lowest, highest, end[RADIUS]
-    has_low, has_high, advancing = False, False, a0 <= low
-    x, previous, last = guess, 0.0, 0.0
-    if lowest < a0 < highest:
-        x = a0
-    x = min(max(x, lowest), highest)
-    points = 0
-    at_kink = x == a0
+    has_low, has_high, advancing, ends, rests = False, False, a0 <= low, False, False
+    at_kink = lowest < a0 < highest
+    x, previous, last = min(max(a0 if at_kink else guess, lowest), highest), 0.0, 0.0
+    points, found = 0, 1
     for step in range(_ITERATIONS):
         off = edge_at(zone, x, advancing)
-        if off == 0.0:
-            return 1
+        if rests:
+            rest(zone, off)
+            break
+        if ends or off == 0.0:
+            break
         if off < 0.0:
             low, has_low = x, True
         else:
             high, has_high = x, True
         if at_kink and off < 0.0 and not advancing:
-            # the other side of the edge; between both values the edge rests
+            # the other side of the edge
             advancing = True
             continue
         if at_kink and advancing and off > 0.0:
-            rest_at(zone, a0)
-            return 1
+            # between both values the edge rests
+            advancing, rests = False, True
+            continue
         if x <= lowest and off > 0.0:
-            return 0
+            found = 0
+            break
         if x >= highest and off < 0.0:
-            return -1
+            found = -1
+            break
         if has_low and has_high and high - low < 1e-12 * (c - x) + 4e-16 * c:
-            return 1
-        new = x
+            break
         if at_kink:
             new = guess if low < guess < high else x + (0.02 if advancing else -0.02) * (c - x)
         elif points == 0:
@@ -214,40 +238,15 @@ def radius_under(zone: Zone, c: float) -> int:
         else:
             new = 0.5 * (low + high)
         at_kink = False
-        if not low < new < high:
-            # beyond what is known: its limit first
-            if new >= high:
-                new = high if not has_high and step < _SECANTS else 0.5 * (low + high)
-            else:
-                new = low if not has_low and step < _SECANTS else 0.5 * (low + high)
-        if points > 0 and abs(new - x) < 1e-11 * (c - x):
-            edge_at(zone, new, advancing)
-            return 1
+        # a limit that has not been tried comes first
+        if new >= high:
+            new = high if not has_high and step < _SECANTS else 0.5 * (low + high)
+        elif new <= low:
+            new = low if not has_low and step < _SECANTS else 0.5 * (low + high)
+        ends = points > 0 and abs(new - x) < 1e-11 * (c - x)
         previous, last, x = x, off, new
         points += 1
-    return 1
-
-
-@inner
-def rest_at(zone: Zone, a: float) -> None:
-    """An edge at rest: the depth by the control, with the springs of the contact."""
-    end, room, after, body = zone.end, zone.room, zone.after, zone.body
-    d0 = zone.now[DEPTH]
-    # the force is linear in the depth
-    first = edge_at(zone, a, False)
-    depth = end[DEPTH]
-    slope = end[ALPHA]
-    for j in range(body.shape[1]):
-        slope += -2.0 * a * end[BETA] * body[SHARE, j] * room[WILL, j]
-    slope += 2.0 * a * end[BETA]
-    end[DEPTH] = depth - first / slope
-    g = of_table(zone, 0, a)
-    for j in range(body.shape[1]):
-        after[LAG, j] = room[FADE, j] * zone.edge[LAG, j] + room[WAS, j] * d0 + room[WILL, j] * end[DEPTH]
-    for j in range(body.shape[1]):
-        after[OUTER_EDGE, j] = 0.0
-        for k in range(body.shape[1]):
-            after[OUTER_EDGE, j] += body[INTO + j, k] * (after[LAG, k] - g + after[INNER_EDGE, k])
+    return found
 
 
 @inner
@@ -274,7 +273,7 @@ def choose_nodes(zone: Zone, a: float, c: float) -> None:
     end[KNOTS] = count
 
 
-@inner
+@merged
 def over_zone(zone: Zone, count: int, c: float) -> float:
     """The integral of the values over theta / sqrt(2 c - theta^2), cubic between the points."""
     total, at, points, stencil = 0.0, 0.0, zone.points, zone.stencil
@@ -316,12 +315,14 @@ def excess(zone: Zone, c: float) -> float:
             )
             after[INNER_EDGE, j] = after[OUTER_EDGE, j] = 0.0
     a, d = end[RADIUS], end[DEPTH]
-    total = of_table(zone, 0, c)
+    total, _ = of_table(zone, c)
     if c >= zone.now[RADIUS]:
-        modes_at(zone, c, HERE)
-        pulled(zone, c, 0.0, 1.0, HERE)
+        modes_at(zone, c)
+        pulled(zone, c, 0.0, 1.0)
     else:  # a jump
-        deviation_at(zone, c, BEFORE)
+        deviation_at(zone, c)
+        for j in range(n):
+            room[BEFORE, j] = room[HERE, j]
         for j in range(n):
             room[HERE, j] = 0.0
             for k in range(n):
@@ -335,14 +336,14 @@ def excess(zone: Zone, c: float) -> float:
         i = zone.chosen[p]
         x = i * h
         if x < c - TOUCHING * h and (x > a + TOUCHING * h or (a == 0.0 and i >= 0)):
-            node_end(zone, i, HERE)
+            node_end(zone, i)
             total = zone.profile[0, i]
             for j in range(n):
                 total += body[REACH, j] * room[HERE, j]
             zone.points[0, count], zone.points[1, count] = math.sqrt(c - x), total - d
             count += 1
     if a > 0.0:
-        total = of_table(zone, 0, a)
+        total, _ = of_table(zone, a)
         for j in range(n):
             total += body[REACH, j] * after[OUTER_EDGE, j]
         zone.points[0, count], zone.points[1, count] = math.sqrt(c - a), total - d

@@ -85,23 +85,22 @@ def weigh(zone: Zone, x: float, count: int) -> None:
 
 
 @inner
-def of_table(zone: Zone, row: int, x: float) -> float:
-    """Value of g or of its integral at x, by cubics."""
+def of_table(zone: Zone, x: float) -> tuple[float, float]:
+    """Values of g and of its integral at x, by cubics."""
     table = zone.profile
     h = zone.end[SPACING]
     k = min(max(int(x / h) - 1, 0), table.shape[1] - 4)
     u = x / h - k
-    return float(
-        table[row, k] * (u - 1.0) * (u - 2.0) * (u - 3.0) / -6.0
-        + table[row, k + 1] * u * (u - 2.0) * (u - 3.0) / 2.0
-        + table[row, k + 2] * u * (u - 1.0) * (u - 3.0) / -2.0
-        + table[row, k + 3] * u * (u - 1.0) * (u - 2.0) / 6.0
-    )
+    w0, w1 = (u - 1.0) * (u - 2.0) * (u - 3.0) / -6.0, u * (u - 2.0) * (u - 3.0) / 2.0
+    w2, w3 = u * (u - 1.0) * (u - 3.0) / -2.0, u * (u - 1.0) * (u - 2.0) / 6.0
+    g = w0 * table[0, k] + w1 * table[0, k + 1] + w2 * table[0, k + 2] + w3 * table[0, k + 3]
+    area = w0 * table[1, k] + w1 * table[1, k + 1] + w2 * table[1, k + 2] + w3 * table[1, k + 3]
+    return g, area
 
 
 @inner
-def deviation_at(zone: Zone, x: float, to: int) -> None:
-    """y_j now at x <= a, into a row of the work space."""
+def deviation_at(zone: Zone, x: float) -> None:
+    """y_j now at x <= a, into HERE of the work space."""
     now, node, body, stencil = zone.now, zone.node, zone.body, zone.stencil
     h, t, a = zone.end[SPACING], now[TIME], now[RADIUS]
     n = body.shape[1]
@@ -109,7 +108,7 @@ def deviation_at(zone: Zone, x: float, to: int) -> None:
     if last < 3:
         for j in range(n):
             centre = node[0, j] * math.exp(-body[RATE, j] * (t - node[0, n]))
-            zone.room[to, j] = centre + (zone.edge[INNER_EDGE, j] - centre) * (x / a) ** 2
+            zone.room[HERE, j] = centre + (zone.edge[INNER_EDGE, j] - centre) * (x / a) ** 2
         return
     first = min(int(x / h) - 1, last - 3)
     with_edge = first == last - 3 and x > (last - 1) * h
@@ -117,7 +116,8 @@ def deviation_at(zone: Zone, x: float, to: int) -> None:
         first = last - 2
     for i in range(4):
         stencil[0, i] = a if with_edge and i == 3 else (first + i) * h
-    weigh(zone, x, 4)
+    count = stencil.shape[1]
+    weigh(zone, x, count)
     for j in range(n):
         total = 0.0
         for i in range(4):
@@ -126,12 +126,12 @@ def deviation_at(zone: Zone, x: float, to: int) -> None:
             else:
                 own = abs(first + i)
                 total += stencil[1, i] * node[own, j] * math.exp(-body[RATE, j] * (t - node[own, n]))
-        zone.room[to, j] = total
+        zone.room[HERE, j] = total
 
 
 @inner
-def modes_at(zone: Zone, x: float, to: int) -> None:
-    """m_j now at x >= a, into a row of the work space."""
+def modes_at(zone: Zone, x: float) -> None:
+    """m_j now at x >= a, into HERE of the work space."""
     now, node, body, stencil = zone.now, zone.node, zone.body, zone.stencil
     h, t, a, c = zone.end[SPACING], now[TIME], now[RADIUS], now[OUTER]
     n = body.shape[1]
@@ -172,12 +172,12 @@ def modes_at(zone: Zone, x: float, to: int) -> None:
                 if idle > 0.0:
                     value *= math.exp(-body[DECAY, j] * idle)
             total += stencil[1, i] * value
-        zone.room[to, j] = total
+        zone.room[HERE, j] = total
 
 
 @inner
-def pulled(zone: Zone, x: float, s0: float, s1: float, to: int) -> None:
-    """Advance modes at x, in a row of the work space, from s0 to s1 of a step, whose c^2 is linear in time."""
+def pulled(zone: Zone, x: float, s0: float, s1: float) -> None:
+    """Advance modes at x, in HERE of the work space, from s0 to s1 of a step, whose c^2 is linear in time."""
     body, room = zone.body, zone.room
     length, sigma = zone.end[LENGTH], zone.end[SIGMA]
     n = body.shape[1]
@@ -185,7 +185,7 @@ def pulled(zone: Zone, x: float, s0: float, s1: float, to: int) -> None:
     low, high = A + B * s0, A + B * s1
     if (low <= 0.0 and high <= 0.0) or s1 <= s0:
         for j in range(n):
-            room[to, j] *= math.exp(-body[DECAY, j] * (s1 - s0) * length)
+            room[HERE, j] *= math.exp(-body[DECAY, j] * (s1 - s0) * length)
         return
     sa = -A / B if low < 0.0 else s0
     sb = -A / B if high < 0.0 else s1
@@ -208,47 +208,48 @@ def pulled(zone: Zone, x: float, s0: float, s1: float, to: int) -> None:
         if s1 > sb:
             total *= math.exp(-lam * (s1 - sb) * length)
         kept = math.exp(-lam * (s1 - s0) * length)
-        room[to, j] = room[to, j] * kept - 2.0 * sigma * body[REACH, j] * total
+        room[HERE, j] = room[HERE, j] * kept - 2.0 * sigma * body[REACH, j] * total
 
 
 @inner
-def node_end(zone: Zone, i: int, to: int) -> bool:
-    """The entries of a node at the end of a step, into a row of the work space, and whether it is in contact then."""
+def node_end(zone: Zone, i: int) -> bool:
+    """The entries of a node at the end of a step, into HERE of the work space, and whether it is in contact then."""
     now, end, body, room = zone.now, zone.end, zone.body, zone.room
     n = body.shape[1]
     x, a0, a1, d0 = i * end[SPACING], now[RADIUS], end[RADIUS], now[DEPTH]
     length, idle = end[LENGTH], now[TIME] - zone.node[i, n]
     was, stays = x < a0, x < a1
     crossing = (a0 - x) / (a0 - a1) if was != stays else 0.0
+    start, stop = 0.0, 1.0
     entries = RATE if was else DECAY
     held = (length if stays else crossing * length) if was else 0.0
     for j in range(n):
         value = zone.node[i, j]
         if idle + held > 0.0:
             value *= math.exp(-body[entries, j] * (idle + held))
-        room[to, j] = value
+        room[HERE, j] = value
     if was and stays:
         return True
     if was or stays:
         if stays:
-            pulled(zone, x, 0.0, crossing, to)
+            pulled(zone, x, start, crossing)
         d1 = d0 + crossing * (end[DEPTH] - d0)
         for j in range(n):  # v in contact but for y
             e, w0, w1 = fades(body[RATE, j], crossing * length)
             room[SCRATCH, j] = e * zone.edge[LAG, j] + w0 * d0 + w1 * d1 - zone.profile[0, i]
-            room[KEPT, j] = room[to, j]
+            room[KEPT, j] = room[HERE, j]
         if stays:
             for j in range(n):
                 y = -room[SCRATCH, j]
                 for k in range(n):
                     y += body[INTO + n + j, k] * room[KEPT, k]
-                room[to, j] = y * math.exp(-body[RATE, j] * (1.0 - crossing) * length)
+                room[HERE, j] = y * math.exp(-body[RATE, j] * (1.0 - crossing) * length)
             return True
         for j in range(n):
-            room[to, j] = 0.0
+            room[HERE, j] = 0.0
             for k in range(n):
-                room[to, j] += body[INTO + j, k] * (room[SCRATCH, k] + room[KEPT, k])
-    pulled(zone, x, crossing, 1.0, to)
+                room[HERE, j] += body[INTO + j, k] * (room[SCRATCH, k] + room[KEPT, k])
+    pulled(zone, x, crossing, stop)
     return False
 
 
@@ -261,7 +262,7 @@ def accept(zone: Zone) -> None:
     first = max(int(low / h) - 1, 0)
     last = min(int(high / h) + 1, node.shape[0] - 1)
     for i in range(first, last + 1):
-        node_end(zone, i, HERE)
+        node_end(zone, i)
         for j in range(n):
             node[i, j] = zone.room[HERE, j]
         node[i, n] = end[TIME]

@@ -13,7 +13,7 @@ from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres
 
-_IN_ZONE, _IN_CONTACT, _MOST = 24.0, 1000.0, 60_000
+_IN_ZONE, _IN_CONTACT, _MOST = 24.0, 1000.0, 150_000
 """Nodes in the shortest zone, nodes within the largest, and the largest number of nodes."""
 _BEYOND = 1.05
 _SPARE = 8
