@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pymdr as mdr
+from drawing import examples
 from pymdr.errors import PathError, ProblemError
 from pymdr.workbench.casefile import read_case
 
@@ -217,3 +220,53 @@ def test_short_zones_and_long_series():
     slow = -mdr.pull_off(contact(20.0, body=mdr.Elastic(0.75, 0.5))).largest_pull
     fast = -mdr.pull_off(contact(20.0, body=mdr.Elastic(7.5, 0.5))).largest_pull
     assert slow < pull < 10.0 * max(slow, fast)  # E_0/E_inf = 10
+
+
+def test_orders_of_convergence():
+    """With halved nodes, cells and steps the force converges to the second order, in the mean over a retraction; singular instants reduce it."""
+    from pymdr.line.soft.springs import FINE, ZoneLevel, ZoneSetting, ZoneSprings
+
+    def profile(x):
+        return x**2, x**3 / 3.0
+
+    relaxation = mdr.relaxation_of(RUBBER)
+    setting = ZoneSetting(relaxation, 2.0, 1.0, profile, 2.5)
+    times = np.array([0.0, 2.0, 1e3, *(1e3 + np.linspace(2.0, 40.0, 20))])
+    depths = np.array([-1.0, 1.0, 1.0, *(1.0 - 0.1 * np.linspace(2.0, 40.0, 20))])
+    forces = []
+    for scale in (4.0, 2.0, 1.0, 0.25):
+        level = ZoneLevel(*(np.array(FINE) * [scale, 1.0 / scale, scale, scale]))
+        forces.append(ZoneSprings(setting, level).follow(times, depths, math.inf)["normal_force"])
+    errors = [np.sqrt(np.mean((force[2:] - forces[-1][2:]) ** 2)) for force in forces[:-1]]
+    assert math.log2(errors[0] / errors[-1]) / 2.0 > 1.7
+    assert errors[-1] < 1e-4 * np.abs(forces[-1]).max()
+
+
+@given(
+    st.floats(0.2, 8.0), st.floats(0.02, 5.0), st.floats(0.1, 1.0), st.floats(-9.0, 3.0), st.floats(-3.0, 6.0)
+)
+@settings(max_examples=examples(18), deadline=None)
+def test_any_retraction_dissipates_between_the_limits(strength, speed, depth, size, time):
+    """Nothing is gained, the pull-off is between the limits, and lengths from nanometres to metres and times scale."""
+    length, tau, modulus = 10.0**size, 10.0**time, 1e6
+    solid = mdr.StandardSolid(0.25 * modulus, 2.25 * modulus, tau)
+    soft = mdr.Contact(
+        mdr.Paraboloid(length),
+        mdr.Viscoelastic(solid, poisson=0.5),
+        adhesion=mdr.MaugisDugdale(modulus * length, strength=strength * modulus),
+    )
+    reach = (8.0 + depth) * length
+    path = (
+        mdr.indent(depth * length, steps=5, duration=2.0 * tau)
+        >> mdr.hold(tau)
+        >> mdr.indent(depth * length - reach, steps=60, duration=reach / length / speed * tau)
+    )
+    result = mdr.solve(soft, path)
+    spent = result["dissipated_energy"].values
+    assert result.status is mdr.Status.PULLED_OFF
+    assert np.all(np.diff(spent) > -3e-4 * spent[-1])
+    pull = -result["normal_force"].values.min() / (modulus * length**2)
+    slow = -mdr.pull_off(contact(strength, body=mdr.Elastic(0.75, 0.5))).largest_pull
+    # no faster pull than that of a flat punch of the largest contact on the instantaneous modulus
+    radius = result["contact_radius"].values.max() / length
+    assert 0.9 * slow < pull < math.sqrt(8.0 * math.pi * 10.0 * radius**3)

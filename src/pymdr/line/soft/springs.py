@@ -32,7 +32,7 @@ class ZoneLevel(NamedTuple):
     """Largest error of its prediction over that length."""
 
 
-FINE, COARSE = ZoneLevel(1.0, 24.0, 0.05, 0.005), ZoneLevel(2.0, 12.0, 0.1, 0.01)
+FINE, COARSE = ZoneLevel(1.0, 24.0, 0.03, 0.002), ZoneLevel(2.0, 12.0, 0.06, 0.004)
 
 
 @dataclass(frozen=True)
