@@ -161,6 +161,46 @@ def test_friction_of_a_worn_contact_to_the_end(at_depth: mdr.solving.wear.Wear) 
         )
 
 
+@pytest.mark.parametrize("radius", [1e-8, 1.0, 1e4])
+def test_gross_slip_at_constant_indentation_of_any_size(radius: float) -> None:
+    """A flat of the depth d: b = sqrt(2 R d), V = pi R d^2."""
+    depth = 1e-4 * radius
+    contact = mdr.Contact(mdr.Paraboloid(radius), BODY, BODY, friction=mdr.Coulomb(0.1))
+    path = mdr.indent(depth) >> mdr.cycle(shift=0.5 * depth)
+    worn = mdr.wear(contact, path, coefficient=K, cycles=10.0)
+    assert worn.data.attrs["limit_radius"] == pytest.approx(math.sqrt(2.0 * radius * depth), rel=1e-9)
+    assert worn.data.attrs["limit_volume"] == pytest.approx(math.pi * radius * depth**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_balances_of_random_problems(seed: int) -> None:
+    """From 10 nm to 1 m: volume below the limit, a stick radius that does not fall, and the work of friction as the worn volume."""
+    rng = np.random.default_rng(seed)
+    size, slope = 10.0 ** rng.uniform(-8.0, 0.0), 10.0 ** rng.uniform(-4.0, -1.0)
+    depth, mu = slope * size, 10.0 ** rng.uniform(-1.5, 0.2)
+    profile = mdr.PowerLaw(rng.uniform(1.3, 5.0), depth, size)
+    body = mdr.Elastic(10.0 ** rng.uniform(5.0, 12.0), rng.uniform(0.0, 0.49))
+    contact = mdr.Contact(profile, body, body, friction=mdr.Coulomb(mu))
+    pressed = mdr.solve(contact, mdr.indent(depth))
+    force, radius = float(pressed["normal_force"][0]), float(pressed["contact_radius"][0])
+    moduli = mdr.effective_moduli(body, body)
+    slides = mu * moduli.normal / moduli.tangential * depth
+    shift = rng.uniform(0.05, 0.98) * slides
+    by_force = bool(seed % 2)
+    path = (mdr.load(force) if by_force else mdr.indent(depth)) >> mdr.cycle(shift=shift)
+    cycles = 10.0 ** rng.uniform(2.0, 8.0)
+    k = 10.0 ** rng.uniform(-1.0, 2.0) * depth * math.pi * radius**2 / (cycles * 4.0 * slides * force)
+    worn = mdr.wear(contact, path, coefficient=k, cycles=cycles)
+    volume = worn["worn_volume"].values
+    assert np.all(np.diff(volume) >= -1e-9 * volume[-1])
+    assert np.all(np.diff(worn["stick_radius"].values) >= -1e-12 * radius)
+    if not by_force:
+        assert volume[-1] <= worn.data.attrs["limit_volume"] * (1.0 + 2e-3)
+    n, work = worn["cycles"].values, worn["dissipated_per_cycle"].values
+    # the trapezoid over 31 rows
+    assert k / mu * np.sum(np.diff(n) * (work[1:] + work[:-1]) / 2.0) == pytest.approx(volume[-1], rel=0.03)
+
+
 def test_lengths_scale(at_depth: mdr.solving.wear.Wear) -> None:
     """A thousand times larger: the same cycles, a thousandth of the coefficient over the size of nothing else."""
     large = mdr.Contact(mdr.Paraboloid("10 m"), BODY, BODY, friction=mdr.Coulomb(0.5))
@@ -408,5 +448,11 @@ shift = "0.2 um"
     assert {"wear.csv", "wear.png"} <= {file.name for file in (tmp_path / "out").iterdir()}
     measured = tmp_path / "record.csv"
     record([2.0e-6, 2.0e-6]).to_csv(measured)
-    logged = CliRunner().invoke(app, ["fretting", str(measured), "--case", str(case), "--json"])
+    chart = tmp_path / "map.png"
+    command = ["fretting", str(measured), "--case", str(case), "--map", str(chart)]
+    logged = CliRunner().invoke(app, [*command, "--json"])
     assert logged.exit_code == 0, logged.output
+    assert chart.exists()
+    without_case = CliRunner().invoke(app, ["fretting", str(measured), "--map", str(chart), "--json"])
+    assert without_case.exit_code != 0
+    assert "give --case" in without_case.output

@@ -55,7 +55,7 @@ from pymdr.solving.walk import (
 )
 from pymdr.units import FloatArray, newtons
 
-_FEWEST, _MOST = 96, 1536
+_FEWEST, _MOST = 48, 1536
 """Springs of the first solution, and of the last: each has twice as many as the one before."""
 _WANTED = 2e-4
 """Change of the force by half the springs, over the largest mu F_N: about twice the error of the force."""

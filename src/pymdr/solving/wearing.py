@@ -259,7 +259,7 @@ def _half_load(case: WearCase) -> float:
 def _bound(case: WearCase, rows: FloatArray) -> float:
     """A radius in m that the contact hardly exceeds."""
     if case.request.normal_force is None:
-        return outer_radius(case.depth, case.stick, case.gap, case.profile, case.kinks)
+        return outer_radius(case.depth, case.stick, case.gap, case.profile, case.kinks, case.radius)
     most = 4.0 * case.coefficient * case.request.normal_force * case.request.amplitude * float(rows[-1])
     flat = _flat_of(case, most)
     by_volume = _ROOM * math.hypot(flat, 1.2 * case.radius)
@@ -267,7 +267,7 @@ def _bound(case: WearCase, rows: FloatArray) -> float:
         return by_volume
     # beyond the first stick radius the springs are not negative
     deepest = (_half_load(case) + float(case.equivalent.integral(np.array([case.stick]))[0])) / case.stick
-    by_depth = outer_radius(deepest, case.stick, case.gap, case.profile, case.kinks)
+    by_depth = outer_radius(deepest, case.stick, case.gap, case.profile, case.kinks, case.radius)
     return min(by_volume, by_depth)
 
 
@@ -419,7 +419,7 @@ def limit_of(case: WearCase) -> dict[str, float]:
     """Volume, radius and load at the end of wear at constant indentation; empty at constant load."""
     if case.request.normal_force is not None:
         return {}
-    end = wear_limit(case.depth, case.stick, case.gap, case.profile, case.kinks)
+    end = wear_limit(case.depth, case.stick, case.gap, case.profile, case.kinks, case.radius)
     return {
         "limit_volume": end.volume,
         "limit_radius": end.radius,

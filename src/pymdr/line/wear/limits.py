@@ -65,10 +65,17 @@ def limiting_profile(
 
 
 def outer_radius(
-    depth: float, stick: float, gap: Curve, profile: Curve, kinks: tuple[float, ...] = ()
+    depth: float,
+    stick: float,
+    gap: Curve,
+    profile: Curve,
+    kinks: tuple[float, ...] = (),
+    radius: float = 0.0,
 ) -> float:
     """
     The radius b in m at which the limiting profile meets the original one; inf if they never meet.
+
+    Where nothing sticks the search begins at `radius`, that of the contact before wear in m.
 
     Examples
     --------
@@ -81,7 +88,7 @@ def outer_radius(
             return profile(r) - limiting_profile(r, depth, stick, gap, kinks)
         return profile(r) - depth
 
-    low = max(stick, 1e-12)
+    low = stick if stick > 0.0 else radius
     high = 2.0 * low
     for _ in range(_DOUBLINGS):
         if below(np.array([high]))[0] > 0.0:
@@ -95,10 +102,15 @@ def outer_radius(
 
 
 def wear_limit(
-    depth: float, stick: float, gap: Curve, profile: Curve, kinks: tuple[float, ...] = ()
+    depth: float,
+    stick: float,
+    gap: Curve,
+    profile: Curve,
+    kinks: tuple[float, ...] = (),
+    radius: float = 0.0,
 ) -> WearLimit:
     """
-    Radius, volume and load at which wear under constant indentation ends.
+    Radius, volume and load at which wear under constant indentation ends; `radius` as for `outer_radius`.
 
     Examples
     --------
@@ -106,7 +118,7 @@ def wear_limit(
     >>> round(2.0 * end.half_load, 12)
     0.132
     """
-    b = outer_radius(depth, stick, gap, profile, kinks)
+    b = outer_radius(depth, stick, gap, profile, kinks, radius)
     t, weight = gauss(_NODES)
     marks = np.array([stick, *(k for k in kinks if stick < k < b), b])
     width = np.diff(marks)[:, None]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pymdr.workbench.cli.folders import write_study
+from pymdr.workbench.cli.folders import write_figure, write_study
 from pymdr.workbench.cli.options import Json, Quiet, Table
 from pymdr.workbench.cli.reporting import (
     failures_as_json,
@@ -22,6 +22,7 @@ from pymdr.workbench.cli.reporting import (
 if TYPE_CHECKING:
     import xarray as xr
 
+    from pymdr.problem.contact import Contact
     from pymdr.problem.topography import Topography
     from pymdr.result import Result
     from pymdr.solving.study import Study
@@ -82,6 +83,10 @@ def fretting(
         str | None,
         typer.Option(help="Smallest swing that counts as a turn; by default a tenth of the range."),
     ] = None,
+    chart: Annotated[
+        Path | None,
+        typer.Option("--map", help="Figure of load against amplitude with the cycles; needs --case."),
+    ] = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -101,9 +106,28 @@ def fretting(
             cycles=cycles,
             least=least,
         )
+        if chart is not None:
+            _draw_map(study, contact, chart)
         return str(record), study
 
     report_study("fretting", record, studied, output, quiet, as_json)
+
+
+def _draw_map(study: Study, contact: Contact | None, file: Path) -> None:
+    """Load against amplitude with the cycles of a record, up to a quarter above its largest load."""
+    import numpy as np
+
+    from pymdr.errors import ProblemError
+    from pymdr.solving.running import running_conditions
+
+    if contact is None:
+        raise ProblemError("fretting: --map needs the contact whose gross slip it shows; give --case")
+    if "normal_force" not in study.data:
+        raise ProblemError("fretting: --map needs the load of the record; give --normal-force")
+    if contact.friction is None:
+        raise ProblemError("fretting: --map needs a coefficient of friction; give [friction] in the case")
+    loads = np.linspace(0.02, 1.25, 60) * float(study.data["normal_force"].max())
+    write_figure(running_conditions(contact, loads, record=study).plot(), file)
 
 
 def _read_cycles(record: Path) -> xr.Dataset | Result:
