@@ -411,8 +411,10 @@ def loads_of_wear(original: EquivalentProfile, x: FloatArray, g: FloatArray) -> 
         inner * before - original.integral(inner), x * g - start - np.append(0.0, np.cumsum(cells))
     )
     depth = np.append(before, g)
-    rising = np.append(True, np.diff(np.maximum.accumulate(depth)) > _ALIKE * depth[-1])
-    return depth[rising], half[rising]
+    kept = np.flatnonzero(np.append(True, np.diff(np.maximum.accumulate(depth)) > _ALIKE * depth[-1]))
+    # the curve carries the whole load of the row
+    kept[-1] = depth.size - 1
+    return depth[kept], half[kept]
 
 
 def limit_of(case: WearCase) -> dict[str, float]:
