@@ -72,3 +72,33 @@ def ratios() -> Iterator[Ratio]:
         (lambda: follow_springs(LINE, kernel, once, pressed, n=SPRINGS), 5),
     )
     yield Ratio(f"{SINGLE:.0e} rows by Ting's form", f"{SPRINGS} springs", fast, slow, "aim within 1 s")
+    yield from adhesive()
+
+
+def adhesive() -> Iterator[Ratio]:
+    """Load, dwell and retraction in 500 rows under a cohesive zone, against the same path of Maugis' elastic law."""
+    body = mdr.Viscoelastic(mdr.Prony(0.25, [0.75] * 3, [0.1, 1.0, 10.0]), poisson=0.5)
+    path = (
+        mdr.indent(1.0, steps=200, duration=2.0)
+        >> mdr.hold(5.0, steps=50)
+        >> mdr.indent(-8.0, steps=250, duration=90.0)
+    )
+    still = mdr.indent(1.0, steps=200) >> mdr.hold(steps=50) >> mdr.indent(-8.0, steps=250)
+    for strength in (0.3, 2.0, 6.0, 20.0):
+        law = mdr.MaugisDugdale(1.0, strength=strength)
+        soft, elastic = (
+            mdr.Contact(mdr.Paraboloid(1.0), one, adhesion=law) for one in (body, mdr.Elastic(0.75, 0.5))
+        )
+        result = mdr.solve(soft, path)
+        error = np.abs(result.claims["normal_force"].error * result["normal_force"].values)
+        largest = np.abs(result["normal_force"].values).max()
+        ours, other = median_times(
+            (lambda c=soft: mdr.solve(c, path), 3), (lambda c=elastic: mdr.solve(c, still), 3)
+        )
+        yield Ratio(
+            f"500 rows, three relaxation times, strength {strength:g}, median error {np.median(error) / largest:.0e} of the largest force",
+            "Maugis' elastic law over these rows",
+            ours,
+            other,
+            "aim 0.5 s",
+        )

@@ -270,3 +270,22 @@ def test_any_retraction_dissipates_between_the_limits(strength, speed, depth, si
     # no faster pull than that of a flat punch of the largest contact on the instantaneous modulus
     radius = result["contact_radius"].values.max() / length
     assert 0.9 * slow < pull < math.sqrt(8.0 * math.pi * 10.0 * radius**3)
+
+
+@pytest.mark.parametrize(("time", "young"), [(1e-9, 0.75), (1e9, 7.5)])
+def test_relaxation_at_once_or_never_is_elastic(time, young):
+    """Loops by Maugis' elastic law with the equilibrium modulus or the instantaneous one."""
+    body = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, time), poisson=0.5)
+    path = (
+        mdr.indent(-0.95, duration=1.0)
+        >> mdr.indent(0.8, steps=18, duration=2.0)
+        >> mdr.indent(-2.0, steps=28, duration=3.0)
+    )
+    soft = mdr.solve(contact(2.0, body=body), path)
+    elastic = mdr.solve(
+        contact(2.0, body=mdr.Elastic(young, 0.5)),
+        mdr.indent(-0.95) >> mdr.indent(0.8, steps=18) >> mdr.indent(-2.0, steps=28),
+    )
+    for name, tolerance in (("contact_radius", 1e-6), ("cohesive_radius", 1e-6), ("normal_force", 5e-6)):
+        expected = elastic[name].values
+        assert soft[name].values == pytest.approx(expected, abs=tolerance * np.abs(expected).max())
