@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles import AreaFunction
-from pymdr.solving.fits.spectrum import NORMAL_95
+from pymdr.solving.fits.spectrum import NORMAL_95, white_priors
 from pymdr.solving.nanoindentation.records import Record
 from pymdr.solving.nanoindentation.unloading import (
     Peak,
@@ -80,7 +80,20 @@ class Indent(NamedTuple):
     by: Mapping[str, Evaluated]
 
 
-def evaluated(record: Record, settings: Settings, who: str) -> Indent:
+def common_priors(
+    listed: Sequence[Record], frame: float, limits: tuple[float, float], who: str
+) -> FloatArray:
+    """Prior probability of white noise in each unloading: all come from the same instrument."""
+    if len(listed) == 1:
+        return np.array([0.5])
+    white = []
+    for i, record in enumerate(listed, 1):
+        rows = unloading_of(record, frame, limits, f"{who}, indent {i}")
+        white.append(fitted_power(rows, f"{who}, indent {i}").errors.white)
+    return white_priors(np.array(white))
+
+
+def evaluated(record: Record, settings: Settings, who: str, prior: float = 0.5) -> Indent:
     """
     Evaluate one indent by the power law of Oliver and Pharr, and by the effective shape of its unloading.
 
@@ -90,14 +103,16 @@ def evaluated(record: Record, settings: Settings, who: str) -> Indent:
         With measured depths, the deflection of the frame included.
     who : str
         For messages.
+    prior : float
+        Probability of white noise without data.
     """
     rows = unloading_of(record, settings.frame, settings.limits, who)
     exact = replace(settings, beta=1.0, epsilon=None)
     return Indent(
         rows,
         {
-            "power_law": _with_interval(rows, fitted_power(rows, who), settings, who),
-            "effective_shape": _with_interval(rows, fitted_shape(rows, who), exact, who),
+            "power_law": _with_interval(rows, fitted_power(rows, who, prior), settings, who),
+            "effective_shape": _with_interval(rows, fitted_shape(rows, who, prior), exact, who),
         },
     )
 

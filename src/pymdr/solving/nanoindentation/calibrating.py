@@ -17,8 +17,13 @@ from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.problem.profiles.area import MOST_COEFFICIENTS
-from pymdr.solving.fits.spectrum import NORMAL_95, white_priors
-from pymdr.solving.nanoindentation.analysing import STEP, differences, peak_with_covariance
+from pymdr.solving.fits.spectrum import NORMAL_95
+from pymdr.solving.nanoindentation.analysing import (
+    STEP,
+    common_priors,
+    differences,
+    peak_with_covariance,
+)
 from pymdr.solving.nanoindentation.records import Record, Records, records_of
 from pymdr.solving.nanoindentation.unloading import Peak, fit_limits, fitted_power, unloading_of
 from pymdr.solving.study import Column, Study
@@ -181,7 +186,7 @@ def calibrate_area(
             f"{_WHO}: {len(listed)} indents for {unknowns} unknowns; give at least {unknowns + 1}, of several depths, or fewer terms"
         )
     check_factors(beta, epsilon, _WHO)
-    priors = _white_priors(listed, given or 0.0, limits)
+    priors = common_priors(listed, given or 0.0, limits, _WHO)
     modulus = 1.0 / (tip_compliance(reference, _WHO) + tip_compliance(tip, _WHO))
     frame, scale = given or 0.0, 2.0 * beta * modulus / math.sqrt(math.pi)
     for turn in range(_ROUNDS):
@@ -241,15 +246,6 @@ class _Peaks(NamedTuple):
     epsilon: FloatArray
     covariance: FloatArray
     """Of depth, 1/stiffness, force and epsilon, shape (n, 4, 4)."""
-
-
-def _white_priors(listed: Sequence[Record], frame: float, limits: tuple[float, float]) -> FloatArray:
-    """The prior probability of white noise in each record, which comes from the same instrument as the others."""
-    white = []
-    for i, record in enumerate(listed):
-        who = f"{_WHO}, indent {i + 1}"
-        white.append(fitted_power(unloading_of(record, frame, limits, who), who).errors.white)
-    return white_priors(np.array(white))
 
 
 def _peaks(

@@ -200,10 +200,10 @@ def refitted(rows: Unloading, shape: Shape, rate: float) -> FloatArray:
     )
 
 
-def fitted_shape(rows: Unloading, who: str) -> Shape:
+def fitted_shape(rows: Unloading, who: str, prior: float = 0.5) -> Shape:
     """The two powers through the complete unloading, or the one that noise lets it determine."""
-    power = _power(rows, rows.complete, who)
-    two = _fitted(rows, rows.complete, np.append(power.parameters, 0.0))
+    power = _power(rows, rows.complete, who, prior)
+    two = _fitted(rows, rows.complete, np.append(power.parameters, 0.0), prior)
     return two if two.determined else power
 
 

@@ -11,7 +11,14 @@ import numpy as np
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import AreaFunction
-from pymdr.solving.nanoindentation.analysing import PROCEDURES, UNITS, Indent, Settings, evaluated
+from pymdr.solving.nanoindentation.analysing import (
+    PROCEDURES,
+    UNITS,
+    Indent,
+    Settings,
+    common_priors,
+    evaluated,
+)
 from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
 from pymdr.solving.nanoindentation.records import Records, records_of
@@ -173,9 +180,10 @@ def oliver_pharr(
     listed = records_of(records, _WHO)
     known = Known(area, frame_compliance, tip, poisson, beta, epsilon)
     settings = settings_of(known, fit_limits(fit_range, _WHO), _WHO)
+    priors = common_priors(listed, settings.frame, settings.limits, _WHO).tolist()
     indents = tuple(
-        evaluated(record, settings, _WHO if len(listed) == 1 else f"{_WHO}, indent {i}")
-        for i, record in enumerate(listed, 1)
+        evaluated(record, settings, _WHO if len(listed) == 1 else f"{_WHO}, indent {i}", prior)
+        for i, (record, prior) in enumerate(zip(listed, priors, strict=True), 1)
     )
     return Nanoindentation(
         data=_data(indents, settings),
