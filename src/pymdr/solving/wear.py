@@ -262,7 +262,6 @@ def wear(
         coarse = coarser(case, wearing, history, rows)
     columns, errors = _extrapolated(columns_of(case, wearing, history), coarse, history)
     constants = {"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
-    radii = np.array([case.radius, float(columns["contact_radius"].max())])
     return Wear(
         data=_labelled(rows, columns, constants | limit_of(case)),
         surface=_surface(case, history, rows),
@@ -270,7 +269,7 @@ def wear(
         original=contact.profile,
         claims=wear_claims(contact, mapped.moduli, law, errors),
         assumptions=(
-            *frictional_assumptions(contact, mapped, radii),
+            *frictional_assumptions(contact, mapped, np.append(case.radius, columns["contact_radius"].max())),
             small_amplitude(request.amplitude, case.radius),
         ),
         notes=(*mapped.notes, *_notes(case, history)),
