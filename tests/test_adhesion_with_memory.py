@@ -289,3 +289,16 @@ def test_relaxation_at_once_or_never_is_elastic(time, young):
     for name, tolerance in (("contact_radius", 1e-6), ("cohesive_radius", 1e-6), ("normal_force", 5e-6)):
         expected = elastic[name].values
         assert soft[name].values == pytest.approx(expected, abs=tolerance * np.abs(expected).max())
+
+
+def test_the_zone_of_a_slow_cone_grows_from_nothing():
+    """At the tip of a cone the attraction begins without a jump; a slow approach follows the relaxed modulus."""
+    cone = mdr.Cone(slope=0.7)
+    path = mdr.indent(-1.2, duration=1.0) >> mdr.indent(-0.1, steps=11, duration=1e6)
+    result = mdr.solve(contact(1.2, cone), path)
+    elastic = mdr.solve(
+        contact(1.2, cone, mdr.Elastic(0.75, 0.5)), mdr.indent(-1.2) >> mdr.indent(-0.1, steps=11)
+    )
+    expected = elastic["normal_force"].values
+    assert np.abs(expected).max() > 0.1
+    assert result["normal_force"].values == pytest.approx(expected, abs=5e-4 * np.abs(expected).max())

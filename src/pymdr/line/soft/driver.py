@@ -33,7 +33,7 @@ from pymdr.line.soft.kernels import (
 )
 from pymdr.units import FloatArray
 
-DONE, STUCK, TOO_WIDE, TOO_MANY = range(4)
+DONE, STUCK, TOO_WIDE, TOO_MANY, _SMALL = range(5)
 """How a leg ends."""
 OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST = range(10)
 LARGEST, MISSED = range(2)
@@ -68,7 +68,7 @@ def find(zone: Zone, guess: float, bound: float) -> int:
     found = _NONE
     previous, last, c, side, pace = 0.0, 0.0, guess, 0, 1.0
     if leap and c0 == 0.0:
-        low, below, has_low, c = 2.0 * h, -1.0, True, 2.1 * h
+        c = 2.0 * h
     for trial in range(_SCANS if leap else _TRIALS):
         radius = end[RADIUS]
         if leap:
@@ -84,7 +84,9 @@ def find(zone: Zone, guess: float, bound: float) -> int:
             high, above, has_high = c, f, True
         both = has_low and has_high and low < high
         slope = end[RISE] if trial == 0 else (f - last) / (c - previous)
-        if slope > 0.0:
+        if trial == 0 and leap:
+            end[RISE] = f
+        elif slope > 0.0:
             end[RISE] = slope
         if both:
             width = high - low
@@ -208,6 +210,17 @@ def begins(zone: Zone, length: float, control: float) -> bool:
     return bool(creep - control / zone.end[ALPHA] - zone.end[HEIGHT] <= 0.0)
 
 
+@inner
+def creep_free(zone: Zone, length: float, depth: float) -> None:
+    """Let free springs creep for a time, to a depth."""
+    now = zone.now
+    for j in range(zone.body.shape[1]):
+        e, w0, w1 = fades(zone.body[RATE, j], length)
+        zone.edge[LAG, j] = e * zone.edge[LAG, j] + w0 * now[DEPTH] + w1 * depth
+    now[TIME] += length
+    now[DEPTH] = depth if zone.end[ALPHA] > 0.0 else -zone.end[HEIGHT]
+
+
 @merged
 def wait_free(zone: Zone, span: float, p0: float, p1: float) -> bool:
     """Let free springs creep until the attraction begins within a span, or to its end; whether it begins."""
@@ -224,13 +237,7 @@ def wait_free(zone: Zone, span: float, p0: float, p1: float) -> bool:
                 low = middle
         length = high
     fraction = length / span if span > 0.0 else 1.0
-    d0 = now[DEPTH]
-    d1 = (p0 + fraction * (p1 - p0)) / alpha if alpha > 0.0 else d0
-    for j in range(zone.body.shape[1]):
-        e, w0, w1 = fades(zone.body[RATE, j], length)
-        zone.edge[LAG, j] = e * zone.edge[LAG, j] + w0 * d0 + w1 * d1
-    now[TIME] += length
-    now[DEPTH] = d1 if alpha > 0.0 else -zone.end[HEIGHT]
+    creep_free(zone, length, (p0 + fraction * (p1 - p0)) / alpha if alpha > 0.0 else now[DEPTH])
     return started
 
 
@@ -243,6 +250,8 @@ def fall(zone: Zone, out: FloatArray) -> int:
     was, length = potential(zone, load), c0 - now[RADIUS]
     end[RADIUS] = now[RADIUS]
     found = find(zone, c0, 0.0)
+    if free and found == _NONE and end[OUTER] < 2.5 * end[SPACING]:
+        return _SMALL
     if found == _WIDE or (free and found == _NONE):
         return TOO_WIDE
     jumped = True
@@ -296,6 +305,15 @@ def follow_rows(
                 length = 0.0 if free else min(4.0 * quick, left)
                 set_length(zone, length, here + length / span * change)
                 ends = fall(zone, out[row])
+                if ends == _SMALL:
+                    # on a sharp tip the zone grows from nothing: the surfaces stay free until it is two nodes wide
+                    pause = 0.01 * span
+                    if end[ALPHA] > 0.0 and change != 0.0:
+                        pause = max(0.5 * end[RISE] * end[HEIGHT] * end[ALPHA] / abs(change), 2e-3) * span
+                    pause = min(pause, left)
+                    depth = (here + pause / span * change) / end[ALPHA] if end[ALPHA] > 0.0 else now[DEPTH]
+                    creep_free(zone, pause, depth)
+                    continue
                 if ends != DONE:
                     return ends
                 known, halvings, rate_a, rate_c = False, 0, 0.0, 0.0
@@ -311,7 +329,7 @@ def follow_rows(
             whole = c - a
             guess = c + rate_c * length
             end[RADIUS] = a + rate_a * length
-            if not 0.0 < end[RADIUS] < guess:
+            if not 0.0 <= end[RADIUS] < guess:
                 end[RADIUS], guess = a, c
             choose_nodes(zone, end[RADIUS], guess)
             solved = find(zone, guess, limits[LARGEST] * whole) == _FOUND
