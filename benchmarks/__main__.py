@@ -15,6 +15,7 @@ ALL = (
     "layers",
     "engines",
     "law",
+    "stepping",
     "stress",
     "nanoindentation",
 )

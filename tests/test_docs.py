@@ -57,6 +57,7 @@ def blocks(page):
         "fits.md",
         "nanoindentation.md",
         "law.md",
+        "stepping.md",
         "contributing.md",
         "for_teaching.md",
         "soft_adhesion.md",

@@ -122,6 +122,7 @@ from .solving.roughness import power_spectrum as power_spectrum
 from .solving.running import running_conditions as running_conditions
 from .solving.shakedown import shakedown as shakedown
 from .solving.sliding import sliding_friction as sliding_friction
+from .solving.stepping import Stepper as Stepper
 from .solving.sweep import sweep as sweep
 from .solving.teaching import foundation as foundation
 from .solving.thickness import thickness_correction as thickness_correction

@@ -41,7 +41,7 @@ from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
 
 SHIFT_CONTROL, FORCE_CONTROL = 0, 2
-_BEYOND = 1.0 + 1e-14  # of the largest depth
+BEYOND = 1.0 + 1e-14  # of the largest depth
 _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])
 _GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
 
@@ -272,7 +272,7 @@ def run_stuck(
     j, stop, column = span
     anchors, scales = run.anchors, run.scales
     by_shift, by_force = control == SHIFT_CONTROL, control == FORCE_CONTROL
-    limit = anchors.line[0, MAX] * _BEYOND
+    limit = anchors.line[0, MAX] * BEYOND
     while j < stop:
         d, t = normal[j], tangential[j]
         if not (math.isfinite(d) and math.isfinite(t)):

@@ -28,7 +28,7 @@ from pymdr.units import FloatArray
 
 COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP, STACK_FULL = range(5)
 _ATTAINED = 1.0 + 1e-12  # a pull above the limit by less than this is rounding
-_BEYOND = 1.0 + 1e-14  # of the largest depth
+BEYOND = 1.0 + 1e-14  # of the largest depth
 
 
 class Scales(NamedTuple):
@@ -91,7 +91,7 @@ def run_displacements(
     j, stop, column = span
     anchors = run.anchors
     per_shift = 1.0 / run.scales.shift
-    limit = anchors.line[0, MAX] * _BEYOND
+    limit = anchors.line[0, MAX] * BEYOND
     while j < stop:
         d = indentation[j]
         v = shift[j] * per_shift
@@ -118,7 +118,7 @@ def run_collision(
     """
     x = 0.0
     for j in range(1, indentation.size):
-        if indentation[j] > run.anchors.line[0, MAX] * _BEYOND:
+        if indentation[j] > run.anchors.line[0, MAX] * BEYOND:
             return TOO_DEEP
         half = 0.5 * (time[j] - time[j - 1]) / mass
         v = velocity[j - 1] - half * run.out[0, j - 1]
@@ -137,9 +137,9 @@ def run_forces(
     """As :func:`run_displacements` with F_x given, and F_N (`by_force`) or the indentation in `normal`."""
     j, stop, column = span
     anchors = run.anchors
-    limit = anchors.line[0, MAX] * _BEYOND
+    limit = anchors.line[0, MAX] * BEYOND
     if by_force and math.isfinite(limit):
-        limit = curve(anchors.line, anchors.line[0, MAX])[1] * _BEYOND
+        limit = curve(anchors.line, anchors.line[0, MAX])[1] * BEYOND
     while j < stop:
         given = normal[j]
         pull = tangential[j] / run.scales.force

@@ -1,0 +1,75 @@
+"""Steps with the whole memory of friction against a hand-written Hertz-Mindlin law that remembers one force."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+import pymdr as mdr
+from benchmarks.timing import Ratio, median_times
+
+STEPS, CONTACTS, TOGETHER = 100_000, 10_000, 100
+STEEL = mdr.Elastic("210 GPa", 0.3)
+BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+DEEPEST = 1e-5
+MODULI = mdr.effective_moduli(STEEL, STEEL)
+
+
+def walk(size: int) -> tuple[np.ndarray, np.ndarray]:
+    """A random walk of indentation and shift, most of it in partial slip."""
+    steps = np.random.default_rng(2).normal(0.0, 0.01 * DEEPEST, (2, size))
+    depth, shift = np.cumsum(steps, axis=1)
+    return np.abs((depth + 0.5 * DEEPEST) % (2 * DEEPEST) - DEEPEST), 0.3 * shift
+
+
+def hertz_mindlin(depth: list[float], shift: list[float]) -> float:
+    """Force increments 2 G* a du, cut at mu F_N."""
+    here = force = 0.0
+    for d, u in zip(depth, shift, strict=True):
+        a = math.sqrt(1e-2 * d) if d > 0.0 else 0.0
+        limit = 0.3 * 4.0 / 3.0 * MODULI.normal * a * d
+        force = min(max(force + 2.0 * MODULI.tangential * a * (u - here), -limit), limit)
+        here = u
+    return force
+
+
+def ratios() -> Iterator[Ratio]:
+    """One contact from Python, and many at once."""
+    depth, shift = walk(STEPS)
+    d, u = depth.tolist(), shift.tolist()
+
+    def one() -> None:
+        stepper = mdr.Stepper(BALL, 2 * DEEPEST)
+        for move in zip(d, u, strict=True):
+            stepper.advance(*move)
+
+    path = mdr.Path(indentation=depth, shift=shift)
+    ours, plain, solved = median_times(
+        (one, 5), (lambda: hertz_mindlin(d, u), 5), (lambda: mdr.solve(BALL, path), 5)
+    )
+    each = f"{ours / STEPS * 1e6:.1f} us a step"
+    yield Ratio(
+        f"{STEPS:.0e} steps of one contact, {each}", "Hertz-Mindlin in Python", ours, plain, "aim 5 times"
+    )
+    yield Ratio(f"{STEPS:.0e} steps of one contact", "solve of the whole path", ours, solved, "no aim")
+
+    moves = np.stack(walk(CONTACTS * TOGETHER)).reshape(2, TOGETHER, CONTACTS)
+
+    def many() -> None:
+        stepper = mdr.Stepper(BALL, 2 * DEEPEST, count=CONTACTS)
+        for row in range(TOGETHER):
+            stepper.advance(moves[0, row], moves[1, row])
+
+    def vectors() -> None:
+        force, here = np.zeros(CONTACTS), np.zeros(CONTACTS)
+        for row in range(TOGETHER):
+            a = np.sqrt(1e-2 * np.maximum(moves[0, row], 0.0))
+            limit = 0.4 * MODULI.normal * a * moves[0, row]
+            force = np.clip(force + 2.0 * MODULI.tangential * a * (moves[1, row] - here), -limit, limit)
+            here = moves[1, row]
+
+    long = mdr.Path(indentation=moves[0].ravel(), shift=moves[1].ravel())
+    together, numpy, solved = median_times((many, 5), (vectors, 5), (lambda: mdr.solve(BALL, long), 3))
+    each = f"{CONTACTS} contacts by {TOGETHER} steps, {together / (CONTACTS * TOGETHER) * 1e9:.0f} ns a step"
+    yield Ratio(each, "solve of one path of as many rows", together, solved, "aim 1.5 times")
+    yield Ratio(each, "Hertz-Mindlin in NumPy, which forgets", together, numpy, "no aim")

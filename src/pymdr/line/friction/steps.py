@@ -1,0 +1,142 @@
+"""Compiled single steps of the memory stack, for programs that integrate a motion. Loads numba."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pymdr.line.friction import noslip
+from pymdr.line.friction.kernels import DEPTH, TOP, Anchors, advance, count, vertex
+from pymdr.line.friction.reading import fused
+from pymdr.line.friction.runs import BEYOND, COMPLETE, NOT_FINITE, STACK_FULL, TOO_DEEP
+from pymdr.numerics.graded.layout import MAX
+from pymdr.units import FloatArray
+
+NOW, BEFORE = 0, 1
+"""Rows of a state: after the last step, and before it."""
+
+
+@fused.inlined
+def _ending(line: FloatArray, stacks: Any, memory: FloatArray, depth: float, shift: float) -> int:
+    """Whether a step can be taken; if so the present state is kept as the one before."""
+    if not (math.isfinite(depth) and math.isfinite(shift)):
+        return NOT_FINITE
+    if depth > line[0, MAX] * BEYOND:
+        return TOO_DEEP
+    top = int(memory[NOW, TOP])
+    if top > stacks.shape[1] - 4:
+        return STACK_FULL
+    for i in range(top + 1):
+        stacks[BEFORE, i] = stacks[NOW, i]
+    for i in range(memory.shape[1]):
+        memory[BEFORE, i] = memory[NOW, i]
+    return COMPLETE
+
+
+@fused.inlined
+def _forces(stacks: Any, memory: FloatArray, scale: float) -> tuple[float, float]:
+    """F_N and F_x in N."""
+    if not memory[NOW, DEPTH] > 0.0:
+        return 0.0, 0.0
+    top = vertex(stacks[NOW], int(memory[NOW, TOP]))
+    return top.force, scale * top.pull
+
+
+@fused.compiled
+def step(
+    line: FloatArray, scales: FloatArray, stacks: Any, memory: FloatArray, depth: float, shift: float
+) -> tuple[int, float, float]:
+    """
+    Go straight to an indentation and a shift in m.
+
+    Parameters
+    ----------
+    line : ndarray
+        The curves of the body, :attr:`~pymdr.line.friction.ElasticCurves.rows`.
+    scales : ndarray, shape (3,)
+        Factors from normalised forces, energies and shifts to SI units.
+    stacks : ndarray, shape (2, capacity)
+        Vertices now and before the last step.
+    memory : ndarray, shape (2, 6)
+        What a run remembers besides them.
+
+    Returns
+    -------
+    tuple
+        The ending, and F_N and F_x in N.
+    """
+    ending = _ending(line, stacks, memory, depth, shift)
+    if ending == COMPLETE:
+        advance(Anchors(line, stacks[NOW], memory[NOW]), depth, shift / scales[2])
+    normal, tangential = _forces(stacks, memory, scales[0])
+    return ending, normal, tangential
+
+
+@fused.compiled
+def step_stuck(
+    line: FloatArray, scales: FloatArray, stacks: Any, memory: FloatArray, depth: float, shift: float
+) -> tuple[int, float, float]:
+    """As :func:`step`, without slip."""
+    ending = _ending(line, stacks, memory, depth, shift)
+    if ending == COMPLETE:
+        anchors = Anchors(line, stacks[NOW], memory[NOW])
+        released = noslip.advance(anchors, depth, shift / scales[2])
+        count(anchors.memory, int(anchors.memory[TOP]), released, 0.0)
+    normal, tangential = _forces(stacks, memory, scales[0])
+    return ending, normal, tangential
+
+
+@fused.compiled
+def step_all(
+    line: FloatArray,
+    scales: FloatArray,
+    stacks: Any,
+    memory: FloatArray,
+    given: FloatArray,
+    forces: FloatArray,
+    first: int,
+) -> tuple[int, int]:
+    """
+    Steps of many contacts of one body, from the contact `first` on.
+
+    Parameters
+    ----------
+    line, scales : ndarray
+        As of :func:`step`.
+    stacks, memory : ndarray, shape (n, 2, capacity) and (n, 2, 6)
+        Of every contact.
+    given, forces : ndarray, shape (2, n)
+        Indentation and shift in m; F_N and F_x in N, written.
+
+    Returns
+    -------
+    tuple
+        The ending, and the contact at which it ended.
+    """
+    for i in range(first, given.shape[1]):
+        ending, forces[0, i], forces[1, i] = step(
+            line, scales, stacks[i], memory[i], given[0, i], given[1, i]
+        )
+        if ending != COMPLETE:
+            return ending, i
+    return COMPLETE, given.shape[1]
+
+
+@fused.compiled
+def step_all_stuck(
+    line: FloatArray,
+    scales: FloatArray,
+    stacks: Any,
+    memory: FloatArray,
+    given: FloatArray,
+    forces: FloatArray,
+    first: int,
+) -> tuple[int, int]:
+    """As :func:`step_all`, without slip."""
+    for i in range(first, given.shape[1]):
+        ending, forces[0, i], forces[1, i] = step_stuck(
+            line, scales, stacks[i], memory[i], given[0, i], given[1, i]
+        )
+        if ending != COMPLETE:
+            return ending, i
+    return COMPLETE, given.shape[1]

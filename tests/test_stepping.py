@@ -1,0 +1,186 @@
+"""Steps of a contact that another program moves: the numbers of solve, energies, undo, states, and refusals."""
+
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+
+STEEL = mdr.Elastic("210 GPa", 0.3)
+
+
+def ball(friction=0.3, profile=mdr.Sphere("10 mm"), body=STEEL):  # noqa: B008
+    law = None if friction is None else mdr.Coulomb(friction)
+    return mdr.Contact(profile, body, mdr.Elastic(body.young, 0.3), friction=law)
+
+
+def random_moves(seed, size, deepest):
+    rng = np.random.default_rng(seed)
+    depth = deepest * np.abs(rng.normal(0.0, 0.4, size)).clip(0.0, 1.0)
+    depth[rng.random(size) < 0.1] = -0.1 * deepest
+    return depth, np.cumsum(rng.normal(0.0, 0.05 * deepest, size))
+
+
+PROFILES = [
+    lambda r: mdr.Sphere(r),
+    lambda r: mdr.Cone(slope=0.05),
+    lambda r: mdr.FlatPunch(0.05 * r),
+    lambda r: mdr.RoundedFlat(0.05 * r, r),
+    lambda r: mdr.Paraboloid(r) + mdr.Paraboloid(3.0 * r) + mdr.Cone(slope=0.01),
+]
+
+
+@given(
+    seed=st.integers(0, 1000),
+    size=st.floats(-9.0, 0.0).map(lambda x: 10.0**x),
+    make=st.sampled_from(PROFILES),
+    friction=st.sampled_from([None, 0.01, 0.3, 2.0, np.inf]),
+)
+@settings(max_examples=25, deadline=None)
+def test_steps_are_those_of_solve(seed, size, make, friction):
+    contact, deepest = ball(friction, make(size)), 1e-3 * size
+    depth, shift = random_moves(seed, 60, deepest)
+    stepper = mdr.Stepper(contact, deepest)
+    forces = np.array([stepper.advance(*move) for move in zip(depth.tolist(), shift.tolist(), strict=True)])
+    channels = {"indentation": depth} if friction is None else {"indentation": depth, "shift": shift}
+    result = mdr.solve(contact, mdr.Path(**channels))
+    assert forces[:, 0] == pytest.approx(
+        result["normal_force"].values, rel=1e-12, abs=1e-13 * forces[:, 0].max()
+    )
+    if friction is None:
+        assert not forces[:, 1].any()
+        return
+    scale = np.abs(forces[:, 1]).max()
+    assert forces[:, 1] == pytest.approx(result["tangential_force"].values, abs=1e-12 * scale)
+    largest = float(result["elastic_energy"].max())
+    for name in ("elastic_energy", "stored_tangential_energy", "dissipated_energy"):
+        assert getattr(stepper, name) == pytest.approx(
+            float(result[name][-1]), rel=1e-10, abs=1e-10 * largest
+        )
+    for name in ("contact_radius", "stick_radius"):
+        assert getattr(stepper, name) == pytest.approx(float(result[name][-1]), rel=1e-9)
+
+
+def test_many_contacts_are_each_like_one():
+    depth, shift = (
+        np.stack(each) for each in zip(*(random_moves(seed, 80, 1e-5) for seed in range(7)), strict=True)
+    )
+    many = mdr.Stepper(ball(), "10 um", count=7)
+    forces = [many.advance(depth[:, row], shift[:, row]) for row in range(80)]
+    for i in range(7):
+        one = mdr.Stepper(ball(), "10 um")
+        for row in range(80):
+            assert one.advance(depth[i, row], shift[i, row]) == (
+                forces[row].normal[i],
+                forces[row].tangential[i],
+            )
+        assert many.dissipated_energy[i] == one.dissipated_energy
+
+
+@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize("friction", [0.3, np.inf])
+def test_long_histories_need_more_room(count, friction):
+    """Ever smaller swings add two vertices each."""
+    stepper = mdr.Stepper(ball(friction), "10 um", count=count)
+    swing = 1e-6 * 0.97 ** np.arange(300) * np.where(np.arange(300) % 2, 1.0, -1.0)
+    forces = [stepper.advance(5e-6, u) for u in [0.0, *swing.tolist()]]
+    result = mdr.solve(
+        ball(friction), mdr.indent("5 um") >> mdr.Path(indentation=np.full(300, 5e-6), shift=swing)
+    )
+    last = np.ravel(forces[-1].tangential)[-1]
+    largest = float(np.abs(result["tangential_force"]).max())
+    assert last == pytest.approx(float(result["tangential_force"][-1]), abs=1e-13 * largest)
+
+
+def test_a_step_is_taken_back():
+    stepper = mdr.Stepper(ball(), "10 um")
+    depth, shift = random_moves(3, 50, 1e-5)
+    for move in zip(depth, shift, strict=True):
+        stepper.advance(*move)
+        before = stepper.copy()
+        stepper.advance(8e-6, 0.0)
+        stepper.advance(0.0, 0.0) if move[0] < 0 else None
+        if move[0] >= 0:
+            stepper.undo()
+            assert stepper.advance(2e-6, 1e-6) == before.advance(2e-6, 1e-6)
+    stepper.undo()
+    with pytest.raises(mdr.PathError, match="no step to take back"):
+        stepper.undo()
+
+
+def test_states_continue_where_they_were(tmp_path):
+    stepper = mdr.Stepper(ball(), "10 um")
+    for move in zip(*random_moves(5, 30, 1e-5), strict=True):
+        stepper.advance(*move)
+    other = mdr.Stepper(ball(), "10 um")
+    other.restore(pickle.loads(pickle.dumps(stepper.state)))
+    assert other.advance(3e-6, 2e-6) == stepper.advance(3e-6, 2e-6)
+    assert other.claims["tangential_force"].error is not None
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=20, deadline=None)
+def test_work_is_stored_or_dissipated(seed):
+    """The work of fine straight steps, by the trapezoidal rule, which errs as the square of a step."""
+    rng = np.random.default_rng(seed)
+    stepper, here, work = mdr.Stepper(ball(), "10 um"), np.zeros(2), np.zeros(2)
+    corners = np.stack([rng.uniform(2e-6, 1e-5, 6), rng.uniform(-3e-6, 3e-6, 6)], axis=1)
+    for corner in corners:
+        for t in np.linspace(0.0, 1.0, 401)[1:]:
+            was = np.array([stepper.normal_force, stepper.tangential_force])
+            step = here + t * (corner - here) - np.array([stepper.indentation, stepper.shift])
+            now = np.array(stepper.advance(*(here + t * (corner - here))))
+            work += 0.5 * (was + now) * step
+        here = corner
+    normal, tangential = work
+    assert normal == pytest.approx(stepper.elastic_energy, rel=1e-4)
+    kept = stepper.stored_tangential_energy + stepper.dissipated_energy
+    assert tangential == pytest.approx(kept, abs=2e-3 * abs(kept) + 1e-4 * abs(normal))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: mdr.Stepper(ball(), "0 m"), "above 0 m"),
+        (lambda: mdr.Stepper(ball(), "1 N"), "max_indentation"),
+        (lambda: mdr.Stepper(ball(), "1 um", count=0), "at least 1"),
+        (lambda: mdr.Stepper(3, "1 um"), "not a Contact"),
+        (
+            lambda: mdr.Stepper(mdr.Contact(mdr.Sphere(1.0), STEEL, adhesion=mdr.JKR(0.1)), "1 um"),
+            "leave adhesion out",
+        ),
+        (
+            lambda: mdr.Stepper(
+                mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(mdr.StandardSolid(1.0, 1.0, 1.0), 0.5)), "1 um"
+            ),
+            "bodies with memory",
+        ),
+        (lambda: mdr.Stepper(mdr.Contact(mdr.EllipticParaboloid(1.0, 2.0), STEEL), "1 um"), "not a disk"),
+        (lambda: mdr.Stepper(ball(), "1 um").restore(3), "is not a state"),
+        (
+            lambda: mdr.Stepper(ball(), "1 um").restore(mdr.Stepper(ball(0.2), "1 um").state),
+            "another contact",
+        ),
+        (
+            lambda: mdr.Stepper(ball(), "1 um").restore(mdr.Stepper(ball(), "1 um", count=2).state),
+            "another count",
+        ),
+    ],
+)
+def test_refusals(make, words):
+    with pytest.raises(mdr.PymdrError, match=words):
+        make()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_steps_that_cannot_be_taken_leave_the_state(count):
+    stepper = mdr.Stepper(ball(), "1 um", count=count)
+    stepper.advance(1e-6, 1e-7)
+    before = np.array(stepper.tangential_force)
+    for move, words in (((2e-6, 0.0), "deeper than"), ((np.nan, 0.0), "finite"), ((0.0, np.inf), "finite")):
+        with pytest.raises(mdr.PathError, match=words):
+            stepper.advance(*move)
+    assert np.array_equal(stepper.tangential_force, before)
