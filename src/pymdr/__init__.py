@@ -5,7 +5,4 @@ Public names stand in ``__init__.pyi`` and are imported when they are first used
 
 import lazy_loader
 
-__version__ = "0.1.0"
-
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-__all__ = ["__version__", *__all__]

@@ -129,6 +129,7 @@ from .solving.thickness import thickness_correction as thickness_correction
 from .solving.verb import solve as solve
 from .solving.wear import wear as wear
 from .solving.yielding import first_yield as first_yield
+from .version import __version__ as __version__
 from .workbench.curves import read_curves as read_curves
 from .workbench.curves import read_prepared_curves as read_prepared_curves
 from .workbench.curves import stack_curves as stack_curves
@@ -144,5 +145,3 @@ from .workbench.tables import read_profile as read_profile
 from .workbench.tables import read_record as read_record
 from .workbench.topographies import read_topography as read_topography
 from .workbench.verification import verify as verify
-
-__version__: str

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +16,7 @@ from pymdr.presentation.files import named_file, write_atomically
 from pymdr.presentation.text import assumption_text, largest_error
 from pymdr.problem.contact import Contact
 from pymdr.quantities import of_whole
+from pymdr.version import __version__
 
 if TYPE_CHECKING:
     from openpyxl import Workbook
@@ -60,7 +60,7 @@ def about_rows(
     list of tuple of str
         Kind, name, text.
     """
-    rows = [("version", "", f"pymdr {version('pymdr')}")]
+    rows = [("version", "", f"pymdr {__version__}")]
     if contact is not None:
         rows += [
             (part, "", part_text(value))

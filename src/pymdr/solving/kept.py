@@ -6,11 +6,11 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator, Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pymdr.errors import FileError
+from pymdr.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +40,7 @@ class KeptParts:
         from pymdr.presentation.files import named_file
 
         self.folder = named_file(folder, "write")
-        identity = {**work, "version": version("pymdr")}
+        identity = {**work, "version": __version__}
         self.mark = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)

@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 import os
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from pymdr.problem.codec import encode
 from pymdr.solving.fits.records import Records, zarr
 from pymdr.solving.fits.request import ENDINGS, NOT_YET, Columns, FitRequest, FittedStretch, empty_columns
 from pymdr.units import FloatArray
+from pymdr.version import __version__
 
 _STARTED, _MARK, _REFUSALS = "pymdr_begun", "pymdr_work", "pymdr_refusals"
 _LONG_NAMES = {
@@ -168,7 +168,7 @@ def _mark(request: FitRequest, records: Records, total: int, chunk: int) -> str:
         "known": dict(request.known),
         "shape": list(records.shape),
         "columns": list(request.units),
-        "version": version("pymdr"),
+        "version": __version__,
     }
     mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())
     for first in range(0, total, chunk):

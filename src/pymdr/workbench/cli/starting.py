@@ -65,8 +65,10 @@ def info() -> None:
     import platform
     from importlib.metadata import PackageNotFoundError, version
 
+    from pymdr.version import __version__
+
     typer.echo(
-        f"pymdr {version('pymdr')}\nPython {platform.python_version()} on {platform.system()} {platform.machine()}"
+        f"pymdr {__version__}\nPython {platform.python_version()} on {platform.system()} {platform.machine()}"
     )
     for name in (
         "numpy",
