@@ -63,7 +63,9 @@ def built(source: Path) -> dict[str, bytes]:
 def read_me(environment: Path, folder: Path) -> None:
     """Run the README's Python, and its first commands, in an empty folder."""
     folder.mkdir()
-    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S | re.M)
+    blocks = re.findall(
+        r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S | re.M
+    )
     (folder / "readme.py").write_text("\n".join(blocks), encoding="utf-8")
     run(program(environment, "python"), "readme.py", cwd=folder)
     if not (folder / "ball.png").stat().st_size > 10_000:
@@ -79,7 +81,10 @@ def archives(folder: Path) -> None:
     first, second = (built(clone(folder / name)) for name in ("one", "two"))
     for name, content in first.items():
         same = second.get(name) == content
-        print(f"{name}: {len(content) / 1e6:.2f} MB, sha256 {hashlib.sha256(content).hexdigest()[:16]}, ", end="")
+        print(
+            f"{name}: {len(content) / 1e6:.2f} MB, sha256 {hashlib.sha256(content).hexdigest()[:16]}, ",
+            end="",
+        )
         print("the same bytes twice" if same else "DIFFERENT BYTES")
         if not same:
             raise SystemExit("two builds of one commit differ")
