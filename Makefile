@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 unexport PYTHONDONTWRITEBYTECODE
 WRITES := $(VENV)/.writes
 
-.PHONY: run test tests explore check docs benchmarks mutants clean
+.PHONY: run test tests explore check docs benchmarks mutants release-check matrix clean
 
 run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
@@ -40,6 +40,16 @@ mutants: $(READY)
 	$(BIN)/python -m pip install --quiet --group mutants
 	$(BIN)/python -m pytest -q -n auto -m "" --cov=pymdr --cov-context=test --cov-report=
 	$(BIN)/python -m tests.mutants
+
+# the archives of the last commit, built twice, compared, checked, installed and run: two minutes, written into dist
+release-check: $(READY)
+	$(BIN)/python -m pip install --quiet --group release
+	$(BIN)/python -m tests.release archives
+
+# every Python of 3.11 to 3.13 that is here, and the oldest versions of what the package needs: some minutes
+matrix: $(READY)
+	$(BIN)/python -m pip install --quiet --group release
+	$(BIN)/python -m tests.release matrix
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

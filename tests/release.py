@@ -82,7 +82,7 @@ def archives(folder: Path) -> None:
     for name, content in first.items():
         same = second.get(name) == content
         print(
-            f"{name}: {len(content) / 1e6:.2f} MB, sha256 {hashlib.sha256(content).hexdigest()[:16]}, ",
+            f"{name}: {len(content) / 1e6:.2f} MB, sha256 {hashlib.sha256(content).hexdigest()}, ",
             end="",
         )
         print("the same bytes twice" if same else "DIFFERENT BYTES")
