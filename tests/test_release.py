@@ -1,0 +1,67 @@
+"""Files of a release that must agree, and the version where there is no installation."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import pymdr as mdr
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def text(name):
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_all_files_prepare_the_same_version():
+    heading = re.search(r"^## (\d+\.\d+\.\d+)", text("CHANGELOG.md"), re.M)[1]
+    assert re.search(r"^version: (\S+)$", text("CITATION.cff"), re.M)[1] == heading
+    assert PROJECT["tool"]["hatch"]["version"]["fallback-version"] == f"{heading}.dev0"
+
+
+def test_the_version_without_an_installation(monkeypatch):
+    import importlib
+    from importlib import metadata
+
+    import pymdr.version as module
+
+    def missing(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "version", missing)
+    assert importlib.reload(module).__version__ == "0+unknown"
+    monkeypatch.undo()
+    assert importlib.reload(module).__version__ == mdr.__version__
+
+
+def test_the_recipe_needs_what_the_package_needs():
+    def versions(lines):
+        return {re.sub(r"[-_.]+", "-", name.lower()): limit for name, limit in lines}
+
+    needed = versions(re.match(r"([\w-]+)(.*)", one).groups() for one in PROJECT["project"]["dependencies"])
+    needed["python"] = PROJECT["project"]["requires-python"]
+    run = re.search(r"^  run:\n((?:    - .*\n)+)", text("recipe/meta.yaml"), re.M)[1]
+    in_recipe = versions(line.removeprefix("    - ").split() for line in run.splitlines())
+    in_recipe["matplotlib"] = in_recipe.pop("matplotlib-base")
+    assert in_recipe == needed
+
+
+def test_the_paper_cites_what_its_bibliography_has():
+    cited = set(re.findall(r"@(\w+)", re.sub(r"^---.*?^---", "", text("paper/paper.md"), flags=re.S | re.M)))
+    assert cited == set(re.findall(r"^@\w+\{(\w+),", text("paper/paper.bib"), re.M))
+    for figure in re.findall(r"!\[.*\]\((.*)\)", text("paper/paper.md")):
+        assert (ROOT / "paper" / figure).exists()
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "SECURITY.md"])
+def test_links_of_the_pages_of_the_project(page):
+    for link in re.findall(r"\]\((?!https:)([^)#]+)", text(page)):
+        assert (ROOT / link).exists()
+
+
+def test_the_named_targets_exist():
+    targets = set(re.findall(r"^([\w-]+):", text("Makefile"), re.M))
+    assert set(re.findall(r"`make ([\w-]+)`", text("CONTRIBUTING.md"))) <= targets
