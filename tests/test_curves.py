@@ -59,7 +59,7 @@ def test_signs_that_the_maker_defines_are_kept_whatever_the_record_shows():
     )
     bare = mdr.Contact(mdr.Paraboloid("1 um"), mdr.Elastic("1 kPa", 0.5))
     with pytest.raises(
-        ProblemError, match=r"its force was turned: keep its signs .*curve\.orient\(keep=True\)"
+        ProblemError, match=r"the sign of its force was reversed: keep it .*curve\.orient\(keep=True\)"
     ):
         mdr.fit(bare, turned, ["body.young"])
 

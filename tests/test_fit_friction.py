@@ -200,13 +200,13 @@ def test_unknowns_that_a_loop_does_not_determine_are_refused():
     [
         (lambda record: record.drop_vars("shift"), "no shift"),
         (lambda record: record.drop_vars("normal_force"), "no normal_force or indentation"),
-        (lambda record: record * np.nan, "not known in row 1"),
+        (lambda record: record * np.nan, "missing in row 1"),
         (lambda record: record.assign(shift=record["shift"] * 0.0), "does not change"),
         (lambda record: record.assign(normal_force=-record["normal_force"]), "never above 0"),
         (lambda record: record.isel(step=slice(5)), "5 samples"),
         (lambda record: record.assign(shift=record["shift"].assign_attrs(units="N")), "has the units 'N'"),
-        (lambda record: record.assign(normal_force=50.0), "over nothing"),
-        (lambda record: record.assign(used=("step", np.zeros(200, dtype=bool))), "true at some"),
+        (lambda record: record.assign(normal_force=50.0), "the dimensions none"),
+        (lambda record: record.assign(used=("step", np.zeros(200, dtype=bool))), "true at one or more"),
         (lambda record: mdr.MeasuredCurve(force=np.zeros(9), indentation=np.zeros(9)), "has friction"),
     ],
 )

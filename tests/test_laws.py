@@ -680,6 +680,6 @@ def test_laws_of_ones_own_are_refused_where_a_table_or_a_stress_is_not_known(mon
     ):
         mdr.export_law(contact, to="3 um")
     with pytest.raises(
-        mdr.ProblemError, match="Edge has no cohesive stress, so the stress at its edge is not known; take"
+        mdr.ProblemError, match="Edge has no cohesive stress, so the stress at its edge is not known; use"
     ):
         mdr.first_yield(contact, strength="1 MPa")

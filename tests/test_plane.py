@@ -535,5 +535,5 @@ class TestVerified:
 
     def test_gliding_is_refused(self):
         path = mdr.load("50 N") >> mdr.drag(("3 N", "2 N")) >> mdr.drag(("12 N", "14 N"))
-        with pytest.raises(mdr.PathError, match="glides; prescribe the shift"):
+        with pytest.raises(mdr.PathError, match="slides; prescribe the shift"):
             mdr.verify(JOINT, path)

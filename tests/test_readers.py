@@ -224,7 +224,7 @@ def test_the_shell_names_its_own_option_for_signs(tmp_path, shell):
     with pytest.raises(ProblemError, match=r"curve\.orient\(\)"):
         mdr.fit(mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("1 kPa", 0.5)), kept, ["body.young"])
     status, out, _ = shell("curves", file)
-    assert "turned, so that compression is positive" in out
+    assert "reversed, so that compression is positive" in out
     status, out, _ = shell("curves", file, "--keep-signs")
     assert "signs: kept" in out
     assert "curve.orient" not in out
@@ -458,7 +458,7 @@ def test_other_packages_offer_formats(tmp_path, monkeypatch):
     assert approach.metadata["operator"] == "M"
     assert young_of(approach) == pytest.approx(YOUNG, rel=5e-3)
     (tmp_path / "b.our").write_bytes(b"w")
-    with pytest.raises(FileError, match="a file of ours, by its name, but it is damaged"):
+    with pytest.raises(FileError, match="a file of ours, according to its suffix, but it is damaged"):
         mdr.read_curves(tmp_path / "b.our", spring_constant="0.05 N/m")
     table = written(tmp_path / "table.csv", "load [nN],travel [um]", force * 1e9, travel * 1e6)
     offered[0].load = lambda: 3
@@ -550,7 +550,7 @@ def test_indents_of_hysitron_bring_their_area_function(tmp_path, shell):
     assert json.loads(out)["rows"] == 1
     lines = file.read_bytes().split(b"\r\n")
     (tmp_path / "cut.hld").write_bytes(b"\r\n".join(lines[:-20]))
-    with pytest.raises(CaseError, match="780 of 800 rows of the test are there"):
+    with pytest.raises(CaseError, match="780 of 800 rows of the test"):
         mdr.read_indents(tmp_path / "cut.hld")
     (tmp_path / "none.hld").write_bytes(b"\r\n".join(lines[:8]))
     with pytest.raises(CaseError, match="without the section of its test"):

@@ -329,13 +329,13 @@ def test_bad_records_are_refused():
     t = np.linspace(0.0, 20.0, 400)
     for data, words in (
         (xr.Dataset({"shift": ("step", t)}), "the record has shift"),
-        (record(t, t), "three turns"),
+        (record(t, t), "three reversals"),
         (record(0.0 * t, t), "does not move"),
         (record(np.sin(t), 0.0 * t), "the largest tangential_force = 0 N"),
         (record(1e-300 * np.sin(t), t), "the swing of shift = 2e-300 m: it must be at least 1e-60 m"),
         (record(np.sin(t), 1e-300 * np.sin(t)), "the largest tangential_force = 1e-300 N"),
         (record(1e200 * np.sin(t), t), "at most 1e.60 m"),
-        (record(np.where(t > 3.0, math.nan, t), t), "not known in row"),
+        (record(np.where(t > 3.0, math.nan, t), t), "missing in row"),
     ):
         with pytest.raises(mdr.ProblemError, match=words):
             mdr.measured_loops(data)

@@ -42,7 +42,7 @@ def test_more_turning_points_than_steps_are_noted():
     path = mdr.Path(indentation=1e-6 * (1 + 0.5 * np.sin(i * 1.3)), shift=3e-7 * np.sin(i * 0.9))
     found = mdr.verify(joint, path, elements=12, steps=4)
     assert (found.rows.size, found.path_rows) == (4, 60)
-    assert f"to row {found.rows[-1] + 1}; give more steps to come to its end" in found.summary()
+    assert f"to row {found.rows[-1] + 1}; use more steps to reach its end" in found.summary()
 
 
 def test_verify_from_the_shell(tmp_path):

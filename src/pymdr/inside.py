@@ -63,7 +63,7 @@ def checked(inside: Inside, name: str, *, within: bool) -> Inside:
     if given and not within:
         raise QuantityError(
             f"field: {', '.join(f'{key}=' for key in given)} {'is' if len(given) == 1 else 'are'} for fields inside a body; "
-            f"{shown(name)} is none"
+            f"{shown(name)} is not one"
         )
     return given
 
@@ -165,7 +165,7 @@ def interior_field(
     depth = _axis(inside.get("z"), DEPTH, interior.depths(end))
     if not np.all(depth >= 0.0):
         raise QuantityError(
-            f"field: z = {shown(inside['z'])}; depths of at least 0 m are needed, in either body"
+            f"field: z = {shown(inside['z'])}; it must be at least 0 m (depths count into each body)"
         )
     scalars: dict[str, Any] = {}
     if flat:
@@ -249,7 +249,7 @@ def largest_in(
     import xarray as xr
 
     if one_name(name) not in interior.measures:
-        raise QuantityError(f"largest: {shown(name)}; known are {', '.join(interior.measures)}")
+        raise QuantityError(f"largest: no measure {shown(name)}; give one of {', '.join(interior.measures)}")
     (chosen, several), background = rows, background_of(superposed)
     peaks = np.full((len(chosen), len(Largest._fields)), np.nan)
     known = [k for k, i in enumerate(chosen) if valid[i]]

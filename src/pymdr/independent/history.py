@@ -73,7 +73,9 @@ class RingHistory:
             for low, high in () if solution is None else solution.zones:
                 inside |= (position >= low) & (position <= high)
             return np.where(inside, 0.0, h)
-        raise QuantityError(f"no field {name!r}: the rings have no line")
+        raise QuantityError(
+            f"no field {name!r}: rings give pressure, normal_displacement and gap; leave solver=Rings() out for the fields of the line"
+        )
 
     def edge_amplitude(self, step: int) -> float:
         """Amplitude of the pressure singularity at the outermost edge in Pa m^0.5."""
@@ -204,7 +206,7 @@ def _max_radius(
     below = np.flatnonzero(f < depth)
     if below.size and below[-1] == _DECADES.size - 1:
         raise ProblemError(
-            f"the profile never rises to {metres(depth)}, so the contact has no end; add "
+            f"the profile never rises to {metres(depth)}, so the contact has no edge; add "
             "FlatPunch(radius) for a cylinder with this end"
         )
     bound = float(_DECADES[below[-1] + 1]) if below.size else float(_DECADES[0])

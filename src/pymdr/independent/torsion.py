@@ -159,5 +159,5 @@ def _advanced(
             return tau, zones
         zones = new
     raise ConvergenceError(
-        f"the zones of stick and slip did not settle within {_TURNS} changes; take more parts"
+        f"the zones of stick and slip did not converge within {_TURNS} iterations; use more parts"
     )

@@ -282,7 +282,7 @@ def _rings(features: ProfileFeatures, states: DiskStates, passed: BoolArray) -> 
     next_smaller = np.searchsorted(picked, np.arange(order.size), side="right") - 1
     error[order] = np.array([fraction for _, _, fraction in rings])[next_smaller]
     kink, width, fraction = max(rings, key=lambda ring: ring[2])
-    size = f"{metres(width)} wide" if width > 0.0 else "below the smallest number in width"
+    size = f"{metres(width)} wide" if width > 0.0 else "narrower than the smallest floating-point number"
     return (
         f"; next to the concave kink at r = {metres(kink)} the disk neglects a ring of tension or overlap {size}, "
         f"with {fraction:.1e} of the load",

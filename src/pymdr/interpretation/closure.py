@@ -59,7 +59,7 @@ _NOT_IN_IT = (
     "the line is not a radius; give the shape as a profile, or solve it by boundary elements"
 )
 _UNKNOWN = (
-    "the points do not determine it at these depths: curves through every other point differ by its own size; press deeper, "
+    "the points do not determine it at these depths: curves through every other point differ by as much as its value; press deeper, "
     "or measure more points there"
 )
 

@@ -258,7 +258,9 @@ def stress_cycle(
         None if backgrounds is None else tuple(backgrounds),
     )
     if not cycle.radius > 0.0:
-        raise NotValidError("fatigue is not valid here: the bodies do not touch in these rows")
+        raise NotValidError(
+            "fatigue is not valid here: the bodies do not touch in these rows; give steps= with rows in contact"
+        )
     return cycle
 
 
@@ -304,7 +306,7 @@ def _isotropic(criterion: FatigueCriterion, solid: Solid) -> IsotropicSolid:
     if isinstance(solid, IsotropicSolid) and not math.isnan(solid.shear):
         return solid
     raise NotValidError(
-        f"{type(criterion).__name__} is not valid here: the strain is known in isotropic elastic bodies only; take DangVan or Findley"
+        f"{type(criterion).__name__} is not valid here: the strain is known in isotropic elastic bodies only; use DangVan or Findley"
     )
 
 

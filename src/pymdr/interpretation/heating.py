@@ -79,7 +79,7 @@ def slow_sliding(peclet: float) -> Assumption:
     """The assumption of slow sliding."""
     return Assumption(
         "slow sliding",
-        "largest Peclet number v a/(2 kappa) of bodies that move below the contact",
+        "largest Peclet number v a/(2 kappa) of the bodies that move relative to the contact",
         peclet,
         SLOW,
     )
@@ -114,7 +114,7 @@ def frictional_heat_claims(
     source = SOURCES["popov-hess"]
     claims = {}
     for name, part in taken_away.items():
-        reason = f"{_RUBBED}; at the largest speed motion carries away {float(np.max(part)):.2g} of it, to first order"
+        reason = f"{_RUBBED}; at the largest speed convection removes the fraction {float(np.max(part)):.2g} of it (first order)"
         known = 0.0 if pressed.error is None else pressed.error
         error = total_error(np.expm1(np.minimum(part, 1.0)), known)
         claims[name] = Claim(pressed.level, reason + neglected, source, where, error)

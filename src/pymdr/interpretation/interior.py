@@ -58,7 +58,7 @@ _ALIKE = 0.02
 _SHOWN_RINGS = 12
 """Radii of steps and slopes of the shear traction that the search for largest values resolves."""
 _SINGULAR_EDGE = (
-    "at the edge of the contact, {}, the stress grows without bound under any load; round the edge, or take a law of adhesion "
+    "at the edge of the contact, {}, the stress grows without bound under any load; round the edge, or use a law of adhesion "
     "of finite strength"
 )
 _SINGULAR_TIP = (
@@ -406,7 +406,7 @@ def known_sides(contact: Contact) -> list[str]:
 
 
 _UNKNOWN: dict[type[Material], str] = {
-    Rigid: "a rigid body has no stress that is determined",
+    Rigid: "the stress in a rigid body is not determined",
     ElasticPlastic: "the model of a body that yields gives the force and the radius of its contact, not the stress inside",
     Viscoelastic: "where nu changes in time the load on the line does not determine the stress; give poisson instead of bulk",
 }
@@ -429,7 +429,7 @@ def unknown_stress(contact: Contact) -> str:
         return "the stress under bodies that are not of revolution is not computed"
     if isinstance(contact.adhesion, DMT):
         remedy = "MaugisDugdale" if contact.layered is None else "JKR"
-        return f"DMT does not resolve the attraction around the contact, which loads the bodies too; take {remedy}"
+        return f"DMT does not resolve the attraction around the contact, which loads the bodies too; use {remedy}"
     if any(isinstance(body, Elastic) and body.thickness is not None for body in bodies):
         return "the stress in a sample of finite thickness is not that of a half-space"
     if any(solid_of(body) is not None for body in bodies):

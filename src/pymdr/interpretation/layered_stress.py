@@ -243,7 +243,7 @@ class LayeredInterior(Interior):
             if not error <= _WORST:
                 raise ConvergenceError(
                     f"the stress in layers under a contact of radius {metres(load.edge_radius)} has an error of {error:.1g} of the "
-                    f"typical stress (limit {_WORST:g}): the integrals over waves did not converge; use layers that differ less"
+                    f"typical stress (limit {_WORST:g}): the integrals over the wavenumber did not converge; use layers that differ less"
                 )
             self._known[step, octave] = waves
         return self._known[step, octave]
@@ -383,7 +383,7 @@ def _waves_of(load: LineLoad, body: Layered, top: float, order: int) -> _Waves:
     if end / longest * order > _MOST:
         raise ProblemError(
             f"stress at radii up to {metres(top)} under a top layer of {metres(body.layers[0].thickness)} needs {end / longest * order:.2g} "
-            f"waves (limit {_MOST}); read smaller radii"
+            f"wavenumbers (limit {_MOST}); give smaller radii"
         )
     while marks[-1] < end:
         marks.append(min(2.0 * marks[-1], marks[-1] + longest, end))

@@ -23,7 +23,7 @@ MODEL_ERROR = 0.2
 """Error of the tangential force over the largest mu F_N, for paths that leave a line: above all measured ones."""
 _MEASURED = (
     "Compared with vector friction on the half-space along circles of 0.3, 0.6, 0.9, 0.95, 1.5 and 3 times the shift of first "
-    "sliding, the tangential force errs by 0.6, 3.7, 15, 16, 3 and 1.1 % of mu F_N, nearly alike for Poisson's ratios 0, 0.3 and "
+    "sliding, the error of the tangential force is 0.6, 3.7, 15, 16, 3 and 1.1 % of mu F_N, nearly equal for Poisson's ratios 0, 0.3 and "
     f"0.5; {MODEL_ERROR:g} is claimed"
 )
 
@@ -70,8 +70,8 @@ def planar_claims(
         if name != prescribed
     ]
     reason = (
-        f"springs with vectors in place of tractions whose direction varies over the contact. {_MEASURED}; their number, measured by "
-        f"half of them, changes {', '.join(shares)} at most"
+        f"springs with vectors in place of tractions whose direction varies over the contact. {_MEASURED}; half as "
+        f"many springs change {', '.join(shares)} at most"
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.fmin((slips * carried + missed["tangential_force"]) / force, 1.0)

@@ -143,7 +143,7 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
         )
     if theory.rising and line.turning_points(min(top, line.edge, line.max_radius)):
         raise ProblemError(
-            f"{type(law).__name__}: the equivalent profile decreases somewhere, but the theory of a cohesive zone needs a rising "
+            f"{type(law).__name__}: the equivalent profile decreases somewhere, but the theory of a cohesive zone needs an increasing "
             "one; use JKR(work), which solves such profiles where their contact is a disk"
         )
     return theory.curve(law, profile, line)

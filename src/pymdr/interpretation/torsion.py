@@ -72,7 +72,7 @@ def torsional_claims(
         first = int(np.argmax(excess > 0.0))
         reason = (
             f"from step {first} on an inner ring would slip too (its traction exceeds mu p by up to {np.max(excess):.2g} of it), "
-            "which the springs do not resolve. Compared with boundary elements on rings the torque erred by at most 0.046 of the largest "
+            "which the springs do not resolve. Compared with boundary elements on rings the error of the torque was at most 0.046 of the largest "
             f"frictional torque in 871 such rows; {_MEASURED_ERROR:g} is claimed"
         )
         turned = Claim(Level.APPROXIMATE, reason, SOURCES["lubkin"], everywhere, error)

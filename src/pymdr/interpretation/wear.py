@@ -38,7 +38,7 @@ def wear_claims(
     sheared = frictional_claims(contact, moduli, ("stick_radius",), everywhere)["stick_radius"]
     text, source = _LAWS[law]
     reason = (
-        f"{text}; wear particles (third bodies) are not known to the model; slip is the mean around the axis; in the frame of "
+        f"{text}; wear particles (third bodies) are not modelled; slip is the mean around the axis; in the frame of "
         f"Cattaneo and Mindlin: {sheared.reason}"
     )
     claim = Claim(Level.APPROXIMATE, reason, f"{SOURCES[source]}; {SOURCES['popov-wear']}", everywhere)

@@ -1,6 +1,6 @@
 """Contact radius, indentation, force, stiffness and energy from one another, on any curve of contacts.
 
-The kernels take and give arrays. :func:`spring_foundation` is the discretised form of Popov and Hess (2015), in
+The kernels accept and return arrays. :func:`spring_foundation` is the discretised form of Popov and Hess (2015), in
 which the method is taught and drawn; the kernels use the exact integrals.
 """
 
@@ -337,7 +337,9 @@ def _best_disk_at_force(line: Curve, force: FloatArray, turning: tuple[float, ..
     loads = load(depths)
     carried = force * (1.0 - 1e-12) <= np.max(loads)
     if math.isfinite(deepest) and not carried.all():
-        raise ConvergenceError(f"no indentation up to {metres(depths[-1])} gives {newtons(np.max(force))}")
+        raise ConvergenceError(
+            f"no indentation up to {metres(depths[-1])} gives {newtons(np.max(force))}; reduce the force, or extend the profile"
+        )
     d = np.zeros(force.shape)
     loaded = carried & (force > 0.0)
     if loaded.any():

@@ -147,7 +147,9 @@ def depths_of_energy(potential: Potential, energy: FloatArray, deepest: float) -
         if np.all(moved <= 4.0 * _STILL * d):
             break
     if not np.all(moved <= 1e-12 * d):
-        raise ConvergenceError("no depth was found at which the body comes to rest")
+        raise ConvergenceError(
+            "impact: the search for the largest indentation did not converge; check the magnitudes of mass and speed"
+        )
     return d
 
 

@@ -1,4 +1,4 @@
-"""Rolling on the line: springs that enter free of stress at the leading edge and are sheared until friction caps them.
+"""Rolling on the line: springs that enter free of stress at the leading edge and are sheared up to the limit of friction.
 
 In lengths, with q / (mu E*) for the line load: a spring enters at x = a, rises by `rise` = G* zeta / (mu E*) per length
 rolled, and is capped by the cap d - g(x). With t = a - x the steady state is the lowest line of that slope from what

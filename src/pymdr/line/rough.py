@@ -1,4 +1,4 @@
-"""Step 2 of a rough surface: springs of any heights, all of F(d), k(d) and U(d) from one sort and running sums."""
+"""Step 2 of a rough surface: springs of any heights, whose F(d), k(d) and U(d) follow from one sort and running sums."""
 
 from __future__ import annotations
 

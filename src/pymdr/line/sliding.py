@@ -190,7 +190,7 @@ def sliding_line(line: ElasticLine, states: DiskStates, n: int = NODES) -> Slidi
     before = _slopes(line, base, low, width, 1.0 - nodes, meets)
     if not (np.isfinite(behind).all() and np.isfinite(before).all()):
         raise ConvergenceError(
-            f"the contact ends at {metres(a)}, so close to a kink of the profile that rounding hides its slope; increase the load"
+            f"the contact ends at {metres(a)}, so close to a kink of the profile that double precision cannot resolve its slope; increase the load"
         )
     return SlidingLine(
         depth,

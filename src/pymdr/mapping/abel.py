@@ -4,7 +4,7 @@ All integrals are taken by Gauss-Jacobi rules on panels split at breakpoints. Ev
 with two rules; where they differ, the nodes are doubled, then the panels are graded toward r = 0, and a
 :class:`~pymdr.errors.ConvergenceError` is raised if that does not help.
 
-The kernels hold the exponent k of a power-law graded half-space, E(z) ~ z^k; k = 0 is the homogeneous one.
+The kernels contain the exponent k of a power-law graded half-space, E(z) ~ z^k; k = 0 is the homogeneous one.
 """
 
 from __future__ import annotations

@@ -131,7 +131,7 @@ def _refuse_saddle(shape: Function2D, radii: FloatArray) -> None:
         where = math.degrees(phi[int(np.argmin(nonzero[0]))])
         raise ProblemError(
             f"Function2D: in the direction of {where:.3g} degrees the gap is below that at x = y = 0; the apex must be the lowest point "
-            "of the gap: give f about it, and growing away from the other body"
+            "of the gap: put the origin at the apex, and give a gap that increases away from it"
         )
     if not gap.size:
         raise ProblemError(
@@ -263,7 +263,7 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
         where = np.unravel_index(int(np.argmin(values)), values.shape)
         raise ProblemError(
             f"{type(shape).__name__}: in the direction of {math.degrees(phi[where[1]]):.3g} degrees the gap is below that at x = y = 0 "
-            f"within {metres(float(radii[where[0]]))}; the apex must be the lowest point of the gap: give f about it"
+            f"within {metres(float(radii[where[0]]))}; the apex must be the lowest point of the gap: put the origin at the apex"
         )
     s = low + _SPACING * np.arange(values.shape[0])
     logarithmic = lowest > 0.0

@@ -382,8 +382,8 @@ class DerivedSource(SlopeSource):
         """The last radius at which f is finite."""
         if not np.isfinite(self._f(np.array([low]))[0]):
             raise ConvergenceError(
-                f"the profile is not defined at r = {metres(low)}; stay inside the radii where it is (Function(..., "
-                "max_radius=...) states them)"
+                f"the profile is not defined at r = {metres(low)}; use smaller radii, and declare the "
+                "last radius: Function(..., max_radius=...)"
             )
         return float(boundary(lambda r: np.isfinite(self._f(r)), np.array([low]), high)[0][0])
 

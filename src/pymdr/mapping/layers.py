@@ -349,7 +349,7 @@ class Kernel:
         # of layers that are almost alike, 1 - L has little more than its rounding
         if self.error > 1e-9 and self.error * self.size > _ROUNDING:
             raise ConvergenceError(
-                f"the kernel of the layers differs by {self.error:.1g} of its size between two integrations; "
+                f"the kernel of the layers did not converge: two integrations differ by {self.error:.1g} of its size (limit 1e-9); "
                 "use layers whose moduli and thicknesses differ less"
             )
 

@@ -130,7 +130,7 @@ class Contact(Value):
         for present, reason in (
             (
                 type(self.profile) not in (Sphere, Paraboloid),
-                f"the model was fitted for balls, and {type(self.profile).__name__} is none; give Sphere('1 mm') or Paraboloid('1 mm')",
+                f"the model was fitted for balls, and {type(self.profile).__name__} is not one; give Sphere('1 mm') or Paraboloid('1 mm')",
             ),
             (
                 not isinstance(other, Rigid),
@@ -222,9 +222,9 @@ class Contact(Value):
             return
         name = type(self.adhesion).__name__
         raise ProblemError(
-            f"Contact: {name} of a viscoelastic body has no limit of short range: the pull of an edge grows without bound as the range of the "
-            "attraction decreases, at any speed, so a length must be given; use MaugisDugdale(work, range=...), whose range is that of the "
-            "surfaces (0.3 nm to some um for polymers), or Elastic with the stiffness at one time"
+            f"Contact: {name} of a viscoelastic body has no limit of short range: the pull grows without bound as the range of the "
+            "attraction decreases; use MaugisDugdale(work, range=...) with the range of the surfaces (0.3 nm to some um for polymers), "
+            "or Elastic with the stiffness at one time"
         )
 
 

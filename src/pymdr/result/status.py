@@ -21,7 +21,7 @@ class Status(enum.Enum):
     """
 
     COMPLETED = "every step was solved and its contact is a disk"
-    GLIDING = "from some step on the tangential force exceeds friction: the body glides away, and values in the plane are NaN"
+    GLIDING = "from some step on the tangential force exceeds friction: the whole contact slides, and values in the plane are NaN"
     YIELDED = "every step was solved; the body has yielded, and its contact keeps a residual indentation"
     ELASTIC = "every step was solved; the body has not yielded"
     OF_A_CURVE = (

@@ -223,7 +223,7 @@ def _check(surface: RoughSurface, realisations: int) -> None:
         raise ProblemError(f"{_PREFIX}: the patch is a rectangle; lines are calibrated on a square")
     if isinstance(realisations, bool) or not isinstance(realisations, int) or realisations < 1:
         raise ProblemError(
-            f"{_PREFIX}: realisations = {shown(realisations)}; a whole number from 1 on is needed"
+            f"{_PREFIX}: realisations = {shown(realisations)}; a whole number of at least 1 is needed"
         )
 
 

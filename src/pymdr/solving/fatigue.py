@@ -325,7 +325,7 @@ def _rows_of(result: Result, steps: Sequence[int] | None) -> tuple[list[int], st
         rows, what = [int(i) % count for i in given], "rows as given"
     if len(rows) < 2:
         raise ProblemError(f"fatigue: {len(rows)} row{'s' * (len(rows) != 1)}; a cycle needs at least 2 rows")
-    return rows, f"cycle: {what}, {min(rows)} to {max(rows)}; stresses between rows are not seen"
+    return rows, f"cycle: {what}, {min(rows)} to {max(rows)}; stresses between rows are not evaluated"
 
 
 def _backgrounds(superposed: CycledStress | None, count: int, rows: Sequence[int]) -> list[Background] | None:
@@ -434,7 +434,7 @@ def cycled_bulk(result: Result, constant: str | None, amplitude: str | None) -> 
         largest = float(np.nanmax(np.abs(force)))
         if not largest > 0.0:
             raise ProblemError(
-                "fatigue: bulk_amplitude is in phase with the tangential force, and there is none; give a cycle of shift or force"
+                "fatigue: bulk_amplitude needs a tangential force, with which it is in phase; give a cycle of shift or force"
             )
         values = values + size * force / largest
     return {"xx": values}

@@ -121,7 +121,7 @@ class _Bodies:
 def solve_frictional_memory(task: Task) -> Result:
     """Map, walk and interpret."""
     refuse_tangential(
-        task.path, "torsion of bodies with memory is not available; take Elastic bodies", TORSIONAL_CHANNELS
+        task.path, "torsion of bodies with memory is not available; use Elastic bodies", TORSIONAL_CHANNELS
     )
     bodies = _bodies(task, None)
     walked = walk(task, None, partial(_step, task, bodies))

@@ -170,12 +170,12 @@ def _as_rows(given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     for name, values in given.items():
         if values.size not in (1, size):
             raise ProblemError(
-                f"{_JOULE}: {name} has {values.size} numbers and another {size}; give one, or one for every row"
+                f"{_JOULE}: {name} has {values.size} numbers, another argument {size}; give one, or one for every row"
             )
         low, unit = float(np.nanmin(values, initial=math.inf)), _GIVEN[name]
         if name in ("voltage", "current") and low < 0.0:
             raise ProblemError(
-                f"{_JOULE}: {name} = {low:.6g} {unit}: it must be at least 0 {unit} in either direction"
+                f"{_JOULE}: {name} = {low:.6g} {unit}: it must be at least 0 {unit} (its direction does not matter)"
             )
         if name in ("temperature", "resistance") and not low > 0.0:
             raise ProblemError(f"{_JOULE}: {name} = {low:.6g} {unit}: it must be above 0 {unit}")

@@ -135,7 +135,7 @@ def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
     start, end = float(stretch.start[0]), float(stretch.normal[0])
     if times_of(stretch)[0] == stretch.begin and start != end and max(start, end) > 0.0:
         raise PathError(
-            f"row 0 moves the indentation from {metres(start)} to {metres(end)} in no time, for which this rheology needs an "
+            f"row 0 moves the indentation from {metres(start)} to {metres(end)} in zero time, for which this rheology needs an "
             "infinite force: give the row a duration"
         )
 

@@ -87,7 +87,7 @@ def solve_plastic(task: Task) -> Result:
     assert body is not None
     if task.solver is not None:
         raise ProblemError(
-            "solve: solver=Rings() solves elastic bodies, and a body is ElasticPlastic; leave it out"
+            "solve: solver=Rings() solves elastic bodies, but a body is ElasticPlastic; leave solver out"
         )
     check_normal_path(task.path)
     ball = ball_of(task.contact)

@@ -109,7 +109,7 @@ def motion_at(target: Target, mass: float, speed: float) -> Motion:
     motion = rebound(target.curves, target.relaxation, mass, speed, target.first / speed)
     if motion is None:
         raise ConvergenceError(
-            f"impact: at {written(speed, 'm/s', 6)} the indentation is larger than at a higher speed"
+            f"impact: at {written(speed, 'm/s', 6)} the computed indentation exceeds that at a higher speed; use fewer speeds, or check the magnitudes of mass and moduli"
         )
     return motion
 

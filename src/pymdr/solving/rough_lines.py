@@ -78,7 +78,7 @@ class RoughLine:
     def heights(self, realisation: int = 0) -> FloatArray:
         """Heights of the springs in m, those of a ball lower by x^2/R."""
         if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
-            raise ProblemError(f"realisation = {shown(realisation)}; a whole number from 0 on is needed")
+            raise ProblemError(f"realisation = {shown(realisation)}; a whole number of at least 0 is needed")
         heights = rough_heights(self.surface, int(realisation), self.points, self.coefficient)
         if self.radius is not None:
             x = self.places
@@ -244,5 +244,5 @@ def line_coefficient(given: float | None) -> float:
 def whole_number(name: str, value: int) -> int:
     """The value, if it is a whole number from 1 on."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-        raise ProblemError(f"{PREFIX}: {name} = {shown(value)}; a whole number from 1 on is needed")
+        raise ProblemError(f"{PREFIX}: {name} = {shown(value)}; a whole number of at least 1 is needed")
     return int(value)

@@ -355,7 +355,7 @@ def _claims(
     kind = "self-affine" if fit.is_self_affine else "a power law, but not self-affine (0 < H <= 1),"
     fitted = (
         f"{kind} from {metres(fit.shortest)} to {metres(fit.longest)}, with ends known to one bin (a third): no bin deviates by "
-        f"more than {percent} beyond its scatter; beyond chance by {100.0 * fit.scatter:.2g} % (standard deviation)"
+        f"more than {percent} beyond its scatter; deviations beyond chance have a standard deviation of {100.0 * fit.scatter:.2g} %"
     )
     claims["law"] = Claim(Level.APPROXIMATE, fitted, SOURCES["spectrum"], where)
     return claims

@@ -291,8 +291,8 @@ def _kernel(case: _Case, speed: FloatArray) -> _Kernel:
     span = fastest / _MARGIN / beyond, _MARGIN * slowest
     if span[0] == 0.0 or span[1] > span[0] * WIDEST:
         raise ProblemError(
-            f"{_PREFIX}: speeds from {written(float(speed.min()), 'm/s')} to {written(float(speed.max()), 'm/s')} exceed the range of "
-            "the series of a power of time; use fewer decades of speed at once"
+            f"{_PREFIX}: speeds from {written(float(speed.min()), 'm/s')} to {written(float(speed.max()), 'm/s')} exceed the range "
+            "of the series for a power-law relaxation; use fewer decades of speed at once"
         )
     relaxation = relaxation_of(*bodies, span=span)
     note = (
@@ -343,8 +343,8 @@ def _rows(case: _Case, kernel: _Kernel, speed: FloatArray) -> list[_Row]:
         passage = 2.0 * row.pressed.radius / v
         if not kernel.shortest < passage < kernel.longest:
             raise ConvergenceError(
-                f"{_PREFIX}: at {written(v, 'm/s')} the passage takes {written(passage, 's')}, outside the series of the power "
-                "of time; use fewer speeds at once"
+                f"{_PREFIX}: at {written(v, 'm/s')} the passage takes {written(passage, 's')}, outside the range of the series for a power-law "
+                "relaxation; use fewer speeds at once"
             )
         rows[i] = row
     return [rows[i] for i in range(speed.size)]

@@ -153,7 +153,7 @@ def _step(
     sudden[0] &= not levels[0].free
     if sudden.any():
         raise PathError(
-            "a row of the path moves in no time, which adhesion with memory does not cover; give every move a duration or a rate"
+            "a row of the path moves in zero time, which adhesion with memory does not cover; give every move a duration or a rate"
         )
     k = _CONTROL.get(stretch.controls.normal, math.inf if stiffness is None else stiffness)
     if k == 0.0 and known and levels[0].free and control[1] < 0.0:
@@ -209,7 +209,9 @@ def _interpret(task: Task, relaxation: Relaxation, setting: ZoneSetting, rows: Z
         NORMAL_FIELDS, Claim(Level.NOT_VALID, NO_FIELDS, SOURCES["haiat-barthel"], ~everywhere)
     )
     claims = with_errors(
-        claims, _errors(rows, columns, machine), cause="from twice the spacing of nodes and longer steps"
+        claims,
+        _errors(rows, columns, machine),
+        cause="from a calculation with twice the spacing of nodes and longer steps",
     )
     torn = np.isnan(force)
     if torn.any():

@@ -103,7 +103,7 @@ def refuse_beyond_memory(path: LoadingPath, keep: int = 1) -> None:
     if needed > memory_of_machine():
         raise PathError(
             f"the path has {rows:.3g} rows, which need about {needed / 1e9:.3g} GB (limit {memory_of_machine() / 1e9:.3g} GB, the memory of "
-            "this machine); take fewer steps, or with friction keep every k-th row (keep=k)"
+            "this machine); use fewer steps, or with friction keep every k-th row (keep=k)"
         )
 
 

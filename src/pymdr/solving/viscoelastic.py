@@ -385,7 +385,7 @@ def _where(claim: Claim, known: BoolArray) -> Claim:
     where = claim.where & known
     if where.all():
         return claim
-    why = "not defined without indentation, as in a row that loads a power of time or a dashpot in no time"
+    why = "not defined without indentation, as in a row that loads a power-law rheology or a dashpot in zero time"
     if where.any():
         return replace(claim, where=where, reason=f"{claim.reason}; {why}")
     return Claim(Level.NOT_VALID, why, claim.source, where)

@@ -254,7 +254,7 @@ def wear(
     request = one_cycle(path)
     mapped, d, mu, _ = pressed_joint("wear", "wear", contact, request.normal_force, request.indentation)
     if not rises_to(mapped.line, d):
-        raise ProblemError("wear: the equivalent profile decreases within the contact; use a rising one")
+        raise ProblemError("wear: the equivalent profile decreases within the contact; use an increasing one")
     rate = k * (mu if law == "energy" else 1.0)
     case = WearCase(contact, mapped.line.equivalent, mapped.moduli, d, mu, request, rate)
     with one_thread():  # systems of a few hundred unknowns are slower in several threads

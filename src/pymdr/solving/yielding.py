@@ -215,12 +215,12 @@ def refuse_unknown_stress(contact: Contact, subject: str = "first yield") -> Non
         raise NotValidError(f"{subject} is not valid here: {why} [{SOURCES['stress']}]")
     if isinstance(contact.adhesion, JKR):
         raise ProblemError(
-            "first_yield: the contact has the adhesion of JKR: its edge yields under any load; take MaugisDugdale"
+            "first_yield: the contact has the adhesion of JKR: its edge yields under any load; use MaugisDugdale"
         )
     law = contact.adhesion
     if law is not None and law.cohesive_stress is None and not theory_of(law).pulls_beyond:
         raise ProblemError(
-            f"first_yield: {type(law).__name__} has no cohesive stress, so the stress at its edge is not known; take MaugisDugdale"
+            f"first_yield: {type(law).__name__} has no cohesive stress, so the stress at its edge is not known; use MaugisDugdale"
         )
 
 

@@ -236,7 +236,7 @@ def _hysitron(source: Path, lines: Sequence[str]) -> _Test:
     rows = [line for line in lines[start + 2 : start + 2 + count] if line.strip()]
     if len(rows) < count:
         raise CaseError(
-            f"{source}: {len(rows)} of {count} rows of the test are there: the file is cut off; copy it again from the instrument"
+            f"{source}: the file is cut off: it has {len(rows)} of {count} rows of the test; copy it again from the instrument"
         )
     header = "\t".join(_bracketed(title) for title in lines[start + 1].split("\t"))
     coefficients: dict[int, float] = {}

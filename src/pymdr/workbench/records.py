@@ -141,8 +141,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     first, last = turns[:-2:2], turns[2::2]
     if first.size == 0:
         raise ProblemError(
-            f"measured_loops: {displacement} turns {turns.size} times by more than {metres(threshold)}, and a cycle needs "
-            "three turns; give a smaller swing by least, or a longer record"
+            f"measured_loops: {displacement} reverses {turns.size} times by more than {metres(threshold)}, but a cycle needs "
+            "three reversals; give a smaller least, or a longer record"
         )
     middle = turns[1:-1:2]
     quantities = _cycles(u, pull, first, middle, last)
@@ -236,7 +236,7 @@ def _finite(data: xr.Dataset, name: str, unit: str) -> FloatArray:
     values = _in_si(data, name, unit)
     if not np.all(np.isfinite(values)):
         row = int(np.argmin(np.isfinite(values))) + 1
-        raise ProblemError(f"measured_loops: {name} is not known in row {row}: leave such rows out")
+        raise ProblemError(f"measured_loops: {name} is missing in row {row}; leave such rows out")
     return values
 
 

@@ -79,7 +79,7 @@ class ShapeVerification(Comparison):
         unknown = int(np.isnan(self.data["normal_force_engine"].values).sum())
         if unknown:
             lines.append(
-                f"at {unknown} of {self.data.sizes['step']} steps the contact comes to where the body is not known"
+                f"at {unknown} of {self.data.sizes['step']} steps the contact reaches the unknown part of the body"
             )
         return lines
 

@@ -80,8 +80,8 @@ class SlidingVerification(Comparison):
         lines = [
             f"boundary elements with vector friction on {self.cells} x {self.cells} cells",
             f"followed: {self.rows.size} rows of the path's {self.path_rows}, from row {self.rows[0] + 1} to row {self.rows[-1] + 1}"
-            + ("" if self.rows[-1] == self.path_rows - 1 else "; give more steps to come to its end"),
-            f"the grid was extrapolated to rows without length, by {100 * self.extrapolated:.2g} %",
+            + ("" if self.rows[-1] == self.path_rows - 1 else "; use more steps to reach its end"),
+            f"extrapolation to rows of zero length changes the results by {100 * self.extrapolated:.2g} %",
             f"largest difference of the tangential force: {100 * self.largest_difference:.2g} % of its largest value",
             f"tractions deviate from the direction of the path by {self.slip_angle:.2g} degrees where they slip in the last step",
         ]
@@ -196,7 +196,7 @@ def verify_sliding(
     d, u = (values[chosen] for values in measured.values())
     if not np.isfinite(u).all():
         raise PathError(
-            "verify: a tangential force of the path reaches mu F_N, from where on the body glides; prescribe the shift"
+            "verify: a tangential force of the path reaches mu F_N, at which the whole contact slides; prescribe the shift"
         )
     mdr = solve(contact, Path(indentation=d, shift=u))
     rows, force, extrapolated = _by_grid(contact, d, u, grid, progress)

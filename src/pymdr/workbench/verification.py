@@ -187,7 +187,7 @@ def _refuse_without_solver(contact: Contact) -> None:
     """Refuse frictionless contacts that boundary elements do not solve."""
     if contact.plastic is not None:
         raise ProblemError(
-            "verify: boundary elements here are elastic, and a body is ElasticPlastic; its model has no independent solver here"
+            "verify: a body is ElasticPlastic, but boundary elements here are elastic; its model has no independent solver here"
         )
     if not isinstance(contact.adhesion, JKR | None):
         raise ProblemError(

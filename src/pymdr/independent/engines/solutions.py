@@ -98,7 +98,8 @@ def by_force(
         before = math.log(force), error
         force *= math.exp(slope * error)
     raise ConvergenceError(
-        f"the force at an indentation of {indentation:g} did not converge: the last one is {force:g}, at {pressing.indentation:g}; give forces"
+        f"the search for the force at an indentation of {indentation:g} did not converge (last value {force:g} at "
+        f"{pressing.indentation:g}); prescribe forces"
     )
 
 

@@ -50,8 +50,8 @@ def active_set(problem: RingProblem, mesh: RingMesh, zones: Zones) -> RingState:
             wrong[: np.flatnonzero(wrong)[-1]] = False
         active = active ^ wrong
     raise ConvergenceError(
-        f"The active set of {active.size} rings did not converge: the last has {int(active.sum())} in contact and {count} "
-        f"wrong at d = {metres(depth * problem.size)}. Try another number of rings."
+        f"The active set of {active.size} rings did not converge: in the last one {int(active.sum())} are in contact, {count} of all "
+        f"wrongly assigned, at d = {metres(depth * problem.size)}. Try another number of rings."
     )
 
 

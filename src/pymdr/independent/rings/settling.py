@@ -34,7 +34,7 @@ def settle(problem: RingProblem) -> RingState:
         spans = _spans(problem, level)
         if not spans and problem.depth is None:
             raise ProblemError(
-                "gap has no finite value up to max_radius or edge, so no force can be carried."
+                "gap has no finite value up to max_radius or edge, so the punch carries no force. Return finite heights."
             )
         if not spans:
             return RingState(mesh_of(problem, [(0.0, 1.0, 1)]), np.zeros(1), level, 0.0, ())

@@ -250,7 +250,7 @@ def _problem(
     def scaled_gap(x: Array) -> Array:
         f = np.asarray(gap(x * size), dtype=np.float64) / size
         if f.shape != x.shape or np.any(np.isneginf(f)):
-            raise ProblemError("gap must return one height for each radius, none -inf.")
+            raise ProblemError("gap must return one height for each radius, and no height may be -inf.")
         return np.where(np.isnan(f), np.inf, f)
 
     corners = {float(b) for b in valid_radii(breakpoints) / size if 0 < b < 1} | (

@@ -1,7 +1,7 @@
 """Adhesion on the line: a law gives a curve of equilibrium states (a, c, d, F, energy) with one parameter.
 
-`JKR`, `DMT` and `maugis_dugdale` make curves of any equivalent profile; which of their states a loading path
-visits is the business of `pymdr.line.following`. Closed forms and fast kernels serve single quantities.
+`JKR`, `DMT` and `maugis_dugdale` make curves of any equivalent profile; `pymdr.line.following`
+determines which of their states a loading path visits. Closed forms and fast kernels serve single quantities.
 """
 
 from pymdr.line.adhesion.closed_forms import (

@@ -1,4 +1,4 @@
-"""Follow a path on a curve of equilibrium states that folds: branches, jumps and their energies. No law.
+"""Follow a path on a curve of equilibrium states that folds: branches, jumps and their energies, for any law.
 
 A curve s -> D(s) gives the control coordinate of every equilibrium. Rule (quasi-static, overdamped): the state
 grows (s rises) while D > D(s) and shrinks while D < D(s). So rising parts of the curve are stable; at a fold the

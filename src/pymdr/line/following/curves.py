@@ -222,7 +222,9 @@ def sampled_curve(s: ArrayLike, control: ArrayLike, energy: ArrayLike, touch: fl
     """
     x, D, T = (np.array(v, dtype=np.float64) for v in (s, control, energy))
     if x.ndim != 1 or x.size < 2 or not (x.shape == D.shape == T.shape) or not np.all(np.diff(x) > 0.0):
-        raise PathError("samples of a curve need one length of 2 or more and a rising parameter")
+        raise PathError(
+            "a curve needs at least 2 samples, equally many of every quantity, and an increasing parameter"
+        )
     if not (np.all(np.isfinite(D)) and np.all(np.isfinite(T))):
         raise PathError("samples of a curve must be finite")
     rates = np.diff(D) / np.diff(x)
@@ -295,7 +297,7 @@ def parameter_reaching(
             break
         low, high = 0.5 * low, low
     else:
-        raise PathError(f"the path, up to {top!r}, does not go beyond the first touch")
+        raise PathError(f"the path ends at {top!r}, before the bodies touch; extend it")
     root = float(roots_of(lambda s: control(s) - top, np.array([low]), np.array([high]))[0])
     # the value may round differently in an array
     beyond = 1e-14

@@ -150,7 +150,7 @@ def follow_with_hysteresis(
     """
     D = np.array(control, dtype=np.float64)
     if D.ndim != 1 or D.size == 0 or not np.all(np.isfinite(D)):
-        raise PathError("a path needs one dimension, at least one value, and finite values")
+        raise PathError("a path must be a one-dimensional array of at least one value, all finite")
     parameter, direction = np.full(D.size, np.nan), np.zeros(D.size, dtype=np.intp)
     motions: list[Motion] = []
     exits, row, s = Exits(D), 0, initial

@@ -220,7 +220,7 @@ def follow(track: Track, control: ArrayLike, initial: float | None = None) -> Hi
     """
     D = np.array(control, dtype=np.float64)
     if D.ndim != 1 or D.size == 0 or not np.all(np.isfinite(D)):
-        raise PathError("a path needs one dimension, at least one value, and finite values")
+        raise PathError("a path must be a one-dimensional array of at least one value, all finite")
     state, event = (FREE, None) if initial is None else _placed(track, float(initial), float(D[0]))
     # index -1 is the free body
     lows = [*track.low.tolist(), -np.inf]

@@ -7,8 +7,8 @@ appends the new point: a short stack of vertices, amortised constant cost (Catta
 1953; Jaeger 1993; Aleshin et al. 2015).
 
 Exact within the Cattaneo-Mindlin frame: elastically similar bodies, tractions in one direction. Numba is loaded
-by the first history followed, not by importing this module. Arguments are not checked here beyond what decides a
-row; a row that cannot be followed ends the run, leaves NaN behind and is named in the result.
+by the first history followed, not by importing this module. Most arguments are not checked here. A row that cannot
+be followed ends the run: later values are NaN, and the result states the row.
 """
 
 from pymdr.line.friction.closed_forms import cattaneo_mindlin, loop_energy, shift_ratio_at

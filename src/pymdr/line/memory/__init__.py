@@ -1,4 +1,4 @@
-"""Contacts that remember: linear viscoelastic bodies whose moduli all relax by one function."""
+"""Contacts of linear viscoelastic bodies whose moduli all relax by one function."""
 
 from pymdr.line.memory.dividing import Goal, Parts, parts_of, whole_rows
 from pymdr.line.memory.histories import (

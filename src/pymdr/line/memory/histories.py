@@ -221,7 +221,7 @@ def follow_loads(
     deepest = deepest_under(curve, relaxation, time, load)
     if deepest == math.inf:
         raise ConvergenceError(
-            f"no disk contact under {newtons(float(load.max()))} within the {metres(curve.max_radius)} that are known: "
+            f"no disk contact under {newtons(float(load.max()))} up to r = {metres(curve.max_radius)}, where the known profile ends: "
             "extend the profile, or reduce the force"
         )
     return _follow(curve, relaxation, (time, load, 0.0), state, n, deepest, watch)
@@ -365,7 +365,7 @@ def _follow_rows(
         if count == row_kernels.STUCK:
             raise ConvergenceError(
                 f"no indentation that meets the target at t = {start[0]:g} s was found in {row_kernels.TRIES} steps: "
-                "divide its row, or check the magnitudes of its force, duration and moduli"
+                "use more rows there, or check the magnitudes of its force, duration and moduli"
             )
         here = slice(done, done + count)
         radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
@@ -385,10 +385,10 @@ def _checked(t: FloatArray, target: FloatArray, machine: float, state: MemorySta
     """Where rows begin, which have to be numbers at times that do not fall."""
     if t.shape != target.shape or t.ndim != 1 or t.size == 0:
         raise PathError(
-            f"times of shape {t.shape} for rows of shape {target.shape}: one of both for every row"
+            f"times of shape {t.shape} for rows of shape {target.shape}; give one time for every row"
         )
     if not (np.isfinite(t).all() and np.isfinite(target).all()):
-        raise PathError("a row is not finite")
+        raise PathError("a row of the path is not finite; give finite times and values")
     if state is None:
         first = (
             float(target[0]) if math.isinf(machine) else float(target[0]) / machine if machine > 0.0 else 0.0
@@ -409,7 +409,7 @@ def _refuse_jumps(state: MemoryState, waits: FloatArray, depth: FloatArray) -> N
     if sudden.any():
         row = int(np.argmax(sudden))
         raise PathError(
-            f"row {row} moves the indentation from {metres(float(before[row]))} to {metres(float(depth[row]))} in no time, for which "
+            f"row {row} moves the indentation from {metres(float(before[row]))} to {metres(float(depth[row]))} in zero time, for which "
             "this rheology needs an infinite force: give the row a duration"
         )
 

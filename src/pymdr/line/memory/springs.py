@@ -67,7 +67,7 @@ def springs_to(curve: Curve, depth: float, n: int = 1000) -> Springs:
     radius = float(states_at_depth(curve, [depth]).contact_radius[0])
     if not 0.0 < radius < math.inf or radius > curve.max_radius:
         raise ConvergenceError(
-            f"no disk contact at the depth {depth:g} m within the {curve.max_radius:g} m that are known: "
+            f"no disk contact at the depth {depth:g} m up to r = {curve.max_radius:g} m, where the known profile ends: "
             "extend the profile, or reduce the depth"
         )
     whole = radius >= curve.edge
@@ -100,7 +100,7 @@ def extended(curve: Curve, springs: Springs, depth: float) -> Springs:
     radius = float(states_at_depth(curve, [depth]).contact_radius[0])
     if not radius < math.inf or radius > curve.max_radius:
         raise ConvergenceError(
-            f"no disk contact at the depth {depth:g} m within the {curve.max_radius:g} m that are known: "
+            f"no disk contact at the depth {depth:g} m up to r = {curve.max_radius:g} m, where the known profile ends: "
             "extend the profile, or reduce the depth"
         )
     n = springs.n

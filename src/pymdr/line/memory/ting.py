@@ -88,7 +88,9 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
             "the indentation turns more than once: this form covers one approach and one retreat only; use springs"
         )
     if relaxation.viscosity > 0.0 and ((waits == 0.0) & (moves != 0.0) & (d[1:] > 0.0)).any():
-        raise PathError("a sudden move, for which a dashpot needs an infinite force: give it a duration")
+        raise PathError(
+            "the indentation changes in zero time, for which a dashpot needs an infinite force: give the move a duration"
+        )
     with np.errstate(divide="ignore", invalid="ignore"):
         speed = np.where(moves == 0.0, 0.0, moves / waits)
     decay = np.exp(-waits[:, None] / relaxation.times)
@@ -144,7 +146,7 @@ def _rows_of(time: ArrayLike, values: ArrayLike, words: str) -> tuple[FloatArray
             f"times of shape {t.shape} for {words} of shape {v.shape}; give one time for every row"
         )
     if not (np.isfinite(t).all() and np.isfinite(v).all()):
-        raise PathError("a row is not finite")
+        raise PathError("a row of the path is not finite; give finite times and values")
     return t, v
 
 

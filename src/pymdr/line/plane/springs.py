@@ -16,7 +16,7 @@ class PlaneEnding(Enum):
     """How a run ended."""
 
     COMPLETE = "all rows were followed"
-    NOT_ATTAINABLE = "a row asks for a tangential force of mu F_N or more"
+    NOT_ATTAINABLE = "a row prescribes a tangential force of mu F_N or more"
     NOT_CONVERGED = "the shift at a tangential force was not found"
 
 

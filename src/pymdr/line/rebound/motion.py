@@ -147,8 +147,12 @@ def rebound(
     if code not in (kernels.COMPLETE, kernels.RESTS):
         at = track.steps[count]
         raise ConvergenceError(
-            f"the impact is not followed beyond t = {at[0]:g} s at d = {at[2]:g} m: "
-            + (f"more than {most} steps are needed" if code == kernels.TOO_MANY else "no step is solved")
+            f"the impact cannot be followed beyond t = {at[0]:g} s at d = {at[2]:g} m: "
+            + (
+                f"more than {most} steps are needed"
+                if code == kernels.TOO_MANY
+                else "the equations of a step have no solution"
+            )
         )
     rows = slice(0, count + 1)
     rests = code == kernels.RESTS

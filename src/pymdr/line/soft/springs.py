@@ -164,13 +164,13 @@ class ZoneSprings:
         end = driver.follow_rows(self._zone, self._limits, time.astype(float), scaled.astype(float), out)
         if end != driver.DONE:
             why = (
-                "its zone would be wider than expected"
+                "its zone becomes wider than the grid of springs allows"
                 if end == driver.TOO_WIDE
                 else "its steps became too short"
             )
             raise ConvergenceError(
                 f"the contact with memory and a cohesive zone could not be followed beyond t = {now[kernels.TIME]:.6g} s, a = "
-                f"{metres(now[kernels.RADIUS] * self._unit)}: {why}; take a longer range of attraction, or a slower path"
+                f"{metres(now[kernels.RADIUS] * self._unit)}: {why}; use a longer range of attraction, or a slower path"
             )
         energy = load * self._unit
         units = {

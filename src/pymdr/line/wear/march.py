@@ -143,7 +143,7 @@ def march(
                     size = (stop - now) * _SHRINK
                     if size < _SHORTEST * rows[-1]:
                         raise ConvergenceError(
-                            f"wear: no solution after {now:.6g} cycles; the springs do not settle in blocks of {size:.3g} cycles"
+                            f"wear: no solution after {now:.6g} cycles; the springs do not converge in blocks of {size:.3g} cycles"
                         )
                     continue
                 missed += part
@@ -153,17 +153,19 @@ def march(
             else:
                 step = _block(wearing, mesh, state, stop - now)
                 if step is None:
-                    raise ConvergenceError(f"wear: no solution after {now:.6g} cycles")
+                    raise ConvergenceError(
+                        f"wear: no solution after {now:.6g} cycles; give fewer cycles, or smooth the profile"
+                    )
                 mesh, state = step
             now = stop
             if len(history.blocks) > _MOST_BLOCKS:
                 raise ConvergenceError(
-                    f"wear: {_MOST_BLOCKS} blocks end at {now:.6g} cycles; use fewer cycles"
+                    f"wear: {_MOST_BLOCKS} blocks of cycles (the limit) end at {now:.6g} cycles; use fewer cycles"
                 )
         if state.pressure.size != mesh.rings.size:
             solved = _solve(wearing, mesh, state.worn, 0.0, state)
             if solved is None:
-                raise ConvergenceError(f"wear: the springs do not settle after {now:.6g} cycles")
+                raise ConvergenceError(f"wear: the springs do not converge after {now:.6g} cycles")
             state = solved
         history.cycles.append(float(target))
         history.states.append((mesh, state))
@@ -179,7 +181,7 @@ def _start(wearing: Wearing, mesh: Mesh) -> State:
     state = State(springs, 1.0, np.zeros(mesh.rings.size), np.zeros(0), np.zeros(0))
     solved = _solve(wearing, mesh, state.worn, 0.0, state)
     if solved is None:
-        raise ConvergenceError("wear: the springs of the contact before wear do not settle")
+        raise ConvergenceError("wear: the springs of the contact before wear do not converge")
     return solved
 
 

@@ -202,7 +202,7 @@ def _continued(f: Curve, top: float) -> TipLaw | None:
         if law is not None:
             return law
         refused = refused or ProblemError(
-            f"Function.f loses its digits below r = {metres(radius)} and does not follow a power of r there; give "
+            f"Function.f loses all significant digits below r = {metres(radius)} and does not follow a power of r there; give "
             "derivative= too, or write f without a difference of large numbers (numpy.expm1, "
             "r**2 / (R + sqrt(R**2 - r**2)))"
         )

@@ -127,9 +127,9 @@ def closure_of(curve: ForceCurve) -> Closure:
     whole = fit_points(d / scales[0], force / scales[1], touch)
     if whole.misfit > max(_NO_CURVE, _NO_NOISE * whole.noise):
         raise ProblemError(
-            f"ForceCurve: no curve with a stiffness that rises with the depth fits the points (misfit {newtons(whole.misfit * scales[1])} "
-            "root mean square), as an elastic contact without adhesion needs; give only the approach, of an elastic contact, and its "
-            "contact_point if that is not the depth 0"
+            f"ForceCurve: the points do not fit an elastic contact without adhesion, whose stiffness increases with the depth (misfit "
+            f"{newtons(whole.misfit * scales[1])} root mean square); give only the approach of an elastic contact, and its "
+            "contact_point unless it is at the depth 0"
         )
     halves = [fit_points(*every_other(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
     depths, errors = _errors(whole, halves)
@@ -189,10 +189,10 @@ def _notes(curve: ForceCurve, fit: Fit, scales: tuple[float, float]) -> tuple[st
     length, force = scales
     n = curve.force.size
     if fit.segments == 0:
-        first = f"the line is from a force curve through all of its {n} points, whose slopes rise"
+        first = f"the line is from a force curve through all of its {n} points, whose slope increases with the depth"
     else:
         first = (
-            f"the line is from a force curve by non-negative least squares, whose stiffness rises in {fit.segments} segments; misfit "
+            f"the line is from a force curve by non-negative least squares, with a stiffness that increases in {fit.segments} segments; misfit "
             f"of its {n} points: {newtons(fit.misfit * force)} (root mean square), noise about {newtons(fit.noise * force)}"
         )
     notes = [first]
@@ -205,7 +205,7 @@ def _notes(curve: ForceCurve, fit: Fit, scales: tuple[float, float]) -> tuple[st
     if fit.off is not None:
         low, high, size = fit.off
         notes.append(
-            f"between d = {metres(low * length)} and {metres(high * length)} the mean of the points differs from every rising "
-            f"stiffness by {size:.2g} times its noise: adhesion, plasticity, tilt or drift"
+            f"between d = {metres(low * length)} and {metres(high * length)} the mean of the points deviates from every curve of "
+            f"increasing stiffness by {size:.2g} times its noise (adhesion, plasticity, tilt or drift)"
         )
     return tuple(notes)

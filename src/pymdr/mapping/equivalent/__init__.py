@@ -182,7 +182,7 @@ for _kind in (
 def _(profile: ForceCurve, exponent: float = 0.0) -> EquivalentProfile:
     if exponent != 0.0:
         raise ProblemError(
-            f"a ForceCurve is that of homogeneous half-spaces, and the exponent is {exponent:g}; give exponent 0"
+            f"a ForceCurve needs homogeneous half-spaces, but the exponent is {exponent:g}; give exponent 0"
         )
     return _polygon(profile)
 
@@ -225,7 +225,7 @@ def _on_panels(profile: Profile, exponent: float) -> PanelLine:
     if abs(_checked(exponent)) > _STEEPEST:
         raise ProblemError(
             f"{type(profile).__name__} has no closed form on a graded half-space of exponent {exponent:g}, and panels resolve "
-            f"exponents from {-_STEEPEST:g} to {_STEEPEST:g}; only powers and flat ends are mapped beyond"
+            f"exponents from {-_STEEPEST:g} to {_STEEPEST:g}; beyond that use PowerLaw or FlatPunch"
         )
     return PanelLine(source_of(profile), profile.edge, profile.gap if known else None, exponent)
 

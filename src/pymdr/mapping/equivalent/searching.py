@@ -109,8 +109,8 @@ def _no_start(finite: bool, top: float) -> ProblemError:
     """The error for a profile that does not start at 0."""
     if not finite:
         return ProblemError(
-            f"the slope of the profile is not finite at radii from {_INNERMOST:g} m to {metres(top)}; define its callables from "
-            "the tip on, for all r > 0"
+            f"the slope of the profile is not finite at radii from {_INNERMOST:g} m to {metres(top)}; define its callables "
+            "for all r > 0"
         )
     return ProblemError(
         f"the profile rises within {_INNERMOST:g} m of its tip too steeply to be resolved: f' grows about as 1 / r or faster, or f has a "
@@ -146,7 +146,7 @@ def _between(
 def never_rises(low: float) -> ProblemError:
     """The error for a contact without an end."""
     return ProblemError(
-        f"the profile does not rise so far up to r = {metres(low)}, where it ends or is no longer resolved: a contact without "
-        "an edge has no end; add FlatPunch(radius) for a cylinder with this end, or state the last radius of the "
+        f"the profile does not rise far enough up to r = {metres(low)}, where it ends or is no longer resolved, so the contact "
+        "would have no edge; add FlatPunch(radius) for a cylinder with this end, or state the last radius of the "
         "profile by Function(..., max_radius=...)"
     )

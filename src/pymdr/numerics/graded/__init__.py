@@ -2,7 +2,7 @@
 
 The domain is divided at marks, where the function is not smooth. In each segment the offset from its lower mark is graded by
 octaves in eight parts, so that the leading bits of the offset are the index of a panel. A panel has a polynomial; the integrals
-are its exact integrals, summed over the panels before, so that their derivatives hold to rounding. Panels that do not meet the
+are its exact integrals, summed over the panels before, so that their derivatives are accurate to rounding. Panels that do not meet the
 tolerance are divided into equal parts. The innermost panel of a segment is one polynomial or b + c offset^q.
 
 ``reading`` reads tables in compiled kernels; it loads numba and is imported by kernels only.

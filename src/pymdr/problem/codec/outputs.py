@@ -88,7 +88,7 @@ def output_tables() -> dict[str, Any]:
     return {
         name: (
             _model(name),
-            Field(None, description=f"{text[0].lower()}{text[1:-1]}; not unless given"),
+            Field(None, description=f"{text[0].lower()}{text[1:-1]}; omitted unless this table is given"),
         )
         for name, (text, _) in OUTPUTS.items()
     }

@@ -57,7 +57,7 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: boo
     >>> height = np.linspace(2e-6, 0.0, 90)
     >>> curve = mdr.MeasuredCurve(force=-np.clip(1e-6 - height, 0.0, None) ** 2, indentation=height)
     >>> print(curve.orient().step)
-    signs: turned, so that compression is positive and the position grows toward the body: force and indentation
+    signs: reversed, so that compression is positive and the position grows toward the body: force and indentation
     """
     name = "travel" if curve.indentation is None else "indentation"
     maker = str(curve.metadata.get("format", ""))
@@ -83,7 +83,7 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: boo
         segment=_OTHER.get(curve.segment, curve.segment) if name in turned else curve.segment,
         step=Step(
             "signs",
-            f"turned, so that {meaning}: {' and '.join(turned)}" if turned else f"kept: {meaning}{why}",
+            f"reversed, so that {meaning}: {' and '.join(turned)}" if turned else f"kept: {meaning}{why}",
             Facts({"force": float(signs["force"]), name: float(signs[name])}),
         ),
         before=curve,

@@ -191,7 +191,9 @@ def _turned_text(search: Search) -> str:
     steps = [step for curve in search.measured for step in curve.steps if step.name == "signs"]
     if not any(step.numbers.get("force") == -1.0 for step in steps):
         return ""
-    return "its force was turned: keep its signs if compression was positive (curve.orient(keep=True)); "
+    return (
+        "the sign of its force was reversed: keep it if compression was positive (curve.orient(keep=True)); "
+    )
 
 
 def _is_inside(request: FitRequest, axes: FamilyAxes, fitted: Columns) -> bool:

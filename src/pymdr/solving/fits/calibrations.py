@@ -103,7 +103,7 @@ def with_uncertainty(
         known = [end - here for end in ends if end is not None]
         if not known:
             raise ProblemError(
-                f"uncertainty of {name}: {shown(given)} leaves the limits of {name} to both sides; give a smaller one"
+                f"uncertainty of {name}: {shown(given)} exceeds the limits of {name} on both sides; give a smaller one"
             )
         # at a limit, such as Poisson's ratio 0.5, only one side exists
         moved = 0.5 * (known[0] - known[1]) if len(known) == 2 else known[0]
@@ -149,7 +149,9 @@ def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Sea
         change = _recalibrated if name == SPRING_CONSTANT else _with_sensitivity
         return replace(search, curves=tuple(change(one, factor) for one in search.measured), known=known)
     if name in search.names:
-        raise ProblemError(f"uncertainty of {name}: it is fitted, and its interval says how well it is known")
+        raise ProblemError(
+            f"uncertainty of {name}: it is fitted, and the fit gives its interval; leave it out of uncertainty or of free"
+        )
     parameter = parameter_of(search.contact, name)
     relative = relative_uncertainty(given, parameter.value, parameter.unit, name)
     moved = parameter.value * (1.0 + side * relative)

@@ -164,7 +164,7 @@ def _search(
     )
     if not listed or not all(isinstance(one, kind) for one in listed):
         has = "has friction" if contact.friction is not None else "has no friction"
-        raise ProblemError(f"fit: {needed} is needed, or several: the contact {has}")
+        raise ProblemError(f"fit: one or several of these are needed, because the contact {has}: {needed}")
     unknowns, known = unknowns_of(contact, without_tilt(free)), origins(given, free)
     if contact.friction is None:
         if given.pop(SHIFT_ORIGIN) is not None:

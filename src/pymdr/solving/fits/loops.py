@@ -108,7 +108,7 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
         missing.append(" or ".join(NORMAL))
     if missing or channel is None:
         raise ProblemError(
-            f"fit: the contact has friction, and the record no {', no '.join(missing)}; it has "
+            f"fit: the contact has friction, but the record has no {' and no '.join(missing)}; its columns are "
             f"{', '.join(map(str, data.variables)) or 'none'}"
         )
     columns = {name: _column(data, name) for name in ("shift", "tangential_force", channel)}
@@ -123,7 +123,9 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
         )
     used = np.asarray(data["used"].values, dtype=bool) if "used" in data else np.ones(n, dtype=bool)
     if used.shape != (n,) or not used.any():
-        raise ProblemError("fit: used of the record must be true or false at each sample, and true at some")
+        raise ProblemError(
+            "fit: 'used' of the record must be true or false at each sample, and true at one or more"
+        )
     return ShearRecord(
         columns["shift"],
         columns["tangential_force"],
@@ -138,17 +140,17 @@ def _column(data: xr.Dataset, name: Hashable) -> FloatArray:
     array, unit = data[name], _UNITS[str(name)]
     if array.ndim != 1 or array.dims != data["shift"].dims:
         raise ProblemError(
-            f"fit: {name} of the record is over {', '.join(map(str, array.dims)) or 'nothing'}, and shift over "
-            f"{', '.join(map(str, data['shift'].dims)) or 'nothing'}; one dimension is needed, such as step"
+            f"fit: {name} of the record has the dimensions {', '.join(map(str, array.dims)) or 'none'}, and shift "
+            f"{', '.join(map(str, data['shift'].dims)) or 'none'}; give both over the same dimension, such as step"
         )
     own = array.attrs.get("units", unit)
     try:
         values = np.asarray(array.values, dtype=float) * to_si(f"1 {own}", unit, name=str(name))
     except (UnitError, TypeError, ValueError) as error:
         raise ProblemError(
-            f"fit: {name} of the record has the units {shown(own)}; numbers in those of {unit} are needed"
+            f"fit: {name} of the record has the units {shown(own)}; units compatible with {unit} are needed"
         ) from error
     if not np.isfinite(values).all():
         row = int(np.argmin(np.isfinite(values))) + 1
-        raise ProblemError(f"fit: {name} of the record is not known in row {row}; leave such rows out")
+        raise ProblemError(f"fit: {name} of the record is missing in row {row}; leave such rows out")
     return values

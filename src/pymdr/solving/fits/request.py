@@ -27,7 +27,7 @@ from pymdr.units import FloatArray
 FITTED, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED, UNDETERMINED = range(7)
 ENDINGS = (
     "fitted",
-    "the search did not settle",
+    "the search did not converge",
     "no contact in the curve",
     "no curve, or too few samples that are numbers",
     "the curve does not show an unknown within its bounds",

@@ -137,7 +137,7 @@ def _claims(contact: Contact, many: _Many) -> tuple[dict[str, Claim], Result]:
     rows = solved.claims["normal_force"].where
     if not rows.all():
         raise RefusedError(
-            f"restitution: the contact is not a disk on the way: {solved.claims['normal_force'].reason}"
+            f"restitution: the contact is not a disk throughout the impact: {solved.claims['normal_force'].reason}"
         )
 
     def at_speeds(claim: Claim) -> Claim:
@@ -156,7 +156,7 @@ def _claims(contact: Contact, many: _Many) -> tuple[dict[str, Claim], Result]:
 
     own = {name: at_speeds(solved.claims[_OWN.get(name, "normal_force")]) for name in COLUMNS}
     motion = np.full(depth.shape, many.error)
-    cause = "as the motion and its series over the speed do"
+    cause = "of the motion and of its series over the speed"
     return with_errors(own, dict.fromkeys(own, motion), cause=cause), solved
 
 

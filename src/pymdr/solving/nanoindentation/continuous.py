@@ -187,7 +187,7 @@ def continuous_stiffness(
         profiles.append(profile)
         if refused:
             notes.append(
-                f"indent {i}: {refused} shallow points left out, at which noise determines no modulus"
+                f"indent {i}: {refused} shallow points left out, where the noise is too large for a modulus"
             )
     return _study(profiles, notes, settings)
 

@@ -338,7 +338,7 @@ def _study(
     if not there.any():
         level, reason = (
             Level.NOT_VALID,
-            f"no jump above {metres(float(np.max(columns['smallest_jump'][0])))} is in the loading",
+            f"the loading has no jump above {metres(float(np.max(columns['smallest_jump'][0])))}",
         )
     claim = Claim(level, reason, SOURCES["johnson"], there)
     claims = {name: claim for name in columns if name != "smallest_jump"}

@@ -280,6 +280,6 @@ def _notes(indents: Sequence[Indent]) -> tuple[str, ...]:
     if single:
         numbers = ", ".join(map(str, single[:10]))
         notes.append(
-            f"noise lets the unloading determine one power only: effective shape of indent {numbers}"
+            f"the noise of the unloading allows a fit of one power only: effective shape of indent {numbers}"
         )
     return tuple(notes)

@@ -50,7 +50,7 @@ Reference = Annotated[
     list[str] | None,
     typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
 ]
-Terms = Annotated[int, typer.Option(help="Coefficients of the calibrated area function.")]
+Terms = Annotated[int, typer.Option(help="Number of coefficients of the calibrated area function.")]
 Frame = Annotated[str | None, typer.Option(help="Compliance of the frame, such as '0.3 nm/mN'.")]
 TipYoung = Annotated[str, typer.Option(help="Young's modulus of the tip.")]
 TipPoisson = Annotated[float, typer.Option(help="Poisson's ratio of the tip.")]

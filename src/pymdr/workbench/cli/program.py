@@ -80,7 +80,9 @@ def before_commands(
     show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
     plugins: Annotated[
         list[Path] | None,
-        typer.Option("--plugin", metavar="FILE.py", help="Import a Python file that registers kinds."),
+        typer.Option(
+            "--plugin", metavar="FILE.py", help="Import a Python file that registers your own kinds."
+        ),
     ] = None,
 ) -> None:
     """Options before a command."""

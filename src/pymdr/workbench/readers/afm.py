@@ -52,7 +52,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
         ) from error
     except broken as error:
         raise FileError(
-            f"cannot read {source}: {maker}, by its name, but afmformats has no such format, or the file is damaged or cut off "
+            f"cannot read {source}: {maker}, according to its suffix, but afmformats has no such format, or the file is damaged or cut off "
             f"({type(error).__name__}: {str(error)[:200]}); copy it again from the instrument, or export it as a table with units in its header"
         ) from error
     if not records:

@@ -156,7 +156,7 @@ def _curves(source: Path, content: bytes, channel: Section, counts: tuple[int, i
         )
     if offset + length > len(content):
         raise FileError(
-            f"cannot read {source}: {_MAKER}; {len(content)} of {offset + length} bytes are there: the file is cut off; copy it again from "
+            f"cannot read {source}: {_MAKER}; the file is cut off: it has {len(content)} of {offset + length} bytes; copy it again from "
             "the instrument"
         )
     if counts[2] == 0 and length % (width * both) == 0:

@@ -183,7 +183,7 @@ def _read(source: Path, one: ForceFormat, calibration: Calibration) -> list[Forc
         raise
     except Exception as error:
         raise FileError(
-            f"cannot read {source}: a file of {one.name}, by its name, but it is damaged or cut off ({type(error).__name__}: "
+            f"cannot read {source}: a file of {one.name}, according to its suffix, but it is damaged or cut off ({type(error).__name__}: "
             f"{str(error)[:200]}); copy it again from the instrument, or export it as a table with units in its header"
         ) from error
     if not records:

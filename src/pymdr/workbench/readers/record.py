@@ -178,11 +178,13 @@ def _whole(
     sizes = {name: values.size for name, values in used.items()}
     if len(set(sizes.values())) > 1:
         counts = ", ".join(f"{size} of {name}" for name, size in sizes.items())
-        raise FileError(f"cannot read {where}: its columns differ in length ({counts}): the file is cut off")
+        raise FileError(
+            f"cannot read {where}: its columns differ in length ({counts}): the file is cut off; copy it again from the instrument"
+        )
     expected = record.metadata.get("point count")
     if isinstance(expected, float) and expected > sizes[force]:
         raise FileError(
-            f"cannot read {where}: {sizes[force]} of {expected:g} samples are there: the file is cut off; copy it again from the instrument"
+            f"cannot read {where}: the file is cut off: it has {sizes[force]} of {expected:g} samples; copy it again from the instrument"
         )
     used, missing = _known(where, used, leave_out_missing)
     constant, slope = _constants(where, record, calibration, force, position)
