@@ -682,7 +682,9 @@ def test_moving_takes_heat_away_as_it_says():
             return heat * (1.0 - i0e(speed * s / (2.0 * 12e-6))) / 45.0
 
         share = quad(lacks, 0.0, a, epsabs=0.0)[0] / rubbed["largest_temperature_rise"].item()
-        quoted = re.search(r"removes the fraction ([0-9.e+-]+) of", rubbed.claims["largest_temperature_rise"].reason)
+        quoted = re.search(
+            r"removes the fraction ([0-9.e+-]+) of", rubbed.claims["largest_temperature_rise"].reason
+        )
         assert float(quoted[1]) == pytest.approx(share, rel=max(tolerance, 0.02))
     (slow,) = (one for one in rubbed.assumptions if one.name == "slow sliding")
     assert slow.met
