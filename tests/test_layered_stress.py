@@ -136,6 +136,38 @@ def test_layers_of_one_material_are_a_half_space(profile):
         assert np.array_equal(np.isinf(one), np.isinf(other))
 
 
+@given(
+    kind=st.sampled_from(["flat", "cone", "tip"]),
+    size=st.floats(-8.0, 0.0).map(lambda x: 10.0**x),
+    thickness=st.floats(-1.7, 0.5).map(lambda x: 10.0**x),
+    share=st.floats(0.05, 0.5),
+)
+@settings(max_examples=5, deadline=None)
+def test_profiles_with_kinks_on_layers_of_one_material(kind, size, thickness, share):
+    """The load on the line has a root behind a kink, which the waves have to resolve: they erred by up to all of the stress."""
+    if kind == "tip":
+        r = np.linspace(0.0, 0.5, 11)
+        profile = mdr.Sampled(size * r, size * (0.5 * r**2 + 0.05 * r**3))
+    else:
+        profile = {
+            "flat": mdr.RoundedFlat(share * size, size),
+            "cone": mdr.RoundedCone(0.2 * share * size, half_angle="75 deg"),
+        }[kind]
+    solid = mdr.Elastic("70 GPa", 0.3)
+    layered = mdr.Layered([mdr.Layer(solid, thickness * size)], base=solid)
+    path = mdr.indent(2e-3 * size)
+    on_layers, plain = (mdr.solve(mdr.Contact(profile, body), path) for body in (layered, solid))
+    a = float(plain["contact_radius"][-1])
+    where = {
+        "r": a * np.array([0.0, 0.5, 0.97, 1.4]),
+        "z": np.array([0.3, 0.9, 1.1, 2.0]) * min(thickness * size, a),
+    }
+    expected = plain.field("stress", **where).values
+    assert on_layers.field("stress", **where).values == pytest.approx(
+        expected, abs=1e-8 * np.abs(expected).max()
+    )
+
+
 def test_an_adhesive_edge_on_layers_of_one_material():
     same, bulk = coat("1 MPa", 0.45, "50 um", mdr.Elastic("1 MPa", 0.45)), mdr.Elastic("1 MPa", 0.45)
     results = [

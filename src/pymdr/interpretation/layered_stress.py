@@ -55,6 +55,8 @@ _BLOCK = 1 << 20
 """Largest number of values of sines and Bessel functions computed together."""
 _FEW = 32
 """Largest number of points that are evaluated as a net although they do not form one."""
+_CHECKED = 1.5
+"""Largest radius over that of the load at which the error is measured."""
 _WORST = 1e-9
 """Largest accepted error of the integrals, over the typical stress."""
 _SAME = 1e-12
@@ -99,7 +101,7 @@ class LayeredInterior(Interior):
     def _solids(self) -> tuple[Elastic, ...]:
         """The materials from the surface downward, with that of an elastic base."""
         base = (self.layered.base,) if isinstance(self.layered.base, Elastic) else ()
-        return (*(layer.material for layer in self.layered.layers), *base)
+        return (*self.layered.solids, *base)
 
     @property
     def interfaces(self) -> tuple[float, ...]:
@@ -236,7 +238,7 @@ class LayeredInterior(Interior):
         return {}
 
     def _waves(self, load: LineLoad, top: float, step: int) -> _Waves:
-        octave = math.ceil(math.log2(max(top, load.radius)))
+        octave = math.ceil(math.log2(max(top, _CHECKED * load.radius)))
         if (step, octave) not in self._known:
             waves, fewer = (_waves_of(load, self.layered, 2.0**octave, order) for order in _ORDERS)
             error = self._difference(load, waves, fewer) / load.scale
@@ -250,7 +252,7 @@ class LayeredInterior(Interior):
 
     def _difference(self, load: LineLoad, waves: _Waves, fewer: _Waves) -> float:
         """The largest difference in Pa of the tractions on the interfaces by two quadratures."""
-        r = load.radius * np.linspace(0.0, 1.5, 7)
+        r = load.radius * np.linspace(0.0, _CHECKED, 7)
         largest = 0.0
         for layer, depth in enumerate(self.interfaces):
             z = np.full(r.shape, depth)

@@ -120,6 +120,10 @@ class Coupled(EquivalentProfile):
         """Panels of a quadrature over a length in m."""
         return max(2, math.ceil(length / self.added.thickness) + 1)
 
+    def kinks(self, top: float) -> tuple[float, ...]:
+        """Places up to `top` to whose right g is not smooth; c is smooth."""
+        return self.bare.kinks(top)
+
     def g(self, x: Position) -> FloatArray:
         """The profile g - c + c(0) in m."""
         at = rounded(x)
