@@ -18,7 +18,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 VERSIONS = ("3.11", "3.12", "3.13")
-QUICK = ("test_units.py", "test_solving.py", "test_adhesion_curves.py", "test_tables.py", "test_moduli.py")
+QUICK = ("test_units.py", "test_solving.py", "test_tables.py", "test_moduli.py")
 TOOLS = ("pytest>=8.3", "hypothesis>=6.100", "mpmath>=1.3")
 REPORTED = ("numpy", "scipy", "numba", "pandas", "xarray", "matplotlib", "typer")
 DEPRECATED = ("-W", "ignore::DeprecationWarning", "-W", "ignore::PendingDeprecationWarning")
@@ -103,32 +103,41 @@ def archives(folder: Path) -> None:
     print(f"Written: {', '.join(f'dist/{name}' for name in first)}")
 
 
+def interpreter(version: str, folder: Path) -> str | None:
+    """A Python of one version, on the path or installed by pyenv; None if there is none."""
+    try:
+        return uv("python", "find", "--no-project", version, cwd=folder).strip() or version
+    except SystemExit:
+        kept = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+        return next((str(one) for one in sorted(kept.glob(f"{version}.*/bin/python"), reverse=True)), None)
+
+
 def try_on(python: str, resolution: str, source: Path, folder: Path) -> str:
     """Install the package with dependencies of one kind, run the README and the quick tests; the versions."""
-    env = folder / f"{python}-{resolution}"
+    number = len(list(folder.iterdir()))
+    env = folder / f"env-{number}"
     uv("venv", env, "--python", python, cwd=folder)
     own = program(env, "python")
     # only what the package needs is resolved to its lowest; the tools of the tests are not its dependencies
     uv("pip", "install", "--python", own, "--resolution", resolution, source, cwd=folder)
     uv("pip", "install", "--python", own, *TOOLS, cwd=folder)
-    read_me(env, folder / f"work-{python}-{resolution}")
+    read_me(env, folder / f"work-{number}")
     tests = [f"tests/{name}" for name in QUICK]
     options = ("-q", "-p", "no:cacheprovider", "-o", "testpaths=tests", *DEPRECATED)
     summary = run(own, "-m", "pytest", *options, *tests, cwd=source).splitlines()[-1]
     code = f"from importlib.metadata import version as v\nprint(*(f'{{n}} {{v(n)}}' for n in {REPORTED}), sep=', ')"
-    return f"Python {python}, {resolution}: {summary.strip('= ')}; {run(own, '-c', code, cwd=folder).strip()}"
+    return f"{summary.strip('= ')}; {run(own, '-c', code, cwd=folder).strip()}"
 
 
 def matrix(folder: Path, versions: tuple[str, ...]) -> None:
     """Every version of Python with the newest dependencies, the first with the oldest."""
     source = clone(folder / "source")
     for python, resolution in [(versions[0], "lowest-direct"), *((v, "highest") for v in versions)]:
-        try:
-            uv("python", "find", "--no-project", python, cwd=folder)
-        except SystemExit:
+        found = interpreter(python, folder)
+        if found is None:
             print(f"Python {python}: not on this machine, not tried", flush=True)
-            continue
-        print(try_on(python, resolution, source, folder), flush=True)
+        else:
+            print(f"Python {python}, {resolution}: {try_on(found, resolution, source, folder)}", flush=True)
 
 
 def main() -> None:
