@@ -1,5 +1,6 @@
 """Kernels where numba has no place for its cache, is told not to compile, or is missing; threads."""
 
+import math
 import os
 import subprocess
 import sys
@@ -159,6 +160,54 @@ def test_friction_without_numba(numbers):
 @pytest.mark.long
 def test_memory_and_impact_without_numba():
     same(without_numba(MEMORY), [float(x) for x in run(MEMORY).stdout.split()])
+
+
+SMALL = """
+import math
+import sys
+for name in BLOCKED:
+    sys.modules[name] = None
+import numpy as np, pymdr as mdr
+ball, steel, gel = mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3), mdr.Elastic("30 kPa", 0.5)
+hertz = mdr.solve(mdr.Contact(ball, steel), mdr.load("50 N", steps=3))
+print(float(hertz["contact_radius"][-1]))
+hertz.plot().savefig("hertz.png")
+tip = mdr.Paraboloid("50 um")
+print(float(mdr.pull_off(mdr.Contact(tip, gel, adhesion=mdr.JKR("2 mJ/m^2"))).normal_force))
+print(mdr.impact(mdr.Contact(ball, steel), mass="30 g", speed="0.1 m/s", steps=8).contact_time)
+maugis = mdr.Contact(tip, gel, adhesion=mdr.MaugisDugdale("2 mJ/m^2", range="200 nm"))
+print(float(mdr.solve(maugis, mdr.indent("1 um", steps=1))["normal_force"][-1]))
+thin = mdr.Contact(tip, mdr.Elastic("30 kPa", 0.5, thickness="100 um"))
+print(float(mdr.solve(thin, mdr.indent("1 um", steps=1)).claims["normal_force"].error[-1]))
+joint = mdr.Contact(ball, steel, steel, friction=mdr.Coulomb(0.3))
+loop = mdr.solve(joint, mdr.load("50 N") >> mdr.cycle(shift="0.8 um", steps=8))
+print(float(loop["dissipated_energy"][-1]))
+rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "10 MPa", "0.1 s"), poisson=0.5)
+path = mdr.indent("10 um", duration="1 s", steps=1) >> mdr.indent("8 um", duration="0.2 s", steps=1)
+print(float(mdr.solve(mdr.Contact(ball, rubber), path)["normal_force"][-1]))
+hertz.to_csv("hertz.csv")
+try:
+    hertz.save("hertz.nc")
+except (ImportError, mdr.FileError) as error:
+    assert "h5" in str(error), error
+"""
+
+
+def test_without_what_small_systems_lack(tmp_path, monkeypatch, capsys):
+    """As where numba, h5py and typer cannot be had: closed forms, and the numbers of an installation that has them."""
+    monkeypatch.chdir(tmp_path)
+    missing = "('numba', 'h5py', 'h5netcdf', 'typer', 'rich')"
+    found = [float(x) for x in run(SMALL.replace("BLOCKED", missing)).stdout.split()]
+    assert (tmp_path / "hertz.png").stat().st_size > 10_000
+    assert (tmp_path / "hertz.csv").exists()
+    modulus, radius = 210e9 / (1 - 0.3**2), 10e-3
+    deepest = (15 * 30e-3 * 0.1**2 / (16 * modulus * math.sqrt(radius))) ** 0.4
+    duration = 4 * math.sqrt(math.pi) * math.gamma(0.4) / (5 * math.gamma(0.9)) * deepest / 0.1
+    # Hertz (1882), Johnson, Kendall and Roberts (1971) at a fixed indentation, and Hertz's impact
+    closed = [(3 * 50 * radius / (4 * modulus)) ** (1 / 3), -5 / 6 * math.pi * 2e-3 * 50e-6, duration]
+    assert found[:3] == pytest.approx(closed, rel=1e-12)
+    exec(SMALL.replace("BLOCKED", "()"), {})
+    assert found == pytest.approx([float(x) for x in capsys.readouterr().out.split()], rel=1e-11)
 
 
 THREADS = """
