@@ -322,7 +322,7 @@ class Interior:
             ]
             alike = alike and bool(np.max(np.abs(ends[0] - ends[1])) <= _ALIKE)
             for step in between:
-                near = self._around(name, step, 0.5 * (ends[0] + ends[1])) if alike else None
+                near = self._around(name, (step, block[-1]), 0.5 * (ends[0] + ends[1])) if alike else None
                 peaks.append(self.largest(name, step, background) if near is None else near)
             peaks.append(last)
             before = last
@@ -334,21 +334,36 @@ class Interior:
             return np.full(2, math.nan)
         return np.array([place.r, place.z]) / self.load(step).radius
 
-    def _around(self, name: str, step: int, place: FloatArray) -> Largest | None:
-        """The largest value around a place over the loaded radius; None if it is none there, or the stress has no bound."""
+    def _around(self, name: str, steps: tuple[int, int], place: FloatArray) -> Largest | None:
+        """
+        The largest value of a step around a place over the loaded radius; None if it is none there, or the stress has no bound.
+
+        The second step is one whose stress is bounded.
+        """
+        step, bounded = steps
         load, measure = self.load(step), MEASURES[name]
-        if not load.radius > 0.0 or self.singular_radius(step) is not None:
+        # the same kinks have pressures of one kind
+        alike = self.surface.marks(step) == self.surface.marks(bounded)
+        if (
+            not load.radius > 0.0
+            or (self._singular_edge(step) if alike else self.singular_radius(step)) is not None
+        ):
             return None
         near = float(place[0] * load.radius), float(place[1] * load.radius)
         return polished(lambda r, z: measure(self.solid.normal_stress(load, r, z)), near, load.radius)
 
-    def singular_radius(self, step: int) -> float | None:
-        """The radius in m at which the stress has no bound in one step; None if it has one everywhere."""
+    def _singular_edge(self, step: int) -> float | None:
+        """The radius in m of an edge at which the stress has no bound in one step; None without."""
         loads = self.surface.loads(step)
         if loads.normal.edge != 0.0:
             return loads.normal.edge_radius
-        if loads.shear is not None and loads.shear.rings:
-            return loads.shear.rings[-1][0]
+        return loads.shear.rings[-1][0] if loads.shear is not None and loads.shear.rings else None
+
+    def singular_radius(self, step: int) -> float | None:
+        """The radius in m at which the stress has no bound in one step; None if it has one everywhere."""
+        edge, loads = self._singular_edge(step), self.surface.loads(step)
+        if edge is not None:
+            return edge
         corners = np.array([0.0, *self.surface.marks(step)])
         infinite = np.isinf(self.surface.field("pressure", corners, step))
         balanced = isinstance(self.solid, IsotropicSolid) and self.solid.poisson == 0.5
