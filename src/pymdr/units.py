@@ -405,7 +405,7 @@ def _of_numbers(values: Sequence[float], name: str) -> FloatArray:
     try:
         array = np.array(values, dtype=float)
     except OverflowError as error:
-        raise UnitError(f"{name}: an entry is outside the range of floats") from error
+        raise UnitError(f"{name}: an entry is outside the range of floats; check its unit") from error
     if not np.all(np.isfinite(array)):
         i = int(np.argmin(np.isfinite(array)))
         raise UnitError(f"{name}[{i}]: {values[i]} is not finite; a finite number is needed")

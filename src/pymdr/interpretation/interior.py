@@ -199,7 +199,7 @@ class Interior:
     def _known_displacement(self, moved: FloatArray) -> FloatArray:
         if isinstance(self.solid, IsotropicSolid) and math.isnan(self.solid.shear):
             raise NotValidError(
-                "interior_displacement is not valid here: in a body with memory it depends on the whole history of the load"
+                "interior_displacement is not valid here: in a body with memory it depends on the whole history of the load; read normal_displacement on the surface instead"
             )
         return moved
 

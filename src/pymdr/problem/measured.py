@@ -77,13 +77,15 @@ class MeasuredSamples(Value):
         for name in ("indentation", "travel", "time", "outliers", "saturated"):
             column = getattr(self, name)
             if column is not None and column.size != n:
-                raise ProblemError(f"MeasuredCurve: {n} forces, but {column.size} entries of {name}")
+                raise ProblemError(
+                    f"MeasuredCurve: {n} forces, but {column.size} entries of {name}; give one for each force"
+                )
         if n < _LEAST:
             raise ProblemError(f"MeasuredCurve: {n} samples; at least {_LEAST} are needed")
         if self.time is not None and not np.all(np.diff(self.time) > 0.0):
             i = int(np.argmin(np.diff(self.time)))
             raise ProblemError(
-                f"MeasuredCurve.time[{i + 1}] = {self.time[i + 1]:g} s is not above {self.time[i]:g} s: times must rise"
+                f"MeasuredCurve.time[{i + 1}] = {self.time[i + 1]:g} s is not above {self.time[i]:g} s: times must rise; sort the samples and average those of equal time"
             )
         if self.segment not in SEGMENTS:
             raise ProblemError(

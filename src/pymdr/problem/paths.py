@@ -81,7 +81,7 @@ def _check_steps(owner: str, steps: Any) -> None:
         raise PathError(f"{owner}.steps = {shown(steps)}: a whole number of at least 1 is needed")
     if steps > _MOST:
         raise PathError(
-            f"{owner}.steps = {float(min(steps, 10**300)):.3g}: at most {_MOST:.0e} rows are possible"
+            f"{owner}.steps = {float(min(steps, 10**300)):.3g}: at most {_MOST:.0e} rows are possible; use fewer steps"
         )
 
 

@@ -218,7 +218,9 @@ def _misfit(off: FloatArray, coefficients: list[float]) -> dict[str, Any]:
 
 def _check(surface: RoughSurface, realisations: int) -> None:
     if not isinstance(surface, RoughSurface):
-        raise ProblemError(f"{_PREFIX}: {shown(surface)} is not a RoughSurface")
+        raise ProblemError(
+            f"{_PREFIX}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', shortest='10 um')"
+        )
     if surface.size[0] != surface.size[1]:
         raise ProblemError(f"{_PREFIX}: the patch is a rectangle; lines are calibrated on a square")
     if isinstance(realisations, bool) or not isinstance(realisations, int) or realisations < 1:

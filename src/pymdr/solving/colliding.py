@@ -193,7 +193,9 @@ def depth_storing(
         if stored >= energy or depth >= top:
             return depth, stored
         depth = min(2.0 * depth, top)
-    raise ProblemError("impact: the search for the depth of rest did not converge")
+    raise ProblemError(
+        "impact: the search for the depth of rest did not converge; check the magnitudes of mass and speed"
+    )
 
 
 class _Rows(NamedTuple):
@@ -314,7 +316,9 @@ def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], i
                     f"impact: the bodies would not come to rest before the end: {error}"
                 ) from error
             bound, top = top, 0.5 * (last + top)
-    raise ProblemError("impact: the search for the depth of rest did not converge")
+    raise ProblemError(
+        "impact: the search for the depth of rest did not converge; check the magnitudes of mass and speed"
+    )
 
 
 def _bare_depth(line: AdhesiveLine, kinetic: float) -> float:

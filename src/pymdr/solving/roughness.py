@@ -237,7 +237,7 @@ def power_spectrum(
     rms = float(np.std(heights))
     if rms <= np.finfo(float).eps * float(np.max(np.abs(heights))):
         raise ProblemError(
-            f"{_PREFIX}: all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum"
+            f"{_PREFIX}: all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum; check the channel and the unit of the heights"
         )
     pixel = _PIXELS_PER_WAVE * float(topography.spacing.max())
     tip = 0.0 if tip_radius is None else topography.tip_cutoff(tip_radius)

@@ -240,7 +240,7 @@ def _study(
     stress.require("shakedown")
     if not stress.where.all():
         raise NotValidError(
-            "shakedown is not valid here: the contact is not a disk at the load of first yield or shakedown"
+            "shakedown is not valid here: the contact is not a disk at the load of first yield or shakedown; use an increasing profile"
         )
     force, pressure, radius = (
         result[name].values[np.searchsorted(order, depths)]

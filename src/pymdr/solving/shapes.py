@@ -202,7 +202,7 @@ def _depths(
             return d
         x = new
     raise ConvergenceError(
-        f"the search for the indentation at the prescribed force or travel did not converge (last value {metres(float(x[-1]))})"
+        f"the search for the indentation at the prescribed force or travel did not converge (last value {metres(float(x[-1]))}); prescribe the indentation"
     )
 
 

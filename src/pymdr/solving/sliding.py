@@ -421,7 +421,7 @@ def _under_force(case: _Case, relaxation: Relaxation, speed: float, near: float 
     if row is not None:
         _refuse_unbounded(case, relaxation, row)
     raise ConvergenceError(
-        f"{_PREFIX}: the search for the depth that carries {case.force:g} N at {speed:g} m/s did not converge (last value {depth:g} m)"
+        f"{_PREFIX}: the search for the depth that carries {case.force:g} N at {speed:g} m/s did not converge (last value {depth:g} m); prescribe the indentation"
     )
 
 

@@ -345,7 +345,7 @@ def _study(
     stress.require("first yield")
     if not stress.where.all():
         raise NotValidError(
-            "first yield is not valid here: the contact is not a disk at the load of first yield"
+            "first yield is not valid here: the contact is not a disk at the load of first yield; use an increasing profile"
         )
     columns = {
         name: result[name].values[np.argsort(order)]

@@ -330,7 +330,7 @@ def _ready(parts: Sequence[MeasuredCurve], segment: str, keep_signs: bool | None
         return oriented.mark_saturated().subtract_baseline(baseline)
     chosen = next((one for one in turned if one.segment == segment), None)
     if chosen is None:
-        raise ProblemError(f"the record has no {segment}")
+        raise ProblemError(f"the record has no {segment}; choose another segment")
     return chosen.mark_saturated().subtract_baseline(baseline)
 
 

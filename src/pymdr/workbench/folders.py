@@ -119,7 +119,7 @@ def read_curve_folder(
 def _files(root: Path, table: Path | None) -> dict[str, Path]:
     """Files by their names relative to the folder, in order."""
     if not root.is_dir():
-        raise FileError(f"cannot read {root}: it is not a folder")
+        raise FileError(f"cannot read {root}: it is not a folder; give the folder of the curves")
     by_name = {}
     for parent, folders, files in os.walk(root):
         folders[:] = sorted(

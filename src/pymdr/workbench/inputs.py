@@ -87,7 +87,7 @@ def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise CaseError(
-            f"{source}: not a text file in UTF-8 ({error.reason} at byte {error.start})"
+            f"{source}: not a text file in UTF-8 ({error.reason} at byte {error.start}); save it in UTF-8"
         ) from error
 
 

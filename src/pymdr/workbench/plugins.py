@@ -46,7 +46,7 @@ def import_file(file: str | os.PathLike[str]) -> None:
             f"{''.join(c if c.isalnum() else '_' for c in name).lstrip('0123456789') or 'plugin'}.py"
         )
     if not source.is_file():
-        raise FileError(f"--plugin {source}: there is no such file")
+        raise FileError(f"--plugin {source}: there is no such file; check the name")
     folder = str(source.resolve().parent)
     if folder not in sys.path:
         sys.path.append(folder)

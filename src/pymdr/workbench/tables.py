@@ -720,7 +720,7 @@ def _numbers(
         cells = _cells(row, separator)
         if len(cells) != width:
             raise CaseError(
-                f"{source}, line {line + 1}: {len(cells)} entries for {width} columns of the header"
+                f"{source}, line {line + 1}: {len(cells)} entries for {width} columns of the header; give one entry for each column"
             )
         for k, (quantity, i) in enumerate(chosen.items()):
             entry = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
@@ -736,7 +736,7 @@ def _numbers(
                 raise CaseError(f"{entry} is not a number{remedy}")
             target[k] = float(cells[i])
             if not np.isfinite(target[k]):
-                raise CaseError(f"{entry} is outside the range of floats")
+                raise CaseError(f"{entry} is outside the range of floats; check its unit")
     return table
 
 

@@ -135,7 +135,7 @@ def _read(source: Path, channel: int | str | None) -> Read:
         _refuse_channel(source, channel)
         return of_array(source, content)
     if not content:
-        raise CaseError(f"{source}: the file is empty and has no heights")
+        raise CaseError(f"{source}: the file is empty and has no heights; export the heights again")
     text = text_of(content)
     if text is None:
         return of_maker(source, content, channel)

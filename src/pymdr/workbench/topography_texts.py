@@ -151,7 +151,7 @@ def _matrix(source: Path, lines: list[str], numbered: list[int]) -> FloatArray:
                     f"{source}, line {i + 1}: {cell.strip()[:40]!r} is not a number; a text of heights has rows of numbers, with decimals "
                     "written with a point, nan for what is missing, and lines that begin with # above them"
                 ) from None
-    raise CaseError(f"{source}: no matrix of numbers")
+    raise CaseError(f"{source}: no matrix of numbers; write rows of numbers")
 
 
 def _refuse_columns(source: Path, rows: FloatArray) -> None:
@@ -206,7 +206,9 @@ def _even(source: Path, name: str, values: FloatArray) -> tuple[np.ndarray, int,
     # places that differ by rounding only are one
     steps = gaps[gaps > 1e-6 * span]
     if not steps.size:
-        raise CaseError(f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is not a surface")
+        raise CaseError(
+            f"{source}: {name} is {metres(float(known[0]))} everywhere: one row is not a surface; give several rows"
+        )
     step = float(np.median(steps))
     number = (values - known[0]) / step
     whole = np.rint(number)

@@ -218,7 +218,9 @@ def _verify_adhesion(
     a = mdr.data["contact_radius"].values
     in_contact = np.flatnonzero(a > 0.0)
     if in_contact.size == 0:
-        raise PathError("verify: the path makes no contact at any step")
+        raise PathError(
+            "verify: the path makes no contact at any step; give a path that presses the bodies together"
+        )
     rows = in_contact[_spread(in_contact.size, steps)]
     solutions: list[Any] = [None] * a.size
     disks = adhesive_disks(mdr.contact, a[rows], mdr.data["indentation"].values[rows], works[rows], solver)
@@ -256,7 +258,9 @@ def _verify_history(
     ring = solve(contact, path, solver=solver, progress=progress)
     touching = np.flatnonzero(ring.data["normal_force"].values > 0.0)
     if touching.size == 0:
-        raise PathError("verify: the path makes no contact at any step")
+        raise PathError(
+            "verify: the path makes no contact at any step; give a path that presses the bodies together"
+        )
     rows = touching[_spread(touching.size, steps)]
     loaded = uses(path, "normal_force")
     moved = any(leg.controls.normal == "indentation" for leg in planned(path))
@@ -301,7 +305,9 @@ def _touched(result: Result) -> FloatArray:
     d = result.data["indentation"].values
     touched = np.unique(d[np.isfinite(d) & (result.data["force_lower_bound"].values > 0.0)])
     if touched.size == 0:
-        raise PathError("verify: the path makes no contact at any step")
+        raise PathError(
+            "verify: the path makes no contact at any step; give a path that presses the bodies together"
+        )
     return touched
 
 

@@ -266,7 +266,9 @@ def _disk(
     problem = _problem(gap, modulus, radius, n, radius, breakpoints, surface)
     mesh = mesh_of(problem, panels_of(problem, (), _FULL_DISK))
     if not np.all(np.isfinite(mesh.gap)):
-        raise ProblemError(f"gap ends within the contact radius of {metres(radius)}.")
+        raise ProblemError(
+            f"gap ends within the contact radius of {metres(radius)}. Give a smaller indentation, or gaps at larger radii."
+        )
     displacements = np.stack((np.ones_like(mesh.gap), mesh.gap), axis=1)
     unit, shape = np.linalg.solve(mesh.matrix, displacements).T
     return problem, mesh, unit, shape

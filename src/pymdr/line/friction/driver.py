@@ -138,7 +138,7 @@ def _kept(keep: int | ArrayLike | None, count: int) -> IntArray | None:
     rows = np.unique(np.asarray(keep, dtype=np.int64))
     if rows.size and not (rows[0] >= 0 and rows[-1] < count):
         raise PathError(
-            f"keep: rows {rows[0]} to {rows[-1]} are requested, but the history has rows 0 to {count - 1}"
+            f"keep: rows {rows[0]} to {rows[-1]} are requested, but the history has rows 0 to {count - 1}; give rows within it"
         )
     return rows
 

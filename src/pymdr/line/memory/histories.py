@@ -217,7 +217,9 @@ def follow_loads(
     """
     load = np.asarray(force, dtype=float)
     for wrong in load[load < 0.0]:
-        raise PathError(f"a force of {newtons(wrong)} pulls: bodies without adhesion separate at 0 N")
+        raise PathError(
+            f"a force of {newtons(wrong)} pulls: bodies without adhesion separate at 0 N; give forces of at least 0 N"
+        )
     deepest = deepest_under(curve, relaxation, time, load)
     if deepest == math.inf:
         raise ConvergenceError(
@@ -398,7 +400,7 @@ def _checked(t: FloatArray, target: FloatArray, machine: float, state: MemorySta
     if waits.min() < 0.0:
         at = int(np.argmin(waits))
         raise PathError(
-            f"the time of row {at} is {-waits[at]:g} s before that of the preceding row: times must not decrease"
+            f"the time of row {at} is {-waits[at]:g} s before that of the preceding row: times must not decrease; sort the rows"
         )
     return state
 

@@ -81,7 +81,7 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
     top = int(np.argmax(d))
     if waits.min() < 0.0:
         raise PathError(
-            f"the time of row {int(np.argmin(waits))} is before that of the preceding row: times must not decrease"
+            f"the time of row {int(np.argmin(waits))} is before that of the preceding row: times must not decrease; sort the rows"
         )
     if (moves[:top] < 0.0).any() or (moves[top:] > 0.0).any():
         raise PathError(
@@ -183,7 +183,9 @@ def creep(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: ArrayLik
     """
     t, load = _rows_of(time, force, "forces")
     if load.min() < 0.0:
-        raise PathError("a force is below 0 N: bodies without adhesion separate at 0 N")
+        raise PathError(
+            "a force is below 0 N: bodies without adhesion separate at 0 N; give forces of at least 0 N"
+        )
     if (np.diff(load) < -_ROUNDING * load.max()).any():
         raise PathError("a contact may shrink where its force decreases; use springs")
     states: DiskStates = states_at_force(curve, compliant(relaxation, t, load))
@@ -197,7 +199,7 @@ def compliant(relaxation: Relaxation, time: FloatArray, force: FloatArray) -> Fl
     waits, steps = np.diff(t), np.diff(load)
     if waits.min() < 0.0:
         raise PathError(
-            f"the time of row {int(np.argmin(waits))} is before that of the preceding row: times must not decrease"
+            f"the time of row {int(np.argmin(waits))} is before that of the preceding row: times must not decrease; sort the rows"
         )
     modes = modes_of(relaxation)
     times = 1.0 / modes.rates

@@ -156,7 +156,7 @@ class GrowingBall:
         )
         if not info.converged:
             raise ConvergenceError(
-                f"the search for the indentation at the prescribed force or travel did not converge (last value {metres(float(d))})"
+                f"the search for the indentation at the prescribed force or travel did not converge (last value {metres(float(d))}); prescribe the indentation"
             )
         return self.advance(state, float(d))
 

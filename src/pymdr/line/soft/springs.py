@@ -71,8 +71,8 @@ class ZoneSetting:
                 math.pi * self.work * self.relaxation.rubbery * _MOST / (4.0 * _IN_ZONE * self.widest)
             )
             raise ProblemError(
-                f"the cohesive zone, {metres(self.shortest_zone)} long, is too short for a contact of {metres(self.widest)}: a range of "
-                f"attraction of at least {metres(least)} can be resolved (now {metres(self.work / self.strength)})"
+                f"the cohesive zone, {metres(self.shortest_zone)} long, is too short for a contact of {metres(self.widest)}; give a range of "
+                f"attraction of at least {metres(least)} (now {metres(self.work / self.strength)})"
             )
         return h
 

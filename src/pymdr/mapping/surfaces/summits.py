@@ -200,7 +200,7 @@ def _refuse_flat(profile: MeanProfile, noise: float) -> None:
     if not tall > 0.0:
         raise ProblemError(
             f"not one bump: at {metres(float(profile.radius[-1]))} from its apex at {_place(profile.centre)} the surface is on average "
-            f"{metres(-tall)} higher than the apex"
+            f"{metres(-tall)} higher than the apex; check the sign of the heights (positive out of the body), or give the centre"
         )
     if wide > ROUNDNESS * tall:
         raise ProblemError(

@@ -42,7 +42,9 @@ def encode(value: Any) -> Any:
     if isinstance(value, History):
         return [encode(leg) for leg in value.legs]
     if isinstance(value, Function | Function2D):
-        raise ProblemError(f"a {type(value).__name__} holds a callable, which cannot be written to a file")
+        raise ProblemError(
+            f"a {type(value).__name__} contains a callable, which cannot be written to a file; give samples instead"
+        )
     if type(value) in KIND_OF:
         plain: dict[str, Any] = {"kind": KIND_OF[type(value)]}
         for f in fields(value):

@@ -79,7 +79,9 @@ def register(kind: str, cls: type) -> None:
         state = f"belongs to {taken.__name__}" if taken is not None else "is reserved"
         raise ProblemError(f"register: the kind {kind!r} {state}; choose another name")
     if KIND_OF.get(cls, kind) != kind:
-        raise ProblemError(f"register: {cls.__name__} is already registered as {KIND_OF[cls]!r}")
+        raise ProblemError(
+            f"register: {cls.__name__} is already registered as {KIND_OF[cls]!r}; register every class once"
+        )
     if taken is not None:
         del KIND_OF[taken]
     table[kind] = cls

@@ -111,7 +111,7 @@ class AreaFunction(Profile):
             )
         if depth[0] < 0.0 or area[0] < 0.0 or np.any(np.diff(depth) <= 0.0) or np.any(np.diff(area) <= 0.0):
             raise ProblemError(
-                "AreaFunction: depths and areas of a table must rise strictly, from 0 or above"
+                "AreaFunction: depths and areas of a table must rise strictly, from 0 or above; sort the rows and average repeated depths"
             )
 
     @property

@@ -30,7 +30,7 @@ class HeightsField(ArrayField):
                 f"{name}: a matrix of at least 2 x 2 heights is needed, not shape {heights.shape}"
             )
         if np.all(np.isnan(heights)):
-            raise ProblemError(f"{name}: all heights are missing (nan)")
+            raise ProblemError(f"{name}: all heights are missing (nan); give measured heights")
         within_range(np.nan_to_num(heights), self.unit, name)
         return heights
 

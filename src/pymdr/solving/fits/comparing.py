@@ -195,7 +195,9 @@ def _fits_of(
         own = {p.name for p in parameters_of(contact)}
         taken = [key for key in free if key in own or key == TILT]
         if not own.intersection(taken):
-            raise ProblemError(f"compare_laws: {name} has none of the parameters {', '.join(free)}")
+            raise ProblemError(
+                f"compare_laws: {name} has none of the parameters {', '.join(free)}; leave this law out, or free one of its parameters"
+            )
         try:
             fits[name] = fit(
                 contact,

@@ -277,5 +277,7 @@ def checked(curve: MeasuredCurve) -> MeasuredCurve:
     """The unmarked samples of a record; refuse constant columns."""
     for name, column in (("force", curve.force), ("depth", curve.position)):
         if float(np.ptp(column)) == 0.0:
-            raise ProblemError(f"fit: the {name} of the record is constant: it shows no contact")
+            raise ProblemError(
+                f"fit: the {name} of the record is constant: it shows no contact; give a record with contact"
+            )
     return curve.leave_out_marked() if curve.marked.any() else curve

@@ -116,7 +116,9 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
     if n < _LEAST:
         raise ProblemError(f"fit: the record has {n} samples; at least {_LEAST} are needed")
     if float(np.ptp(columns["shift"])) == 0.0:
-        raise ProblemError("fit: the shift of the record does not change")
+        raise ProblemError(
+            "fit: the shift of the record does not change; give a record of a contact that moves"
+        )
     if not float(np.max(columns[channel])) > 0.0:
         raise ProblemError(
             f"fit: {channel} of the record is never above 0 {_UNITS[channel]}; press the bodies together"

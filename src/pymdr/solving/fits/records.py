@@ -234,7 +234,7 @@ def _stored(data: xr.Dataset) -> StoredCurves:
         )
     curves = StoredCurves(data)
     if math.prod(curves.shape) == 0 or data.sizes[SAMPLE] == 0:
-        raise ProblemError("fit_map: the dataset has no curve")
+        raise ProblemError("fit_map: the dataset has no curve; give at least one")
     for name, unit in (
         ("force", "N"),
         ("travel", "m"),

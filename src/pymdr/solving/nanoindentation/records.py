@@ -124,6 +124,6 @@ def _record(given: Any, who: str) -> Record:
     if time is not None and not np.all(np.diff(time) > 0.0):
         i = int(np.argmin(np.diff(time)))
         raise ProblemError(
-            f"{who}: time[{i + 1}] = {time[i + 1]:g} s is not above {time[i]:g} s: times must rise"
+            f"{who}: time[{i + 1}] = {time[i + 1]:g} s is not above {time[i]:g} s: times must rise; sort the rows and average those of equal time"
         )
     return Record(columns["indentation"], columns["normal_force"], time, columns.get("harmonic_stiffness"))

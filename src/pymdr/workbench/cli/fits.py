@@ -318,7 +318,7 @@ def _read(
             for name in ("spring_constant", "sensitivity", "leave_out_missing"):
                 if options[name]:
                     raise ProblemError(
-                        f"--{name.replace('_', '-')}: a stored map has its own forces, and its variable spring_constant"
+                        f"--{name.replace('_', '-')}: a stored map has its own forces, and its variable spring_constant; leave the option out"
                     )
             _refuse_segment(file, segment)
             return file

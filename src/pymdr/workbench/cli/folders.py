@@ -46,7 +46,9 @@ def named_after(case: Path) -> Path:
     from pymdr.errors import FileError
 
     if not case.name:
-        raise FileError(f"cannot read {case}: a case file is a regular file, not a folder")
+        raise FileError(
+            f"cannot read {case}: a case file is a regular file, not a folder; give the name of a .toml file"
+        )
     return case.with_suffix("")
 
 

@@ -40,7 +40,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     if z is None or ("Forward", "Deflection") not in channels:
         names = ", ".join(sorted({name for _, name in channels}))
         raise ProblemError(
-            f"{source}: {_MAKER}, without the channels Deflection and Z-Axis Sensor (it has {names})"
+            f"{source}: {_MAKER}, without the channels Deflection and Z-Axis Sensor (it has {names}); export these channels too"
         )
     kind = _FORCES.get(_unit(facts, "Deflection"))
     if kind is None:
