@@ -330,7 +330,7 @@ def test_bad_records_are_refused():
     for data, words in (
         (xr.Dataset({"shift": ("step", t)}), "the record has shift"),
         (record(t, t), "three reversals"),
-        (record(0.0 * t, t), "does not move"),
+        (record(0.0 * t, t), "does not change"),
         (record(np.sin(t), 0.0 * t), "the largest tangential_force = 0 N"),
         (record(1e-300 * np.sin(t), t), "the swing of shift = 2e-300 m: it must be at least 1e-60 m"),
         (record(np.sin(t), 1e-300 * np.sin(t)), "the largest tangential_force = 1e-300 N"),

@@ -168,7 +168,7 @@ def _threshold(least: QuantityLike | None, swing: float, displacement: str) -> f
     threshold = 0.1 * swing if least is None else to_si(least, "m", name="least")
     if not threshold > 0.0:
         raise ProblemError(
-            f"measured_loops: {displacement} does not move"
+            f"measured_loops: {displacement} does not change; give a record with motion"
             if least is None
             else f"measured_loops: least = {shown(least)}; it must be above 0 m"
         )

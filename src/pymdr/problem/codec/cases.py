@@ -244,7 +244,7 @@ def _decoded(plain: Mapping[str, Any], legs: Mapping[str, Mapping[str, Any]]) ->
             faults.append(str(error))
     if faults:
         raise CaseError("; ".join(faults))
-    contact: Contact = _build("contact", Contact, {name: built[name] for name in given})
+    contact: Contact = _build(None, Contact, {name: built[name] for name in given})
     return contact, [built[name] for name in legs]
 
 
@@ -282,8 +282,8 @@ def _decode(plain: Mapping[str, Any], table: str) -> Any:
     return _build(table, cls, arguments)
 
 
-def _build(table: str, make: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
+def _build(table: str | None, make: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     try:
         return make(**arguments)
     except PymdrError as error:
-        raise CaseError(f"[{table}] {error}") from error
+        raise CaseError(str(error) if table is None else f"[{table}] {error}") from error
