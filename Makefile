@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 unexport PYTHONDONTWRITEBYTECODE
 WRITES := $(VENV)/.writes
 
-.PHONY: run test tests explore check docs benchmarks mutants release-check matrix clean
+.PHONY: run test tests explore check docs benchmarks validation mutants release-check matrix clean
 
 run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
@@ -34,6 +34,10 @@ docs: $(WRITES)
 
 benchmarks: $(READY)
 	$(BIN)/python -m benchmarks
+
+# the tables of docs/validation.md, recomputed: some minutes
+validation: $(READY)
+	$(BIN)/python -m benchmarks.validation
 
 # small mistakes in the source, and whether a test notices them: hours
 mutants: $(READY)

@@ -65,3 +65,19 @@ def test_links_of_the_pages_of_the_project(page):
 def test_the_named_targets_exist():
     targets = set(re.findall(r"^([\w-]+):", text("Makefile"), re.M))
     assert set(re.findall(r"`make ([\w-]+)`", text("CONTRIBUTING.md"))) <= targets
+
+
+def test_benchmarks_that_fall_by_a_third_are_listed(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT))
+    from benchmarks import history
+    from benchmarks.timing import Ratio
+
+    def measured(*times):
+        return [Ratio(f"work {i}", "the formula", own, 1.0, "") for i, own in enumerate(times)]
+
+    assert history.record("some", measured(0.1, 0.1), "1", tmp_path) == []
+    (sentence,) = history.record("some", measured(0.14, 0.16), "2", tmp_path)
+    assert "work 1: 6.25 times as fast as the formula, 10 in 1" in sentence
+    # measured again, a version replaces its own rows
+    assert history.record("some", measured(0.1, 0.1), "2", tmp_path) == []
+    assert [row["version"] for row in history.read(tmp_path / "some.csv")] == ["1", "1", "2", "2"]
