@@ -375,7 +375,7 @@ def test_contacts_that_normal_forces_do_not_determine_are_refused():
     rubbed = mdr.Contact(JKR.profile, JKR.body, friction=mdr.Coulomb(0.3))
     with pytest.raises(ProblemError, match="the contact has friction"):
         mdr.fit(rubbed, curve, ["body.young"])
-    with pytest.raises(ProblemError, match="a MeasuredCurve is needed"):
+    with pytest.raises(ProblemError, match="no friction: a MeasuredCurve"):
         mdr.fit(JKR, [], ["body.young"])
 
 
