@@ -637,7 +637,7 @@ def test_realisations_are_numbered_from_nothing(realisation):
     line = mdr.rough_line(
         mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="50 um"), mdr.Elastic("210 GPa", 0.3)
     )
-    with pytest.raises(mdr.ProblemError, match="a whole number from 0 on"):
+    with pytest.raises(mdr.ProblemError, match="a whole number of at least 0"):
         line.force_curve(realisation, indentation="1 um")
 
 
