@@ -103,12 +103,19 @@ def cohesive_displacement(
             excess = d - float(line.equivalent.g(np.array([a]))[0])
             springs = line.equivalent.displacement_integral(s, a) + excess * np.arcsin(np.minimum(a / s, 1.0))
             u[outside] = 2.0 / math.pi * springs
-        u[outside] += _pulled_up(line, strength, a, c, s)
+        u[outside] += pulled_up(line, strength, a, c, s)
     return u
 
 
-def _pulled_up(line: ElasticLine, strength: float, a: float, c: float, r: FloatArray) -> FloatArray:
-    """Displacement outside the contact from the springs of the cohesive zone."""
+def pulled_up(line: ElasticLine, strength: float, a: float, c: float, r: FloatArray) -> FloatArray:
+    """
+    Displacement in m outside the contact from the springs of the cohesive zone.
+
+    Parameters
+    ----------
+    line, strength, a, c, r
+        As for :func:`cohesive_pressure`.
+    """
     # with x = min(r, c) sin t, the integrals of sqrt(c^2 - x^2) / sqrt(r^2 - x^2) are elliptic
     top = np.minimum(r, c)
     start = np.arcsin(np.minimum(a / np.where(top > 0.0, top, 1.0), 1.0))

@@ -279,7 +279,7 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
     )
     radius = np.maximum(r[within], 1e-9 * a)
     blocks = np.array_split(radius / a, math.ceil(radius.size / _BLOCK))
-    p[within] = size / a * np.concatenate([_integrated(curve, block[:, None]) for block in blocks])
+    p[within] = size / a * np.concatenate([integrated_cubics(curve, block[:, None]) for block in blocks])
     if edge != 0.0:
         with np.errstate(divide="ignore"):
             p[within] += edge / (math.pi * np.sqrt((a - radius) * (a + radius)))
@@ -327,7 +327,7 @@ def far_from_edge(state: LineState, r: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(np.sqrt((1.0 - x) * (1.0 + x) / (1.0 - INSIDE[-1] ** 2)), 1.0))
 
 
-def _integrated(curve: scipy.interpolate.PchipInterpolator, r: FloatArray) -> FloatArray:
+def integrated_cubics(curve: scipy.interpolate.PchipInterpolator, r: FloatArray) -> FloatArray:
     """
     -(1/pi) int_r^a q' / sqrt(x^2 - r^2) dx of a q that is a cubic between the springs, in closed form.
 

@@ -17,6 +17,7 @@ from pymdr.interpretation.memory import MemorySurface, along_line
 from pymdr.interpretation.memory_friction import ShearedSurface
 from pymdr.interpretation.peaks import infinite_pressures
 from pymdr.interpretation.plane import PlaneSurface
+from pymdr.interpretation.soft import ZoneSurface
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.traction import FrictionSurface
@@ -27,7 +28,7 @@ from pymdr.line.lines import line_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
-from pymdr.result import Result
+from pymdr.result import FieldReader, Result
 from pymdr.solving.equilibria import finite
 from pymdr.units import FloatArray, written
 
@@ -83,6 +84,13 @@ def soft_plots(result: Result, row: int) -> Plots:
         data=result.data, row=row, field=None, gap=result.contact.profile.gap, bands={}, on_line=False
     )
     return Plots(data, soft_overview, soft_figures)
+
+
+def zone_plots(result: Result, row: int) -> Plots:
+    """Figures of bodies with memory under a cohesive zone."""
+    from pymdr.presentation.plot import Plots, zone_figures, zone_overview
+
+    return Plots(_figure_data(result, row, equilibria=lambda: None), zone_overview, zone_figures)
 
 
 def frictional_plots(result: Result, row: int) -> Plots:
@@ -170,7 +178,7 @@ def _figure_data(
         friction=friction,
         equilibria=equilibria,
         modulus=None if line is None else line.modulus,
-        deflection=partial(_deflection, memory, row) if isinstance(memory, MemorySurface) else None,
+        deflection=_deflection_in(memory, row),
         kinks=lambda: np.array([*result.contact.profile.breakpoints, *surface.marks(row)]),
         loading=loading,
         pull=pull,
@@ -186,6 +194,13 @@ def infinite_in(result: Result, step: int) -> tuple[float, ...]:
     kinks = np.array([*result.contact.profile.breakpoints, *result.surface.marks(step)])
     a = float(result.data["contact_radius"].values[step])
     return infinite_pressures(result.surface.gap_function, kinks, a)
+
+
+def _deflection_in(surface: FieldReader, row: int) -> Callable[[FloatArray], FloatArray] | None:
+    """Deflection of springs in a row; None without memory."""
+    if isinstance(surface, ZoneSurface):
+        return partial(surface.deflection, row)
+    return partial(_deflection, surface, row) if isinstance(surface, MemorySurface) else None
 
 
 def _deflection(surface: MemorySurface, row: int, position: FloatArray) -> FloatArray:

@@ -18,6 +18,7 @@ from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.plane import PlaneSurface, along, stacks_of
+from pymdr.interpretation.soft import ZoneSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.torsion import TORSIONAL_FIELDS, TorsionSurface
 from pymdr.interpretation.traction import (
@@ -44,6 +45,7 @@ from pymdr.solving.drawing import (
     planar_plots,
     plots_with_conduction,
     soft_plots,
+    zone_plots,
 )
 from pymdr.solving.frictional import solve_frictional
 from pymdr.solving.frictional_memory import solve_frictional_memory
@@ -59,7 +61,7 @@ from pymdr.solving.ringed import (
     solve_memory_by_rings,
 )
 from pymdr.solving.shapes import is_shape, shape_plots, shape_surface, solve_shape
-from pymdr.solving.soft import NO_FIELDS, no_surface, solve_soft
+from pymdr.solving.soft import solve_soft, zone_surface
 from pymdr.solving.torsional import is_torsional, replayed, solve_torsional, torsion_law
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
 from pymdr.solving.walk import Task
@@ -100,7 +102,7 @@ def _surface(result: Result) -> Surface:
 
 def _interior(result: Result, side: str | None) -> Interior:
     surface = result.surface
-    assert isinstance(surface, Surface | FrictionSurface | MemorySurface | ShearedSurface)
+    assert isinstance(surface, Surface | FrictionSurface | MemorySurface | ShearedSurface | ZoneSurface)
     return interior_of(result.contact, surface, side)
 
 
@@ -216,7 +218,7 @@ LAWS = (
     Law(
         lambda contact, solver, path: contact.is_viscoelastic and contact.adhesion is not None,
         solve_soft,
-        Reading((), (), no_surface, soft_plots, dict.fromkeys(SURFACE_FIELDS, NO_FIELDS)),
+        Reading(SURFACE_FIELDS, LINE_FIELDS, zone_surface, zone_plots, _WITHOUT_FRICTION, interior=_interior),
     ),
     Law(
         lambda contact, solver, path: contact.is_viscoelastic and contact.friction is not None,

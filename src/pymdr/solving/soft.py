@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, NotValidError, PathError, ProblemError
+from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.soft import ZoneCheck, ZoneSurface, check_zone
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure
-from pymdr.line.soft.springs import COARSE, FINE, ZoneSetting, ZoneSprings
+from pymdr.line.soft.springs import COARSE, FINE, ZoneLine, ZoneSetting, ZoneSprings
+from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.materials import Elastic, Rigid
-from pymdr.problem.schedule import Stretch, planned
+from pymdr.problem.schedule import Stretch, planned, total_rows
 from pymdr.result import Result, Status
-from pymdr.result.readers import FieldReader
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.memory import assumptions_with_memory, error_of, relaxation_along, times_of
 from pymdr.solving.normal import refuse_tangential
@@ -28,6 +30,7 @@ from pymdr.solving.walk import (
     Interpretation,
     LegProgress,
     Task,
+    Walked,
     channels_at,
     solution,
     walk,
@@ -45,9 +48,13 @@ _UNKNOWN_WHEN_TORN = (
     "external_work",
     "dissipated_energy",
     "jump_dissipation",
+    *NORMAL_FIELDS,
 )
 """Quantities that are not known after a dead load has separated the bodies."""
-NO_FIELDS = "the fields of a cohesive zone on bodies with memory are not computed; solve the elastic contact with the modulus at one time"
+_CHECKED = 8
+"""Rows in which the errors of fields are measured."""
+_OVERLAP = 1e-3
+"""Overlap over the range of the attraction that the numerics can cause."""
 _COMPARED = (
     "indentation",
     "normal_force",
@@ -69,16 +76,6 @@ class ZoneRows:
     """Machine stiffness in N/m equivalent to the control."""
 
 
-def no_surface(result: Result) -> FieldReader:
-    """Refuse fields.
-
-    Raises
-    ------
-    NotValidError
-    """
-    raise NotValidError(NO_FIELDS)
-
-
 def solve_soft(task: Task) -> Result:
     """Map, walk and interpret."""
     refuse_tangential(
@@ -86,10 +83,53 @@ def solve_soft(task: Task) -> Result:
     )
     relaxation = relaxation_along(task.contact, task.path)
     setting = _setting(task, relaxation)
-    levels = tuple(ZoneSprings(setting, level) for level in (FINE, COARSE))
+    last = total_rows(task.path) - 1
+    watched = np.unique(np.linspace(0, last, _CHECKED).astype(int)).tolist()
+    levels = tuple(ZoneSprings(setting, level, watched) for level in (FINE, COARSE))
     walked = walk(task, levels, partial(_step, task.machine_stiffness))
     assert walked.time is not None
-    return solution(task, walked, _interpret(task, relaxation, setting, walked.rows))
+    surface = _surface(task, setting, walked.rows.fine, walked.starts)
+    check = check_zone(surface, watched, *(level.lines for level in levels), setting.work / setting.strength)
+    return solution(task, walked, _interpret(task, setting, walked, check))
+
+
+def zone_surface(result: Result) -> ZoneSurface:
+    """The source of fields, which follows the path again up to the requested row."""
+    task = Task(result.contact, result.path, result.reading, result.machine_stiffness)
+    setting = _setting(task, relaxation_along(result.contact, result.path))
+    columns = {name: result.data[name].values for name in ("contact_radius", "cohesive_radius")}
+    assert result.starts is not None
+    return _surface(task, setting, columns, result.starts)
+
+
+def _surface(
+    task: Task, setting: ZoneSetting, columns: Mapping[str, FloatArray], starts: Sequence[Channels]
+) -> ZoneSurface:
+    equivalent = equivalent_profile(task.contact.profile)
+    return ZoneSurface(
+        equivalent,
+        gap_function(task.contact.profile, equivalent),
+        setting.relaxation.rubbery,
+        setting.relaxation.glassy,
+        setting.strength,
+        columns["contact_radius"],
+        columns["cohesive_radius"],
+        partial(_line_at, task, setting, starts),
+    )
+
+
+def _line_at(task: Task, setting: ZoneSetting, starts: Sequence[Channels], row: int) -> ZoneLine:
+    """The springs of a row, by the same steps as those of the solution."""
+    springs, now = ZoneSprings(setting, FINE, (row,)), 0.0
+    for leg, start in zip(planned(task.path), starts, strict=True):
+        stretch = leg.stretch(start, now)
+        time, control, k = _controls(stretch, task.machine_stiffness)
+        now = float(time[-1])
+        rows = min(row - leg.first, leg.size - 1) + 2
+        springs.follow(time[:rows], control[:rows], k)
+        if springs.lines:
+            break
+    return springs.lines[0]
 
 
 def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
@@ -143,11 +183,8 @@ def _step(
 ) -> tuple[ZoneRows, tuple[ZoneSprings, ...], Channels]:
     """Step 2: springs and zone, and fewer nodes and longer steps for the error."""
     assert kept is None
-    time = np.append(stretch.begin, times_of(stretch))
-    control = np.append(stretch.start[0], stretch.normal)
-    known = not math.isnan(control[0])
-    if not known:  # lost under a force
-        control[0] = control[1]
+    time, control, k = _controls(stretch, stiffness)
+    known = not math.isnan(stretch.start[0])
     sudden = (np.diff(time) == 0.0) & (np.diff(control) != 0.0)
     # a free body may start anywhere
     sudden[0] &= not levels[0].free
@@ -155,7 +192,6 @@ def _step(
         raise PathError(
             "a row of the path moves in zero time, which adhesion with memory does not cover; give every move a duration or a rate"
         )
-    k = _CONTROL.get(stretch.controls.normal, math.inf if stiffness is None else stiffness)
     if k == 0.0 and known and levels[0].free and control[1] < 0.0:
         raise PathError(
             f"normal_force = {newtons(float(control[1]))}: a body out of contact cannot be pulled; make contact first, for example with "
@@ -172,8 +208,20 @@ def _step(
     return ZoneRows(fine, coarse, np.full(free.size, k)), levels, channels_at(d, force, stiffness)
 
 
-def _interpret(task: Task, relaxation: Relaxation, setting: ZoneSetting, rows: ZoneRows) -> Interpretation:
+def _controls(stretch: Stretch, stiffness: float | None) -> tuple[FloatArray, FloatArray, float]:
+    """Times and controls of a leg, from those before it on, and the stiffness of the machine."""
+    time = np.append(stretch.begin, times_of(stretch))
+    control = np.append(stretch.start[0], stretch.normal)
+    if math.isnan(control[0]):  # lost under a force
+        control[0] = control[1]
+    return time, control, _CONTROL.get(stretch.controls.normal, math.inf if stiffness is None else stiffness)
+
+
+def _interpret(
+    task: Task, setting: ZoneSetting, walked: Walked[ZoneRows], check: ZoneCheck
+) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row."""
+    rows, relaxation = walked.rows, setting.relaxation
     fine = rows.fine
     k = task.machine_stiffness
     force = fine["normal_force"]
@@ -204,13 +252,12 @@ def _interpret(task: Task, relaxation: Relaxation, setting: ZoneSetting, rows: Z
         SOURCES["haiat-barthel"],
         everywhere,
     )
-    claims = dict.fromkeys(columns, claim)
-    claims |= dict.fromkeys(
-        NORMAL_FIELDS, Claim(Level.NOT_VALID, NO_FIELDS, SOURCES["haiat-barthel"], ~everywhere)
-    )
+    errors = _errors(rows, columns, machine)
+    radii = np.maximum(errors["contact_radius"], errors["cohesive_radius"])
+    errors |= {name: np.minimum(check.error(name, force.size) + radii, 1.0) for name in NORMAL_FIELDS}
     claims = with_errors(
-        claims,
-        _errors(rows, columns, machine),
+        dict.fromkeys((*columns, *NORMAL_FIELDS), claim),
+        errors,
         cause="from a calculation with twice the spacing of nodes and longer steps",
     )
     torn = np.isnan(force)
@@ -233,6 +280,7 @@ def _interpret(task: Task, relaxation: Relaxation, setting: ZoneSetting, rows: Z
         status=status,
         notes=tuple(notes),
         references=("sneddon", "popov-hess", "haiat-barthel", "maugis"),
+        starts=walked.starts,
         is_viscoelastic=True,
     )
 

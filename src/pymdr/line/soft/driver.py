@@ -38,6 +38,8 @@ DONE, STUCK, TOO_WIDE, TOO_MANY, _SMALL = range(5)
 OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST = range(10)
 LARGEST, MISSED = range(2)
 """Limits of a step: largest move of a and c, and largest difference from the extrapolated c, over c - a."""
+WANTED, RATE_A, RATE_C, KNOWN = range(4)
+"""What the next step is chosen by: its length (0 at the start of a leg), the rates of a and c, and whether they are known."""
 _HALVINGS, _MOST = 40, 300_000
 _BISECTIONS, _SCANS, _TRIALS = 80, 4000, 40
 _SOLVED = 1e-9
@@ -270,15 +272,19 @@ def fall(zone: Zone, out: FloatArray) -> int:
 
 @compiled
 def follow_rows(
-    zone: Zone, limits: FloatArray, times: FloatArray, controls: FloatArray, out: FloatArray
+    zone: Zone, limits: FloatArray, pace: FloatArray, times: FloatArray, controls: FloatArray, out: FloatArray
 ) -> int:
-    """Follow rows between which the control is linear; times and controls begin with those before the first row."""
+    """
+    Follow rows between which the control is linear; times and controls begin with those before the first row.
+
+    With the pace of the rows before, the rows of a leg are the same in one call or several.
+    """
     now, end, h = zone.now, zone.end, zone.end[SPACING]
     fastest = 0.0
     for j in range(zone.body.shape[1]):
         fastest = max(fastest, zone.body[RATE, j])
-    wanted = 0.02 / fastest
-    rate_a, rate_c, known = 0.0, 0.0, False
+    wanted = pace[WANTED] if pace[WANTED] > 0.0 else 0.02 / fastest
+    rate_a, rate_c, known = pace[RATE_A], pace[RATE_C], pace[KNOWN] > 0.0
     for row in range(times.size - 1):
         begin, span = times[row], times[row + 1] - times[row]
         p0, change = controls[row], controls[row + 1] - controls[row]
@@ -358,4 +364,5 @@ def follow_rows(
         for i in range(FORCE + 1):
             out[row, i] = now[i]
         out[row, OUT_STORED], out[row, OUT_COHESIVE] = energies(zone)
+    pace[WANTED], pace[RATE_A], pace[RATE_C], pace[KNOWN] = wanted, rate_a, rate_c, 1.0 if known else 0.0
     return DONE

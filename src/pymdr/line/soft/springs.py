@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,6 +17,8 @@ _IN_ZONE, _IN_CONTACT, _MOST = 24.0, 1000.0, 150_000
 """Nodes in the shortest zone, nodes within the largest, and the largest number of nodes."""
 _BEYOND = 1.05
 _SPARE = 8
+_DRAWN, _NEAR = 2000, 200
+"""Nodes from which fields are computed, and all these next to both edges."""
 
 
 class ZoneLevel(NamedTuple):
@@ -77,6 +79,26 @@ class ZoneSetting:
         return h
 
 
+@dataclass(frozen=True)
+class ZoneLine:
+    """The springs of one row, by which its fields are computed."""
+
+    contact_radius: float
+    """a in m; 0 where only the attraction acts."""
+    cohesive_radius: float
+    """c in m; 0 for free surfaces."""
+    indentation: float
+    """d in m."""
+    inside: FloatArray
+    """x in m from 0 to a; empty without contact."""
+    lag: FloatArray
+    """sum E_i y_i / E_0 in m there, with the displacements of the dashpots v_i = D_i(t) - g + y_i."""
+    outside: FloatArray
+    """x in m from a on, c among them."""
+    creep: FloatArray
+    """W = sum E_i v_i / E_0 in m there."""
+
+
 class ZoneSprings:
     """The springs of one contact, followed leg by leg.
 
@@ -85,9 +107,11 @@ class ZoneSprings:
     setting : ZoneSetting
     level : ZoneLevel
         `FINE` or `COARSE`.
+    watched : sequence of int, optional
+        Rows, counted from 0 over all legs in rising order, whose springs are kept in `lines`.
     """
 
-    def __init__(self, setting: ZoneSetting, level: ZoneLevel) -> None:
+    def __init__(self, setting: ZoneSetting, level: ZoneLevel, watched: Sequence[int] = ()) -> None:
         from pymdr.line.soft import kernels
 
         relaxation = setting.relaxation
@@ -104,6 +128,9 @@ class ZoneSprings:
         x: FloatArray = spacing * np.arange(size, dtype=np.float64)
         g, area = setting.profile(x * self._unit)
         self._limits = np.array([level.largest, level.missed])
+        self._watched, self._rows = watched, 0
+        self.lines: list[ZoneLine] = []
+        """The springs of the watched rows so far."""
         zeros = np.zeros
         self._zone = kernels.Zone(
             body,
@@ -130,6 +157,36 @@ class ZoneSprings:
         from pymdr.line.soft import kernels
 
         return bool(self._zone.now[kernels.OUTER] == 0.0)
+
+    def _line(self) -> ZoneLine:
+        """The springs now."""
+        from pymdr.line.soft import kernels as k
+
+        zone, unit = self._zone, self._unit
+        t, a, c, d = (float(v) for v in zone.now[: k.FORCE])
+        h, touching = float(zone.end[k.SPACING]), k.TOUCHING * float(zone.end[k.SPACING])
+        size, n = zone.node.shape[0], zone.body.shape[1]
+        i = np.arange(size)
+        x: FloatArray = h * i
+        stride = max(size // _DRAWN, 1)
+        near = np.minimum(np.abs(x - a), np.abs(x - c)) < _NEAR * h
+        i = i[near | (i % stride == 0)]
+        x = x[i]
+        entries, idle = zone.node[i, :n], t - zone.node[i, n:]
+        within, beyond = (x < a - touching) & (a > 0.0), (x > a + touching) | (a == 0.0)
+        lag = (entries * np.exp(-zone.body[k.RATE] * idle))[within] @ zone.body[k.SHARE]
+        creep = (entries * np.exp(-zone.body[k.DECAY] * idle))[beyond] @ zone.body[k.REACH]
+        inside, outside = x[within], x[beyond]
+        if a > 0.0:
+            inside, outside = np.append(inside, a), np.append(a, outside)
+            lag = np.append(lag, zone.edge[k.INNER_EDGE] @ zone.body[k.SHARE])
+            creep = np.append(zone.edge[k.OUTER_EDGE] @ zone.body[k.REACH], creep)
+        if c > 0.0:
+            distinct = np.abs(outside - c) > touching
+            place = int(np.searchsorted(outside[distinct], c))
+            outside = np.insert(outside[distinct], place, c)
+            creep = np.insert(creep[distinct], place, zone.edge[k.RIM] @ zone.body[k.REACH])
+        return ZoneLine(unit * a, unit * c, unit * d, unit * inside, unit * lag, unit * outside, unit * creep)
 
     def follow(
         self, time: FloatArray, control: FloatArray, machine_stiffness: float
@@ -160,8 +217,23 @@ class ZoneSprings:
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit
         out = np.zeros((time.size - 1, driver.OUT_LOST + 1))
-        scaled = control / (load if by_force else self._unit)
-        end = driver.follow_rows(self._zone, self._limits, time.astype(float), scaled.astype(float), out)
+        scaled = control.astype(float) / (load if by_force else self._unit)
+        pace, first, end, size = np.zeros(driver.KNOWN + 1), 0, driver.DONE, time.size - 1
+        watched = [row - self._rows for row in self._watched if 0 <= row - self._rows < size]
+        for last in sorted({*watched, size - 1}):
+            # with copies, since numba compiles views of other layouts again
+            part = slice(first, last + 2)
+            rows = out[first : last + 1].copy()
+            end = driver.follow_rows(
+                self._zone, self._limits, pace, time[part].astype(float), scaled[part].copy(), rows
+            )
+            out[first : last + 1] = rows
+            if end != driver.DONE:
+                break
+            first = last + 1
+            if last in watched:
+                self.lines.append(self._line())
+        self._rows += first
         if end != driver.DONE:
             why = (
                 "its zone becomes wider than the grid of springs allows"

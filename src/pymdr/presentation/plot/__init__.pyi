@@ -59,6 +59,8 @@ from .shared import Plots as Plots
 from .shared import with_unmet as with_unmet
 from .soft import soft_figures as soft_figures
 from .soft import soft_overview as soft_overview
+from .soft import zone_figures as zone_figures
+from .soft import zone_overview as zone_overview
 from .studies import columns_study as columns_study
 from .studies import conditions_study as conditions_study
 from .studies import loop_study as loop_study

@@ -77,14 +77,20 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
             draw_loop(axes, course, across)
         radius = new_figure(5.8, 4.6)
         draw_radius(radius.subplots(), course)
-        fields = new_figure(9.6, 3.8)
-        left, right = fields.subplots(1, 2)
+        letter_panels(loop)
+    own = {} if data.layers is None else {"layers": layers(data, course.trail, joined=course.joined)}
+    return {"section": section(data), "loop": loop, "radius": radius, "fields": adhesive_fields(data), **own}
+
+
+def adhesive_fields(data: FigureData) -> Figure:
+    """The pressure with the tension at its edge, and both deformed surfaces."""
+    with styled():
+        figure = new_figure(9.6, 3.8)
+        left, right = figure.subplots(1, 2)
         draw_tensile_pressure(left, data)
         _draw_surfaces(right, data)
-        for figure in (loop, fields):
-            letter_panels(figure)
-    own = {} if data.layers is None else {"layers": layers(data, course.trail, joined=course.joined)}
-    return {"section": section(data), "loop": loop, "radius": radius, "fields": fields, **own}
+        letter_panels(figure)
+    return figure
 
 
 def _abscissas(data: FigureData) -> list[str]:

@@ -1,4 +1,4 @@
-"""Figures of contacts with memory without fields: the loop, radii and histories."""
+"""Figures of contacts with memory and adhesion or layers: the loop, radii and histories; with a cohesive zone section and fields."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.presentation.plot.adhesion import adhesive_fields, draw_tensile_pressure
+from pymdr.presentation.plot.section import section, section_into
 from pymdr.presentation.plot.shared import (
     BLUE,
     GREEN,
@@ -57,6 +59,28 @@ def soft_figures(data: FigureData) -> dict[str, Figure]:
             _draw(axes, data, "time", each)
         letter_panels(history)
     return {"loop": loop, "radius": radius, "history": history}
+
+
+def zone_overview(data: FigureData) -> Figure:
+    """The contact in section, its force against depth, its radii, and its pressure, in one figure."""
+    with styled():
+        figure = new_figure(10.4, 6.6)
+        if data.field is None:
+            section_into(figure, data)
+            return figure
+        left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
+        section_into(left, data)
+        loop, radii, pressure = right.subplots(3, 1)
+        _draw(loop, data, _across(data), ("normal_force",))
+        _draw(radii, data, "time", ("contact_radius", "cohesive_radius"))
+        draw_tensile_pressure(pressure, data)
+        letter_panels(figure)
+    return figure
+
+
+def zone_figures(data: FigureData) -> dict[str, Figure]:
+    """``section``, ``loop``, ``radius``, ``history`` and ``fields``."""
+    return {"section": section(data), **soft_figures(data), "fields": adhesive_fields(data)}
 
 
 def _across(data: FigureData) -> str:
