@@ -33,6 +33,16 @@ axes.set_ylabel("normal force (µN)")
 axes.legend()
 
 # %%
+# Shortly before the separation at the highest speed the whole contact is pulled; in the zone around it the tension is the cohesive stress.
+last = int((result["contact_radius"].values > 0.0).nonzero()[0][-1])
+a, c = (float(result[name][last]) for name in ("contact_radius", "cohesive_radius"))
+pressure = result.field("pressure", [0.0, 0.5 * (a + c)], last).values
+print(f"pressure at the centre: {pressure[0]:.0f} Pa, in the zone: {pressure[1]:.0f} Pa")
+assert abs(pressure[1] + 10e3) < 1e-6 * 10e3
+assert -10e3 <= pressure[0] < 0.0
+section = result.figures(step=last)["section"]
+
+# %%
 # The slow limit is the elastic contact of the relaxed modulus; no pull-off is below it.
 relaxed = mdr.Elastic("30 kPa", 0.5)
 slow = -mdr.pull_off(mdr.Contact(ball, relaxed, adhesion=surfaces)).largest_pull

@@ -60,7 +60,8 @@ def test_rest_is_the_relaxed_contact(references):
     ):
         assert float(relaxed[name][0]) == pytest.approx(value, abs=1e-6)
         assert float(result[name][-1]) == pytest.approx(float(relaxed[name][0]), rel=2e-6)
-    assert float(result["elastic_energy"][-1]) == pytest.approx(float(relaxed["elastic_energy"][0]), rel=1e-3)
+    for name in ("elastic_energy", "surface_energy"):
+        assert float(result[name][-1]) == pytest.approx(float(relaxed[name][0]), rel=1e-4)
 
 
 def test_a_fast_path_is_that_of_the_instantaneous_modulus():
@@ -130,12 +131,10 @@ def test_a_case_its_figures_and_what_is_refused(tmp_path):
     case = read_case(file)
     result = mdr.solve(case.contact, case.path)
     assert result.status is mdr.Status.PULLED_OFF
-    assert set(result.figures()) == {"loop", "radius", "history"}
+    assert set(result.figures()) == {"section", "loop", "radius", "history", "fields"}
     result.plot()
     result.save(tmp_path / "soft.nc")
     assert mdr.open_result(tmp_path / "soft.nc").contact == case.contact
-    with pytest.raises(mdr.NotValidError, match="not computed"):
-        result.field("pressure")
     with pytest.raises(PathError, match="duration"):
         mdr.solve(contact(2.0), mdr.indent(1.0))
     with pytest.raises(ProblemError, match="no limit of short range"):
@@ -286,9 +285,9 @@ def test_relaxation_at_once_or_never_is_elastic(time, young):
         contact(2.0, body=mdr.Elastic(young, 0.5)),
         mdr.indent(-0.95) >> mdr.indent(0.8, steps=18) >> mdr.indent(-2.0, steps=28),
     )
-    for name, tolerance in (("contact_radius", 1e-6), ("cohesive_radius", 1e-6), ("normal_force", 5e-6)):
+    for name in ("contact_radius", "cohesive_radius", "normal_force"):
         expected = elastic[name].values
-        assert soft[name].values == pytest.approx(expected, abs=tolerance * np.abs(expected).max())
+        assert soft[name].values == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 
 def test_the_zone_of_a_slow_cone_grows_from_nothing():

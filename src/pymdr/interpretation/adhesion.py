@@ -332,11 +332,11 @@ def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str,
     }
 
 
-def energy_assumption(residual: float) -> Assumption:
-    """The residual of the energy balance as an assumption."""
+def energy_assumption(residual: float, limit: float = 1e-8) -> Assumption:
+    """The residual of the energy balance as an assumption; with memory, dissipation includes that of the bodies."""
     return Assumption(
         "energy balance",
-        "relative residual; work minus change of energy and dissipation in jumps",
+        "relative residual; work minus change of energy and dissipation" + " in jumps" * (limit <= 1e-8),
         residual,
-        1e-8,
+        limit,
     )

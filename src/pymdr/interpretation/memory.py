@@ -327,7 +327,7 @@ def far_from_edge(state: LineState, r: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(np.sqrt((1.0 - x) * (1.0 + x) / (1.0 - INSIDE[-1] ** 2)), 1.0))
 
 
-def integrated_cubics(curve: scipy.interpolate.PchipInterpolator, r: FloatArray) -> FloatArray:
+def integrated_cubics(curve: scipy.interpolate.PPoly, r: FloatArray) -> FloatArray:
     """
     -(1/pi) int_r^a q' / sqrt(x^2 - r^2) dx of a q that is a cubic between the springs, in closed form.
 

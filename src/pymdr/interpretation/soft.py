@@ -15,7 +15,7 @@ from pymdr.interpretation.cohesion import cohesive_pressure, pulled_up
 from pymdr.interpretation.fields import line_gap
 from pymdr.interpretation.memory import between, integrated_cubics
 from pymdr.interpretation.stress import LineLoad, Loads, Punches, line_load
-from pymdr.interpretation.validity import NORMAL_FIELDS
+from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption
 from pymdr.line.curves import ElasticLine
 from pymdr.line.soft.springs import ZoneLine
 from pymdr.mapping.abel import Curve
@@ -32,9 +32,11 @@ _FEW = 3
 """Springs of a zone that are too few for its root."""
 _BLOCK = 64
 """Number of radii whose integrals are computed at once."""
+_OVERLAP, _WITHIN = 1e-3, 5e-3
+"""Limits of the overlap in the zone, and of the lack of gap beyond it, that the numerics can cause."""
 _LOAD = 1e-6
 """Error of the load of the springs over its scale, that of the cubics between them."""
-_CHECKED_INSIDE = np.concatenate([np.linspace(0.0, 0.95, 12), 1.0 - np.geomspace(0.03, 1e-3, 4)])
+_CHECKED_INSIDE = np.concatenate([np.linspace(0.02, 0.95, 12), 1.0 - np.geomspace(0.03, 1e-3, 4)])
 _CHECKED_ZONE = np.array([0.05, 0.2, 0.4, 0.6, 0.8, 0.95])
 _CHECKED_BEYOND = np.array([1.0, 1.02, 1.1, 1.3, 1.8])
 """Radii over that of the contact, over the length of the zone, and over the radius of the zone, at which errors are measured."""
@@ -103,7 +105,9 @@ class ZoneSurface:
         a, c = line.contact_radius, line.cohesive_radius
         if not c > 0.0:
             return Loads(LineLoad((), a, 0.0, a, 0.0))
-        load = line_load(self._relaxed, Place(np.array(a)), 0.0, zone=c, strength=self.strength)
+        load = line_load(
+            self._relaxed, Place(np.array(a), np.array(0.0)), 0.0, zone=c, strength=self.strength
+        )
         if not a > 0.0:
             return Loads(load)
         curve = self._delayed(line).derivative()
@@ -144,12 +148,13 @@ class ZoneSurface:
         c = line.cohesive_radius
         return np.asarray(-2.0 * self.strength * np.sqrt(np.maximum((c - x) * (c + x), 0.0)))
 
-    def _delayed(self, line: ZoneLine) -> scipy.interpolate.PchipInterpolator:
+    def _delayed(self, line: ZoneLine) -> scipy.interpolate.CubicSpline:
         """Part of the load in N/m by the dashpots, -sum E_i (y_i - y_i(a)), over x / a."""
         a = line.contact_radius
         load = self.instantaneous * (line.lag[-1] - line.lag)
         x = line.inside / a
-        return scipy.interpolate.PchipInterpolator(x, load) if x.size > 1 else _nothing()
+        # a limited slope at the axis would be a logarithm in the pressure
+        return scipy.interpolate.CubicSpline(x, load) if x.size > 1 else _nothing()
 
     def _force(self, line: ZoneLine, x: FloatArray) -> FloatArray:
         """The load in N/m of the springs, continuous at a."""
@@ -220,17 +225,18 @@ def _line_at(surface: ZoneSurface, step: int) -> ZoneLine:
     return surface.line_at(step)
 
 
-def _nothing() -> scipy.interpolate.PchipInterpolator:
+def _nothing() -> scipy.interpolate.CubicSpline:
     """No load."""
-    return scipy.interpolate.PchipInterpolator([0.0, 1.0], [0.0, 0.0])
+    return scipy.interpolate.CubicSpline([0.0, 1.0], [0.0, 0.0])
 
 
 def _over_angle(line: ZoneLine, creep: FloatArray, r: FloatArray) -> FloatArray:
     """The integral int_a^r W / sqrt(r^2 - x^2) dx, over the angle arcsin(x / r); W is constant beyond its last value."""
     x, c = line.outside, line.cohesive_radius
-    beyond = scipy.interpolate.PchipInterpolator(x, creep)
-    zone = np.searchsorted(x, c, side="right")
+    zone = int(np.searchsorted(x, c, side="right"))
     rooted = zone > _FEW
+    start = zone - 1 if rooted else 0
+    beyond = scipy.interpolate.PchipInterpolator(x[start:], creep[start:])
     if rooted:
         # at an edge at rest W falls as the root of the distance
         within = scipy.interpolate.PchipInterpolator(np.sqrt(c - x[:zone])[::-1], creep[:zone][::-1])
@@ -274,9 +280,31 @@ class ZoneCheck:
         largest = np.maximum.accumulate(self.errors[name])
         return between(self.rows, largest, size)
 
+    @property
+    def assumptions(self) -> tuple[Assumption, ...]:
+        """Whether the surfaces stay within the law of the zone in the checked rows."""
+        return (
+            Assumption(
+                "open zone",
+                "deepest overlap in the cohesive zone over the range of the attraction",
+                max(float(np.max(self.overlap)), 0.0),
+                _OVERLAP,
+            ),
+            Assumption(
+                "gap beyond the zone",
+                "1 less the smallest gap beyond the zone over the range of the attraction",
+                max(1.0 - float(np.min(self.reach)), 0.0),
+                _WITHIN,
+            ),
+        )
+
 
 def check_zone(
-    surface: ZoneSurface, rows: Sequence[int], fine: Sequence[ZoneLine], coarse: Sequence[ZoneLine], range_: float
+    surface: ZoneSurface,
+    rows: Sequence[int],
+    fine: Sequence[ZoneLine],
+    coarse: Sequence[ZoneLine],
+    range_: float,
 ) -> ZoneCheck:
     """
     Measure the errors of fields in some rows by fewer springs, and whether the surfaces overlap outside the contact.

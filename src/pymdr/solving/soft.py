@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
+from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.soft import ZoneCheck, ZoneSurface, check_zone
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Claim, Level
 from pymdr.line.curves import ElasticLine
@@ -53,8 +54,8 @@ _UNKNOWN_WHEN_TORN = (
 """Quantities that are not known after a dead load has separated the bodies."""
 _CHECKED = 8
 """Rows in which the errors of fields are measured."""
-_OVERLAP = 1e-3
-"""Overlap over the range of the attraction that the numerics can cause."""
+_BALANCED = 1e-3
+"""Largest relative residual of the balance of energies."""
 _COMPARED = (
     "indentation",
     "normal_force",
@@ -227,7 +228,8 @@ def _interpret(
     force = fine["normal_force"]
     machine = np.zeros(force.size) if k is None or math.isinf(k) else 0.5 * np.nan_to_num(force) ** 2 / k
     work = np.cumsum(fine["work"])
-    spent = work - fine["elastic_energy"] - fine["surface_energy"] - machine
+    spent = fine["body_dissipation"] + np.cumsum(fine["jump_dissipation"])
+    balance = work - fine["elastic_energy"] - fine["surface_energy"] - machine - spent
     columns = with_travel(
         task,
         {
@@ -252,7 +254,7 @@ def _interpret(
         SOURCES["haiat-barthel"],
         everywhere,
     )
-    errors = _errors(rows, columns, machine)
+    errors = _errors(rows, columns, balance)
     radii = np.maximum(errors["contact_radius"], errors["cohesive_radius"])
     errors |= {name: np.minimum(check.error(name, force.size) + radii, 1.0) for name in NORMAL_FIELDS}
     claims = with_errors(
@@ -276,7 +278,11 @@ def _interpret(
     return Interpretation(
         columns=columns,
         claims=claims,
-        assumptions=assumptions_with_memory(task.contact, fine["contact_radius"]),
+        assumptions=(
+            *assumptions_with_memory(task.contact, fine["contact_radius"]),
+            *check.assumptions,
+            energy_assumption(_residual(rows, balance, work), _BALANCED),
+        ),
         status=status,
         notes=tuple(notes),
         references=("sneddon", "popov-hess", "haiat-barthel", "maugis"),
@@ -285,7 +291,7 @@ def _interpret(
     )
 
 
-def _errors(rows: ZoneRows, columns: dict[str, FloatArray], machine: FloatArray) -> dict[str, FloatArray]:
+def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray) -> dict[str, FloatArray]:
     """Relative errors from twice the spacing and longer steps, 1 where only one of both levels is attached."""
     fine, coarse = rows.fine, rows.coarse
     differ = (fine["cohesive_radius"] == 0.0) != (coarse["cohesive_radius"] == 0.0)
@@ -293,13 +299,14 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], machine: FloatArray)
     pairs = {name: (fine[name], np.where(differ, fine[name], coarse[name])) for name in _COMPARED}
     pairs["work"] = np.cumsum(fine["work"]), np.cumsum(coarse["work"])
     errors = {name: error_of(*pair) for name, pair in pairs.items()}
-    whole = np.maximum.accumulate(
-        np.abs(columns["external_work"]) + np.abs(fine["elastic_energy"]) + np.abs(fine["surface_energy"])
+    sizes = np.abs(columns["external_work"]) + np.abs(fine["elastic_energy"]) + np.abs(fine["surface_energy"])
+    whole = np.maximum.accumulate(np.nan_to_num(sizes))
+    lost = sum(
+        np.abs(np.cumsum(fine[n] - coarse[n]) if n == "jump_dissipation" else fine[n] - coarse[n])
+        for n in ("body_dissipation", "jump_dissipation")
     )
-    missed = sum(
-        np.maximum.accumulate(np.abs(pairs[n][0] - pairs[n][1]))
-        for n in ("work", "elastic_energy", "surface_energy")
-    )
+    # the balance of the energies, of which each has its own quadrature
+    missed = np.maximum.accumulate(np.nan_to_num(np.abs(balance) + lost))
     with np.errstate(divide="ignore", invalid="ignore"):
         errors["dissipated_energy"] = np.minimum(
             np.nan_to_num(missed / np.abs(columns["dissipated_energy"])), 1.0
@@ -316,6 +323,15 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], machine: FloatArray)
     return {
         name: np.where(moved[name], 0.0, error) if name in moved else error for name, error in errors.items()
     }
+
+
+def _residual(rows: ZoneRows, balance: FloatArray, work: FloatArray) -> float:
+    """Largest residual of the balance of energies over their largest sum."""
+    fine = rows.fine
+    sizes = np.abs(work) + np.abs(fine["elastic_energy"]) + np.abs(fine["surface_energy"])
+    known = np.isfinite(balance) & np.isfinite(fine["normal_force"])
+    size = float(np.max(sizes[known], initial=0.0))
+    return float(np.max(np.abs(balance[known]), initial=0.0)) / size if size > 0.0 else 0.0
 
 
 def _jump_notes(fine: dict[str, FloatArray]) -> tuple[str, ...]:

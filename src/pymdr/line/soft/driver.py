@@ -18,24 +18,32 @@ from pymdr.line.soft.kernels import (
     INTO,
     LAG,
     OUTER,
+    OUTER_EDGE,
     RADIUS,
     RATE,
     REACH,
+    RIM,
     RISE,
+    SCRATCH,
     SHARE,
     SIGMA,
     SPACING,
+    SPENT,
+    SQUARES_BEFORE,
     TIME,
     Zone,
     accept,
     fades,
+    of_table,
     set_length,
 )
 from pymdr.units import FloatArray
 
 DONE, STUCK, TOO_WIDE, TOO_MANY, _SMALL = range(5)
 """How a leg ends."""
-OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST = range(10)
+OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST, OUT_SPENT = (
+    range(11)
+)
 LARGEST, MISSED = range(2)
 """Limits of a step: largest move of a and c, and largest difference from the extrapolated c, over c - a."""
 WANTED, RATE_A, RATE_C, KNOWN = range(4)
@@ -144,24 +152,44 @@ def separate(zone: Zone) -> None:
     end[RADIUS], end[OUTER], end[FORCE] = 0.0, 0.0, 0.0
     end[DEPTH] = end[CONTROL] / end[ALPHA] if end[ALPHA] > 0.0 else -end[HEIGHT]
     for j in range(zone.body.shape[1]):
-        for k in range(5):
+        for k in range(SQUARES_BEFORE + 1):
             zone.after[k, j] = zone.edge[k, j] if k == LAG else 0.0
 
 
 @inner
-def energies(zone: Zone) -> tuple[float, float]:
-    """Energy of the springs, and of the attraction, in units of the instantaneous modulus times a length cubed."""
+def under_root(s0: float, s1: float, f0: float, f1: float) -> float:
+    """Integral of sqrt(s) f from s1 to s0 with f linear, f0 at s0 and f1 at s1."""
+    if s0 <= s1:
+        return 0.0
+    r0, r1 = s0 * math.sqrt(s0), s1 * math.sqrt(s1)
+    whole = (r0 - r1) / 1.5
+    return f1 * whole + (f0 - f1) / (s0 - s1) * ((s0 * r0 - s1 * r1) / 2.5 - s1 * whole)
+
+
+@inner
+def energies(zone: Zone) -> tuple[float, float, float]:
+    """Energy of the springs, of the attraction, and dissipated so far, in units of the instantaneous modulus times a length cubed."""
     now, body, node = zone.now, zone.body, zone.node
     h, sigma = zone.end[SPACING], zone.end[SIGMA]
     t, a, c, d = now[TIME], now[RADIUS], now[OUTER], now[DEPTH]
     n = body.shape[1]
-    v, stored, cohesive = zone.room[7], 0.0, 0.0
+    v, stored, cohesive, pending = zone.room[SCRATCH], 0.0, 0.0, 0.0
     rest, widest = 1.0, h * node.shape[0] / _SUMMED
     for j in range(n):
         rest -= body[SHARE, j]
-    i, stride, last_own, last_cohesive = 0, 0, 0.0, 0.0
+    i, stride, last_own, last_idle = 0, 0, 0.0, 0.0
+    # g - d + W times sqrt(c + x) in the zone; the stress itself is integrated in closed form
+    place, opened = -1.0, 0.0
+    if a > 0.0:
+        place = a
+        opened, _ = of_table(zone, a)
+        opened -= d
+        for k in range(n):
+            opened += body[REACH, k] * zone.edge[OUTER_EDGE, k]
+        opened *= math.sqrt(c + a)
     while i < node.shape[0]:
         x, g, idle = i * h, zone.profile[0, i], t - node[i, n]
+        at_rest = 0.0
         if x < a:
             w = d - g
             for j in range(n):
@@ -172,31 +200,44 @@ def energies(zone: Zone) -> tuple[float, float]:
                 v[j] = 0.0
             for k in range(n):
                 m = node[i, k] * math.exp(-body[DECAY, k] * idle)
+                if idle > 0.0:
+                    at_rest += body[DECAY, k] * (node[i, k] - m) * (node[i, k] + m)
                 w += body[REACH, k] * m
                 for j in range(n):
                     v[j] += body[INTO + n + j, k] * m
             if x < c:
+                value = (g - d + w) * math.sqrt(c + x)
+                if place >= 0.0:
+                    cohesive += under_root(c - place, c - x, opened, value)
+                place, opened = x, value
                 w -= 2.0 * sigma * math.sqrt(c * c - x * x)
         own = rest * w * w
         for j in range(n):
             own += body[SHARE, j] * (w - v[j]) ** 2
-        gap = (g - d + w) * math.sqrt(c * c - x * x) if a <= x < c else 0.0
         stored += 0.5 * h * stride * (own + last_own)
-        cohesive += 0.5 * h * stride * (gap + last_cohesive)
-        last_own, last_cohesive = own, gap
+        pending += 0.5 * h * stride * (at_rest + last_idle)
+        last_own, last_idle = own, at_rest
         # closer nodes near both edges
         room = min(widest, 0.1 * min(abs(x - a), abs(x - c)))
         stride = 1
         while 2.0 * stride * h <= room:
             stride *= 2
         i += stride
-    return stored, 4.0 * sigma * cohesive - math.pi * sigma * zone.end[HEIGHT] * c * c
+    if c > 0.0 and place >= 0.0:
+        value, _ = of_table(zone, c)
+        value -= d
+        for k in range(n):
+            value += body[REACH, k] * zone.edge[RIM, k]
+        cohesive += under_root(c - place, 0.0, opened, value * math.sqrt(2.0 * c))
+    cohesive -= 2.0 * sigma * (c - a) ** 2 * (2.0 * c + a) / 3.0
+    surface = 4.0 * sigma * cohesive - math.pi * sigma * zone.end[HEIGHT] * c * c
+    return stored, surface, now[SPENT] + pending
 
 
 @inner
 def potential(zone: Zone, load: float) -> float:
     """Energy of the springs, the attraction, the machine and a dead load."""
-    stored, cohesive = energies(zone)
+    stored, cohesive, _ = energies(zone)
     now, end = zone.now, zone.end
     machine = 0.0 if end[ALPHA] == 0.0 else 0.5 * end[BETA] * now[FORCE] ** 2
     return float(stored + cohesive + machine - load * now[DEPTH])
@@ -363,6 +404,6 @@ def follow_rows(
         now[TIME] = stop
         for i in range(FORCE + 1):
             out[row, i] = now[i]
-        out[row, OUT_STORED], out[row, OUT_COHESIVE] = energies(zone)
+        out[row, OUT_STORED], out[row, OUT_COHESIVE], out[row, OUT_SPENT] = energies(zone)
     pace[WANTED], pace[RATE_A], pace[RATE_C], pace[KNOWN] = wanted, rate_a, rate_c, 1.0 if known else 0.0
     return DONE

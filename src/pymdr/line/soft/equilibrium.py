@@ -14,6 +14,7 @@ from pymdr.compiling import inner, merged
 from pymdr.line.soft.kernels import (
     ALPHA,
     BEFORE,
+    BEHIND,
     BETA,
     CELLS,
     CONTROL,
@@ -35,7 +36,10 @@ from pymdr.line.soft.kernels import (
     SHARE,
     SIGMA,
     SPACING,
+    SQUARES,
+    SQUARES_BEFORE,
     SUM,
+    SUM_BEFORE,
     TIME,
     TOUCHING,
     WAS,
@@ -60,17 +64,24 @@ _CELL_WEIGHTS = np.array([0.2777777777777778, 0.4444444444444444, 0.277777777777
 
 @merged
 def sum_deviations(zone: Zone) -> None:
-    """int_0^a y_j dx at the end of a step, by that before it and the nodes between."""
+    """
+    int_0^a y_j dx and int_0^a y_j^2 dx at the end of a step, by those before it and the nodes between.
+
+    By the trapezoidal rule with the second differences of three points of which the first is a node behind.
+    """
     now, end, body, room, node = zone.now, zone.end, zone.body, zone.room, zone.node
-    h, a0, a1, t = end[SPACING], now[RADIUS], end[RADIUS], now[TIME]
+    h, a0, a1, t, after = end[SPACING], now[RADIUS], end[RADIUS], now[TIME], zone.after
     n = body.shape[1]
     low, high = min(a0, a1), max(a0, a1)
     receding = a1 <= a0
     for j in range(n):
-        zone.after[SUM, j] = zone.edge[SUM, j] * (1.0 if receding else room[FADE, j])
+        fade = 1.0 if receding else room[FADE, j]
+        after[SUM_BEFORE, j], after[SQUARES_BEFORE, j] = zone.edge[SUM, j], zone.edge[SQUARES, j]
+        after[SUM, j], after[SQUARES, j] = fade * zone.edge[SUM, j], fade * fade * zone.edge[SQUARES, j]
     if high > low:
         first = math.floor((low + TOUCHING * h) / h) + 1 if low > 0.0 else 1
         last = math.ceil((high - TOUCHING * h) / h) - 1
+        behind = math.ceil(low / h) - 2
         # y at the lower end: before the step where the edge recedes, else after it
         if low > 0.0:
             if receding:
@@ -85,11 +96,18 @@ def sum_deviations(zone: Zone) -> None:
             node_end(zone, first - 1)
         for j in range(n):
             room[BEFORE, j] = room[HERE, j]
-        place = low
+            room[BEHIND, j] = 0.0
+            if behind >= 0:
+                idle = t - node[behind, n]
+                room[BEHIND, j] = node[behind, j] * math.exp(-body[RATE, j] * idle)
+                if not receding:
+                    room[BEHIND, j] *= room[FADE, j]
+        place, back = low, behind * h
         for i in range(first, last + 2):
             x = i * h if i <= last else high
             if i <= last and not receding:
                 node_end(zone, i)
+            width = x - place
             for j in range(n):
                 if i <= last:
                     y = (
@@ -98,14 +116,23 @@ def sum_deviations(zone: Zone) -> None:
                         else room[HERE, j]
                     )
                 else:
-                    y = zone.edge[INNER_EDGE, j] if receding else zone.after[INNER_EDGE, j]
-                part = 0.5 * (x - place) * (room[BEFORE, j] + y)
-                zone.after[SUM, j] += -part if receding else part
-                room[BEFORE, j] = y
-            place = x
+                    y = zone.edge[INNER_EDGE, j] if receding else after[INNER_EDGE, j]
+                y0, y1 = room[BEHIND, j], room[BEFORE, j]
+                part, square = 0.5 * width * (y1 + y), 0.5 * width * (y1 * y1 + y * y)
+                if behind >= 0 and width > 0.0:
+                    bend, span = width**3 / 6.0 / (x - back), place - back
+                    part -= bend * ((y - y1) / width - (y1 - y0) / span)
+                    square -= bend * ((y * y - y1 * y1) / width - (y1 * y1 - y0 * y0) / span)
+                after[SUM, j] += -part if receding else part
+                after[SQUARES, j] += -square if receding else square
+                room[BEHIND, j], room[BEFORE, j] = y1, y
+            place, back = x, place
+            behind = 0
     if receding:
         for j in range(n):
-            zone.after[SUM, j] *= room[FADE, j]
+            after[SUM_BEFORE, j], after[SQUARES_BEFORE, j] = after[SUM, j], after[SQUARES, j]
+            after[SUM, j] *= room[FADE, j]
+            after[SQUARES, j] *= room[FADE, j] ** 2
 
 
 @inner
@@ -115,7 +142,8 @@ def bear(zone: Zone) -> None:
     a, c, d = end[RADIUS], end[OUTER], end[DEPTH]
     if a == 0.0:
         for j in range(body.shape[1]):
-            zone.after[SUM, j] = 0.0
+            zone.after[SUM, j] = zone.after[SQUARES, j] = 0.0
+            zone.after[SUM_BEFORE, j] = zone.after[SQUARES_BEFORE, j] = 0.0
         end[FORCE] = -math.pi * end[SIGMA] * c * c
         return
     sum_deviations(zone)

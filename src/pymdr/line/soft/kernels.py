@@ -15,20 +15,20 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pymdr.compiling import inner
+from pymdr.compiling import inner, merged
 from pymdr.units import FloatArray
 
-TIME, RADIUS, OUTER, DEPTH, FORCE, COUNT = range(6)
-"""t, a, c, d, F now and at the end of a step; the number of steps."""
+TIME, RADIUS, OUTER, DEPTH, FORCE, COUNT, SPENT = range(7)
+"""t, a, c, d, F now and at the end of a step; now also the number of steps, and the energy dissipated in springs that a step has passed."""
 LENGTH, ALPHA, BETA, CONTROL, SIGMA, HEIGHT, SPACING, KNOTS, CELLS, RISE = range(6, 16)
 """Entries of the end of a step: its length, alpha d + beta F = control at its end, cohesive stress and range, spacing of the nodes,
 number of the nodes chosen for the gap, cells of the gap over the zone, slope of the gap in c."""
 SHARE, RATE, DECAY, REACH, INTO = range(5)
 """Rows of a body: e_j = E_j/E_0, 1/tau_j, lambda_j, beta_j; from INTO on the matrix of m = into v, then that of v = back m."""
-LAG, SUM, INNER_EDGE, OUTER_EDGE, RIM = range(5)
-"""Rows at the edges: D_j, int_0^a y_j dx, y and m at x = a, m at x = c."""
-FADE, WAS, WILL, HERE, BEFORE, SCRATCH, KEPT = range(7)
-"""Rows of the work space: exp(-x) and the weights of d at both ends of a step in D, x = length / tau; and five vectors."""
+LAG, SUM, SQUARES, INNER_EDGE, OUTER_EDGE, RIM, SUM_BEFORE, SQUARES_BEFORE = range(8)
+"""Rows at the edges: D_j, int_0^a y_j dx, int_0^a y_j^2 dx, y and m at x = a, m at x = c; both integrals before the step, to the smaller a."""
+FADE, WAS, WILL, HERE, BEFORE, SCRATCH, KEPT, ENTRY, BEHIND = range(9)
+"""Rows of the work space: exp(-x) and the weights of d at both ends of a step in D, x = length / tau; and seven vectors."""
 TOUCHING = 1e-3
 """Distance of a node from an end of the zone, over the spacing, within which the end stands for it."""
 _LONG = 3.0
@@ -44,17 +44,17 @@ class Zone(NamedTuple):
     profile: FloatArray
     """(2, nodes) g and int_0^x g on uniform nodes from x = 0 on."""
     now: FloatArray
-    """TIME ... COUNT."""
+    """TIME ... SPENT."""
     node: FloatArray
     """(nodes, n + 1) y in contact, m outside, and the time of the entries."""
     edge: FloatArray
-    """(5, n) LAG ... RIM now."""
+    """(8, n) LAG ... SQUARES_BEFORE now."""
     end: FloatArray
     """TIME ... RISE at the end of a step."""
     after: FloatArray
-    """(5, n) LAG ... RIM at the end of a step."""
+    """(8, n) LAG ... SQUARES_BEFORE at the end of a step."""
     room: FloatArray
-    """(8, n) work space."""
+    """(9, n) work space."""
     stencil: FloatArray
     """(2, 4) places and weights of an interpolation."""
     points: FloatArray
@@ -254,6 +254,117 @@ def node_end(zone: Zone, i: int) -> bool:
 
 
 @inner
+def mean_products(x: float) -> tuple[float, float, float]:
+    """Means over a step of p^2, 2 p (1 - p) and (1 - p)^2, where p falls from 1 to 0 as exp(-x s)."""
+    if x < 1e-3:
+        mean, square = 0.5 - x / 12.0, 1.0 / 3.0 - x / 12.0
+    else:
+        rest = 1.0 / math.expm1(x) if x < 500.0 else 0.0
+        mean = 1.0 / x - rest
+        square = 0.5 / x - rest * mean
+    return square, 2.0 * (mean - square), 1.0 - 2.0 * mean + square
+
+
+@merged
+def spent_in_contact(zone: Zone, low: float) -> float:
+    """Energy dissipated in a step in the springs that stay in contact, x < low, 2 int int sum e_j (w - v_j)^2 / tau_j dx dt."""
+    now, end, body, edge, after = zone.now, zone.end, zone.body, zone.edge, zone.after
+    total = 0.0
+    for j in range(body.shape[1]):
+        x = body[RATE, j] * end[LENGTH]
+        e, before, to = zone.room[FADE, j], now[DEPTH] - edge[LAG, j], end[DEPTH] - after[LAG, j]
+        y, square = after[SUM_BEFORE, j], after[SQUARES_BEFORE, j]
+        w0, w01, w1 = mean_products(x)
+        total += (
+            2.0
+            * body[SHARE, j]
+            * x
+            * (
+                w0 * (before * before * low - 2.0 * before * y + square)
+                + w01 * (before * to * low - (to + e * before) * y + e * square)
+                + w1 * (to * to * low - 2.0 * to * e * y + e * e * square)
+            )
+        )
+    return total
+
+
+@inner
+def spent_at(zone: Zone, i: int) -> float:
+    """
+    Energy per length dissipated at a node since the time of its entries, after `node_end`.
+
+    Outside the contact it is 2 int sum m_j'^2 dt.
+    """
+    now, end, body, room = zone.now, zone.end, zone.body, zone.room
+    n = body.shape[1]
+    x, a0, a1, length = i * end[SPACING], now[RADIUS], end[RADIUS], end[LENGTH]
+    idle = now[TIME] - zone.node[i, n]
+    was, stays = x < a0, x < a1
+    crossing = (a0 - x) / (a0 - a1) if was != stays else 0.0
+    before = crossing * length if was != stays else length
+    last = length - before
+    q0 = -2.0 * end[SIGMA] * math.sqrt(max((now[OUTER] - x) * (now[OUTER] + x), 0.0))
+    q1 = -2.0 * end[SIGMA] * math.sqrt(max((end[OUTER] - x) * (end[OUTER] + x), 0.0))
+    w = now[DEPTH] + crossing * (end[DEPTH] - now[DEPTH]) - zone.profile[0, i]
+    total = 0.0
+    for j in range(n):
+        if was != stays:
+            # w - v at the crossing
+            lag = w
+            if was:
+                lag -= room[SCRATCH, j] + room[KEPT, j]
+            else:
+                for k in range(n):
+                    lag -= body[INTO + n + j, k] * room[KEPT, k]
+            room[BEFORE, j] = lag
+    for j in range(n):
+        rate = body[RATE, j] if was else body[DECAY, j]
+        entry = zone.node[i, j]
+        if not was and idle > 0.0:
+            total += rate * entry * entry * -math.expm1(-2.0 * rate * idle)
+        entry *= math.exp(-rate * idle)
+        begin = now[DEPTH] - zone.edge[LAG, j] - entry if was else body[REACH, j] * q0 - rate * entry
+        weight = body[SHARE, j] * rate if was else 1.0
+        if was == stays:
+            to = body[REACH, j] * q1 - rate * room[HERE, j]
+            p, both, q = mean_products(rate * length)
+            total += 2.0 * weight * length * (p * begin * begin + both * begin * to + q * to * to)
+            continue
+        speed = 0.0
+        for k in range(n):
+            speed += body[INTO + j, k] * body[RATE, k] * room[BEFORE, k]
+        to = room[BEFORE, j] if was else speed
+        p, both, q = mean_products(rate * before)
+        total += 2.0 * weight * before * (p * begin * begin + both * begin * to + q * to * to)
+        # the other side of the edge
+        begin = speed if was else room[BEFORE, j]
+        rate = body[DECAY, j] if was else body[RATE, j]
+        weight = 1.0 if was else body[SHARE, j] * rate
+        to = body[REACH, j] * q1 - rate * room[HERE, j]
+        if not was:
+            to = end[DEPTH] - zone.after[LAG, j] - room[HERE, j]
+        p, both, q = mean_products(rate * last)
+        total += 2.0 * weight * last * (p * begin * begin + both * begin * to + q * to * to)
+    return total
+
+
+@inner
+def spent_at_edge(zone: Zone) -> float:
+    """Energy per length dissipated in a step where the smaller of both contacts ends, whose y before the step are in ENTRY of the work space."""
+    now, end, body = zone.now, zone.end, zone.body
+    total = 0.0
+    for j in range(body.shape[1]):
+        x, y = body[RATE, j] * end[LENGTH], zone.room[ENTRY, j]
+        begin, to = (
+            now[DEPTH] - zone.edge[LAG, j] - y,
+            end[DEPTH] - zone.after[LAG, j] - zone.room[FADE, j] * y,
+        )
+        p, both, q = mean_products(x)
+        total += 2.0 * body[SHARE, j] * x * (p * begin * begin + both * begin * to + q * to * to)
+    return total
+
+
+@inner
 def accept(zone: Zone) -> None:
     """Make the end of a step the state."""
     now, end, node = zone.now, zone.end, zone.node
@@ -261,13 +372,32 @@ def accept(zone: Zone) -> None:
     low, high = min(now[RADIUS], end[RADIUS]), max(now[OUTER], end[OUTER])
     first = max(int(low / h) - 1, 0)
     last = min(int(high / h) + 1, node.shape[0] - 1)
+    spent, at_edge, next_to = 0.0, 0.0, True
+    if low > 0.0:
+        if end[RADIUS] < now[RADIUS]:
+            deviation_at(zone, low)
+        for j in range(n):
+            zone.room[ENTRY, j] = (
+                zone.room[HERE, j] if end[RADIUS] < now[RADIUS] else zone.edge[INNER_EDGE, j]
+            )
+        spent, at_edge = spent_in_contact(zone, low), spent_at_edge(zone)
     for i in range(first, last + 1):
         node_end(zone, i)
+        if i * h >= low:
+            if next_to and low > 0.0:
+                # from the edge to the first node, whose own part begins half a spacing before it
+                to = i * h - low
+                spent += 0.5 * to * at_edge + 0.5 * (to - h) * spent_at(zone, i)
+            elif next_to:
+                spent -= 0.5 * h * spent_at(zone, i)
+            next_to = False
+            spent += h * spent_at(zone, i)
         for j in range(n):
             node[i, j] = zone.room[HERE, j]
         node[i, n] = end[TIME]
+    now[SPENT] += spent
     for j in range(n):
-        for k in range(5):
+        for k in range(SQUARES_BEFORE + 1):
             zone.edge[k, j] = zone.after[k, j]
     for i in range(FORCE + 1):
         now[i] = end[i]

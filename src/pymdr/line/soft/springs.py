@@ -135,12 +135,12 @@ class ZoneSprings:
         self._zone = kernels.Zone(
             body,
             np.vstack([g / self._unit, area / self._unit**2]),
-            zeros(6),
+            zeros(7),
             zeros((size, n + 1)),
-            zeros((5, n)),
-            zeros(16),
-            zeros((5, n)),
             zeros((8, n)),
+            zeros(16),
+            zeros((8, n)),
+            zeros((9, n)),
             zeros((2, 4)),
             zeros((2, size)),
             zeros(size, dtype=np.int64),
@@ -216,7 +216,7 @@ class ZoneSprings:
         now[kernels.TIME] = time[0]
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit
-        out = np.zeros((time.size - 1, driver.OUT_LOST + 1))
+        out = np.zeros((time.size - 1, driver.OUT_SPENT + 1))
         scaled = control.astype(float) / (load if by_force else self._unit)
         pace, first, end, size = np.zeros(driver.KNOWN + 1), 0, driver.DONE, time.size - 1
         watched = [row - self._rows for row in self._watched if 0 <= row - self._rows < size]
@@ -255,5 +255,6 @@ class ZoneSprings:
             "surface_energy": (driver.OUT_COHESIVE, energy),
             "work": (driver.OUT_WORK, energy),
             "jump_dissipation": (driver.OUT_LOST, energy),
+            "body_dissipation": (driver.OUT_SPENT, energy),
         }
         return {name: unit * out[:, column] for name, (column, unit) in units.items()}
