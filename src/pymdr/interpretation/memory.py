@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import scipy
@@ -134,7 +134,13 @@ class MemorySurface:
 
     def line_state(self, step: int) -> LineState:
         """The springs of one row."""
-        return _state_at(self, step)
+        state: LineState = state_at(self, step)
+        return state
+
+    def followed_to(self, step: int) -> LineState:
+        """The springs of one row, by the whole path up to it."""
+        *_, state = self.states([step])
+        return state
 
     def states(self, steps: Sequence[int]) -> Iterator[LineState]:
         """The springs of rising rows, computed in one pass."""
@@ -234,10 +240,17 @@ def displacement(state: LineState, r: FloatArray) -> FloatArray:
     return np.asarray(2.0 / math.pi * size * np.sum(width * (values @ weights), axis=1))
 
 
+class Followed(Protocol):
+    """A surface whose springs are computed by its path."""
+
+    def followed_to(self, step: int) -> Any:
+        """The springs of one row."""
+
+
 @lru_cache(maxsize=8)
-def _state_at(surface: MemorySurface, step: int) -> LineState:
-    *_, state = surface.states([step])
-    return state
+def state_at(surface: Followed, step: int) -> Any:
+    """The springs of one row, kept for the next fields."""
+    return surface.followed_to(step)
 
 
 def _inside(state: LineState) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -13,7 +12,7 @@ import scipy
 from pymdr.errors import QuantityError
 from pymdr.interpretation.cohesion import cohesive_pressure, pulled_up
 from pymdr.interpretation.fields import line_gap
-from pymdr.interpretation.memory import between, integrated_cubics
+from pymdr.interpretation.memory import between, integrated_cubics, state_at
 from pymdr.interpretation.stress import LineLoad, Loads, Punches, line_load
 from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption
 from pymdr.line.curves import ElasticLine
@@ -28,6 +27,8 @@ _POINTS = 2
 """Points of the rule over the angle between two springs."""
 _TO_EDGE = 4.0 ** np.arange(-1.0, -5.0, -1.0)
 """Distances of points of the rule from the edge of the zone, over that of the last spring."""
+_NEGLIGIBLE = 1e-100
+"""Displacements below this fraction of the largest count as 0."""
 _FEW = 3
 """Springs of a zone that are too few for its root."""
 _BLOCK = 64
@@ -88,7 +89,12 @@ class ZoneSurface:
 
     def line_state(self, step: int) -> ZoneLine:
         """The springs of one row."""
-        return _line_at(self, step)
+        line: ZoneLine = state_at(self, step)
+        return line
+
+    def followed_to(self, step: int) -> ZoneLine:
+        """The springs of one row, by the whole path up to it."""
+        return self.line_at(step)
 
     def deflection(self, step: int, position: FloatArray) -> FloatArray:
         """Displacement w in m of the springs at positions in m."""
@@ -220,11 +226,6 @@ class ZoneSurface:
         return pulled_up(springs, self.strength, line.contact_radius, line.cohesive_radius, r)
 
 
-@lru_cache(maxsize=8)
-def _line_at(surface: ZoneSurface, step: int) -> ZoneLine:
-    return surface.line_at(step)
-
-
 def _nothing() -> scipy.interpolate.CubicSpline:
     """No load."""
     return scipy.interpolate.CubicSpline([0.0, 1.0], [0.0, 0.0])
@@ -233,6 +234,8 @@ def _nothing() -> scipy.interpolate.CubicSpline:
 def _over_angle(line: ZoneLine, creep: FloatArray, r: FloatArray) -> FloatArray:
     """The integral int_a^r W / sqrt(r^2 - x^2) dx, over the angle arcsin(x / r); W is constant beyond its last value."""
     x, c = line.outside, line.cohesive_radius
+    # tiny displacements have slopes whose reciprocals overflow
+    creep = np.where(np.abs(creep) > _NEGLIGIBLE * np.max(np.abs(creep)), creep, 0.0)
     zone = int(np.searchsorted(x, c, side="right"))
     rooted = zone > _FEW
     start = zone - 1 if rooted else 0

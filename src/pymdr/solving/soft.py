@@ -90,7 +90,8 @@ def solve_soft(task: Task) -> Result:
     walked = walk(task, levels, partial(_step, task.machine_stiffness))
     assert walked.time is not None
     surface = _surface(task, setting, walked.rows.fine, walked.starts)
-    check = check_zone(surface, watched, *(level.lines for level in levels), setting.work / setting.strength)
+    fine, coarse = (level.lines for level in levels)
+    check = check_zone(surface, watched, fine, coarse, setting.work / setting.strength)
     return solution(task, walked, _interpret(task, setting, walked, check))
 
 

@@ -167,7 +167,7 @@ class ZoneSprings:
         h, touching = float(zone.end[k.SPACING]), k.TOUCHING * float(zone.end[k.SPACING])
         size, n = zone.node.shape[0], zone.body.shape[1]
         i = np.arange(size)
-        x: FloatArray = h * i
+        x: FloatArray = h * np.arange(size, dtype=np.float64)
         stride = max(size // _DRAWN, 1)
         near = np.minimum(np.abs(x - a), np.abs(x - c)) < _NEAR * h
         i = i[near | (i % stride == 0)]
