@@ -159,7 +159,7 @@ def test_folders_of_another_version_are_refused(tmp_path, monkeypatch):
     mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     mdr.sweep(BALL, mdr.indent("1 um"), swept, folder=tmp_path / "parts")
     for module in ("pymdr.solving.kept", "pymdr.solving.fits.storing"):
-        monkeypatch.setattr(f"{module}.version", lambda _: "999")
+        monkeypatch.setattr(f"{module}.__version__", "999")
     with pytest.raises(FileError, match="the version of pymdr"):
         mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     with pytest.raises(FileError, match="the version of pymdr"):
