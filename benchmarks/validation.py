@@ -262,6 +262,29 @@ def impacts() -> Iterator[Row]:
         difference(hit.contact_time, known["T"]),
         claim_of(hit, "contact_time"),
     )
+    like = mdr.Elastic(1e9, 0.3)
+    moduli = mdr.effective_moduli(like, like)
+    ball = mdr.Contact(mdr.Paraboloid(0.01), like, like, friction=mdr.Coulomb(0.3))
+    for psi in (0.5, 4.0):
+        factor = moduli.tangential / (0.3 * moduli.normal)
+        angle = math.atan(psi / factor)
+        hit = mdr.impact(ball, mass=0.033, speed=0.1 / math.cos(angle), angle=angle)
+        yield Row(
+            f"oblique impact, psi = {psi:g}",
+            "speed of the contact point",
+            "Maw, Barber and Fawcett (1976), recomputed",
+            difference(factor * hit.contact_point_speed / 0.1, expected(f"oblique_psi{psi}")["psi2"]),
+            claim_of(hit, "contact_point_speed"),
+        )
+    sticky = mdr.Contact(mdr.Paraboloid(1.0), UNIT, adhesion=mdr.JKR(1.0))
+    hit = mdr.impact(sticky, mass=1.0, speed=10.0)
+    yield Row(
+        "adhesive impact",
+        "sticking speed",
+        "Thornton and Ning (1998)",
+        difference(hit.sticking_speed, expected("jkr_impact")["vs"]),
+        claim_of(hit, "sticking_speed"),
+    )
     punch = mdr.Contact(
         mdr.FlatPunch(0.5), mdr.Elastic(1.0, 0.0, resistivity=2.0), mdr.Rigid(resistivity=3.0)
     )

@@ -81,3 +81,16 @@ def test_benchmarks_that_fall_by_a_third_are_listed(tmp_path, monkeypatch):
     # measured again, a version replaces its own rows
     assert history.record("some", measured(0.1, 0.1), "2", tmp_path) == []
     assert [row["version"] for row in history.read(tmp_path / "some.csv")] == ["1", "1", "2", "2"]
+
+
+@pytest.mark.long
+def test_exact_rows_of_the_validation_are_exact(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT))
+    from benchmarks import validation
+
+    rows = [row for part in validation.CLOSED for row in part()]
+    # a table of four printed digits is no limit of the method
+    exact = [row for row in rows if row.claimed.startswith("exact") and "printed" not in row.source]
+    assert len(exact) > 25
+    assert [str(row) for row in exact if row.actual > 1e-9] == []
+    assert not re.search(r"\| nan\b", text("docs/validation.md"))
