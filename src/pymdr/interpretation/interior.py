@@ -442,6 +442,8 @@ def unknown_stress(contact: Contact) -> str:
         return "a force curve does not determine the pressure"
     if isinstance(contact.profile, Shape):
         return "the stress under bodies that are not of revolution is not computed"
+    if contact.adhesion is not None and contact.is_viscoelastic:
+        return "the stress under a cohesive zone on a body with memory is not computed"
     if isinstance(contact.adhesion, DMT):
         remedy = "MaugisDugdale" if contact.layered is None else "JKR"
         return f"DMT does not resolve the attraction around the contact, which loads the bodies too; use {remedy}"

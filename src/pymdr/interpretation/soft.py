@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -13,13 +13,11 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation.cohesion import cohesive_pressure, pulled_up
 from pymdr.interpretation.fields import line_gap
 from pymdr.interpretation.memory import between, integrated_cubics, state_at
-from pymdr.interpretation.stress import LineLoad, Loads, Punches, line_load
 from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption
 from pymdr.line.curves import ElasticLine
 from pymdr.line.soft.springs import ZoneLine
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.numerics.panels import Place
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
@@ -35,8 +33,6 @@ _BLOCK = 64
 """Number of radii whose integrals are computed at once."""
 _OVERLAP, _WITHIN = 1e-3, 5e-3
 """Limits of the overlap in the zone, and of the lack of gap beyond it, that the numerics can cause."""
-_LOAD = 1e-6
-"""Error of the load of the springs over its scale, that of the cubics between them."""
 _CHECKED_INSIDE = np.concatenate([np.linspace(0.02, 0.95, 12), 1.0 - np.geomspace(0.03, 1e-3, 4)])
 _CHECKED_ZONE = np.array([0.05, 0.2, 0.4, 0.6, 0.8, 0.95])
 _CHECKED_BEYOND = np.array([1.0, 1.02, 1.1, 1.3, 1.8])
@@ -104,24 +100,6 @@ class ZoneSurface:
         touching = (x <= line.contact_radius) & (line.contact_radius > 0.0)
         g = self.equivalent.g(np.where(touching, x, 0.0))
         return np.where(touching, line.indentation - g, stretched)
-
-    def loads(self, step: int) -> Loads:
-        """The load of the springs on the line: of the relaxed profile and the zone, and of the dashpots."""
-        line = self.line_state(step)
-        a, c = line.contact_radius, line.cohesive_radius
-        if not c > 0.0:
-            return Loads(LineLoad((), a, 0.0, a, 0.0))
-        load = line_load(
-            self._relaxed, Place(np.array(a), np.array(0.0)), 0.0, zone=c, strength=self.strength
-        )
-        if not a > 0.0:
-            return Loads(load)
-        curve = self._delayed(line).derivative()
-
-        def density(above: FloatArray) -> FloatArray:
-            return np.asarray(-curve(np.minimum(above / a, 1.0)) / a)
-
-        return Loads(replace(load, pieces=(*load.pieces, Punches(0.0, a, density)), noise=_LOAD))
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one row."""

@@ -18,7 +18,6 @@ from pymdr.interpretation.layered_stress import interior_of
 from pymdr.interpretation.memory import MemorySurface
 from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS, ShearedSurface
 from pymdr.interpretation.plane import PlaneSurface, along, stacks_of
-from pymdr.interpretation.soft import ZoneSurface
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.torsion import TORSIONAL_FIELDS, TorsionSurface
 from pymdr.interpretation.traction import (
@@ -102,7 +101,7 @@ def _surface(result: Result) -> Surface:
 
 def _interior(result: Result, side: str | None) -> Interior:
     surface = result.surface
-    assert isinstance(surface, Surface | FrictionSurface | MemorySurface | ShearedSurface | ZoneSurface)
+    assert isinstance(surface, Surface | FrictionSurface | MemorySurface | ShearedSurface)
     return interior_of(result.contact, surface, side)
 
 
@@ -218,7 +217,7 @@ LAWS = (
     Law(
         lambda contact, solver, path: contact.is_viscoelastic and contact.adhesion is not None,
         solve_soft,
-        Reading(SURFACE_FIELDS, LINE_FIELDS, zone_surface, zone_plots, _WITHOUT_FRICTION, interior=_interior),
+        Reading(SURFACE_FIELDS, LINE_FIELDS, zone_surface, zone_plots, _WITHOUT_FRICTION),
     ),
     Law(
         lambda contact, solver, path: contact.is_viscoelastic and contact.friction is not None,
