@@ -111,7 +111,6 @@ from .solving.nanoindentation import thermal_drift as thermal_drift
 from .solving.plastic import residual_profile as residual_profile
 from .solving.press import open_pressed_surface as open_pressed_surface
 from .solving.press import press as press
-from .solving.pulloff import pull_off as pull_off
 from .solving.regimes import adhesion_regime as adhesion_regime
 from .solving.reopening import open_result as open_result
 from .solving.rolling import rolling as rolling
@@ -124,6 +123,8 @@ from .solving.shakedown import shakedown as shakedown
 from .solving.sliding import sliding_friction as sliding_friction
 from .solving.stepping import Stepper as Stepper
 from .solving.sweep import sweep as sweep
+from .solving.tack import pull_off as pull_off
+from .solving.tack_curves import pull_off_curve as pull_off_curve
 from .solving.teaching import foundation as foundation
 from .solving.thickness import thickness_correction as thickness_correction
 from .solving.verb import solve as solve

@@ -1,4 +1,4 @@
-"""Pull-off, jump-in and the choice of the law of adhesion, without a path."""
+"""Pull-off and jump-in of bodies without memory, without a path."""
 
 from __future__ import annotations
 
@@ -99,29 +99,22 @@ class PullOff(Study):
         return pull_off_figure(advancing, self.data)
 
 
-def pull_off(
-    contact: Contact, *, machine_stiffness: QuantityLike = math.inf, pressed_to: QuantityLike | None = None
+def elastic_pull_off(
+    contact: Contact,
+    *,
+    machine_stiffness: QuantityLike = math.inf,
+    pressed_to: QuantityLike | None = None,
+    preload: QuantityLike | None = None,
 ) -> PullOff:
     """
-    Loss of an adhesive contact in retraction, and its state after the jump into contact.
-
-    Stable states satisfy dD/da > 0 for the travel D = d + F/k of the machine (Popov and Hess 2015, chapter 4).
+    :func:`pymdr.pull_off` of bodies without memory.
 
     Parameters
     ----------
     contact : Contact
         With a law of adhesion.
-    machine_stiffness : quantity, optional
-        k in N/m: inf (the default) is displacement control, 0 a dead load.
-    pressed_to : quantity, optional
-        Indentation in m before the retraction, for wavy profiles and hysteresis of adhesion (JKR with work_receding), whose
-        pull-off depends on it; by default that of the unloaded contact.
-
-    Returns
-    -------
-    PullOff
-        Radius (m), indentation (m) and force (N) of the last stable state, the dissipated energy (J) and the state
-        afterwards.
+    machine_stiffness, pressed_to, preload : quantity, optional
+        As there.
 
     Raises
     ------
@@ -129,28 +122,10 @@ def pull_off(
         If the contact has no adhesion, or the stiffness is negative.
     PathError
         If the profile ends before the state at the start of the retraction.
-
-    See Also
-    --------
-    adhesion_regime : which law is valid.
-    solve : the whole curve.
-
-    References
-    ----------
-    Popov and Hess (2015), Method of Dimensionality Reduction in Contact Mechanics and Friction, Springer,
-    doi:10.1007/978-3-642-53876-6.
-
-    Examples
-    --------
-    >>> import math
-    >>> import pymdr as mdr
-    >>> gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
-    >>> round(mdr.pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
-    -1.5
     """
-    line, receding = _curves_of(_adhesive(contact))
+    line, receding = _curves_of(adhesive(contact))
     stiffness = read_stiffness(machine_stiffness)
-    track, press = _pressed(line, stiffness, pressed_to)
+    track, press = _pressed(line, stiffness, pressed_to, preload)
     if line is receding:
         away, pull = track, pulled(track, press.branch, press.last)
     else:
@@ -179,7 +154,7 @@ def pull_off(
     opening = theory_of(receding.law).opening(receding.law, line.line, largest)
     errors = _errors((line, receding), away, (pull.last, float(into[0]), lowest), values)
     return PullOff(
-        data=_single(values),
+        data=single(values),
         claims=_claims(contact, line, values, errors),
         assumptions=assumptions(contact, line.origin, largest, -opening),
         notes=(*line.origin.notes, *line.unsmoothed),
@@ -198,16 +173,46 @@ _UNITS = {
     "jump_in_force": "N",
     "jump_in_radius": "m",
     "largest_pull": "N",
+    "largest_pull_indentation": "m",
+    "largest_pull_radius": "m",
     "machine_stiffness": "N/m",
 }
 
 
-def _single(values: Mapping[str, float]) -> xr.Dataset:
+def start_of_retraction(pressed_to: QuantityLike | None, preload: QuantityLike | None) -> float | None:
+    """
+    Indentation in m, or force in N, at which a retraction starts; None if neither is given.
+
+    Raises
+    ------
+    ProblemError
+        If both are given, the indentation is not above 0, or the force is below 0.
+    """
+    if pressed_to is not None and preload is not None:
+        raise ProblemError("pull_off: both pressed_to and preload given; give one of them")
+    if preload is not None:
+        force = to_si(preload, "N", name="preload")
+        if not 0.0 <= force < math.inf:
+            raise ProblemError(f"pull_off: preload = {preload!r}; a finite force of at least 0 N is needed")
+        return force
+    if pressed_to is None:
+        return None
+    depth = to_si(pressed_to, "m", name="pressed_to")
+    if not 0.0 < depth < math.inf:
+        raise ProblemError(f"pull_off: pressed_to = {pressed_to!r}; the depth of pressing must be above 0 m")
+    return depth
+
+
+def single(values: Mapping[str, float]) -> xr.Dataset:
     """Single numbers with their units as a dataset."""
     import xarray as xr
 
-    units = {name: _UNITS[name] if name in _UNITS else quantity(name).unit for name in values}
-    return xr.Dataset({name: ((), value, {"units": units[name]}) for name, value in values.items()})
+    return xr.Dataset({name: ((), value, {"units": unit_of(name)}) for name, value in values.items()})
+
+
+def unit_of(name: str) -> str:
+    """The SI unit of a number of a pull-off."""
+    return _UNITS[name] if name in _UNITS else quantity(name).unit
 
 
 def _errors(
@@ -267,7 +272,8 @@ def _curves_of(contact: Contact) -> tuple[AdhesiveLine, AdhesiveLine]:
     return line, line
 
 
-def _adhesive(contact: Contact) -> Contact:
+def adhesive(contact: Contact) -> Contact:
+    """The contact, refused without a law of adhesion."""
     if not isinstance(contact, Contact) or contact.adhesion is None:
         raise ProblemError(
             "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
@@ -293,28 +299,28 @@ def tip_radius(line: AdhesiveLine, profile: Profile) -> float | None:
     return float(x[0] ** 2 / g[0]) if g[0] > 0.0 and abs(g[1] / g[0] - 4.0) < 1e-3 else None
 
 
-def _pressed(line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None) -> tuple[Track, Route]:
+def _pressed(
+    line: AdhesiveLine, stiffness: float, pressed_to: QuantityLike | None, preload: QuantityLike | None
+) -> tuple[Track, Route]:
     """The curve under a machine, and the approach to the state at the start of the retraction."""
+    target = start_of_retraction(pressed_to, preload)
 
     def measure(s: FloatArray) -> FloatArray:
-        return s if pressed_to is None else line.equilibria.states(s).indentation
+        states = line.equilibria.states(s)
+        return states.normal_force if preload is not None else states.indentation
 
-    if pressed_to is None:
+    if target is None:
         try:
             unloaded = line.track(0.0, 0.0)
         except PathError as error:
             raise line.too_short(
                 "the profile ends inside the contact of the unloaded body", math.inf
             ) from error
-        target = _first_touch(line, unloaded, 0.0)
+        target, measure = _first_touch(line, unloaded, 0.0), np.asarray
         track = unloaded if stiffness == 0.0 else line.track(stiffness, -math.inf, target)
     else:
-        target = to_si(pressed_to, "m", name="pressed_to")
-        if target <= 0.0:
-            raise ProblemError(
-                f"pull_off: pressed_to = {pressed_to!r}; the depth of pressing must be above 0 m"
-            )
-        track = line.track(stiffness, -math.inf, line.track(math.inf, target).curve.stop)
+        reached = line.track(math.inf if preload is None else 0.0, target)
+        track = line.track(stiffness, -math.inf, reached.curve.stop)
     _first_touch(line, track, stiffness)
     try:
         return track, pressed(track, measure, target)

@@ -20,7 +20,7 @@ from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
 from pymdr.result import Result
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.pulloff import COST, PullOff, pull_off, tip_radius
+from pymdr.solving.pulloff import COST, PullOff, elastic_pull_off, tip_radius
 from pymdr.solving.study import Column, Study, number
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, to_si
@@ -175,7 +175,7 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
         "DMT": DMT(law.work, range=distance),
     }
     contacts = {name: replace(contact, adhesion=other) for name, other in laws.items()}
-    pull_offs = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
+    pull_offs = {name: elastic_pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
     force = {name: one.normal_force for name, one in pull_offs.items()}
     error = {name: force[name] / force["MaugisDugdale"] - 1.0 for name in ("JKR", "DMT")}
     best = min(error, key=lambda name: abs(error[name]))
@@ -251,7 +251,7 @@ def _graded_regime(contact: Contact, work: float, distance: float) -> AdhesionRe
     """The regime of a graded body, for which no theory of the transition is known."""
     laws: dict[str, AdhesionLaw] = {"JKR": JKR(work), "DMT": DMT(work, range=distance)}
     contacts = {name: replace(contact, adhesion=law) for name, law in laws.items()}
-    pull_offs = {name: pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
+    pull_offs = {name: elastic_pull_off(one, machine_stiffness=0.0) for name, one in contacts.items()}
     opening = float(jkr_opening(AdhesiveLine(contacts["JKR"]).line, pull_offs["JKR"].contact_radius, work))
     tabor = opening / (distance * math.sqrt(2.0 * math.pi) * (9.0 * math.pi / 8.0) ** (1.0 / 6.0))
     maugis = 2.0 * (9.0 / (16.0 * math.pi)) ** (1.0 / 3.0) * tabor

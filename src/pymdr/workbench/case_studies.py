@@ -1,10 +1,13 @@
-"""Studies that the tables of a case ask for: first yield, shakedown, fatigue, wear."""
+"""Studies that the tables of a case ask for: first yield, shakedown, pull-off, fatigue, wear."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 if TYPE_CHECKING:
+    from pymdr.problem.contact import Contact
     from pymdr.result import Result
     from pymdr.solving.study import Study
     from pymdr.workbench.casefile import Case
@@ -27,11 +30,37 @@ def contact_studies(case: Case) -> dict[str, Study]:
         from pymdr.solving.shakedown import shakedown
 
         studies["shakedown"] = shakedown(case.contact, **case.outputs["shakedown"])
+    if "pull_off" in case.outputs:
+        machine = {name: case.options[name] for name in ("machine_stiffness",) if name in case.options}
+        studies["pull_off"] = pull_off_of(case.contact, **{**machine, **case.outputs["pull_off"]})
     if "wear" in case.outputs:
         from pymdr.solving.wear import wear
 
         studies["wear"] = wear(case.contact, case.path, **case.outputs["wear"])
     return studies
+
+
+def pull_off_of(contact: Contact, **given: Any) -> Study:
+    """
+    The pull-off of a contact, or its curve over several speeds or dwells.
+
+    Parameters
+    ----------
+    contact : Contact
+    **given
+        Arguments of :func:`pymdr.pull_off`; those that are None are left out, and `speed` and `dwell` may be lists.
+    """
+    from pymdr.solving.tack import pull_off
+    from pymdr.solving.tack_curves import pull_off_curve
+
+    wanted: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    for name in ("speed", "dwell"):
+        if isinstance(wanted.get(name), list) and len(wanted[name]) == 1:
+            wanted[name] = wanted[name][0]
+    several = any(isinstance(wanted.get(name), list | np.ndarray) for name in ("speed", "dwell"))
+    if not several or not contact.is_viscoelastic or "speed" not in wanted:
+        return pull_off(contact, **wanted)
+    return pull_off_curve(contact, **wanted)
 
 
 def fatigue_of(case: Case, result: Result) -> Study:

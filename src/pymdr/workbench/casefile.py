@@ -40,7 +40,7 @@ class Case:
     options: dict[str, Any]
     """Keyword arguments of :func:`pymdr.solve`, from the table ``[solve]``."""
     outputs: Mapping[str, Mapping[str, Any]]
-    """The tables ``[stress]``, ``[first_yield]``, ``[shakedown]``, ``[fatigue]`` and ``[wear]``, as far as there are."""
+    """The tables ``[stress]``, ``[first_yield]``, ``[shakedown]``, ``[pull_off]``, ``[fatigue]`` and ``[wear]``, as far as there are."""
 
 
 def read_case(file: str | os.PathLike[str]) -> Case:
@@ -51,7 +51,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     ----------
     file : path
         A TOML file with the tables ``[profile]``, ``[body]``, optionally ``[counterbody]``,
-        ``[adhesion]``, ``[friction]``, ``[solve]``, ``[stress]``, ``[first_yield]``, ``[shakedown]``, ``[fatigue]`` and ``[wear]``, and one ``[[path]]`` for
+        ``[adhesion]``, ``[friction]``, ``[solve]``, ``[stress]``, ``[first_yield]``, ``[shakedown]``, ``[pull_off]``, ``[fatigue]`` and ``[wear]``, and one ``[[path]]`` for
         every leg.
 
     Returns

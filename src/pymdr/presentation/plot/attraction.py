@@ -41,7 +41,9 @@ _LINES: Mapping[str, Any] = {
 _LABELS = {"MaugisDugdale": "Maugis-Dugdale"}
 
 
-def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure:
+def pull_off_figure(
+    curve: Mapping[str, FloatArray], data: xr.Dataset, label: str = "equilibria"
+) -> Figure:
     """
     Force against indentation of all equilibria, with the pull-off and the state after the jump into contact.
 
@@ -51,6 +53,8 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure
         ``indentation`` (m) and ``normal_force`` (N) of all equilibria.
     data : xarray.Dataset
         Quantities of the pull-off.
+    label : str
+        Name of the curve.
     """
     with styled():
         figure = new_figure(5.4, 4.0)
@@ -63,15 +67,15 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset) -> Figure
             scaled(curve["normal_force"], "normal_force", unit),
             color=BLUE,
             lw=1.3,
-            label="equilibria",
+            label=label,
         )
-        for label, colour, names in (
+        for name, colour, names in (
             ("last stable state", ORANGE, ("indentation", "normal_force")),
             ("after the jump into contact", GREEN, ("jump_in_indentation", "jump_in_force")),
         ):
-            d, force = (data[name].values for name in names)
+            d, force = (data[each].values for each in names)
             axes.plot(
-                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=label
+                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=name
             )
         axes.set_xlabel(axis_label("indentation", d_unit))
         axes.set_ylabel(axis_label("normal_force", unit))

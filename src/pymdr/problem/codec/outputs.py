@@ -53,6 +53,17 @@ OUTPUTS: dict[str, tuple[str, dict[str, tuple[Any, Any, str]]]] = {
             "side": (_SIDE, None, "which body; the first whose stress is known unless given"),
         },
     ),
+    "pull_off": (
+        "The pull-off that pymdr run computes.",
+        {
+            "machine_stiffness": (_OPTIONAL, None, "in N/m; that of [solve], or infinite, unless given"),
+            "preload": (_OPTIONAL, None, "normal force in N before the retraction"),
+            "pressed_to": (_OPTIONAL, None, "indentation in m before the retraction"),
+            "dwell": (_SEVERAL | None, None, "with memory: time at rest in s, one or several"),
+            "speed": (_SEVERAL | None, None, "with memory: speed of the retraction in m/s, one or several"),
+            "approach_speed": (_OPTIONAL, None, "with memory: speed of the approach in m/s"),
+        },
+    ),
     "fatigue": (
         "Fatigue over the last cycle of the path that pymdr run computes.",
         {

@@ -22,7 +22,7 @@ from pymdr.solving.bands import scatter_of
 from pymdr.solving.exporting.knots import adapted
 from pymdr.solving.exporting.sources import source_of
 from pymdr.solving.exporting.value import LAW_QUANTITIES, SAFETY, ContactLaw, Table
-from pymdr.solving.pulloff import pull_off
+from pymdr.solving.pulloff import elastic_pull_off
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
@@ -119,7 +119,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
         relative_to={name: source.form.relative_to().get(name, text) for name, text in _ITSELF.items()},
         table=table,
         checks=checks,
-        pull_off=None if contact.adhesion is None else pull_off(alone, pressed_to=deepest),
+        pull_off=None if contact.adhesion is None else elastic_pull_off(alone, pressed_to=deepest),
         references=plain.references,
     )
 

@@ -1,4 +1,4 @@
-"""``pymdr impact``, ``yield``, ``shakedown``, ``fatigue``, ``rolling``, ``sliding``, ``heat`` and ``joule``, and ``wear`` along one cycle: studies of cases."""
+"""``pymdr impact``, ``yield``, ``shakedown``, ``pull-off``, ``fatigue``, ``rolling``, ``sliding``, ``heat`` and ``joule``, and ``wear`` along one cycle: studies of cases."""
 
 from __future__ import annotations
 
@@ -172,6 +172,49 @@ def shakedown(
             strength=strength,
             force_ratio=None if force_ratio is None else values_of(force_ratio),
             side=side,
+        ),
+        output,
+        quiet,
+        as_json,
+    )
+
+
+def pull_off(
+    case: CaseFile,
+    preload: Annotated[str | None, typer.Option(help="Force before the retraction, such as '1 mN'.")] = None,
+    pressed_to: Annotated[str | None, typer.Option(help="Indentation instead, such as '10 um'.")] = None,
+    speed: Annotated[
+        list[str] | None,
+        typer.Option(help="With memory: speed of retraction, or several: '1 um/s, 10 um/s'."),
+    ] = None,
+    dwell: Annotated[
+        list[str] | None, typer.Option(help="With memory: time at rest, or several: '1 s, 10 s'.")
+    ] = None,
+    approach_speed: Annotated[
+        str | None, typer.Option(help="With memory: speed of approach, such as '10 um/s'.")
+    ] = None,
+    machine_stiffness: Annotated[
+        str | None, typer.Option(help="Such as '5 N/m'; by default infinite; 0 is a dead load.")
+    ] = None,
+    points: Points = None,
+    output: Table = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Pull-off of an adhesive contact; needs no [[path]]."""
+    from pymdr.workbench.case_studies import pull_off_of
+
+    _study(
+        "pull_off",
+        case,
+        lambda contact: pull_off_of(
+            contact,
+            machine_stiffness=machine_stiffness,
+            pressed_to=pressed_to,
+            preload=preload,
+            speed=None if speed is None else spread(speed, points, "m/s", "speed"),
+            dwell=None if dwell is None else values_of(dwell),
+            approach_speed=approach_speed,
         ),
         output,
         quiet,

@@ -1,0 +1,94 @@
+"""The figure of pull-off over speeds and dwells."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    MARKED_ROWS,
+    ORANGE,
+    axis_label,
+    legend_above,
+    letter_panels,
+    new_figure,
+    styled,
+)
+from pymdr.units import from_si, good_unit, written
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_CURVES = 6
+"""Largest number of dwells that are drawn."""
+
+
+def pull_off_speeds(data: xr.Dataset) -> Figure:
+    """
+    Largest pull with its limits, and effective work of adhesion, over the speed; over the dwell if there is one speed.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        ``largest_pull`` (N) and ``effective_work`` (J/m^2) over ``speed`` (m/s) and ``dwell`` (s), ``slow_limit`` (N), and ``fast_limit`` (N)
+        over ``dwell``.
+    """
+    along, other = (
+        ("dwell", "speed") if data.sizes["speed"] == 1 < data.sizes["dwell"] else ("speed", "dwell")
+    )
+    with styled():
+        figure = new_figure(9.6, 4.0)
+        left, right = figure.subplots(1, 2)
+        _draw(left, data, "largest_pull", along, other)
+        _draw(right, data, "effective_work", along, other)
+        letter_panels(figure)
+    return figure
+
+
+def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> None:
+    """A quantity over the speed or the dwell, one curve for every value of the other."""
+    pulls = name == "largest_pull"
+    values = (-data[name] if pulls else data[name]).transpose(other, along).values
+    x = data[along].values
+    x_unit, unit = good_unit(x, "m/s" if along == "speed" else "s"), good_unit(values, data[name].units)
+    rows = np.unique(
+        np.linspace(0, data.sizes[other] - 1, min(data.sizes[other], _CURVES)).round().astype(int)
+    )
+    colours = (BLUE, ORANGE, GREEN)
+    shown_x = np.asarray(from_si(x, "m/s" if along == "speed" else "s", x_unit))
+    for k, row in enumerate(rows):
+        at = written(float(data[other].values[row]), "m/s" if other == "speed" else "s", 3)
+        axes.plot(
+            shown_x,
+            from_si(values[row], data[name].units, unit),
+            color=colours[k % 3],
+            ls=("-", "--")[k // 3],
+            lw=1.4,
+            marker="o" if x.size <= MARKED_ROWS else None,
+            ms=3.5,
+            label=f"{other} {at}",
+        )
+        if pulls and other == "dwell":
+            fast = float(from_si(-float(data["fast_limit"].values[row]), "N", unit))
+            axes.axhline(
+                fast, color=colours[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None
+            )
+    if pulls and along == "dwell":
+        fast = from_si(-data["fast_limit"].values, "N", unit)
+        axes.plot(shown_x, fast, color=GREY, ls=":", lw=1.2, label="fast limit")
+    if pulls:
+        slow = float(from_si(-float(data["slow_limit"]), "N", unit))
+        axes.axhline(slow, color=GREY, ls="--", lw=1.0, label="slow limit")
+    if x.size > 1 and x.min() > 0.0:
+        axes.set_xscale("log")
+    if values.min() > 0.0 and values.max() > 5.0 * values.min():
+        axes.set_yscale("log")
+    axes.set_xlabel(axis_label(along, x_unit))
+    axes.set_ylabel(f"largest pull $-F_N$ ({unit})" if pulls else axis_label(name, unit))
+    legend_above(axes)

@@ -1,0 +1,227 @@
+"""Pull-off of bodies with memory over speeds and dwells."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, TypedDict, Unpack
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.validity import Claim, Level
+from pymdr.problem.contact import Contact
+from pymdr.solving.arguments import refuse_unknown
+from pymdr.solving.memory import relaxation_along
+from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
+from pymdr.solving.study import Column, Study
+from pymdr.solving.tack import (
+    TackPullOff,
+    TackTest,
+    dwell_of_test,
+    relaxed_contact,
+    speed_of_test,
+    stiffness_of_test,
+    tack_tests,
+)
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_NAMES = (
+    "largest_pull",
+    "largest_pull_indentation",
+    "largest_pull_radius",
+    "effective_work",
+    "external_work",
+    "normal_force",
+    "indentation",
+    "contact_radius",
+    "preload",
+)
+_LEVELS = (Level.EXACT, Level.APPROXIMATE, Level.NOT_VALID)
+_AT_ONCE = 1e-7
+"""Duration of the fastest retraction over the shortest time of relaxation."""
+_LABELS = {
+    "largest_pull": "largest pull",
+    "largest_pull_indentation": "its indentation",
+    "largest_pull_radius": "its radius",
+    "effective_work": "effective work",
+    "external_work": "work of the test",
+}
+
+
+class TackOptions(TypedDict, total=False):
+    """Options of :func:`pull_off` that apply to every test."""
+
+    machine_stiffness: QuantityLike
+    pressed_to: QuantityLike | None
+    preload: QuantityLike | None
+    approach_speed: QuantityLike | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PullOffCurve(Study):
+    """Pull-off over the speed of the retraction and the dwell."""
+
+    data: xr.Dataset
+    """
+    Over ``speed`` (m/s) and ``dwell`` (s): largest_pull (N), largest_pull_indentation and largest_pull_radius (m), effective_work
+    (J/m^2), external_work (J), and the last stable state; ``slow_limit`` (N) of the relaxed body, and ``fast_limit`` (N) over ``dwell``.
+    """
+    subject: ClassVar = "a curve of pull-off"
+    columns: ClassVar[Mapping[str, Column]] = {
+        "speed": Column("speed", "m/s"),
+        "dwell": Column("dwell", "s"),
+        **{name: Column(label, unit_of(name)) for name, label in _LABELS.items()},
+    }
+    summary_claims: ClassVar = ("largest_pull", "effective_work", "external_work")
+
+    def groups(self) -> dict[str, dict[str, float]]:
+        """The limits of the largest pull."""
+        return {"relaxed body, any speed": {"normal_force": float(self.data["slow_limit"])}}
+
+    def _figure(self) -> Figure:
+        from pymdr.presentation.plot import pull_off_speeds
+
+        return pull_off_speeds(self.data)
+
+
+def pull_off_curve(
+    contact: Contact,
+    *,
+    speed: ArrayQuantityLike,
+    dwell: ArrayQuantityLike = 0.0,
+    workers: int = 1,
+    **options: Unpack[TackOptions],
+) -> PullOffCurve:
+    """
+    Pull-off of bodies with memory at all combinations of speeds and dwells, with its slow and fast limits.
+
+    The slow limit is the pull-off of the relaxed body; the fast one that of a retraction within 1e-7 of the shortest relaxation time
+    after the same approach and dwell, to which the body responds with its instantaneous modulus.
+
+    Parameters
+    ----------
+    contact : Contact
+        `Viscoelastic` bodies with `MaugisDugdale` or `Capillary`.
+    speed : array_like or quantity
+        Speeds of the machine in retraction in m/s, above 0.
+    dwell : array_like or quantity
+        Times in s at rest before the retraction, at least 0.
+    workers : int
+        Number of processes.
+    machine_stiffness, pressed_to, preload : quantity, optional
+        As for :func:`pull_off`; one of `pressed_to` and `preload` is needed.
+    approach_speed : quantity, optional
+        Speed in approach in m/s, the same for all; by default the lowest of the speeds.
+
+    Returns
+    -------
+    PullOffCurve
+        Over ``speed`` and ``dwell``.
+
+    Raises
+    ------
+    ProblemError
+        If the bodies have no memory, or as :func:`pull_off` does.
+
+    See Also
+    --------
+    pull_off : one test, with its whole path.
+
+    References
+    ----------
+    Haiat and Barthel (2003), J. Colloid Interface Sci. 264, 94-99.
+
+    Examples
+    --------
+    >>> import pymdr as mdr
+    >>> silicone = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
+    >>> probe = mdr.Contact(mdr.Paraboloid("1 mm"), silicone, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="20 um"))
+    >>> curve = mdr.pull_off_curve(probe, speed=["1 um/s", "1 mm/s"], dwell="5 s", preload="0.2 mN", approach_speed="10 um/s")
+    >>> slow, fast = curve["largest_pull"].values[:, 0]
+    >>> bool(float(curve["slow_limit"]) > slow > fast > float(curve["fast_limit"][0]))
+    True
+    """
+    import xarray as xr
+
+    adhesive(contact)
+    if not contact.is_viscoelastic:
+        raise ProblemError(
+            "pull_off_curve: the bodies have no memory, and their pull-off does not depend on time; call pull_off, or give a Viscoelastic body"
+        )
+    refuse_unknown("pull_off_curve", options, TackOptions)
+    v = _several(speed, "m/s", "speed")
+    times = _several(dwell, "s", "dwell")
+    for one in v:
+        speed_of_test(one, "speed")
+    for one in times:
+        dwell_of_test(one)
+    stiffness = stiffness_of_test(options.get("machine_stiffness", math.inf))
+    given = options.get("approach_speed")
+    approach = float(v.min()) if given is None else speed_of_test(given, "approach_speed")
+    start = options.get("pressed_to"), options.get("preload")
+    tests = [TackTest(float(one), float(time), approach) for one in v for time in times]
+    answers = tack_tests(contact, tests, stiffness, start, workers)
+    relaxation = relaxation_along(contact, answers[0].result.path)
+    length = max(abs(one.travel) + abs(one.jump_in_indentation) + one.largest_pull_radius for one in answers)
+    at_once = max(length / (_AT_ONCE * float(relaxation.times.min())), float(v.max()))
+    fast = tack_tests(
+        contact, [TackTest(at_once, float(t), approach) for t in times], stiffness, start, workers
+    )
+    slow = elastic_pull_off(relaxed_contact(contact, relaxation.rubbery), machine_stiffness=stiffness)
+    shape = (v.size, times.size)
+    data = xr.Dataset(
+        {
+            name: (("speed", "dwell"), _grid(answers, name, shape), {"units": unit_of(name)})
+            for name in _NAMES
+        }
+        | {
+            "slow_limit": ((), slow.largest_pull, {"units": "N"}),
+            "fast_limit": ("dwell", [one.largest_pull for one in fast], {"units": "N"}),
+        },
+        coords={
+            "speed": ("speed", v, {"units": "m/s", "long_name": "speed of the retraction"}),
+            "dwell": ("dwell", times, {"units": "s", "long_name": "time at rest before the retraction"}),
+        },
+    )
+    claims = {
+        name: _claim([one.claims[name] for one in answers]) for name in _NAMES if name in answers[0].claims
+    }
+    claims["slow_limit"] = slow.claims["largest_pull"]
+    claims["fast_limit"] = _claim([one.claims["largest_pull"] for one in fast])
+    widest = max(answers, key=lambda one: max((each.measure for each in one.assumptions), default=0.0))
+    return PullOffCurve(
+        data=data,
+        claims=claims,
+        assumptions=widest.assumptions,
+        notes=(f"every test begins with the same approach at {approach:.4g} m/s",),
+        contact=contact,
+        references=("popov-hess", "haiat-barthel", "maugis"),
+    )
+
+
+def _several(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:
+    """One row of values in SI units."""
+    numbers = np.atleast_1d(to_si_array(values, unit, name=name))
+    if numbers.ndim != 1 or numbers.size == 0:
+        raise ProblemError(f"pull_off_curve: {name} = {shown(values)}; one row of values is needed")
+    return numbers
+
+
+def _grid(answers: list[TackPullOff], name: str, shape: tuple[int, int]) -> FloatArray:
+    return np.array([float(one.data[name]) for one in answers]).reshape(shape)
+
+
+def _claim(each: list[Claim]) -> Claim:
+    """One claim for all tests: the weakest, with the error of every one."""
+    readable = np.array([one.readable for one in each])
+    weakest = max((one for one in each if one.readable), key=lambda one: _LEVELS.index(one.level), default=each[0])
+    errors = np.array(
+        [0.0 if one.error is None or not one.readable else float(one.error[0]) for one in each]
+    )
+    return Claim(weakest.level, weakest.reason, weakest.source, readable, errors)
