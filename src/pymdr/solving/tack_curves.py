@@ -15,16 +15,9 @@ from pymdr.problem.contact import Contact
 from pymdr.solving.arguments import refuse_unknown
 from pymdr.solving.memory import relaxation_along
 from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
+from pymdr.solving.retraction import TackTest, dwell_of_test, speed_of_test, stiffness_of_test
 from pymdr.solving.study import Column, Study
-from pymdr.solving.tack import (
-    TackPullOff,
-    TackTest,
-    dwell_of_test,
-    relaxed_contact,
-    speed_of_test,
-    stiffness_of_test,
-    tack_tests,
-)
+from pymdr.solving.tack import TackPullOff, relaxed_contact, tack_tests
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
 
 if TYPE_CHECKING:
@@ -147,8 +140,6 @@ def pull_off_curve(
     >>> bool(float(curve["slow_limit"]) > slow > fast > float(curve["fast_limit"][0]))
     True
     """
-    import xarray as xr
-
     adhesive(contact)
     if not contact.is_viscoelastic:
         raise ProblemError(
@@ -174,21 +165,7 @@ def pull_off_curve(
         contact, [TackTest(at_once, float(t), approach) for t in times], stiffness, start, workers
     )
     slow = elastic_pull_off(relaxed_contact(contact, relaxation.rubbery), machine_stiffness=stiffness)
-    shape = (v.size, times.size)
-    data = xr.Dataset(
-        {
-            name: (("speed", "dwell"), _grid(answers, name, shape), {"units": unit_of(name)})
-            for name in _NAMES
-        }
-        | {
-            "slow_limit": ((), slow.largest_pull, {"units": "N"}),
-            "fast_limit": ("dwell", [one.largest_pull for one in fast], {"units": "N"}),
-        },
-        coords={
-            "speed": ("speed", v, {"units": "m/s", "long_name": "speed of the retraction"}),
-            "dwell": ("dwell", times, {"units": "s", "long_name": "time at rest before the retraction"}),
-        },
-    )
+    data = _over_both(answers, (v, times), slow.largest_pull, [one.largest_pull for one in fast])
     claims = {
         name: _claim([one.claims[name] for one in answers]) for name in _NAMES if name in answers[0].claims
     }
@@ -213,6 +190,27 @@ def _several(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:
     return numbers
 
 
+def _over_both(
+    answers: list[TackPullOff], axes: tuple[FloatArray, FloatArray], slow: float, fast: list[float]
+) -> xr.Dataset:
+    """The numbers of all tests over speed in m/s and dwell in s, and the limits in N."""
+    import xarray as xr
+
+    v, times = axes
+    shape = (v.size, times.size)
+    return xr.Dataset(
+        {name: (("speed", "dwell"), _grid(answers, name, shape), {"units": unit_of(name)}) for name in _NAMES}
+        | {
+            "slow_limit": ((), slow, {"units": "N"}),
+            "fast_limit": ("dwell", fast, {"units": "N"}),
+        },
+        coords={
+            "speed": ("speed", v, {"units": "m/s", "long_name": "speed of the retraction"}),
+            "dwell": ("dwell", times, {"units": "s", "long_name": "time at rest before the retraction"}),
+        },
+    )
+
+
 def _grid(answers: list[TackPullOff], name: str, shape: tuple[int, int]) -> FloatArray:
     return np.array([float(one.data[name]) for one in answers]).reshape(shape)
 
@@ -220,8 +218,8 @@ def _grid(answers: list[TackPullOff], name: str, shape: tuple[int, int]) -> Floa
 def _claim(each: list[Claim]) -> Claim:
     """One claim for all tests: the weakest, with the error of every one."""
     readable = np.array([one.readable for one in each])
-    weakest = max((one for one in each if one.readable), key=lambda one: _LEVELS.index(one.level), default=each[0])
-    errors = np.array(
-        [0.0 if one.error is None or not one.readable else float(one.error[0]) for one in each]
+    weakest = max(
+        (one for one in each if one.readable), key=lambda one: _LEVELS.index(one.level), default=each[0]
     )
+    errors = np.array([0.0 if one.error is None or not one.readable else float(one.error[0]) for one in each])
     return Claim(weakest.level, weakest.reason, weakest.source, readable, errors)

@@ -41,9 +41,7 @@ _LINES: Mapping[str, Any] = {
 _LABELS = {"MaugisDugdale": "Maugis-Dugdale"}
 
 
-def pull_off_figure(
-    curve: Mapping[str, FloatArray], data: xr.Dataset, label: str = "equilibria"
-) -> Figure:
+def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset, label: str = "equilibria") -> Figure:
     """
     Force against indentation of all equilibria, with the pull-off and the state after the jump into contact.
 

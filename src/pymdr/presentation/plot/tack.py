@@ -76,9 +76,7 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
         )
         if pulls and other == "dwell":
             fast = float(from_si(-float(data["fast_limit"].values[row]), "N", unit))
-            axes.axhline(
-                fast, color=colours[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None
-            )
+            axes.axhline(fast, color=colours[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None)
     if pulls and along == "dwell":
         fast = from_si(-data["fast_limit"].values, "N", unit)
         axes.plot(shown_x, fast, color=GREY, ls=":", lw=1.2, label="fast limit")

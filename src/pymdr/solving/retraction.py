@@ -1,0 +1,250 @@
+"""Paths of tests of tack: approach at a speed to a load or depth, dwell, and retraction until the contact is lost."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from pymdr.errors import ConvergenceError, PathError, ProblemError, PymdrError
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Elastic
+from pymdr.problem.paths import LoadingPath, Path, hold, load
+from pymdr.problem.values import within_range
+from pymdr.result import Result
+from pymdr.solving.batch import Request, solutions
+from pymdr.solving.memory import relaxation_along
+from pymdr.solving.pulloff import start_of_retraction
+from pymdr.solving.verb import read_stiffness, solve
+from pymdr.units import FloatArray, QuantityLike, to_si, written
+
+ROWS, _FINE = 240, 48
+"""Rows of a leg, and rows between two of them where the pull is largest and where the contact is lost."""
+_TOUCH = 1e-7
+"""Part of the approach at which the first touch is read."""
+_DOUBLINGS = 30
+
+
+class TackTest(NamedTuple):
+    """Speeds and times of a test in SI units."""
+
+    speed: float
+    dwell: float
+    approach_speed: float
+
+
+def stiffness_of_test(machine_stiffness: QuantityLike) -> float:
+    """Machine stiffness in N/m of a test; a dead load is refused."""
+    stiffness = read_stiffness(machine_stiffness)
+    if stiffness == 0.0:
+        raise ProblemError(
+            "pull_off: machine_stiffness = 0 N/m: a dead load has no speed; give the stiffness of the machine, or solve(contact, load(...)) with a "
+            "rate"
+        )
+    return stiffness
+
+
+def speed_of_test(speed: QuantityLike, name: str) -> float:
+    """A speed in m/s, checked."""
+    v = to_si(speed, "m/s", name=name)
+    if not 0.0 < v < math.inf:
+        raise ProblemError(f"pull_off: {name} = {speed!r}; a finite speed above 0 m/s is needed")
+    within_range(v, "m/s", f"pull_off: {name}", size=True)
+    return v
+
+
+def dwell_of_test(dwell: QuantityLike) -> float:
+    """A time at rest in s, checked."""
+    time = to_si(dwell, "s", name="dwell")
+    if not 0.0 <= time < math.inf:
+        raise ProblemError(f"pull_off: dwell = {dwell!r}; a finite time of at least 0 s is needed")
+    return time
+
+
+class _Approach(NamedTuple):
+    """The end of an approach."""
+
+    channel: str
+    start: float
+    """Travel in m at which the attraction begins."""
+    top: float
+    """Largest travel in m."""
+    speed: float
+
+    @property
+    def path(self) -> LoadingPath:
+        """The path at the speed, up to the largest travel."""
+        return self.up_to(self.top)
+
+    def up_to(self, top: float) -> LoadingPath:
+        """The path up to a travel in m."""
+        fraction = np.linspace(0.0, 1.0, ROWS)
+        # the jump into contact happens in the first row
+        fraction = np.concatenate([[0.0, _TOUCH], fraction[2:]])
+        travel = self.start + (top - self.start) * fraction
+        return Path(time=(top - self.start) / self.speed * fraction, **{self.channel: travel})
+
+
+def followed_tests(
+    contact: Contact,
+    tests: Sequence[TackTest],
+    stiffness: float,
+    start: tuple[QuantityLike | None, QuantityLike | None],
+    workers: int = 1,
+) -> tuple[list[Result], float]:
+    """
+    Results of tests of one contact, and its relaxed modulus E* in Pa.
+
+    Parameters
+    ----------
+    contact : Contact
+        With memory and a cohesive zone.
+    tests : sequence of TackTest
+        Speeds and dwells.
+    stiffness : float
+        Of the machine in N/m, above 0.
+    start : pair of quantity or None
+        Indentation in m and force in N at the end of the approach, one of them given.
+    workers : int
+        Number of processes.
+
+    Raises
+    ------
+    PymdrError
+        The first error of a test.
+    """
+    target = start_of_retraction(*start)
+    if target is None:
+        raise ProblemError(
+            "pull_off: bodies with memory need the state before the retraction; give preload=, such as '1 mN', or pressed_to="
+        )
+    quantity = "normal_force" if start[0] is None else "indentation"
+    speeds = {test.approach_speed for test in tests}
+    approaches = {v: _approach(contact, v, stiffness, quantity, target) for v in speeds}
+    machine = None if math.isinf(stiffness) else stiffness
+
+    def solved(which: Sequence[int], retractions: Sequence[LoadingPath]) -> list[Result]:
+        requests = []
+        for i, away in zip(which, retractions, strict=True):
+            path = approaches[tests[i].approach_speed].path
+            path = path >> hold(tests[i].dwell) if tests[i].dwell > 0.0 else path
+            requests.append(Request(contact, path >> away, machine))
+        return [_answer(one) for one in solutions(requests, {}, workers)]
+
+    def begin(i: int) -> tuple[float, float]:
+        approach = approaches[tests[i].approach_speed]
+        return approach.top, (approach.top - approach.start) / approach.speed + tests[i].dwell
+
+    def away(i: int, lengths: FloatArray) -> LoadingPath:
+        approach, (top, time) = approaches[tests[i].approach_speed], begin(i)
+        return Path(time=time + lengths / tests[i].speed, **{approach.channel: top - lengths})
+
+    relaxation = relaxation_along(contact, next(iter(approaches.values())).path)
+    lengths = {i: _first_length(contact, approaches[tests[i].approach_speed]) for i in range(len(tests))}
+    rough: dict[int, Result] = {}
+    for _ in range(_DOUBLINGS):
+        missing = [i for i in range(len(tests)) if i not in rough]
+        each = [away(i, _even(lengths[i])) for i in missing]
+        for i, result in zip(missing, solved(missing, each), strict=True):
+            if float(result.data["cohesive_radius"].values[-1]) == 0.0:
+                rough[i] = result
+            else:
+                lengths[i] *= 2.0
+        if len(rough) == len(tests):
+            break
+    else:
+        raise ConvergenceError(
+            f"pull_off: the contact has not been lost after a retraction of {written(max(lengths.values()), 'm', 3)}"
+        )
+    finer = [away(i, _graded(rough[i], lengths[i])) for i in range(len(tests))]
+    results = solved(range(len(tests)), finer)
+    return results, relaxation.rubbery
+
+
+def _answer(one: Result | PymdrError) -> Result:
+    if isinstance(one, PymdrError):
+        raise one
+    return one
+
+
+def _even(length: float) -> FloatArray:
+    return np.linspace(0.0, length, ROWS + 1)[1:]
+
+
+def _graded(result: Result, length: float) -> FloatArray:
+    """Retracted lengths in m up to the loss of contact, closer about the largest pull and before the loss."""
+    even = _even(length)
+    attached = result.data["cohesive_radius"].values[-ROWS:] > 0.0
+    force = np.where(attached, result.data["normal_force"].values[-ROWS:], math.inf)
+    lowest, lost = int(np.argmin(force)), int(np.flatnonzero(~attached)[0])
+
+    def at(row: int) -> float:
+        return float(even[row]) if row >= 0 else 0.0
+
+    parts = [
+        np.linspace(0.0, at(lost), ROWS)[1:],
+        np.linspace(at(lowest - 1), at(min(lowest + 1, lost)), _FINE)[1:],
+        np.linspace(at(lost - 1), at(lost), _FINE)[1:],
+    ]
+    rows = np.unique(np.concatenate(parts))
+    # rows that rounding has doubled
+    return rows[np.diff(rows, append=math.inf) > 1e-9 * at(lost)]
+
+
+def _first_length(contact: Contact, approach: _Approach) -> float:
+    law = contact.adhesion
+    assert law is not None
+    assert law.cohesive_stress is not None
+    return 2.0 * max(approach.top, 0.0) + 4.0 * law.work / law.cohesive_stress
+
+
+def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, target: float) -> _Approach:
+    """The approach at a speed, up to a value of a quantity."""
+    law = contact.adhesion
+    if law is None or law.cohesive_stress is None:
+        raise ProblemError(
+            "pull_off: adhesion of bodies with memory needs a range; give MaugisDugdale(work, range=...) or Capillary"
+        )
+    reach = law.work / law.cohesive_stress
+    channel = "indentation" if math.isinf(stiffness) else "travel"
+    machine = None if math.isinf(stiffness) else stiffness
+    top = target
+    if quantity == "normal_force":
+        span = Path(time=[0.0, reach / speed], indentation=[-reach, 0.0])
+        modulus = relaxation_along(contact, span).rubbery
+        if not modulus > 0.0:
+            raise ProblemError(
+                "pull_off: the body flows at rest, and its contact with adhesion has no limit; use StandardSolid, or Prony with an "
+                "equilibrium modulus"
+            )
+        bare = Contact(contact.profile, Elastic(modulus, 0.0))
+        top = float(solve(bare, load(max(target, law.work * reach))).data["indentation"].values[-1])
+    approach = _Approach(channel, -reach, top, speed)
+    if quantity == channel:
+        return approach
+    if machine is not None:
+        top += max(target if quantity == "normal_force" else 0.0, 0.0) / machine
+    for _ in range(_DOUBLINGS):
+        rows = solve(contact, approach.up_to(top), machine_stiffness=machine).data
+        values, travel = rows[quantity].values, rows[channel].values
+        reached = np.flatnonzero((values >= target) & (rows["cohesive_radius"].values > 0.0))
+        if reached.size:
+            break
+        top = approach.start + 1.5 * (top - approach.start)
+    else:
+        raise PathError(
+            f"pull_off: the {quantity.replace('_', ' ')} in approach does not reach {target:g} (largest {float(np.nanmax(values)):.3g})"
+        )
+    row = int(reached[0])
+    if row == 0:
+        raise ProblemError(
+            f"pull_off: {quantity.replace('_', ' ')} = {target:g} is that at first touch; give a larger value"
+        )
+    first = max(row - 4, 0)
+    part = slice(first, row + 4)
+    smooth = scipy.interpolate.PchipInterpolator(travel[part], values[part])
+    exact = scipy.optimize.brentq(lambda x: smooth(x) - target, travel[row - 1], travel[row])
+    return approach._replace(top=float(exact))

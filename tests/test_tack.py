@@ -1,0 +1,170 @@
+"""Pull-off of bodies with memory at a speed after a dwell: limits, time scaling, a machine, the shell and what is refused."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import pymdr as mdr
+from pymdr.errors import ProblemError
+from pymdr.workbench.casefile import read_case
+
+BALL = mdr.Paraboloid(1.0)
+RUBBER = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1.0), poisson=0.5)
+"""E* relaxes from 10 to 1 Pa in 1 s."""
+TACKY = mdr.Contact(BALL, RUBBER, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+CASE = """
+[profile]
+kind = "paraboloid"
+radius = "1 mm"
+[body]
+kind = "viscoelastic"
+poisson = 0.5
+shear = { kind = "standard_solid", equilibrium = "10 kPa", modulus = "30 kPa", time = "1 s" }
+[adhesion]
+kind = "maugis_dugdale"
+work = "50 mJ/m^2"
+range = "8 um"
+"""
+
+
+@pytest.mark.parametrize("name", ["s2_v0.1", "s2_v1"])
+def test_after_a_long_dwell_the_pull_is_that_of_an_independent_solution(references, name):
+    entry = references[f"visco_md_{name}"]
+    speed, expected = entry["inputs"]["v"], entry["expected"]
+    test = mdr.pull_off(TACKY, pressed_to=1.0, dwell="1e4 s", speed=speed, approach_speed=1.0)
+    claim = test.claims["largest_pull"]
+    assert test.largest_pull == pytest.approx(expected["F_min"], rel=2e-4)
+    assert abs(test.largest_pull / expected["F_min"] - 1.0) < 2.0 * float(claim.error[0]) + 1e-5
+    assert test.indentation == pytest.approx(expected["d_lost"], abs=1e-3)
+    rows = test.result
+    lowest = int(np.argmin(rows["normal_force"].values))
+    assert test.largest_pull_radius == float(rows["contact_radius"][lowest])
+    assert test.external_work == float(rows["external_work"][-1])
+
+
+def test_a_slow_test_of_little_memory_is_elastic_and_needs_the_work_of_adhesion():
+    """One relaxation time to 0: the relaxed body, whose effective work is the work."""
+    faint = mdr.Viscoelastic(mdr.StandardSolid(0.25, 0.05, 1e-7), poisson=0.5)
+    law = mdr.MaugisDugdale(1.0, strength=2.0)
+    test = mdr.pull_off(mdr.Contact(BALL, faint, adhesion=law), pressed_to=1.0, speed=0.1)
+    elastic = mdr.pull_off(mdr.Contact(BALL, mdr.Elastic(0.75, 0.5), adhesion=law), pressed_to=1.0)
+    assert test.largest_pull == pytest.approx(elastic.largest_pull, rel=2e-4)
+    assert test.indentation == pytest.approx(elastic.indentation, rel=2e-3)
+    assert test.effective_work == pytest.approx(1.0, rel=4e-4)
+
+
+def test_the_preload_is_reached_and_time_scales():
+    given = {"preload": 2.0, "dwell": 0.5, "speed": 0.3, "machine_stiffness": 3.0}
+    test = mdr.pull_off(TACKY, **given)
+    assert test.preload == pytest.approx(2.0, rel=1e-5)
+    assert test.travel == pytest.approx(test.indentation + test.normal_force / 3.0, rel=1e-9)
+    slower = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1e3), poisson=0.5)
+    alike = mdr.Contact(BALL, slower, adhesion=TACKY.adhesion)
+    scaled = mdr.pull_off(alike, **(given | {"dwell": 500.0, "speed": 0.3e-3}))
+    for name in ("largest_pull", "effective_work", "external_work", "indentation"):
+        assert getattr(scaled, name) == pytest.approx(getattr(test, name), rel=1e-6)
+
+
+def test_a_curve_lies_between_its_limits():
+    speeds = [0.1, 100.0]
+    curve = mdr.pull_off_curve(TACKY, speed=speeds, dwell=[0.0, 20.0], pressed_to=1.0, approach_speed=1.0)
+    pull = -curve["largest_pull"].values
+    slow, fast = -float(curve["slow_limit"]), -curve["fast_limit"].values
+    # after a long dwell the pull rises with the speed up to the fast limit
+    assert slow < pull[0, 1] < pull[1, 1] < fast[1] * (1.0 + 1e-3)
+    assert pull[1, 1] == pytest.approx(fast[1], rel=0.03)
+    assert (pull[:, 1] >= pull[:, 0] * (1.0 - 1e-3)).all()
+    assert fast[1] > fast[0]
+    work = curve["effective_work"].values
+    assert ((work > 1.0) & (work < 10.0)).all()
+    one = mdr.pull_off(TACKY, speed=0.1, dwell=20.0, pressed_to=1.0, approach_speed=1.0)
+    assert one.largest_pull == pytest.approx(float(curve["largest_pull"][0, 1]), rel=1e-9)
+    curve.plot()
+    assert "effective work" in curve.summary()
+
+
+def test_bodies_without_memory_take_a_preload():
+    gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+    pulled = mdr.pull_off(gel, preload="1 mN", machine_stiffness=0)
+    assert pulled.normal_force == pytest.approx(-1.5 * math.pi * 5e-5, rel=1e-12)
+    sticky = mdr.JKR("0.2 mJ/m^2", work_receding="2 mJ/m^2")
+    rests = mdr.Contact(mdr.Paraboloid("50 um"), mdr.Elastic("30 kPa", 0.5), adhesion=sticky)
+    depth = "1 um"
+    force = float(mdr.solve(rests, mdr.indent(depth))["normal_force"][0])
+    by_force, by_depth = mdr.pull_off(rests, preload=force), mdr.pull_off(rests, pressed_to=depth)
+    assert by_force.largest_pull == pytest.approx(by_depth.largest_pull, rel=1e-9)
+    assert by_force.indentation == pytest.approx(by_depth.indentation, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"pressed_to": 1.0}, ProblemError, "give speed="),
+        ({"speed": 1.0}, ProblemError, "give preload="),
+        ({"speed": 0.0, "preload": 1.0}, ProblemError, "above 0 m/s"),
+        ({"speed": 1.0, "preload": -1.0}, ProblemError, "at least 0 N"),
+        ({"speed": 1.0, "preload": 1.0, "pressed_to": 1.0}, ProblemError, "one of them"),
+        ({"speed": 1.0, "preload": 1.0, "dwell": -1.0}, ProblemError, "at least 0 s"),
+        ({"speed": 1.0, "preload": 1.0, "machine_stiffness": 0.0}, ProblemError, "dead load has no speed"),
+        ({"speed": "1 s", "preload": 1.0}, mdr.UnitError, "m/s"),
+    ],
+)
+def test_what_a_test_with_memory_refuses(given, error, words):
+    with pytest.raises(error, match=words):
+        mdr.pull_off(TACKY, **given)
+
+
+def test_what_bodies_without_memory_refuse():
+    gel = mdr.Contact(BALL, mdr.Elastic(1.0, 0.5), adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+    for name, value in (("speed", 1.0), ("dwell", 1.0), ("approach_speed", 1.0)):
+        with pytest.raises(ProblemError, match=f"{name} = 1.0, but the bodies have no memory"):
+            mdr.pull_off(gel, **{name: value})
+    with pytest.raises(ProblemError, match="call pull_off"):
+        mdr.pull_off_curve(gel, speed=[1.0], preload=1.0)
+    liquid = mdr.Contact(BALL, mdr.Viscoelastic(mdr.Maxwell(1.0, 1.0), poisson=0.5), adhesion=gel.adhesion)
+    with pytest.raises(ProblemError, match="flows at rest"):
+        mdr.pull_off(liquid, speed=1.0, preload=1.0)
+
+
+def test_the_command_and_the_table(tmp_path, shell):
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+    contact = read_case_contact(case)
+    options = ("--preload", "0.2 mN", "--dwell", "1 s", "--approach-speed", "20 um/s")
+    code, out, _ = shell("pull-off", case, *options, "--speed", "10 um/s", "--json")
+    assert code == 0
+    given = {"preload": "0.2 mN", "dwell": "1 s", "approach_speed": "20 um/s"}
+    one = mdr.pull_off(contact, speed="10 um/s", **given)
+    assert json.loads(out)["study"]["largest_pull"]["values"] == [pytest.approx(one.largest_pull)]
+    folder = tmp_path / "curve"
+    code, out, _ = shell("pull-off", case, *options, "--speed", "10 um/s, 100 um/s", "-o", folder)
+    assert code == 0
+    assert {file.name for file in folder.iterdir()} >= {"pull_off.csv", "pull_off.png"}
+    table = '[pull_off]\npreload = "0.2 mN"\nspeed = ["10 um/s", "100 um/s"]\ndwell = "1 s"\n'
+    leg = '[[path]]\nkind = "indent"\nindentation = "5 um"\nduration = "1 s"\n'
+    case.write_text(CASE + table.replace(', "100 um/s"', "") + 'approach_speed = "20 um/s"\n' + leg)
+    code, out, _ = shell("run", case, "--json", "--no-figures")
+    assert code == 0
+    pulls = json.loads(out)["studies"]["pull_off"]["largest_pull"]["values"]
+    assert pulls[0] == pytest.approx(one.largest_pull, rel=1e-9)
+    for arguments, words in (
+        (("--preload", "0.2 mN"), "give speed="),
+        ((*options, "--speed", "5"), "unit is missing"),
+        ((*options, "--speed", "-1 um/s"), "above 0 m/s"),
+        (("--speed", "1 um/s"), "give preload="),
+        ((*options, "--pressed-to", "1 um", "--speed", "1 um/s"), "one of them"),
+    ):
+        code, _, err = shell("pull-off", case, *arguments)
+        assert code != 0
+        assert words in err
+
+
+def read_case_contact(case):
+    text = case.read_text()
+    case.write_text(text + '[[path]]\nkind = "indent"\nindentation = "5 um"\nduration = "1 s"\n')
+    try:
+        return read_case(case).contact
+    finally:
+        case.write_text(text)
