@@ -304,10 +304,13 @@ def _pressed(
 ) -> tuple[Track, Route]:
     """The curve under a machine, and the approach to the state at the start of the retraction."""
     target = start_of_retraction(pressed_to, preload)
+    quantity = "indentation" if preload is None else "normal_force"
 
     def measure(s: FloatArray) -> FloatArray:
+        if quantity == "parameter":
+            return s
         states = line.equilibria.states(s)
-        return states.normal_force if preload is not None else states.indentation
+        return states.normal_force if quantity == "normal_force" else states.indentation
 
     if target is None:
         try:
@@ -316,7 +319,7 @@ def _pressed(
             raise line.too_short(
                 "the profile ends inside the contact of the unloaded body", math.inf
             ) from error
-        target, measure = _first_touch(line, unloaded, 0.0), np.asarray
+        target, quantity = _first_touch(line, unloaded, 0.0), "parameter"
         track = unloaded if stiffness == 0.0 else line.track(stiffness, -math.inf, target)
     else:
         reached = line.track(math.inf if preload is None else 0.0, target)

@@ -85,7 +85,13 @@ class _Approach(NamedTuple):
         # the jump into contact happens in the first row
         fraction = np.concatenate([[0.0, _TOUCH], fraction[2:]])
         travel = self.start + (top - self.start) * fraction
-        return Path(time=(top - self.start) / self.speed * fraction, **{self.channel: travel})
+        return self.samples((top - self.start) / self.speed * fraction, travel)
+
+    def samples(self, time: FloatArray, travel: FloatArray) -> LoadingPath:
+        """A leg through travels in m at times in s."""
+        if self.channel == "travel":
+            return Path(time=time, travel=travel)
+        return Path(time=time, indentation=travel)
 
 
 def followed_tests(
@@ -140,7 +146,7 @@ def followed_tests(
 
     def away(i: int, lengths: FloatArray) -> LoadingPath:
         approach, (top, time) = approaches[tests[i].approach_speed], begin(i)
-        return Path(time=time + lengths / tests[i].speed, **{approach.channel: top - lengths})
+        return approach.samples(time + lengths / tests[i].speed, top - lengths)
 
     relaxation = relaxation_along(contact, next(iter(approaches.values())).path)
     lengths = {i: _first_length(contact, approaches[tests[i].approach_speed]) for i in range(len(tests))}
