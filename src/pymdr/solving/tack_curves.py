@@ -36,7 +36,7 @@ _NAMES = (
     "preload",
 )
 _LEVELS = (Level.EXACT, Level.APPROXIMATE, Level.NOT_VALID)
-_AT_ONCE = 1e-7
+_AT_ONCE = 1e-4
 """Duration of the fastest retraction over the shortest time of relaxation."""
 _LABELS = {
     "largest_pull": "largest pull",
@@ -94,7 +94,7 @@ def pull_off_curve(
     """
     Pull-off of bodies with memory at all combinations of speeds and dwells, with its slow and fast limits.
 
-    The slow limit is the pull-off of the relaxed body; the fast one that of a retraction within 1e-7 of the shortest relaxation time
+    The slow limit is the pull-off of the relaxed body; the fast one that of a retraction within 1e-4 of the shortest relaxation time
     after the same approach and dwell, to which the body responds with its instantaneous modulus.
 
     Parameters
