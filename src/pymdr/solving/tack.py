@@ -217,6 +217,8 @@ def _read(
         value = at(name, last)
         return abs((value - at(name, last - 1)) / value) if value != 0.0 else 0.0
 
+    bend = force[max(lowest - 1, 0)] - 2.0 * force[lowest] + force[min(lowest + 1, last)]
+    missed = abs(float(bend / force[lowest]))
     travel = "travel" if "travel" in rows else "indentation"
     pull = at("normal_force", lowest)
     values = {
@@ -245,7 +247,7 @@ def _read(
         "jump_in_indentation": error("indentation", first),
         "jump_in_force": error("normal_force", first),
         "jump_in_radius": error("contact_radius", first),
-        "largest_pull": error("normal_force", lowest),
+        "largest_pull": error("normal_force", lowest) + missed,
         "largest_pull_indentation": error("indentation", lowest),
         "largest_pull_radius": error("contact_radius", lowest),
         "external_work": error("external_work", rows.sizes["step"] - 1),
