@@ -12,7 +12,10 @@ import pymdr as mdr
 STEEL = mdr.Elastic("210 GPa", 0.3)
 
 
-def ball(friction=0.3, profile=mdr.Sphere("10 mm"), body=STEEL):  # noqa: B008
+BALL = mdr.Sphere("10 mm")
+
+
+def ball(friction=0.3, profile=BALL, body=STEEL):
     law = None if friction is None else mdr.Coulomb(friction)
     return mdr.Contact(profile, body, mdr.Elastic(body.young, 0.3), friction=law)
 
@@ -176,8 +179,9 @@ def test_refusals(make, words):
 
 
 @pytest.mark.parametrize("count", [1, 2])
-def test_steps_that_cannot_be_taken_leave_the_state(count):
-    stepper = mdr.Stepper(ball(), "1 um", count=count)
+@pytest.mark.parametrize("profile", [BALL, mdr.Paraboloid("10 mm")], ids=["table", "power"])
+def test_steps_that_cannot_be_taken_leave_the_state(count, profile):
+    stepper = mdr.Stepper(ball(profile=profile), "1 um", count=count)
     stepper.advance(1e-6, 1e-7)
     before = np.array(stepper.tangential_force)
     for move, words in (((2e-6, 0.0), "deeper than"), ((np.nan, 0.0), "finite"), ((0.0, np.inf), "finite")):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -13,8 +12,8 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import Claim
 from pymdr.line.foundation import states_at_depth
-from pymdr.line.friction import ElasticCurves, Ending, virgin_state
-from pymdr.line.friction.driver import ENDINGS
+from pymdr.line.friction import Ending, StackArrays, Stacks, virgin_state
+from pymdr.mapping.moduli import EffectiveModuli
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import indent, ramp
 from pymdr.problem.profiles import Shape
@@ -24,10 +23,15 @@ from pymdr.solving.reach import map_to_springs, refuse_unreachable
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
-_CAPACITY = 16
-"""Vertices for which a stack has room at first."""
-_FULL = 4
-"""Code of a stack without room."""
+_CLAIMED = (
+    "normal_force",
+    "tangential_force",
+    "contact_radius",
+    "stick_radius",
+    "elastic_energy",
+    "stored_tangential_energy",
+    "dissipated_energy",
+)
 
 
 class Forces(NamedTuple):
@@ -46,22 +50,10 @@ class StepperState:
     contact: Contact
     max_indentation: float
     """In m."""
-    stacks: np.ndarray
-    """(n, 2, capacity) vertices of the anchor curves, now and before the last step."""
-    memory: FloatArray
-    """(n, 2, 6) indentation in m, normalised shift, energy and distance of slip, now and before the last step."""
+    arrays: StackArrays
+    """Stacks of turning points, now and before the last step."""
     undoable: bool
-
-
-class _Body(NamedTuple):
-    """What all contacts of a stepper share."""
-
-    curves: ElasticCurves
-    scales: FloatArray
-    """Factors from normalised forces, energies and shifts to SI units."""
-    normal_modulus: float
-    tangential_modulus: float
-    friction: float
+    """Whether the last step can be taken back."""
 
 
 class Stepper:
@@ -95,7 +87,7 @@ class Stepper:
 
     Notes
     -----
-    The stack is exact for straight steps in indentation and shift (Jaeger 1993; Aleshin et al. 2015); within the frame of Cattaneo and
+    The stack is exact for straight steps in indentation and shift (Jäger 1993; Aleshin et al. 2015); within the frame of Cattaneo and
     Mindlin for bodies of revolution.
 
     References
@@ -116,14 +108,11 @@ class Stepper:
     True
     """
 
-    _stacks: np.ndarray
-    _memory: FloatArray
-    _stack: np.ndarray
-    _own_memory: FloatArray
+    _stacks: Stacks
+    _moduli: EffectiveModuli
     _undoable: bool
     _moves: float
     """1 with friction, 0 without."""
-    _step: Callable[..., tuple[int, float, float]]
 
     def __init__(self, contact: Contact, max_indentation: QuantityLike, *, count: int = 1) -> None:
         deepest = to_si(max_indentation, "m", name="Stepper: max_indentation")
@@ -133,8 +122,9 @@ class Stepper:
             raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
         self._contact = _checked(contact)
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
-        self._body = _body_of(contact, self._deepest)
-        self._take(*_untouched(count), undoable=False)
+        self._stacks, self._moduli = _mapped(contact, self._deepest, count)
+        self._moves = 0.0 if _friction_of(contact) == 0.0 else 1.0
+        self._undoable = False
 
     @property
     def contact(self) -> Contact:
@@ -149,7 +139,7 @@ class Stepper:
     @property
     def count(self) -> int:
         """Number of contacts."""
-        return int(self._memory.shape[0])
+        return self._stacks.count
 
     def advance(self, indentation: Any, shift: Any = 0.0) -> Forces:
         """
@@ -175,37 +165,26 @@ class Stepper:
         if self.count > 1:
             return self._advance_all(indentation, shift)
         d, u = float(indentation), float(shift) * self._moves
-        code, normal, tangential = self._step(
-            self._body.curves.rows, self._body.scales, self._stack, self._own_memory, d, u
-        )
-        if code:
-            if code != _FULL:
-                raise _refused(code, d, u, self._deepest)
-            self._grow()
-            return self.advance(d, u)
+        if d > self._deepest:  # the curves of a power have no end
+            raise _refused(Ending.TOO_DEEP, d, u, self._deepest)
+        ending, normal, tangential = self._stacks.advance(d, u)
+        if ending is not Ending.COMPLETE:
+            raise _refused(ending, d, u, self._deepest)
         self._undoable = True
         return Forces(normal, tangential * self._moves)
 
     def _advance_all(self, indentation: Any, shift: Any) -> Forces:
-        from pymdr.line.friction import steps
-
         given = np.empty((2, self.count))
         given[0], given[1] = indentation, np.multiply(shift, self._moves)
-        bad = ~(np.isfinite(given).all(axis=0) & (given[0] <= self._body.curves.depth))
-        if bad.any():
-            i = int(np.argmax(bad))
-            code = 1 if not np.isfinite(given[:, i]).all() else 3
-            raise _refused(code, float(given[0, i]), float(given[1, i]), self._deepest)
-        forces, first = np.empty((2, self.count)), 0
-        kernel = steps.step_all if math.isfinite(self._body.friction) else steps.step_all_stuck
-        while first < self.count:
-            code, first = kernel(
-                self._body.curves.rows, self._body.scales, self._stacks, self._memory, given, forces, first
-            )
-            if code == _FULL:
-                self._grow()
+        finite = np.asarray(np.isfinite(given).all(axis=0))
+        taken = np.logical_and(finite, given[0] <= self._deepest)
+        if not taken.all():
+            i = int(np.argmin(taken))
+            ending = Ending.TOO_DEEP if finite[i] else Ending.NOT_FINITE
+            raise _refused(ending, float(given[0, i]), float(given[1, i]), self._deepest)
+        normal, tangential = self._stacks.advance_all(given)
         self._undoable = True
-        return Forces(forces[0], forces[1] * self._moves)
+        return Forces(normal, tangential * self._moves)
 
     def undo(self) -> None:
         """
@@ -218,23 +197,19 @@ class Stepper:
         """
         if not self._undoable:
             raise PathError("Stepper.undo: there is no step to take back; only the last one can be")
-        self._stacks[:, 0] = self._stacks[:, 1]
-        self._memory[:, 0] = self._memory[:, 1]
+        self._stacks.undo()
         self._undoable = False
 
     def copy(self) -> Self:
         """A stepper in the same state, which moves on its own."""
         other = object.__new__(type(self))
-        other._contact, other._deepest, other._body = self._contact, self._deepest, self._body
-        other._take(self._stacks.copy(), self._memory.copy(), undoable=self._undoable)
+        other.__dict__ |= self.__dict__ | {"_stacks": self._stacks.copy()}
         return other
 
     @property
     def state(self) -> StepperState:
         """All that the contacts remember, to be kept and restored."""
-        return StepperState(
-            self._contact, self._deepest, self._stacks.copy(), self._memory.copy(), self._undoable
-        )
+        return StepperState(self._contact, self._deepest, self._stacks.arrays.copied(), self._undoable)
 
     def restore(self, state: StepperState) -> None:
         """
@@ -254,7 +229,7 @@ class Stepper:
             raise ProblemError(f"Stepper.restore: {shown(state)} is not a state; give Stepper.state")
         mine, other = (
             (self._contact, self._deepest, self.count),
-            (state.contact, state.max_indentation, state.memory.shape[0]),
+            (state.contact, state.max_indentation, state.arrays.memory.shape[0]),
         )
         for name, own, given in zip(("contact", "max_indentation", "count"), mine, other, strict=True):
             if own != given:
@@ -262,111 +237,83 @@ class Stepper:
                     f"Stepper.restore: the state is that of another {name}, {shown(given)}, not {shown(own)}; restore it in a "
                     "stepper of that one"
                 )
-        self._take(state.stacks.copy(), state.memory.copy(), undoable=state.undoable)
+        self._stacks.arrays, self._undoable = state.arrays.copied(), state.undoable
 
     @property
     def indentation(self) -> Any:
         """Indentation in m."""
-        return self._one(self._memory[:, 0, 0])
+        return self._one(self._stacks.indentation)
 
     @property
     def shift(self) -> Any:
         """Shift in m; 0 without friction."""
-        return self._one(self._memory[:, 0, 1] * self._body.scales[2])
+        return self._one(self._stacks.shift)
 
     @property
     def normal_force(self) -> Any:
         """Normal force in N."""
-        return self._one(self._top("force"))
+        return self._one(self._stacks.normal_force)
 
     @property
     def tangential_force(self) -> Any:
         """Tangential force in N, which resists the shift."""
-        return self._one(self._top("pull") * self._body.scales[0] * self._moves)
+        return self._one(self._moves * self._stacks.tangential_force)
 
     @property
     def contact_radius(self) -> Any:
         """Contact radius in m; of a force curve k/(2 E*)."""
-        return self._one(self._top("radius"))
+        return self._one(self._stacks.contact_radius)
 
     @property
     def stick_radius(self) -> Any:
         """Radius in m of the part that sticks; 0 where the whole contact slides, and without friction."""
-        return self._one(self._stick())
+        return self._one(self._moves * self._stacks.stick_radius)
 
     @property
     def normal_stiffness(self) -> Any:
         """Tangent stiffness 2 E* a in N/m."""
-        return self._one(2.0 * self._body.normal_modulus * self._top("radius"))
+        return self._one(2.0 * self._moduli.normal * self._stacks.contact_radius)
 
     @property
     def tangential_stiffness(self) -> Any:
         """Tangent stiffness 2 G* c in N/m, c the radius of the part that sticks, as the motion goes on; a reversal begins with 2 G* a."""
-        return self._one(2.0 * self._body.tangential_modulus * self._stick())
+        return self._one(2.0 * self._moduli.tangential * self._moves * self._stacks.stick_radius)
 
     @property
     def elastic_energy(self) -> Any:
         """Energy in J stored by the indentation."""
-        return self._one(self._top("work"))
+        return self._one(self._stacks.normal_energy)
 
     @property
     def stored_tangential_energy(self) -> Any:
         """Energy in J stored by the shift."""
-        return self._one(np.maximum(self._top("energy"), 0.0) * self._body.scales[1] * self._moves)
+        return self._one(self._moves * self._stacks.tangential_energy)
 
     @property
     def dissipated_energy(self) -> Any:
         """Energy in J dissipated by slip so far."""
-        return self._one(self._memory[:, 0, 2] * self._body.scales[1] * self._moves)
+        return self._one(self._moves * self._stacks.slip_work)
 
     @property
     def claims(self) -> Mapping[str, Claim]:
-        """What holds of the numbers, by the claims of :func:`solve` for the largest indentation."""
+        """What holds of the numbers, by the claims of :func:`solve` for the largest indentation and a shift in partial slip."""
         pressed, moved = indent(self._deepest), ramp(shift=0.1 * self._deepest)
         solved = solve(self._contact, pressed >> moved if self._moves else pressed).claims
-        names = (
-            "stored_tangential_energy",
-            "normal_force",
-            "tangential_force",
-            "contact_radius",
-            "stick_radius",
-            "elastic_energy",
-            "dissipated_energy",
-        )
-        return {name: solved[name] for name in names if name in solved}
+        everywhere = np.ones(1, dtype=bool)
+        return {
+            name: replace(
+                solved[name],
+                where=everywhere,
+                error=None if (error := solved[name].error) is None else np.array([error.max()]),
+            )
+            for name in _CLAIMED
+            if name in solved
+        }
 
     def __repr__(self) -> str:
         """The contact, and where it is."""
         several = f", {self.count} contacts" if self.count > 1 else f" at d = {metres(self.indentation)}"
         return f"<pymdr.Stepper up to {metres(self._deepest)}{several}>"
-
-    def _take(self, stacks: np.ndarray, memory: FloatArray, *, undoable: bool) -> None:
-        from pymdr.line.friction import steps
-
-        self._stacks, self._memory, self._undoable = stacks, memory, undoable
-        self._stack, self._own_memory = stacks[0], memory[0]
-        self._moves = 0.0 if self._body.friction == 0.0 else 1.0
-        self._step = steps.step if math.isfinite(self._body.friction) else steps.step_stuck
-
-    def _grow(self) -> None:
-        """Twice the room for vertices: a stack is as long as its history needs."""
-        n, both, capacity = self._stacks.shape
-        larger = np.zeros((n, both, 2 * capacity), dtype=self._stacks.dtype)
-        larger[:, :, :capacity] = self._stacks
-        self._take(larger, self._memory, undoable=self._undoable)
-
-    def _tops(self) -> np.ndarray:
-        return np.asarray(self._stacks[np.arange(self.count), 0, self._memory[:, 0, 5].astype(int)])
-
-    def _top(self, name: str) -> FloatArray:
-        """A value of the last vertex of every stack; 0 without contact."""
-        return np.where(self._memory[:, 0, 0] > 0.0, self._tops()[name], 0.0)
-
-    def _stick(self) -> FloatArray:
-        top = self._memory[:, 0, 5].astype(int)
-        slips = (np.abs(self._tops()["slope"]) == 1.0) & (top > 0)
-        radius = self._stacks[np.arange(self.count), 0, top - slips]["radius"]
-        return np.where(self._memory[:, 0, 0] > 0.0, radius, 0.0) * self._moves
 
     def _one(self, values: FloatArray) -> Any:
         return values if self.count > 1 else float(values[0])
@@ -400,31 +347,24 @@ def _checked(contact: Contact) -> Contact:
     return contact
 
 
-def _body_of(contact: Contact, deepest: float) -> _Body:
-    """The curves down to an indentation in m at which every contact is a disk."""
+def _friction_of(contact: Contact) -> float:
+    """The coefficient of friction; 0 without a law."""
+    return 0.0 if contact.friction is None else contact.friction.coefficient
+
+
+def _mapped(contact: Contact, deepest: float, count: int) -> tuple[Stacks, EffectiveModuli]:
+    """Contacts down to an indentation in m at which each is a disk."""
     mapped = map_to_springs(contact)
     refuse_unreachable(mapped.line, contact.profile, states_at_depth(mapped.line, np.array([deepest])))
     disks_down_to(contact, mapped.line, deepest, "Stepper")
-    friction = 0.0 if contact.friction is None else contact.friction.coefficient
-    normal, tangential = mapped.moduli.normal, mapped.moduli.tangential
-    start = virgin_state(friction or 1.0, normal / tangential)
-    mu = start.traction_scale
-    scales = np.array([mu, mu * mu * start.modulus_ratio, start.shift_scale])
-    return _Body(curves_down_to(mapped.line, deepest), scales, normal, tangential, friction)
+    # without friction the shift stays 0 and no spring slips
+    start = virgin_state(_friction_of(contact) or 1.0, mapped.moduli.normal / mapped.moduli.tangential)
+    return Stacks(curves_down_to(mapped.line, deepest), start, count), mapped.moduli
 
 
-def _untouched(count: int) -> tuple[np.ndarray, FloatArray]:
-    """Stacks and memories of contacts that have not touched."""
-    from pymdr.line.friction import kernels
-
-    stacks = np.zeros((count, 2, _CAPACITY), dtype=kernels.VERTEX)
-    stacks["low"][:, :, 0], stacks["high"][:, :, 0] = -math.inf, math.inf
-    return stacks, np.zeros((count, 2, 6))
-
-
-def _refused(code: int, indentation: float, shift: float, deepest: float) -> PathError:
+def _refused(ending: Ending, indentation: float, shift: float, deepest: float) -> PathError:
     """The error of a step that was not taken."""
-    if ENDINGS[code] is Ending.NOT_FINITE:
+    if ending is Ending.NOT_FINITE:
         return PathError(
             f"Stepper.advance: indentation = {indentation:g} m, shift = {shift:g} m; finite values are needed"
         )

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import PathError
 from pymdr.line.friction.curves import ElasticCurves
 from pymdr.line.friction.driver import ENDINGS
+from pymdr.line.friction.layout import COMPLETE
 from pymdr.line.friction.state import frozen, virgin_state
 from pymdr.units import FloatArray
 
@@ -83,6 +84,6 @@ def follow_collision(
     run = runs.Run(anchors, out, np.zeros(0, dtype=np.int64), True, scales)
     speed = np.full(d.size, float(velocity))
     code = runs.run_collision(run, d, t, float(mass), speed)
-    if code != runs.COMPLETE:
+    if code != COMPLETE:
         raise PathError(f"the impact cannot be followed: {ENDINGS[code].value}")
     return Sideways(out[0], out[1], out[2], out[3], out[4], speed)

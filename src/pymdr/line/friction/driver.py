@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import PathError
 from pymdr.line.friction.curves import ElasticCurves
+from pymdr.line.friction.layout import STACK_FULL, TOP
 from pymdr.line.friction.state import Ending, FrictionHistory, FrictionState, frozen, virgin_state
 from pymdr.numerics.graded import GradedTable
 from pymdr.numerics.graded.layout import IntArray
@@ -31,7 +32,6 @@ class Control(Enum):
 
 
 ENDINGS = (Ending.COMPLETE, Ending.NOT_FINITE, Ending.NOT_ATTAINABLE, Ending.TOO_DEEP)
-_FULL = 4
 _MOST_HELD = 4_000_000
 """Vertices that all checkpoints of a run may hold together."""
 
@@ -212,8 +212,7 @@ class _Stack(_Run):
         from pymdr.line.friction import kernels, noslip, runs
 
         start = self.start
-        mu = start.traction_scale
-        scales = runs.Scales(float(mu), mu * mu * start.modulus_ratio, start.shift_scale)
+        scales = runs.Scales(start.traction_scale, start.energy_scale, start.shift_scale)
         top = start.slope.size
         stack = np.zeros(max(64, 2 * top), dtype=kernels.VERTEX)
         memory = [
@@ -247,7 +246,7 @@ class _Stack(_Run):
         while self.ending is Ending.COMPLETE and self.row < stop:
             span = (self.row, stop, self.column)
             code, self.row, self.column = self.kernel(self.progress, *self.given, span, *self.option)
-            if code == _FULL:
+            if code == STACK_FULL:
                 stack = self.progress.anchors.stack
                 larger = np.zeros(2 * stack.size, dtype=stack.dtype)
                 larger[: stack.size] = stack
@@ -257,7 +256,7 @@ class _Stack(_Run):
 
     @property
     def vertices(self) -> int:
-        return int(self.progress.anchors.memory[-1]) + 1
+        return int(self.progress.anchors.memory[TOP]) + 1
 
     def state(self) -> FrictionState:
         depth, shift, work, _, slide, top = self.progress.anchors.memory.tolist()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from pymdr.compiling import INTERPRETED
-from pymdr.line.friction.layout import MODULUS
+from pymdr.line.friction.layout import CARRY, DEPTH, MODULUS, SHIFT, SLIDE, SLIP_WORK, TOP
 from pymdr.line.friction.reading import curve, fused
 from pymdr.units import FloatArray
 
@@ -35,8 +35,6 @@ _SHORT = 0.1  # of the depth: over such a part of it a changes little
 _ROUNDING_OF_SLIP = 2e-14  # of the force times the way, and of W: what the closed form of a short slip loses
 _NODES = tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(5), strict=True))
 _THIRD, _SIXTH = 1.0 / 3.0, 1.0 / 6.0
-# what a run remembers beside its stack from one row to the next; TOP is the index of the top vertex
-DEPTH, SHIFT, SLIP_WORK, CARRY, SLIDE, TOP = range(6)
 TINY = 1e-150  # lengths below it count as none: their products underflow
 
 

@@ -12,11 +12,8 @@ import math
 import numpy as np
 
 from pymdr.line.friction.kernels import (
-    DEPTH,
     MERGE,
-    SHIFT,
     TINY,
-    TOP,
     Anchors,
     Point,
     at,
@@ -26,22 +23,23 @@ from pymdr.line.friction.kernels import (
     lengthens,
     vertex,
 )
-from pymdr.line.friction.layout import MODULUS
-from pymdr.line.friction.reading import curve, depth_of_force, fused
-from pymdr.line.friction.runs import (
+from pymdr.line.friction.layout import (
     COMPLETE,
+    DEPTH,
+    MODULUS,
     NOT_ATTAINABLE,
     NOT_FINITE,
+    SHIFT,
     STACK_FULL,
     TOO_DEEP,
-    Run,
-    write,
+    TOP,
 )
+from pymdr.line.friction.reading import curve, depth_of_force, fused
+from pymdr.line.friction.runs import BEYOND, Run, write
 from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
 
 SHIFT_CONTROL, FORCE_CONTROL = 0, 2
-BEYOND = 1.0 + 1e-14  # of the largest depth
 _GAUSS_X = tuple(0.5 + 0.5 * np.polynomial.legendre.leggauss(4)[0])
 _GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
 

@@ -6,27 +6,23 @@ import math
 from typing import NamedTuple
 
 from pymdr.line.friction.forces import load, shift_for
-from pymdr.line.friction.kernels import (
+from pymdr.line.friction.kernels import TINY, Anchors, Point, advance, clear, count, keep_slope, put, vertex
+from pymdr.line.friction.layout import (
+    COMPLETE,
     DEPTH,
+    NOT_ATTAINABLE,
+    NOT_FINITE,
     SHIFT,
     SLIDE,
     SLIP_WORK,
-    TINY,
+    STACK_FULL,
+    TOO_DEEP,
     TOP,
-    Anchors,
-    Point,
-    advance,
-    clear,
-    count,
-    keep_slope,
-    put,
-    vertex,
 )
 from pymdr.line.friction.reading import curve, depth_of_force, fused
 from pymdr.numerics.graded.layout import MAX, IntArray
 from pymdr.units import FloatArray
 
-COMPLETE, NOT_FINITE, NOT_ATTAINABLE, TOO_DEEP, STACK_FULL = range(5)
 _ATTAINED = 1.0 + 1e-12  # a pull above the limit by less than this is rounding
 BEYOND = 1.0 + 1e-14  # of the largest depth
 

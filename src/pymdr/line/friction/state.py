@@ -63,6 +63,11 @@ class FrictionState:
         """Shift u_x per normalised shift: mu E* / G*, or E* / G* without slip."""
         return self.traction_scale * self.modulus_ratio
 
+    @property
+    def energy_scale(self) -> float:
+        """Energy per normalised energy: mu^2 E* / G*, or E* / G* without slip."""
+        return self.traction_scale**2 * self.modulus_ratio
+
 
 def virgin_state(friction: float, modulus_ratio: float) -> FrictionState:
     """Return the state before the first row: no contact, no shift."""

@@ -6,14 +6,23 @@ import math
 from typing import Any
 
 from pymdr.line.friction import noslip
-from pymdr.line.friction.kernels import DEPTH, TOP, Anchors, advance, count, vertex
+from pymdr.line.friction.kernels import Anchors, advance, count, vertex
+from pymdr.line.friction.layout import (
+    BEFORE,
+    COMPLETE,
+    DEPTH,
+    FORCE_SCALE,
+    NOT_FINITE,
+    NOW,
+    SHIFT_SCALE,
+    STACK_FULL,
+    TOO_DEEP,
+    TOP,
+)
 from pymdr.line.friction.reading import fused
-from pymdr.line.friction.runs import BEYOND, COMPLETE, NOT_FINITE, STACK_FULL, TOO_DEEP
+from pymdr.line.friction.runs import BEYOND
 from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
-
-NOW, BEFORE = 0, 1
-"""Rows of a state: after the last step, and before it."""
 
 
 @fused.inlined
@@ -67,8 +76,8 @@ def step(
     """
     ending = _ending(line, stacks, memory, depth, shift)
     if ending == COMPLETE:
-        advance(Anchors(line, stacks[NOW], memory[NOW]), depth, shift / scales[2])
-    normal, tangential = _forces(stacks, memory, scales[0])
+        advance(Anchors(line, stacks[NOW], memory[NOW]), depth, shift / scales[SHIFT_SCALE])
+    normal, tangential = _forces(stacks, memory, scales[FORCE_SCALE])
     return ending, normal, tangential
 
 
@@ -80,9 +89,9 @@ def step_stuck(
     ending = _ending(line, stacks, memory, depth, shift)
     if ending == COMPLETE:
         anchors = Anchors(line, stacks[NOW], memory[NOW])
-        released = noslip.advance(anchors, depth, shift / scales[2])
+        released = noslip.advance(anchors, depth, shift / scales[SHIFT_SCALE])
         count(anchors.memory, int(anchors.memory[TOP]), released, 0.0)
-    normal, tangential = _forces(stacks, memory, scales[0])
+    normal, tangential = _forces(stacks, memory, scales[FORCE_SCALE])
     return ending, normal, tangential
 
 
@@ -132,7 +141,7 @@ def step_all_stuck(
     forces: FloatArray,
     first: int,
 ) -> tuple[int, int]:
-    """As :func:`step_all`, without slip."""
+    """As :func:`step_all`, without slip; a program needs one of both, and compiles no other."""
     for i in range(first, given.shape[1]):
         ending, forces[0, i], forces[1, i] = step_stuck(
             line, scales, stacks[i], memory[i], given[0, i], given[1, i]
