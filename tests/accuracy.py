@@ -9,22 +9,26 @@ and pressure are compared with reference/quadrature.py. A value violates its cla
 
 where an error that is not known counts as 0 and the size of a quantity is the integral of its absolute integrand; for a contact radius a the rounding is
 1e-14 a (1 + condition) with the condition g / (a g') of its equation. Of the other kinds the size is the value, and 1e-9 and the
-error of the reference are allowed beside the claim. ``--seed`` and ``--only`` replay a problem.
+error of the reference are allowed beside the claim. ``--seed`` and ``--only`` replay a problem. ``--folder`` keeps what is done: the
+same command goes on where it was stopped, and with a larger ``--count`` adds to it.
 """
 
 import argparse
 import importlib.util
-import multiprocessing
+import json
+import pickle
 import re
 import secrets
 import sys
 import time
 import warnings
 from collections import Counter, defaultdict
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
+
+from pymdr.solving.workers import in_order
 
 FOLDER = Path(__file__).parent / "reference"
 
@@ -460,7 +464,38 @@ class Study:
         return "\n".join(lines)
 
 
-def study(seed, count, processes=1, only=None, progress=False, effort=Effort(), kinds=("profiles",)):
+class KeptOutcomes:
+    """A folder of the outcomes of one seed, a file for each minute."""
+
+    def __init__(self, folder, seed, effort, kinds):
+        self.folder = Path(folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        about, mark = (
+            {"seed": seed, "effort": asdict(effort), "kinds": list(kinds)},
+            self.folder / "about.json",
+        )
+        if not mark.exists():
+            mark.write_text(json.dumps(about))
+        elif json.loads(mark.read_text()) != about:
+            raise SystemExit(f"{folder} has outcomes of {mark.read_text()}; give the same, or another folder")
+
+    def read(self):
+        """All outcomes so far."""
+        return [o for file in self._files() for o in pickle.loads(file.read_bytes())]
+
+    def add(self, outcomes):
+        """Write some more, whole or not at all."""
+        beside = self.folder / "unfinished"
+        beside.write_bytes(pickle.dumps(outcomes))
+        beside.rename(self.folder / f"outcomes-{len(self._files()):06d}.pickle")
+
+    def _files(self):
+        return sorted(self.folder.glob("outcomes-*.pickle"))
+
+
+def study(
+    seed, count, workers=1, only=None, progress=False, effort=Effort(), kinds=("profiles",), folder=None
+):
     """
     Judge `count` random problems.
 
@@ -469,36 +504,40 @@ def study(seed, count, processes=1, only=None, progress=False, effort=Effort(), 
     seed : int
         Problem i is drawn from the generator of (seed, i), of the kind i modulo the number of `kinds`.
     count : int
-    processes : int
+    workers : int or dask.distributed.Client
     only : sequence of int, optional
         Indices instead of the first `count`.
     progress : bool
         Whether to tell on standard error how far it is.
     effort : Effort
     kinds : sequence of str
+    folder : path, optional
+        Of what is done.
     """
-    jobs = [(seed, int(i), effort, tuple(kinds)) for i in (range(count) if only is None else only)]
-    outcomes = []
-    start = reported = time.monotonic()
-    if processes > 1:
-        pool = multiprocessing.get_context("spawn").Pool(processes)
-        found = pool.imap_unordered(one_problem, jobs, chunksize=4)
-    else:
-        pool, found = None, map(one_problem, jobs)
-    try:
-        for outcome in found:
-            outcomes.append(outcome)
-            if progress and time.monotonic() - reported > 10.0:
-                reported = time.monotonic()
-                bad = [o.index for o in outcomes if any(v.violated for v in o.values)]
-                print(
-                    f"{len(outcomes)} of {len(jobs)} after {reported - start:.0f} s, violated: {bad}",
-                    file=sys.stderr,
-                    flush=True,
-                )
-    finally:
-        if pool is not None:
-            pool.terminate()
+    kept = None if folder is None else KeptOutcomes(folder, seed, effort, kinds)
+    outcomes = [] if kept is None else kept.read()
+    done = {o.index for o in outcomes}
+    wanted = (int(i) for i in (range(count) if only is None else only))
+    jobs = [(seed, i, effort, tuple(kinds)) for i in wanted if i not in done]
+    start = reported = written = time.monotonic()
+    fresh = []
+    for outcome in in_order(one_problem, jobs, workers):
+        outcomes.append(outcome)
+        fresh.append(outcome)
+        now = time.monotonic()
+        if kept is not None and now - written > 60.0:
+            kept.add(fresh)
+            fresh, written = [], now
+        if progress and now - reported > 10.0:
+            reported = now
+            bad = [o.index for o in outcomes if any(v.violated for v in o.values)]
+            print(
+                f"{len(outcomes) - len(done)} of {len(jobs)} after {now - start:.0f} s, violated: {bad}",
+                file=sys.stderr,
+                flush=True,
+            )
+    if kept is not None and fresh:
+        kept.add(fresh)
     return Study(seed, sorted(outcomes, key=lambda o: o.index))
 
 
@@ -509,15 +548,20 @@ def main():
     parser.add_argument("--seed", type=int, default=None, help="a fresh one unless given")
     parser.add_argument("--only", type=int, nargs="+", help="indices of problems to replay")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, help="all unless given")
-    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--folder", help="keeps what is done; the same command goes on")
     parser.add_argument("--worst", type=int, default=30, help="how many violated problems to list")
     parser.add_argument("--quick", action="store_true", help="smaller problems, 0.2 s each or less")
     given = parser.parse_args()
-    seed = secrets.randbits(31) if given.seed is None else given.seed
+    seed = given.seed
+    if seed is None and given.folder and (about := Path(given.folder) / "about.json").exists():
+        seed = json.loads(about.read_text())["seed"]
+    seed = secrets.randbits(31) if seed is None else seed
     print(f"seed {seed}", flush=True)
-    processes = 1 if given.only else given.processes
+    workers = 1 if given.only else given.workers
     effort = Effort(False, 4, 1, 1) if given.quick else Effort()
-    print(study(seed, given.count, processes, given.only, True, effort, given.kinds).table(given.worst))
+    found = study(seed, given.count, workers, given.only, True, effort, given.kinds, given.folder)
+    print(found.table(given.worst))
 
 
 if __name__ == "__main__":

@@ -62,6 +62,7 @@ def blocks(page):
         "for_teaching.md",
         "soft_adhesion.md",
         "stress.md",
+        "scale.md",
         "sweeps.md",
         "torsion.md",
         "wear.md",

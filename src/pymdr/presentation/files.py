@@ -233,6 +233,8 @@ def _from_runs(lengths: Sequence[int]) -> np.ndarray:
 def unpack(dataset: xr.Dataset) -> dict[str, Any]:
     """The inverse of :func:`pack`."""
     attrs = dataset.attrs
+    if str(attrs.get("pymdr_format")).startswith("pymdr study"):
+        raise FileError("a study of pymdr, not a result: read it with xarray.open_dataset")
     if attrs.get("pymdr_format") != FORMAT:
         raise FileError(
             f"not a pymdr result: its format is {attrs.get('pymdr_format')!r} instead of {FORMAT!r}; "

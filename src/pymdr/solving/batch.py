@@ -8,7 +8,8 @@ import time
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import accumulate, pairwise
+from functools import partial
+from itertools import accumulate, chain, compress, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numpy.typing import ArrayLike
@@ -20,6 +21,7 @@ from pymdr.problem.paths import Hold, LoadingPath
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.verb import solve
+from pymdr.solving.workers import LOST, Workers, checked_workers, cores_of, counted, in_order, is_cluster
 from pymdr.units import QuantityLike, shown
 
 if TYPE_CHECKING:
@@ -55,7 +57,7 @@ def solve_batch(
     *,
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
-    workers: int = 1,
+    workers: Workers = 1,
     throw: bool = True,
     progress: Progress | None = None,
 ) -> list[Result | PymdrError]:
@@ -70,8 +72,8 @@ def solve_batch(
         One for all, or as many as contacts.
     machine_stiffness, keep
         As for :func:`solve`.
-    workers : int
-        Number of processes including this one; work of less than a second stays in this one. Processes that cannot be forked
+    workers : int or dask.distributed.Client
+        The client of a cluster, or the number of processes including this one; work of less than a second stays in this one. Processes that cannot be forked
         (with other threads, on Windows and macOS, from Python 3.14 on) import the calling script, which then must call below
         ``if __name__ == "__main__":``. Long histories take time to transfer: reduce them with ``keep``. With `threadpoolctl`
         installed linear algebra uses one thread per process.
@@ -88,7 +90,7 @@ def solve_batch(
     Raises
     ------
     ProblemError
-        If the numbers of paths and contacts differ, `workers` is not a whole number above 0, or another process ends before it
+        If the numbers of paths and contacts differ, `workers` is neither a whole number above 0 nor a client, or another process ends before it
         has answered.
     PymdrError
         The first error, if `throw`.
@@ -113,18 +115,20 @@ def solve_batch(
             f"solve_batch: {len(paths)} paths for {len(bodies)} contacts; give one path for all, or one for each"
         )
     requests = [Request(*both, machine_stiffness) for both in zip(bodies, paths, strict=True)]
-    answers: list[Result | PymdrError] = []
-    for answer in solutions(requests, {"keep": keep}, workers):
-        if throw and isinstance(answer, PymdrError):
+    answers = solutions(requests, {"keep": keep}, workers)
+    return counted(_thrown(answers) if throw else answers, len(bodies), progress)
+
+
+def _thrown(answers: Iterable[Result | PymdrError]) -> Iterator[Result | PymdrError]:
+    """Results up to the first error, which is raised."""
+    for answer in answers:
+        if isinstance(answer, PymdrError):
             raise answer
-        answers.append(answer)
-        if progress is not None:
-            progress(len(answers), len(bodies))
-    return answers
+        yield answer
 
 
 def solutions(
-    requests: Sequence[Request], options: Mapping[str, Any], workers: int
+    requests: Sequence[Request], options: Mapping[str, Any], workers: Workers
 ) -> Iterator[Result | PymdrError]:
     """
     Results of contacts along their paths, or why there is none, in order and one by one.
@@ -132,10 +136,10 @@ def solutions(
     Raises
     ------
     ProblemError
-        If `workers` is not a whole number above 0.
+        If `workers` is neither a whole number above 0 nor a client.
     """
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed")
+    if is_cluster(checked_workers(workers)):
+        return _solve_on_cluster(requests, options, workers)
     if workers == 1:
         return (_solve_quietly(one, options) for one in requests)
     return _solve_parallel(requests, options, workers)
@@ -172,10 +176,7 @@ def _solve_in_processes(
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import resource_tracker
 
-    path_picklable = {
-        key: _is_picklable(path) for key, path in {id(one.path): one.path for one in requests}.items()
-    }
-    picklable = [path_picklable[id(one.path)] and _is_picklable(one.contact) for one in requests]
+    picklable = _picklable(requests)
     remote = [i for i, sendable in enumerate(picklable) if sendable]
     here = deque([i] for i, sendable in enumerate(picklable) if not sendable)
     size = max(1, math.ceil(len(requests) / (_BLOCKS * workers)))
@@ -202,16 +203,26 @@ def _solve_in_processes(
                 try:
                     received = _received(parcel.result())
                 except BrokenProcessPool as error:
-                    raise ProblemError(
-                        f"workers = {workers}: a worker process ended without an answer: it ran out of memory, or the script "
-                        'starts processes when it is imported; reduce workers, or call it below `if __name__ == "__main__":`'
-                    ) from error
+                    raise ProblemError(f"workers = {workers}: {LOST}") from error
                 for i, answer in zip(block, received, strict=True):
                     answers[i] = _with_its_own(answer, requests[i])
                 waits = False
             while yielded in answers:
                 yield answers.pop(yielded)
                 yielded += 1
+
+
+def _solve_on_cluster(
+    requests: Sequence[Request], options: Mapping[str, Any], client: Workers
+) -> Iterator[Result | PymdrError]:
+    """Solve on a cluster, and here what cannot be pickled, in order."""
+    picklable = _picklable(requests)
+    remote = list(compress(requests, picklable))
+    size = max(1, math.ceil(len(remote) / (_BLOCKS * cores_of(client))))
+    blocks = (remote[first : first + size] for first in range(0, len(remote), size))
+    answers = chain.from_iterable(in_order(partial(_solved, options), blocks, client))
+    for one, goes in zip(requests, picklable, strict=True):
+        yield _with_its_own(next(answers), one) if goes else _solve_quietly(one, options)
 
 
 def _with_its_own(answer: Result | PymdrError, one: Request) -> Result | PymdrError:
@@ -242,6 +253,12 @@ def _stay_in_one_thread() -> None:
     one_thread()
 
 
+def _picklable(requests: Sequence[Request]) -> list[bool]:
+    """Which requests other processes can be sent."""
+    paths = {key: _is_picklable(path) for key, path in {id(one.path): one.path for one in requests}.items()}
+    return [paths[id(one.path)] and _is_picklable(one.contact) for one in requests]
+
+
 def _is_picklable(value: Contact | LoadingPath) -> bool:
     try:
         pickle.dumps(value)
@@ -251,11 +268,14 @@ def _is_picklable(value: Contact | LoadingPath) -> bool:
 
 
 def _solve_block(requests: Sequence[Request], options: Mapping[str, Any]) -> _Parcel:
-    """Solve some contacts; the paths, which the caller has, are not sent back."""
-    answers = [_solve_quietly(one, options) for one in requests]
-    return _sent(
-        [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
-    )
+    """Solve some contacts for another process of this machine."""
+    return _sent(_solved(options, requests))
+
+
+def _solved(options: Mapping[str, Any], requests: Sequence[Request]) -> list[Result | PymdrError]:
+    """Answers without the paths, which the caller has."""
+    answers = (_solve_quietly(one, options) for one in requests)
+    return [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
 
 
 def _sent(answers: list[Result | PymdrError]) -> _Parcel:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -23,9 +24,10 @@ from pymdr.line.rough import power_law_stiffness
 from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.problem.materials import Elastic
 from pymdr.problem.rough import GEIKE, RoughSurface
-from pymdr.solving.press import press
+from pymdr.solving.press import PressedSurface, press
 from pymdr.solving.rough import press_rough
 from pymdr.solving.study import Column, Study, over_rows
+from pymdr.solving.workers import Workers, checked_workers, counted, in_order
 from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
@@ -106,6 +108,7 @@ def calibrate_coefficient(
     points: int | None = None,
     engine: str | Engine | None = None,
     keep: str | os.PathLike[str] | None = None,
+    workers: Workers = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> LineCalibration:
     """
@@ -123,8 +126,12 @@ def calibrate_coefficient(
         Number of surfaces.
     points : int, optional
         Pixels along a side, at least 4 per shortest wavelength, which is the default.
-    engine, keep, progress : optional
-        As for :func:`pymdr.press`.
+    engine, keep : optional
+        As for :func:`pymdr.press`; the folder is one that all workers reach.
+    workers : int or dask.distributed.Client
+        Number of processes, or the client of a cluster; each presses whole surfaces.
+    progress : callable, optional
+        Called as ``progress(done, total)`` with numbers of surfaces.
 
     Returns
     -------
@@ -169,14 +176,8 @@ def calibrate_coefficient(
     full = full_contact_stiffness(side, side) / side
     forces = unit * _loads(surface, full)
     pixels = math.ceil(4.0 * side / surface.shortest * (1.0 - 1e-12)) if points is None else points
-    pressed = []
-    for i in range(realisations):
-        folder = None if keep is None else Path(keep) / f"surface-{i:04d}"
-        part = None if progress is None else _part(progress, i, realisations)
-        heights = surface.topography(i, points=pixels)
-        pressed.append(
-            press(heights, _UNIT, normal_force=forces, punch=True, engine=engine, keep=folder, progress=part)
-        )
+    work = partial(_pressed, surface, pixels, forces, engine, keep)
+    pressed = counted(in_order(work, range(realisations), checked_workers(workers)), realisations, progress)
     package = pressed[-1].data.attrs["engine"]
     stiffness = np.array([one["normal_stiffness"].values / side for one in pressed])
     area = np.array([one["contact_area"].values / side**2 for one in pressed])
@@ -187,9 +188,8 @@ def calibrate_coefficient(
     law = power_law_stiffness(forces, surface.hurst, surface.rms, side, 1.0, PUBLISHED)
     columns |= {"power_law": law / side, "line_fraction": lines["line_stiffness"] / full}
     attributes = _misfit(np.log(lines["fitted_stiffness"] / mean)[inside], coefficients) | {
+        **_spectrum(surface),
         "full_contact_stiffness": full,
-        "hurst": surface.hurst,
-        "bandwidth": side / surface.shortest,
         "realisations": realisations,
         "pixels": pixels,
         "engine": package,
@@ -214,6 +214,11 @@ def _misfit(off: FloatArray, coefficients: list[float]) -> dict[str, Any]:
         "misfit": float(np.sqrt(np.mean(off**2))),
         "largest_misfit": float(np.abs(off).max()),
     }
+
+
+def _spectrum(surface: RoughSurface) -> dict[str, float]:
+    """What the coefficient depends on."""
+    return {"hurst": surface.hurst, "bandwidth": surface.longer_side / surface.shortest}
 
 
 def _check(surface: RoughSurface, realisations: int) -> None:
@@ -297,6 +302,15 @@ def _fitted(forces: FloatArray, stiffness: FloatArray, dense: FloatArray, geike:
     return GEIKE * math.exp(2.0 * float(minimum.x))
 
 
-def _part(progress: Callable[[int, int], None], done: int, total: int) -> Callable[[int, int], None]:
-    """The progress of one surface among all."""
-    return lambda i, n: progress(done * n + i, total * n)
+def _pressed(
+    surface: RoughSurface,
+    pixels: int,
+    forces: FloatArray,
+    engine: str | Engine | None,
+    keep: str | os.PathLike[str] | None,
+    i: int,
+) -> PressedSurface:
+    """A realisation of the surface, pressed as a punch."""
+    folder = None if keep is None else Path(keep) / f"surface-{i:04d}"
+    heights = surface.topography(i, points=pixels)
+    return press(heights, _UNIT, normal_force=forces, punch=True, engine=engine, keep=folder)

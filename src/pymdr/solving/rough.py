@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, Unpack
 
 import numpy as np
@@ -29,6 +29,7 @@ from pymdr.problem.rough import RoughSurface
 from pymdr.solving.arguments import Loads, positive_loads
 from pymdr.solving.rough_lines import PREFIX, RoughLine, States, rough_line, whole_number
 from pymdr.solving.study import Column, Study, over_rows
+from pymdr.solving.workers import Workers, checked_workers, in_order, is_cluster
 from pymdr.units import (
     FloatArray,
     QuantityLike,
@@ -114,7 +115,7 @@ def press_rough(
     coefficient: float | None = None,
     points: int | None = None,
     radius: QuantityLike | None = None,
-    workers: int | None = None,
+    workers: Workers | None = None,
     **load: Unpack[Loads],
 ) -> RoughContact:
     """
@@ -142,8 +143,8 @@ def press_rough(
         Springs of a line; by default 16 per shortest wavelength.
     radius : quantity, optional
         Radius of a ball in m: x^2/R is added to the line, which is then as long as the surface and bears E* per length.
-    workers : int, optional
-        Threads; by default one per core, within half of the memory. The numbers do not depend on it.
+    workers : int or dask.distributed.Client, optional
+        Threads, by default one per core within half of the memory, or the client of a cluster. The numbers do not depend on it.
 
     Returns
     -------
@@ -217,17 +218,21 @@ def _responses(bands: dict[str, FloatArray], given: str) -> dict[str, FloatArray
     }
 
 
+def _states(line: RoughLine, rows: FloatArray, by_force: bool, grid: FloatArray, realisation: int) -> States:
+    """Responses of one realisation."""
+    # numbers that are not finite are refused where all realisations are known
+    with np.errstate(over="ignore", under="ignore"):
+        return line.states(realisation, rows, by_force, grid)
+
+
 def _pressed(
-    line: RoughLine, name: str, rows: FloatArray, grid: FloatArray, counts: tuple[int, int]
+    line: RoughLine, name: str, rows: FloatArray, grid: FloatArray, count_workers: tuple[int, Workers]
 ) -> tuple[FloatArray, FloatArray]:
-    """Responses and drawn stiffnesses of all realisations; counts are those of realisations and threads."""
-
-    def work(realisation: int) -> States:
-        # numbers that are not finite are refused below
-        with np.errstate(over="ignore", under="ignore"):
-            return line.states(realisation, rows, name == "normal_force", grid)
-
-    states, drawn = (np.array(part) for part in zip(*_in_turn(work, *counts), strict=True))
+    """Responses and drawn stiffnesses of all realisations."""
+    count, workers = count_workers
+    work = partial(_states, line, rows, name == "normal_force", grid)
+    answers = in_order(work, range(count), workers, ThreadPoolExecutor)
+    states, drawn = (np.array(part) for part in zip(*answers, strict=True))
     invalid = ~np.all(np.isfinite(states) & (states > 0.0), axis=(0, 1))
     if invalid.any():
         worst = written(float(rows[np.argmax(invalid)]), RoughContact.columns[name].unit)
@@ -264,10 +269,12 @@ def _most_workers(line: RoughLine) -> int:
     return max(1, math.floor(min(os.cpu_count() or 1, 0.5 * lines)))
 
 
-def _threads(line: RoughLine, count: int, workers: int | None, rows: int) -> int:
-    """Threads, by default the cores within half of the memory; refuse lines that are too coarse or too large."""
-    threads = min(count, _most_workers(line) if workers is None else whole_number("workers", workers))
+def _threads(line: RoughLine, count: int, workers: Workers | None, rows: int) -> Workers:
+    """A cluster, or threads, by default the cores within half of the memory; refuse lines that are too coarse or too large."""
     refuse_coarse(line.surface, line.points)
+    if is_cluster(workers):
+        return workers
+    threads = min(count, _most_workers(line) if workers is None else checked_workers(workers))
     needed = 8.0 * (_COPIES * line.points * threads + 8.0 * count * (rows + _CURVE))
     if needed > memory_of_machine():
         raise ProblemError(
@@ -275,14 +282,6 @@ def _threads(line: RoughLine, count: int, workers: int | None, rows: int) -> int
             f"{memory_of_machine() / 1e9:.3g} GB, the memory of this machine); use fewer workers or points, or a longer shortest wavelength"
         )
     return threads
-
-
-def _in_turn(work: Callable[[int], States], count: int, threads: int) -> list[States]:
-    """The results of all realisations in order."""
-    if threads == 1:
-        return [work(i) for i in range(count)]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(work, range(count)))
 
 
 def _summed(values: FloatArray) -> dict[str, FloatArray]:

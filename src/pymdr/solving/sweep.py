@@ -33,6 +33,7 @@ from pymdr.solving.batch import Request, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.study import Study
 from pymdr.solving.verb import read_stiffness
+from pymdr.solving.workers import Workers
 from pymdr.units import FloatArray, QuantityLike, shown, to_si_array, written
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ def sweep(
     over: Mapping[str, Sequence[Any] | ArrayLike],
     *,
     quantities: Sequence[str] | None = None,
-    workers: int = 1,
+    workers: Workers = 1,
     folder: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
     **options: Unpack[SolveOptions],
@@ -179,8 +180,8 @@ def sweep(
         such as ``{"profile": [Sphere("1 mm"), Cone(slope=0.1)]}``, and ``"machine_stiffness"`` or ``"path"``.
     quantities : sequence of str, optional
         Quantities to keep, such as ``["indentation", "normal_force"]``; all by default.
-    workers : int
-        Number of processes; the numbers do not depend on it.
+    workers : int or dask.distributed.Client
+        Number of processes, or the client of a cluster; the numbers do not depend on it.
     folder : path, optional
         Folder of finished points; the same call continues an interrupted one.
     progress : callable, optional

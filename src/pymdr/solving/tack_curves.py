@@ -18,6 +18,7 @@ from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
 from pymdr.solving.retraction import TackTest, dwell_of_test, speed_of_test, stiffness_of_test
 from pymdr.solving.study import Column, Study
 from pymdr.solving.tack import TackPullOff, relaxed_contact, tack_tests
+from pymdr.solving.workers import Workers
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def pull_off_curve(
     *,
     speed: ArrayQuantityLike,
     dwell: ArrayQuantityLike = 0.0,
-    workers: int = 1,
+    workers: Workers = 1,
     **options: Unpack[TackOptions],
 ) -> PullOffCurve:
     """
@@ -105,8 +106,8 @@ def pull_off_curve(
         Speeds of the machine in retraction in m/s, above 0.
     dwell : array_like or quantity
         Times in s at rest before the retraction, at least 0.
-    workers : int
-        Number of processes.
+    workers : int or dask.distributed.Client
+        Number of processes, or the client of a cluster.
     machine_stiffness, pressed_to, preload : quantity, optional
         As for :func:`pull_off`; one of `pressed_to` and `preload` is needed.
     approach_speed : quantity, optional

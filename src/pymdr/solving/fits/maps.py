@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -51,6 +51,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.solving.study import Study, TextTable
 from pymdr.solving.verb import solve
+from pymdr.solving.workers import Workers, checked_workers
 from pymdr.units import QuantityLike, written
 
 if TYPE_CHECKING:
@@ -168,7 +169,7 @@ def fit_map(
     contact_point: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
     folder: str | os.PathLike[str] | None = None,
-    workers: int | Any = 1,
+    workers: Workers = 1,
     progress: Progress | None = None,
 ) -> FittedMap:
     """
@@ -179,13 +180,13 @@ def fit_map(
     contact : Contact
         As for :func:`fit`.
     curves : sequence of MeasuredCurve, xarray.Dataset, or path
-        A dataset, or the folder of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
+        A dataset, or the folder or URL of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
         ``sample``, with ``units`` in their attributes; with travel ``spring_constant``, one or over the grid; ``time`` for bodies
         with memory. It is read in parts.
     free, contact_point, baseline
         As for :func:`fit`.
     folder : path, optional
-        Zarr store of finished curves; the same call continues an interrupted one.
+        Zarr store of finished curves, a folder or a URL that fsspec opens; the same call continues an interrupted one.
     workers : int or dask.distributed.Client
         Number of cores, or the client of a cluster; the numbers do not depend on it.
     progress : callable, optional
@@ -230,8 +231,7 @@ def fit_map(
             "fit_map: the contact has friction, which does not affect force curves; leave friction out, or pass each record of "
             "tangential force and shift to fit"
         )
-    if not hasattr(workers, "get_executor") and (type(workers) is not int or workers < 1):
-        raise ProblemError(f"workers = {workers!r}: a whole number of at least 1 is needed, or a dask client")
+    checked_workers(workers)
     records = records_of(curves)
     total = math.prod(records.shape)
     known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, free)

@@ -214,6 +214,8 @@ def _opened(file: str | os.PathLike[str]) -> xr.Dataset:
         dataset: xr.Dataset = xr.open_zarr(file, chunks=None, consolidated=False)
     except (OSError, ValueError, KeyError) as error:
         raise FileError(f"cannot read {os.fspath(file)} as a Zarr store: {error}") from error
+    except ImportError as error:  # the protocol of a URL
+        raise MissingExtraError(f"cannot read {os.fspath(file)}: {error}") from error
     return dataset
 
 

@@ -6,11 +6,12 @@ import hashlib
 import json
 import math
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pymdr.errors import FileError, ProblemError, PymdrError
+from pymdr.errors import FileError, MissingExtraError, ProblemError, PymdrError
 from pymdr.problem.codec import encode
 from pymdr.solving.fits.records import Records, zarr
 from pymdr.solving.fits.request import ENDINGS, NOT_YET, Columns, FitRequest, FittedStretch, empty_columns
@@ -62,6 +63,20 @@ class InMemory:
         return self._refusals
 
 
+def _is_filled(folder: str) -> bool:
+    """Whether a folder is there and has something in it."""
+    return Path(folder).is_dir() and any(Path(folder).iterdir())
+
+
+def _has_group(package: Any, url: str) -> bool:
+    """Whether a store has been begun at a URL."""
+    try:
+        package.open_group(url, mode="r")
+    except FileNotFoundError:
+        return False
+    return True
+
+
 class Kept:
     """Columns in a Zarr store, in which a stretch is finished when its endings are written."""
 
@@ -72,11 +87,12 @@ class Kept:
 
         package = zarr()
         self._shape = records.shape
-        place, total = named_file(folder, "write"), math.prod(records.shape)
-        mark = _mark(request, records, total, chunk)
+        is_url = isinstance(folder, str) and "://" in folder
+        place = str(folder if is_url else named_file(folder, "write"))
+        mark = _mark(request, records, math.prod(records.shape), chunk)
         try:
-            there = place.exists() and any(place.iterdir())
-            attributes = dict(package.open_group(str(place), mode="r").attrs) if there else {_STARTED: mark}
+            there = _has_group(package, place) if is_url else _is_filled(place)
+            attributes = dict(package.open_group(place, mode="r").attrs) if there else {_STARTED: mark}
             # an unfinished store of an interrupted fit is created again
             unfinished = _MARK not in attributes and attributes.get(_STARTED) == mark
             if not unfinished and attributes.get(_MARK) != mark:
@@ -84,15 +100,17 @@ class Kept:
                     f"{place} belongs to another fit: its arguments, a curve, or the version of pymdr have changed; use another folder, or empty this one"
                 )
             if unfinished:
-                self._group = package.create_group(str(place), overwrite=True, attributes={_STARTED: mark})
+                self._group = package.create_group(place, overwrite=True, attributes={_STARTED: mark})
                 self._make(request, records, chunk)
                 self._group.attrs[_MARK] = mark
             else:
-                self._group = package.open_group(str(place), mode="a")
+                self._group = package.open_group(place, mode="a")
         except (OSError, ValueError) as error:
             if isinstance(error, FileError):
                 raise
             raise FileError(f"cannot write into {place}: {error}; choose another folder") from error
+        except ImportError as error:  # the protocol of a URL
+            raise MissingExtraError(f"cannot write into {place}: {error}") from error
         self._names = (*request.units, "ending")
 
     def _make(self, request: FitRequest, records: Records, chunk: int) -> None:

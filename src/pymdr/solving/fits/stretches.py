@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -54,6 +53,7 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.memory import assumptions_with_memory
 from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
+from pymdr.solving.workers import Workers, in_order, is_cluster
 from pymdr.units import FloatArray
 
 _CHUNK = 2**19
@@ -74,26 +74,20 @@ def fitted_stretches(
     request: FitRequest,
     records: Records,
     parts: Sequence[tuple[int, int]],
-    workers: int | Any,
+    workers: Workers,
     progress: Callable[[int], None],
 ) -> Iterator[tuple[tuple[int, int], FittedStretch]]:
     """Fits of stretches of curves, in order."""
-    if not isinstance(workers, int):
-        yield from _fit_in_pool(
-            request, records, parts, workers.get_executor(), 4 * max(len(workers.ncores()), 1)
-        )
-        return
-    workers = min(workers, max(1, len(parts)))
-    if workers == 1:
-        for part in parts:
-            yield part, _fit_stretch(request, records.read(*part), progress)
-    elif request.axes is not None:
+    if not is_cluster(workers):
+        workers = min(workers, max(1, len(parts)))
+    in_threads = workers != 1 and not is_cluster(workers) and request.axes is not None
+    if in_threads:
         _prepare(request, records, parts)
-        with ThreadPoolExecutor(workers) as pool:
-            yield from _fit_in_pool(request, records, parts, pool, 2 * workers)
-    else:
-        with ProcessPoolExecutor(workers) as pool:
-            yield from _fit_in_pool(request, records, parts, pool, 2 * workers)
+    # callbacks stay in this process
+    work = partial(_fit_stretch, request, progress=progress if workers == 1 else None)
+    read = (records.read(*part) for part in parts)
+    pool = ThreadPoolExecutor if in_threads else ProcessPoolExecutor
+    yield from zip(parts, in_order(work, read, workers, pool), strict=True)
 
 
 def _prepare(request: FitRequest, records: Records, parts: Sequence[tuple[int, int]]) -> None:
@@ -101,21 +95,6 @@ def _prepare(request: FitRequest, records: Records, parts: Sequence[tuple[int, i
     if parts:
         first, _ = parts[0]
         _fit_stretch(request, records.read(first, first + 1))
-
-
-def _fit_in_pool(
-    request: FitRequest, records: Records, parts: Sequence[tuple[int, int]], pool: Executor, waiting: int
-) -> Iterator[tuple[tuple[int, int], FittedStretch]]:
-    """Fits of stretches in order, a few pending at a time."""
-    work: Callable[[Stretch], FittedStretch] = partial(_fit_stretch, request)
-    pending: list[tuple[tuple[int, int], Future[FittedStretch]]] = []
-    for part in parts:
-        pending.append((part, pool.submit(work, records.read(*part))))
-        if len(pending) >= waiting:
-            oldest, future = pending.pop(0)
-            yield oldest, future.result()
-    for oldest, future in pending:
-        yield oldest, future.result()
 
 
 def _fit_stretch(

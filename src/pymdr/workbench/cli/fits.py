@@ -11,6 +11,7 @@ import typer
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_report, write_study
 from pymdr.workbench.cli.options import (
     CaseFile,
+    Cluster,
     FitSegment,
     Groups,
     Json,
@@ -21,6 +22,7 @@ from pymdr.workbench.cli.options import (
     Sensitivity,
     Table,
     Uncertainties,
+    at_work,
 )
 from pymdr.workbench.cli.reporting import (
     Stage,
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from pymdr.problem.contact import Contact
     from pymdr.solving.curves import MeasuredCurve
     from pymdr.solving.fits import FitResult, FittedCurves, FittedMap
+    from pymdr.solving.workers import Workers
 
 
 def fit(
@@ -89,6 +92,7 @@ def fit(
     workers: Annotated[
         int, typer.Option(min=1, help="Processes for a map; results do not depend on it.")
     ] = 1,
+    cluster: Cluster = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -119,8 +123,8 @@ def fit(
     }
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
-        with stages(quiet or as_json) as stage:
-            fitted, written = _fitted(contact, curve, free, settings, workers, stage, output)
+        with stages(quiet or as_json) as stage, at_work(workers, cluster) as workforce:
+            fitted, written = _fitted(contact, curve, free, settings, workforce, stage, output)
         written += write_report(fitted, report_file, title or f"Fit of {case.stem}", settings)
     if as_json:
         print_json(
@@ -144,7 +148,7 @@ def _fitted(
     files: Sequence[Path],
     free: Sequence[str],
     settings: dict[str, Any],
-    workers: int,
+    workers: Workers,
     stage: Stage,
     output: Path | None,
 ) -> tuple[FitResult | FittedMap | FittedCurves, list[Path]]:
@@ -167,10 +171,9 @@ def _fitted(
     if settings["groups"] is not None and not is_folder:
         raise ProblemError("--groups is for a folder of curves; give the folder in place of the files")
     if is_folder:
-        if workers > 1:
-            raise ProblemError(
-                f"--workers {workers} is for a map; the curves of a folder are fitted in one process"
-            )
+        if workers != 1:
+            option = f"--workers {workers}" if isinstance(workers, int) else "--cluster"
+            raise ProblemError(f"{option} is for a map; the curves of a folder are fitted in one process")
         if contact.friction is not None or settings["over_indentation"] is not None:
             raise ProblemError(
                 "a folder is for force curves of contacts without friction, and without --over-indentation; give one file"

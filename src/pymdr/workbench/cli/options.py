@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,6 +49,13 @@ ReportFile = Annotated[
     ),
 ]
 
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="A dask scheduler instead of --workers, such as tcp://node:8786.",
+    ),
+]
 Sensitivity = Annotated[
     str | None,
     typer.Option(
@@ -131,3 +139,36 @@ def spread(
             "between them"
         )
     return np.geomspace(ends[0], ends[1], points)
+
+
+@contextmanager
+def at_work(workers: int | None, cluster: str | None) -> Iterator[Any]:
+    """
+    The workers of a command: a number of cores, or the client of a cluster while it is connected.
+
+    Raises
+    ------
+    MissingExtraError
+        If dask is not installed.
+    ProblemError
+        If no scheduler answers.
+    """
+    if cluster is None:
+        yield workers
+        return
+    from pymdr.errors import MissingExtraError, ProblemError
+
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingExtraError(
+            f"--cluster {cluster} needs dask ({error}): pip install 'pymdr[cluster]'"
+        ) from error
+    try:
+        client = Client(cluster, timeout="10s")
+    except (OSError, ValueError, TimeoutError) as error:
+        raise ProblemError(
+            f"--cluster {cluster}: no scheduler answers; start one with `dask scheduler`, and workers with `dask worker {cluster}`"
+        ) from error
+    with client:
+        yield client

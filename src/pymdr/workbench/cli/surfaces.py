@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pymdr.workbench.cli.options import Json, Points, Quiet, Table, spread
+from pymdr.workbench.cli.options import Cluster, Json, Points, Quiet, Table, at_work, spread
 from pymdr.workbench.cli.reporting import print_error, report_study, stages
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def rough(
         ),
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")] = None,
+    cluster: Cluster = None,
     output: Table = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -48,17 +49,18 @@ def rough(
     def studied() -> tuple[str, Study]:
         problem = read_rough_case(case)
         forces, depths = _loads(normal_force, indentation, points)
-        return problem.title, press_rough(
-            problem.surface,
-            problem.body,
-            problem.counterbody,
-            normal_force=forces,
-            indentation=depths,
-            realisations=realisations,
-            coefficient=coefficient,
-            radius=problem.radius,
-            workers=workers,
-        )
+        with at_work(workers, cluster) as workforce:
+            return problem.title, press_rough(
+                problem.surface,
+                problem.body,
+                problem.counterbody,
+                normal_force=forces,
+                indentation=depths,
+                realisations=realisations,
+                coefficient=coefficient,
+                radius=problem.radius,
+                workers=workforce,
+            )
 
     report_study("rough", case, studied, output, quiet, as_json)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pymdr.workbench.cli.folders import Tables, ready_folder, write_figure
-from pymdr.workbench.cli.options import CaseFile, Json, Quiet, spread
+from pymdr.workbench.cli.options import CaseFile, Cluster, Json, Quiet, at_work, spread
 from pymdr.workbench.cli.reporting import (
     FAILED,
     REFUSALS,
@@ -42,6 +42,7 @@ def sweep(
         list[str] | None, typer.Option(help="Quantity to keep, such as normal_force; by default all.")
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes; results do not depend on it.")] = 1,
+    cluster: Cluster = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -83,13 +84,13 @@ def sweep(
         options = {
             key: problem.options[key] for key in ("machine_stiffness", "keep") if key in problem.options
         }
-        with folder as target, stages(quiet or as_json) as stage:
+        with folder as target, stages(quiet or as_json) as stage, at_work(workers, cluster) as workforce:
             swept = solve_all(
                 problem.contact,
                 problem.path,
                 grid,
                 quantities=quantity,
-                workers=workers,
+                workers=workforce,
                 folder=None if target is None else target / "parts",
                 progress=stage("solving"),
                 **options,

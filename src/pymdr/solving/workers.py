@@ -1,0 +1,117 @@
+"""Parts of a work in order: in this process, on the cores of this machine, or on a dask cluster."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, TypeVar
+
+from pymdr.errors import ProblemError, PymdrError
+from pymdr.units import shown
+
+Part = TypeVar("Part")
+Answer = TypeVar("Answer")
+Workers = Any
+"""A number of cores, or a ``dask.distributed.Client``."""
+
+_PENDING_HERE, _PENDING_THERE = 2, 4
+"""Parts per core that are handed out at a time."""
+LOST = (
+    "a worker process ended without an answer: it ran out of memory, or the script starts processes when it is imported; reduce workers, "
+    'or call it below `if __name__ == "__main__":`'
+)
+
+
+def checked_workers(workers: Workers) -> Workers:
+    """
+    A number of cores, or the client of a cluster.
+
+    Raises
+    ------
+    ProblemError
+        If it is neither a whole number of at least 1 nor a client.
+    """
+    if is_cluster(workers) or (type(workers) is int and workers >= 1):
+        return workers
+    raise ProblemError(
+        f"workers = {shown(workers)}: a whole number of at least 1 is needed, or a dask client"
+    )
+
+
+def is_cluster(workers: Workers) -> bool:
+    """Whether the work is done on a cluster."""
+    return hasattr(workers, "get_executor")
+
+
+def cores_of(workers: Workers) -> int:
+    """The number of cores that work."""
+    return max(1, sum(workers.ncores().values())) if is_cluster(workers) else int(workers)
+
+
+def in_order(
+    work: Callable[[Part], Answer],
+    parts: Iterable[Part],
+    workers: Workers,
+    pool: type[ProcessPoolExecutor] | type[ThreadPoolExecutor] = ProcessPoolExecutor,
+) -> Iterator[Answer]:
+    """
+    Answers of parts in order, which are read as they are handed out, a few per core at a time.
+
+    A part whose worker is lost is done again on another worker of a cluster.
+
+    Raises
+    ------
+    ProblemError
+        If processes of this machine, or a cluster, end before they have answered.
+    """
+    if is_cluster(workers):
+        yield from _on_cluster(work, parts, workers)
+    elif workers == 1:
+        yield from map(work, parts)
+    else:
+        with pool(workers) as executor:
+            yield from _handed_out(work, parts, executor, _PENDING_HERE * workers)
+
+
+def counted(
+    answers: Iterable[Answer], total: int, progress: Callable[[int, int], None] | None
+) -> list[Answer]:
+    """All answers, reported as they come."""
+    found = []
+    for one in answers:
+        found.append(one)
+        if progress is not None:
+            progress(len(found), total)
+    return found
+
+
+def _on_cluster(work: Callable[[Part], Answer], parts: Iterable[Part], client: Any) -> Iterator[Answer]:
+    try:
+        yield from _handed_out(work, parts, client.get_executor(), _PENDING_THERE * cores_of(client))
+    except Exception as error:
+        if isinstance(error, PymdrError) or not type(error).__module__.startswith("distributed"):
+            raise
+        raise ProblemError(
+            f"workers: the cluster gave up a part of the work: {error}; give its workers more memory, or call again: finished parts in "
+            "a folder are not repeated"
+        ) from error
+
+
+def _handed_out(
+    work: Callable[[Part], Answer], parts: Iterable[Part], executor: Executor, most: int
+) -> Iterator[Answer]:
+    pending: deque[Future[Answer]] = deque()
+    try:
+        for part in parts:
+            pending.append(executor.submit(work, part))
+            if len(pending) >= most:
+                yield pending.popleft().result()
+        while pending:
+            yield pending.popleft().result()
+    except BrokenProcessPool as error:
+        raise ProblemError(f"workers: {LOST}") from error
+    finally:
+        for one in pending:
+            one.cancel()
