@@ -544,13 +544,6 @@ def test_the_field_of_anisotropic_bodies_is_read_and_searched():
     assert everywhere.max() <= float(largest) * (1.0 + 1e-9)
 
 
-def test_stress_under_torsion_is_not_valid():
-    contact = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, friction=mdr.Coulomb(0.3))
-    result = mdr.solve(contact, mdr.load("50 N") >> mdr.twist("1 mrad"))
-    with pytest.raises(mdr.NotValidError, match="torsion"):
-        result.field("stress", x=[0.0])
-
-
 @settings(max_examples=examples(30), deadline=None)
 @given(
     st.sampled_from([HERTZ, CONE, mdr.PowerLaw(3.3, 0.4, 1.0), mdr.RoundedFlat(0.5, 1.0), mdr.Sphere(1.5)]),

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import ellipe, ellipk, ellipkm1
+from scipy.integrate import simpson
+from scipy.special import ellipe, ellipk, ellipkm1, j1
 
 import pymdr as mdr
 from drawing import examples
+from pymdr.independent.point_loads import tangential_point_load
 from pymdr.independent.torsion import follow_torsion
 from pymdr.line.curves import ElasticLine
 from pymdr.line.torsion.limits import TwistedLine
@@ -390,3 +392,134 @@ def test_a_worn_cone_twisted_once_is_the_limit_of_many_springs():
     most = line.limit(x, depth)
     q = np.where(line.line.equivalent.g(x) < depth, np.clip(8 * line.shear * twist, -most, most), 0.0)
     assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-5)
+
+
+def plane_torque(result, z, step=-1, **side):
+    """The torque through a plane, int sigma_tz r dA."""
+    a = float(result["contact_radius"][step])
+    points, weights = np.polynomial.legendre.leggauss(120)
+    t = (np.arange(4)[:, None] / 4 + (points + 1) / 8).ravel()
+    r = max(a, z) * t / (1 - t)
+    stress = result.field("stress", r=r, z=[z], step=step, **side).sel(component="tz").values[0]
+    return np.sum(np.tile(weights, 4) / 8 * max(a, z) / (1 - t) ** 2 * 2 * math.pi * r**2 * stress)
+
+
+def test_the_stress_under_full_slip_is_that_of_point_loads():
+    result = mdr.solve(BALL, mdr.indent("1 um") >> mdr.twist(1.0))
+    a, p0 = float(result["contact_radius"][-1]), float(result["peak_pressure"][-1])
+    points, weights = np.polynomial.legendre.leggauss(160)
+    half = math.pi / 4 * (points + 1)
+    rings, angles = a * np.sin(half), 2 * math.pi * np.arange(160) / 160
+    load = weights * math.pi / 4 * a * np.cos(half) * rings * 2 * math.pi / 160
+    load = (load * 0.3 * result.field("pressure", r=rings).values)[:, None]
+    s, angle = np.meshgrid(rings, angles, indexing="ij")
+    r, z = np.array([0.3 * a, 1.3 * a]), 0.5 * a
+    expected = np.empty((2, r.size))
+    for i in range(r.size):
+        x, y, depth = r[i] - s * np.cos(angle), -s * np.sin(angle), np.full(s.shape, z)
+        along = tangential_point_load(x, y, depth, 0.3)[[4, 5]]
+        across = tangential_point_load(y, -x, depth, 0.3)[[4, 3]] * np.array([-1.0, 1.0])[:, None, None]
+        expected[:, i] = np.sum((across * np.cos(angle) - along * np.sin(angle)) * load, axis=(1, 2))
+    for side, sign in (("body", 1.0), ("counterbody", -1.0)):
+        stress = result.field("stress", r=r, z=[z], side=side).sel(component=["rt", "tz"])
+        np.testing.assert_allclose(stress.values[:, 0], sign * expected, rtol=0, atol=1e-13 * p0)
+
+
+def test_the_stress_under_a_turned_punch_is_that_of_reissner_and_sagoci():
+    """u_t = phi r under the disk; below it the Hankel integrals of tau = (4 G phi / pi) r / sqrt(a^2 - r^2)."""
+    body = mdr.Elastic("1 GPa", 0.25)
+    contact = mdr.Contact(mdr.FlatPunch("1 mm"), body, friction=mdr.Coulomb(math.inf))
+    result = mdr.solve(contact, mdr.indent("1 um") >> mdr.twist("1 mrad"))
+    a, shear, phi = 1e-3, body.shear, 1e-3
+    k = np.linspace(0.0, 60.0, 60001)[1:] / a
+    # int r tau J1(kr) dr
+    image = 4 * shear * phi / math.pi * (np.sin(k * a) / (k * a) - np.cos(k * a)) * a / k
+    r, z = 0.7 * a, 0.9 * a
+    displacement = simpson(image * np.exp(-k * z) * j1(k * r), x=k) / shear
+    stress = -simpson(k * image * np.exp(-k * z) * j1(k * r), x=k)
+    inside = result.field("interior_displacement", r=[r], z=[0.0, z]).sel(component="t").values[:, 0]
+    np.testing.assert_allclose(inside, [phi * r, displacement], rtol=1e-9)
+    tz = result.field("stress", r=[r], z=[z]).sel(component="tz").item()
+    assert tz == pytest.approx(stress, rel=1e-9)
+    with pytest.raises(mdr.NotValidError, match="sharp"):
+        result.largest("von_mises", step=-1)
+
+
+TURNING = mdr.TransverselyIsotropic(c11="160 GPa", c33="60 GPa", c13="40 GPa", c44="20 GPa", c66="50 GPa")
+
+
+@given(st.data())
+@settings(max_examples=examples(12), deadline=None)
+def test_every_plane_carries_the_torque(data):
+    size = 10.0 ** data.draw(st.floats(-9, 0))
+    profile = data.draw(
+        st.sampled_from(
+            [
+                mdr.Paraboloid(size),
+                mdr.Cone(slope=0.02),
+                mdr.TruncatedCone(slope=0.02, flat_radius=1e-3 * size),
+            ]
+        )
+    )
+    friction = data.draw(st.sampled_from([0.1, 0.5, math.inf]))
+    body, other = data.draw(st.permutations([STEEL, mdr.Elastic("3 GPa", 0.4), TURNING]))[:2]
+    path = mdr.indent(1e-4 * size)
+    for _ in range(data.draw(st.integers(1, 3))):
+        path = path >> mdr.twist(data.draw(st.floats(-0.02, 0.02)))
+        path = path >> mdr.indent(data.draw(st.floats(5e-5, 2e-4)) * size)
+    result = mdr.solve(mdr.Contact(profile, body, other, friction=mdr.Coulomb(friction)), path)
+    largest = float(np.abs(result["torque"]).max())
+    for side, sign in (("body", -1.0), ("counterbody", 1.0)):
+        depth = data.draw(st.floats(0.02, 2.0)) * float(result["contact_radius"][-1])
+        assert sign * plane_torque(result, depth, side=side) == pytest.approx(
+            float(result["torque"][-1]), abs=2e-9 * largest
+        )
+
+
+def test_the_stress_under_torsion_is_in_equilibrium():
+    """d rt/dr + d tz/dz + 2 rt/r = 0 by central differences, whose error is of second order."""
+    joint = mdr.Contact(mdr.Paraboloid("10 mm"), TURNING, STEEL, friction=mdr.Coulomb(0.3))
+    result = mdr.solve(joint, mdr.indent("1 um") >> mdr.twist("3 mrad") >> mdr.twist("1 mrad"))
+    a = float(result["contact_radius"][-1])
+    for r, z in ((0.5 * a, 0.3 * a), (1.1 * a, 0.2 * a)):
+        rests = []
+        for h in (2e-3 * a, 1e-3 * a):
+            field = result.field("stress", r=[r - h, r, r + h], z=[z - h, z, z + h])
+            rt, tz = (field.sel(component=name).values for name in ("rt", "tz"))
+            terms = (rt[1, 2] - rt[1, 0]) / (2 * h), (tz[2, 1] - tz[0, 1]) / (2 * h), 2 * rt[1, 1] / r
+            rests.append(abs(sum(terms)) / max(map(abs, terms)))
+        assert rests[1] < 3e-5
+        assert rests[1] < 0.3 * rests[0]
+
+
+def test_a_sticking_contact_that_grows_keeps_the_traction_of_its_first_disk():
+    joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(math.inf))
+    result = mdr.solve(joint, mdr.indent("1 um") >> mdr.twist("1 mrad") >> mdr.indent("2 um"))
+    r = np.array([0.0, 0.5e-4, 0.9e-4, 1.1e-4])
+    np.testing.assert_array_equal(
+        result.field("torsional_traction", r=r, step=2), result.field("torsional_traction", r=r, step=1)
+    )
+    assert result.field("torsional_traction", r=[1e-4], step=2).item() == math.inf
+    assert result.field("torsional_traction", r=[0.0]).item() == 0.0
+    with pytest.raises(mdr.NotValidError, match="sticking contact"):
+        result.largest("von_mises", step=-1)
+
+
+def test_the_largest_stress_moves_to_the_surface_with_friction():
+    for friction, depth in ((0.1, 0.4809), (1.0, 0.0)):
+        joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(friction))
+        result = mdr.solve(joint, mdr.indent("1 um") >> mdr.twist("10 mrad"))
+        peak = result.largest("von_mises", step=-1)
+        assert float(peak.z) / float(result["contact_radius"][-1]) == pytest.approx(depth, abs=1e-4)
+        near = result.field("von_mises", r=[float(peak.r)], z=[float(peak.z)])
+        assert near.item() == pytest.approx(float(peak), rel=1e-9)
+    cycle = mdr.solve(joint, mdr.indent("1 um") >> mdr.cycle(twist="2 mrad", steps=4))
+    ruiz = mdr.fatigue(cycle, criterion=mdr.RuizWork())
+    r = float(np.hypot(ruiz.x, ruiz.y))
+    traction, slip = (
+        cycle.field(name, r=[r], step=[1, 2, 3, 4]).values for name in ("torsional_traction", "slip")
+    )
+    assert ruiz.value == pytest.approx(np.abs(traction).max() * np.ptp(slip) / 2, rel=1e-6)
+    with pytest.raises(mdr.NotValidError, match="RuizWork"):
+        mdr.fatigue(cycle, criterion=mdr.RuizDamage())
+    assert mdr.fatigue(cycle, criterion=mdr.DangVan(hydrostatic_slope=0.3)).value > 0.0

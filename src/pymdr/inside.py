@@ -10,7 +10,6 @@ import numpy as np
 
 from pymdr.errors import NotValidError, ProblemError, QuantityError
 from pymdr.interpretation.interior import (
-    INTERIOR_COMPONENTS,
     SPATIAL_COMPONENTS,
     Background,
     Interior,
@@ -173,7 +172,7 @@ def interior_field(
         axes = {"z": depth, "r": radius}
         grid = np.meshgrid(depth, np.abs(radius), indexing="ij")
         values = np.array([interior.field(name, grid[1], grid[0], i) for i in chosen])
-        components = INTERIOR_COMPONENTS
+        components = interior.components
     else:
         x = _axis(inside.get("x"), ALONG, np.linspace(-end, end, 2 * _POINTS - 1))
         y = _axis(inside.get("y"), ACROSS, np.zeros(1))

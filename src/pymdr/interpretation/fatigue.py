@@ -68,8 +68,16 @@ class StressCycle:
         return self.backgrounds is None and all(load.shear is None for load in self.loads)
 
     @property
+    def traction(self) -> str:
+        """Name of the field of the traction at the surface."""
+        turns = any(load.twist is not None for load in self.loads)
+        return "torsional_traction" if turns else "shear_traction"
+
+    @property
     def mirrored(self) -> bool:
         """Whether both sides of the plane y = 0 are alike."""
+        if self.traction == "torsional_traction":
+            return False
         if self.backgrounds is None:
             return True
         added = np.array([one(self.radius * _DEPTHS) for one in self.backgrounds])
@@ -92,13 +100,15 @@ class StressCycle:
         c, s = np.cos(angle), np.sin(angle)
         cycle = np.empty((len(rows), 6, r.size))
         for n, row in enumerate(rows):
-            normal, shear = self.loads[row]
+            normal, shear, twist = self.loads[row]
             tensor = np.zeros((6, r.size))
             if normal.radius > 0.0:
                 tensor[:4] = self.solid.normal_stress(normal, radius, depth)[:, where.ravel()]
             if shear is not None and shear.radius > 0.0:
                 amplitudes = self.sign * self.solid.shear_stress(shear, radius, depth)
                 tensor += traction_at(amplitudes[:, where.ravel()], c, s)
+            if twist is not None and twist.radius > 0.0:
+                tensor[4:] += self.sign * self.solid.twist_stress(twist, radius, depth)[:, where.ravel()]
             cycle[n] = fixed_axes(tensor, c, s)
             if self.backgrounds is not None:
                 cycle[n] += self.backgrounds[row](z)
@@ -194,7 +204,7 @@ class SurfaceRating:
         """As of every rating."""
         radii, where = np.unique(r, return_inverse=True)
         surface = self.interior.surface
-        traction = np.array([surface.field("shear_traction", radii, step) for step in self.steps])
+        traction = np.array([surface.field(self.cycle.traction, radii, step) for step in self.steps])
         slip = np.array([surface.field("slip", radii, step) for step in self.steps])
         separated = np.isnan(slip)
         low, high = (np.where(separated, side, slip) for side in (math.inf, -math.inf))
@@ -248,8 +258,9 @@ def stress_cycle(
             raise NotValidError(f"fatigue is not valid here: in row {step} {interior.unbounded(step)}")
         loads.append(load)
         marks += interior.marks(step)
-        if load.shear is not None:
-            marks += sorted({piece.anchor for piece in load.shear.pieces})
+        for one in (load.shear, load.twist):
+            if one is not None:
+                marks += sorted({piece.anchor for piece in one.pieces})
     cycle = StressCycle(
         interior.solid,
         interior.sign,
@@ -325,9 +336,14 @@ def rating_of(
     if measure is not None:
         return BodyRating(cycle, measure)
     assert isinstance(criterion, RuizWork | RuizDamage)
-    if any(load.shear is None for load in cycle.loads):
+    if any(load.shear is load.twist is None for load in cycle.loads):
         raise NotValidError(
             f"{type(criterion).__name__} is not valid here: there is no slip without friction; give friction=Coulomb(0.3)"
+        )
+    if isinstance(criterion, RuizDamage) and cycle.traction == "torsional_traction":
+        raise NotValidError(
+            "RuizDamage is not valid here: under torsion the slip is around the axis and the tension along a shift is not defined; use "
+            "RuizWork()"
         )
     return _on_surface(cycle, interior, steps, isinstance(criterion, RuizDamage))
 
@@ -340,7 +356,7 @@ def _on_surface(
     inside = np.minimum(radii, cycle.radius)
     traction, slip = (
         np.array([interior.surface.field(name, inside, step) for step in steps])
-        for name in ("shear_traction", "slip")
+        for name in (cycle.traction, "slip")
     )
     rows = _covering(np.abs(traction))
     for sign in (1.0, -1.0):

@@ -31,6 +31,12 @@ INTERIOR_COMPONENTS: Mapping[str, tuple[str, ...]] = {
     "interior_displacement": ("r", "z"),
 }
 """Of fields of revolution that are no single number at a point."""
+TWISTED_COMPONENTS: Mapping[str, tuple[str, ...]] = {
+    "stress": ("rr", "tt", "zz", "rz", "rt", "tz"),
+    "principal_stress": ("1", "2", "3"),
+    "interior_displacement": ("r", "z", "t"),
+}
+"""The same under torsion."""
 SPATIAL_COMPONENTS: Mapping[str, tuple[str, ...]] = {
     "stress": ("xx", "yy", "zz", "xz", "xy", "yz"),
     "principal_stress": ("1", "2", "3"),
@@ -93,6 +99,8 @@ class Interior:
     solid: Solid
     sign: float = 1.0
     """Of the shear traction on this body: 1, or -1 on the counterbody."""
+    turns: bool = False
+    """Whether the traction acts around the axis (torsion)."""
 
     def load(self, step: int) -> LineLoad:
         """The normal load on the line in one step."""
@@ -105,13 +113,36 @@ class Interior:
 
     def field(self, name: str, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
         """Values of a field of revolution at points in m in one step, components first."""
-        load = self.load(step)
-        if math.isnan(load.radius):
-            count = len(INTERIOR_COMPONENTS.get(name, ()))
+        loads = self.surface.loads(step)
+        if math.isnan(loads.normal.radius):
+            count = len(self.components.get(name, ()))
             return np.full((count,) * bool(count) + r.shape, math.nan)
         if name == "interior_displacement":
-            return self._known_displacement(self._displaced(load, r, z, step))
-        return derived(name, self._normal(load, r, z, step))
+            moved = self._known_displacement(self._displaced(loads.normal, r, z, step))
+            return (
+                moved if loads.twist is None else np.append(moved, [self._turned(loads.twist, r, z)], axis=0)
+            )
+        tensor = self._normal(loads.normal, r, z, step)
+        if loads.twist is not None:
+            tensor = np.append(tensor, self._twist(loads.twist, r, z, step), axis=0)
+        return derived(name, tensor)
+
+    @property
+    def components(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of the components of fields of revolution, by field."""
+        return TWISTED_COMPONENTS if self.turns else INTERIOR_COMPONENTS
+
+    def _twist(self, load: LineLoad, r: FloatArray, z: FloatArray, step: int) -> FloatArray:
+        """Components rt and tz under torsion, with the traction itself at the surface."""
+        tensor = self.sign * self.solid.twist_stress(load, r, z)
+        surface = z == 0.0
+        if surface.any():
+            tensor[1, surface] = -self.sign * self.surface.field("torsional_traction", r[surface], step)
+        return tensor
+
+    def _turned(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
+        """u_t under torsion."""
+        return self.sign * self.solid.twist_displacement(load, r, z)
 
     def depths(self, end: float) -> FloatArray:
         """Depths in m down to `end` at which fields are drawn."""
@@ -165,6 +196,8 @@ class Interior:
             return self._spatial_displacement(loads, (radius, depth), where, (cosine, sine))
         tensor = np.zeros((6, *x.shape))
         tensor[:4] = self._normal(loads.normal, radius, depth, step)[:, where]
+        if loads.twist is not None:
+            tensor[4:] = self._twist(loads.twist, radius, depth, step)[:, where]
         if loads.shear is not None:
             amplitudes = self.sign * self.solid.shear_stress(loads.shear, radius, depth)
             tensor += traction_at(amplitudes[:, where], cosine, sine)
@@ -194,6 +227,8 @@ class Interior:
         if loads.shear is not None:
             moved = self.sign * self.solid.shear_displacement(loads.shear, *points)[:, where]
             along, across, inward = along + moved[0] * cosine, moved[1] * sine, inward + moved[2] * cosine
+        if loads.twist is not None:
+            across = across + self._turned(loads.twist, *points)[where]
         return np.array([along * cosine - across * sine, along * sine + across * cosine, inward])
 
     def _known_displacement(self, moved: FloatArray) -> FloatArray:
@@ -259,19 +294,27 @@ class Interior:
             return Largest(math.inf, singular, 0.0)
 
         def revolving(r: FloatArray, z: FloatArray) -> FloatArray:
-            return self.solid.normal_stress(normal, r, z)
+            return self._steady(loads, r, z)
 
         def amplitudes(r: FloatArray, z: FloatArray) -> FloatArray:
             assert shear is not None
             return self.sign * self.solid.shear_stress(shear, r, z)
 
         marks = self.marks(step)
-        if shear is not None:
-            rings = sorted({piece.anchor for piece in shear.pieces} | {ring for ring, _ in shear.rings})
-            marks += rings[:: max(1, len(rings) // _SHOWN_RINGS)]
+        for load in (shear, loads.twist):
+            if load is not None:
+                rings = sorted({piece.anchor for piece in load.pieces} | {ring for ring, _ in load.rings})
+                marks += rings[:: max(1, len(rings) // _SHOWN_RINGS)]
         return largest_on(
             measure, revolving, None if shear is None else amplitudes, background, marks, normal.radius
         )
+
+    def _steady(self, loads: Loads, r: FloatArray, z: FloatArray) -> FloatArray:
+        """Components that do not depend on the angle: rr, tt, zz, rz, and under torsion rt and tz."""
+        tensor = self.solid.normal_stress(loads.normal, r, z)
+        if loads.twist is None:
+            return tensor
+        return np.append(tensor, self.sign * self.solid.twist_stress(loads.twist, r, z), axis=0)
 
     @property
     def measures(self) -> tuple[str, ...]:
@@ -341,7 +384,8 @@ class Interior:
         The second step is one whose stress is bounded.
         """
         step, bounded = steps
-        load, measure = self.load(step), MEASURES[name]
+        loads, measure = self.surface.loads(step), MEASURES[name]
+        load = loads.normal
         # the same kinks have pressures of one kind
         alike = self.surface.marks(step) == self.surface.marks(bounded)
         if (
@@ -350,14 +394,15 @@ class Interior:
         ):
             return None
         near = float(place[0] * load.radius), float(place[1] * load.radius)
-        return polished(lambda r, z: measure(self.solid.normal_stress(load, r, z)), near, load.radius)
+        return polished(lambda r, z: measure(self._steady(loads, r, z)), near, load.radius)
 
     def _singular_edge(self, step: int) -> float | None:
         """The radius in m of an edge at which the stress has no bound in one step; None without."""
         loads = self.surface.loads(step)
         if loads.normal.edge != 0.0:
             return loads.normal.edge_radius
-        return loads.shear.rings[-1][0] if loads.shear is not None and loads.shear.rings else None
+        rings = next((one.rings for one in loads[1:] if one is not None and one.rings), None)
+        return None if rings is None else rings[-1][0]
 
     def singular_radius(self, step: int) -> float | None:
         """The radius in m at which the stress has no bound in one step; None if it has one everywhere."""
@@ -367,7 +412,8 @@ class Interior:
         corners = np.array([0.0, *self.surface.marks(step)])
         infinite = np.isinf(self.surface.field("pressure", corners, step))
         balanced = isinstance(self.solid, IsotropicSolid) and self.solid.poisson == 0.5
-        if infinite.any() and not (balanced and (loads.shear is None or not loads.shear.pieces)):
+        sheared = any(one is not None and one.pieces for one in loads[1:])
+        if infinite.any() and not (balanced and not sheared):
             return float(corners[infinite][0])
         return None
 
@@ -375,9 +421,9 @@ class Interior:
         """Why the stress has no bound in one step."""
         loads = self.surface.loads(step)
         if loads.normal.edge == 0.0:
-            if loads.shear is not None and loads.shear.rings:
+            if any(one is not None and one.rings for one in loads[1:]):
                 return _SINGULAR_SHEAR
-            isotropic = isinstance(self.solid, IsotropicSolid) and loads.shear is None
+            isotropic = isinstance(self.solid, IsotropicSolid) and loads.shear is loads.twist is None
             return _SINGULAR_TIP.format("where nu is below 1/2" if isotropic else "in this body")
         return _SINGULAR_EDGE.format(
             "which is sharp" if loads.normal.edge > 0.0 else "which adhesion pulls open"
@@ -466,7 +512,7 @@ def stress_claim(
     by_rings : bool
         Whether it was solved by boundary elements.
     claims : mapping of str to Claim
-        Those of the pressure and, with friction, of the shear traction, from which the stress follows.
+        Those of the pressure and, with friction, of the shear or torsional traction, from which the stress follows.
     planar : bool
         Whether shifts have components along x and y.
 
@@ -478,13 +524,11 @@ def stress_claim(
     why = unknown_stress(contact) or by_rings * (
         "boundary elements do not give the stress in the bodies; leave solver=Rings() out"
     )
-    if not why and contact.friction is not None and "shear_traction" not in claims:
-        why = "the stress under torsion is not computed"
     if not why and planar:
         why = "the stress under shifts in the plane is not computed; give single numbers for shifts along one line"
     if why:
         return Claim(Level.NOT_VALID, why, SOURCES["stress"], np.zeros(pressure.where.shape, dtype=bool))
-    traction = claims.get("shear_traction")
+    traction = claims.get("shear_traction", claims.get("torsional_traction"))
     if traction is None or not (pressure.readable and traction.readable):
         readable = pressure if traction is None or not pressure.readable else traction
         source = SOURCES["stress" if contact.layered is None else "burmister"]

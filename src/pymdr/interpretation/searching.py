@@ -61,7 +61,7 @@ def largest_on(
     measure : callable
         From components, shape (4, ...) or (6, ...).
     revolving : callable
-        Components rr, tt, zz, rz that do not depend on the angle.
+        Components rr, tt, zz, rz, and under torsion rt and tz, that do not depend on the angle.
     amplitudes : callable or None
         Of a shear traction: rr, tt, zz, rz times the cosine and rt, tz times the sine.
     background : callable or None
@@ -119,7 +119,9 @@ def largest_in_span(
         return _searched(lambda r, z: measure(revolving(r, z)), *net, _PLACE * size, span)
 
     def turned(r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        steady = np.concatenate([revolving(r, z), np.zeros((2, *r.shape))])
+        steady = np.zeros((6, *r.shape))
+        known = revolving(r, z)
+        steady[: known.shape[0]] = known
         moving = np.zeros(steady.shape) if amplitudes is None else amplitudes(r, z)
         added = None if background is None else background(z)
         return _over_angles(measure, steady, moving, added)

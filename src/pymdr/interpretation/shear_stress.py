@@ -1,7 +1,8 @@
-"""Stress and displacement inside an elastic half-space under a shear traction in one direction, from its load on the line.
+"""Stress and displacement inside an elastic half-space under a shear traction in one direction or around the axis, from its load on the line.
 
 The load is a sum of tangential punches, whose closed forms are those of normal ones and three more. Around the axis every component
-is the cosine or the sine of the angle times one number (frame of Cattaneo and Mindlin: the traction is parallel to x).
+is the cosine or the sine of the angle times one number (frame of Cattaneo and Mindlin: the traction is parallel to x). Torsion needs no more
+closed forms, and nothing of it depends on the angle.
 """
 
 from __future__ import annotations
@@ -128,3 +129,51 @@ def shear_displacement(
     along = even - odd - r * integrals.deep
     inward = -z * integrals.across - (1.0 - 2.0 * poisson) * r * integrals.mean
     return np.array([along, -even - odd, inward]) / (2.0 * math.pi * shear)
+
+
+def twist_stress(integrals: ShearSums, r: FloatArray) -> FloatArray:
+    """
+    Stress in Pa under a traction around the axis, shape (2, ...).
+
+    Parameters
+    ----------
+    integrals : ShearSums
+        Of the torsional load Q in Pa, in Pa/m.
+    r : ndarray
+        Radius in m.
+
+    Returns
+    -------
+    ndarray
+        Components rt and tz, of any isotropic body.
+
+    Notes
+    -----
+    A rigid disk of radius s that is turned, Q = 8 G phi, has u_t = (Q r / 2 pi G) Im(ln P / 2 + r^2 / (4 P^2) + z / P) (Reissner and Sagoci
+    1944; Sneddon 1947), with R and P of :mod:`pymdr.interpretation.stress`; hence tz = (Q r / 2 pi) Im(1 / R - z / (R P)) and
+    rt = (Q r / 2 pi) Im(r / (R P) - r / (2 P^2) - z r / (R P^2)).
+    """
+    rt = integrals.across - 0.5 * integrals.squared - integrals.deep
+    tz = integrals.inverse - integrals.mixed
+    return np.asarray(r / (2.0 * math.pi) * np.array([rt, tz]))
+
+
+def twist_displacement(integrals: ShearSums, r: FloatArray, z: FloatArray, shear: float) -> FloatArray:
+    """
+    Displacement u_t in m around the axis under a traction around it.
+
+    Parameters
+    ----------
+    integrals : ShearSums
+        Of the torsional load Q.
+    r, z : ndarray
+        Radius and depth in m.
+    shear : float
+        G in Pa.
+
+    Returns
+    -------
+    ndarray
+    """
+    turned = 0.5 * integrals.log + 0.25 * r * integrals.squared + z * integrals.mean
+    return np.asarray(r / (2.0 * math.pi * shear) * turned)

@@ -1,4 +1,4 @@
-"""The half-spaces whose stress is known from the load on the line, each with the same four closed forms."""
+"""The half-spaces whose stress is known from the load on the line, each with the same closed forms."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from typing import Protocol
 
 import numpy as np
 
-from pymdr.interpretation.shear_stress import shear_displacement, shear_stress, shear_sums
+from pymdr.interpretation.shear_stress import (
+    shear_displacement,
+    shear_stress,
+    shear_sums,
+    twist_displacement,
+    twist_stress,
+)
 from pymdr.interpretation.stress import LineLoad, displacement, stress, sums
 from pymdr.interpretation.transverse import TransverseSolid
 from pymdr.problem.layers import Layered
@@ -31,6 +37,12 @@ class Solid(Protocol):
 
     def shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """Amplitudes of u_r (cosine), u_t (sine) and u_z (cosine) in m under a traction in +x, shape (3, ...)."""
+
+    def twist_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
+        """Components rt and tz in Pa under a traction around the axis, shape (2, ...)."""
+
+    def twist_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
+        """u_t in m under a traction around the axis."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +68,14 @@ class IsotropicSolid:
     def shear_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
         """As of every solid."""
         return shear_displacement(shear_sums(load, r, z), r, z, self.poisson, self.shear)
+
+    def twist_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
+        """As of every solid."""
+        return twist_stress(shear_sums(load, r, z, logarithm=False), r)
+
+    def twist_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
+        """As of every solid."""
+        return twist_displacement(shear_sums(load, r, z), r, z, self.shear)
 
 
 @singledispatch

@@ -74,6 +74,8 @@ class Loads(NamedTuple):
     normal: LineLoad
     shear: LineLoad | None = None
     """Shear load on the body, in the direction of x; None without friction."""
+    twist: LineLoad | None = None
+    """Torsional load Q on the body, around the axis, in Pa, with its scale in Pa/m; None without torsion."""
 
 
 def line_load(

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from pymdr.interpretation.stress import LineLoad, Loads, Punches
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState
-from pymdr.line.torsion.segments import displacement_of, load_of, traction_of
+from pymdr.line.torsion.segments import (
+    Segment,
+    displacement_of,
+    load_of,
+    load_slope,
+    steps_of,
+    traction_of,
+)
 from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.contact import Contact
 from pymdr.units import FloatArray
@@ -30,6 +39,9 @@ TORSIONAL_QUANTITIES = (
 _MEASURED_ERROR = 0.1
 """Error of the torque over the largest frictional torque where an inner ring slips: twice the 0.046 that boundary elements on rings gave at most in 871
 rows of 827 random histories of a paraboloid."""
+_NOISE = 1e-13
+"""Error of the slopes of the load, over the typical one."""
+_HALF = np.array([0.5])
 
 
 def torsional_modulus(contact: Contact) -> float:
@@ -120,6 +132,18 @@ class TorsionSurface:
         """As that of the normal contact."""
         return self.normal.edge_amplitude(step)
 
+    @property
+    def revolves(self) -> bool:
+        """Nothing depends on the direction."""
+        return True
+
+    def loads(self, step: int) -> Loads:
+        """The loads on the line; the torsional traction acts in the sense of the twist."""
+        loads = self.normal.loads(step)
+        return loads._replace(
+            twist=twist_load(self.line, self.states[step].segments, loads.normal.edge_radius)
+        )
+
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one step."""
         if name not in TORSIONAL_FIELDS:
@@ -151,3 +175,40 @@ class TorsionSurface:
         outer = state.segments[-1]
         load = float(load_of(self.line, outer, np.array([outer.high]))[0])
         return math.copysign(math.inf, load) if load else 0.0
+
+
+def twist_load(line: TwistedLine, segments: Sequence[Segment], radius: float) -> LineLoad:
+    """
+    The load of the torsional traction on the line as punches that turn.
+
+    Parameters
+    ----------
+    line : TwistedLine
+    segments : sequence of Segment
+        The springs.
+    radius : float
+        Contact radius in m.
+
+    Returns
+    -------
+    LineLoad
+        Q in Pa, with its scale in Pa/m.
+    """
+    pieces: list[Punches] = []
+    size = 0.0
+    for one in segments:
+        ends = [one.low, *(x for x in line.kinks(one.high) if x > one.low), one.high]
+        for low, high in itertools.pairwise(ends):
+            last = float(np.nextafter(high, 0.0))
+
+            def density(
+                above: FloatArray, one: Segment = one, low: float = low, last: float = last
+            ) -> FloatArray:
+                return -load_slope(line, one, np.minimum(low + above, last))
+
+            size = max(size, abs(float(load_of(line, one, low + _HALF * (high - low))[0])))
+            if one.sign or one.rate:
+                pieces.append(Punches(low, high - low, density))
+    if size == 0.0:
+        return LineLoad((), radius, 0.0, radius, 0.0)
+    return LineLoad(tuple(pieces), radius, 0.0, radius, size / radius, steps_of(line, segments), _NOISE)

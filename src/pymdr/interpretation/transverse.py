@@ -15,6 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.interpretation.shear_stress import shear_sums, twist_displacement, twist_stress
 from pymdr.interpretation.stress import LineLoad, integrated
 from pymdr.problem.materials import Stiffnesses
 from pymdr.units import FloatArray
@@ -200,3 +201,14 @@ class TransverseSolid:
         first = 0.5 * r * integrals.squared - integrals.log
         total += [factor * first, factor * (r * integrals.squared - first), np.zeros(np.shape(r))]
         return np.asarray(total.real)
+
+    def twist_stress(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
+        """Components rt and tz in Pa under a traction around the axis, shape (2, ...)."""
+        root = self._twist()[0].real
+        rt, tz = twist_stress(shear_sums(load, r, root * z, logarithm=False), r)
+        return np.array([root * rt, tz])
+
+    def twist_displacement(self, load: LineLoad, r: FloatArray, z: FloatArray) -> FloatArray:
+        """u_t in m under a traction around the axis."""
+        root = self._twist()[0].real
+        return twist_displacement(shear_sums(load, r, root * z), r, root * z, self.stiffnesses.c44 * root)

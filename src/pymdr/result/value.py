@@ -56,6 +56,7 @@ if TYPE_CHECKING:
 
 _HISTORIES = (
     ("shift", "tangential_force"),
+    ("twist", "torque"),
     ("indentation", "normal_force"),
     ("normal_force", "contact_radius"),
     ("indentation", "contact_radius"),
@@ -284,7 +285,8 @@ class Result:
         xarray.DataArray
             Over ``r`` (``x``), or over ``step`` and ``r`` for several rows, tangential fields of a path in the plane over ``axis``
             before ``r``, NaN in those that are not valid; inside a body over
-            ``z`` and ``r``, or ``z``, ``y`` if given, and ``x``, tensors and vectors over ``component`` before them. Pressure and fluxes are inf at a singular edge,
+            ``z`` and ``r``, or ``z``, ``y`` if given, and ``x``, tensors and vectors over ``component`` before them (under torsion with
+            ``rt`` and ``tz``, around the axis). Pressure and fluxes are inf at a singular edge,
             with its amplitude as the coordinate ``edge_amplitude``.
 
         Raises

@@ -101,8 +101,8 @@ def _surface(result: Result) -> Surface:
 
 def _interior(result: Result, side: str | None) -> Interior:
     surface = result.surface
-    assert isinstance(surface, Surface | FrictionSurface | MemorySurface | ShearedSurface)
-    return interior_of(result.contact, surface, side)
+    assert isinstance(surface, Surface | FrictionSurface | TorsionSurface | MemorySurface | ShearedSurface)
+    return replace(interior_of(result.contact, surface, side), turns=isinstance(surface, TorsionSurface))
 
 
 def _friction_surface(result: Result) -> FrictionSurface:
@@ -268,6 +268,7 @@ LAWS = (
             _torsion_surface,
             frictional_plots,
             _WITHOUT_SHIFT,
+            interior=_interior,
         ),
     ),
     Law(

@@ -18,6 +18,8 @@ _WIDEST = 1.5
 """Largest width of a panel of t = arcosh(s/x)."""
 _FARTHEST = 40.0
 """Where sech^3 t vanishes to rounding."""
+_CANCELLING = 0.75
+"""1 - k^2 above which Carlson's integrals replace those of Legendre, whose difference loses digits."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,20 @@ class TwistedLine:
         total += self._excess(depth, a) * ellipkm1(np.minimum((x / a) ** 2, 1.0)) / a
         return np.where(x <= a, 4.0 * self.friction * self.line.modulus / math.pi * total, 0.0)
 
+    def limit_slope(self, x: FloatArray, depth: float) -> FloatArray:
+        """
+        Derivative of :meth:`limit` over x in Pa/m, at some x in m below the contact radius, from the right.
+
+        -(4 mu E*/(pi x)) [(pi/2) g'(x) + int_x^a g'(s) B(k) ds/s + (d - g(a)) B(k_a)/a], B = (E - (1 - k^2) K)/k^2.
+        """
+        a = self.radius(depth)
+        s, weights = self._radii(x, a)
+        terms = self.line.equivalent.slope(s) * _complete((x[:, None] / s) ** 2) / s
+        total = np.sum(np.where(weights > 0.0, terms * weights, 0.0), axis=1)
+        total += self._excess(depth, a) * _complete((x / a) ** 2) / a
+        total += 0.5 * math.pi * self.line.equivalent.slope(x)
+        return np.where(x < a, -4.0 * self.friction * self.line.modulus / (math.pi * x) * total, 0.0)
+
     def limit_torque(self, x: FloatArray, depth: float) -> FloatArray:
         """
         Torque in N m of the springs from x outward if all are at their limit.
@@ -107,6 +123,19 @@ class TwistedLine:
         t = (start + span * v**2).reshape(x.size, -1)
         weights = (span * v * width * WEIGHTS).reshape(x.size, -1) * inner * np.sinh(t)
         return np.minimum(inner * np.cosh(t), a), weights
+
+
+def _complete(rest: FloatArray) -> FloatArray:
+    """B = (E - (1 - k^2) K)/k^2 of rest = 1 - k^2, a complete elliptic integral without cancellation."""
+    from scipy.special import ellipe, ellipkm1, elliprd, elliprf
+
+    rest = np.clip(rest, 1e-300, 1.0)
+    near = rest > _CANCELLING
+    values = np.empty(rest.shape)
+    far = rest[~near]
+    values[~near] = (ellipe(1.0 - far) - far * ellipkm1(far)) / (1.0 - far)
+    values[near] = elliprf(0.0, rest[near], 1.0) - elliprd(0.0, rest[near], 1.0) / 3.0
+    return values
 
 
 @cache

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,8 @@ _TERMS = 20
 _OCTAVES = 34
 _FEW_OCTAVES = 6
 """Toward the axis, for integrands with a factor x^2."""
+_ROUNDING = 1e-11
+"""Of the largest load: steps of the load below it are those of a border between stick and slip, which is found to rounding."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,27 @@ def load_of(line: TwistedLine, segment: Segment, x: FloatArray) -> FloatArray:
     return q - segment.rate * line.line.equivalent.g(x) if segment.rate else q
 
 
+def load_slope(line: TwistedLine, segment: Segment, x: FloatArray) -> FloatArray:
+    """Derivative of :func:`load_of` over x in Pa/m at some x in m above 0, from the right."""
+    slope = segment.sign * line.limit_slope(x, segment.depth) if segment.sign else np.zeros(x.shape)
+    return slope - segment.rate * line.line.equivalent.slope(x) if segment.rate else slope
+
+
+def steps_of(line: TwistedLine, segments: Sequence[Segment]) -> tuple[tuple[float, float], ...]:
+    """Radii in m at which the load Q drops, with the drops in Pa: of springs that entered a contact already twisted, and at its edge."""
+    borders = np.array([one.high for one in segments])
+    inner = np.array(
+        [float(load_of(line, one, at)[0]) for one, at in zip(segments, borders[:, None], strict=True)]
+    )
+    outer = [
+        float(load_of(line, one, at)[0]) for one, at in zip(segments[1:], borders[:-1, None], strict=True)
+    ]
+    drops = inner - np.append(outer, [0.0] * bool(segments))
+    size = np.max(np.abs([*inner, *(one.constant for one in segments)]), initial=0.0)
+    steep = np.abs(drops) > _ROUNDING * size
+    return tuple(zip(borders[steep].tolist(), drops[steep].tolist(), strict=True))
+
+
 def torque_of(line: TwistedLine, segments: Iterable[Segment]) -> float:
     """M = 2 int x^2 Q dx in N m."""
     total = 0.0
@@ -70,21 +93,18 @@ def energy_of(line: TwistedLine, segments: Iterable[Segment]) -> float:
     return total / (8.0 * line.shear)
 
 
-def traction_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArray) -> FloatArray:
+def traction_of(line: TwistedLine, segments: Sequence[Segment], r: FloatArray) -> FloatArray:
     """
     Circumferential traction in Pa at some r above 0 in m, below the contact radius.
 
-    tau = (r/2 pi) [Q(a)/sqrt(a^2 - r^2) - int_r^a Q'(x) dx/sqrt(x^2 - r^2)], with x^2 = r^2 + y^2.
+    tau = -(r/2 pi) int_r^a dQ(x)/sqrt(x^2 - r^2), with x^2 = r^2 + y^2 and every step of Q, the last at the edge.
     """
     total = np.zeros(r.shape)
-    outer = None
+    innermost = float(np.min(r, initial=math.inf))
     for one in segments:
-        outer = one
-        if not (one.sign or one.rate):
+        if one.high <= innermost or not (one.sign or one.rate):
             continue
-        if one.high <= float(np.min(r)):
-            continue
-        low, high = _panels(line, max(one.low, float(np.min(r)), 1e-10 * one.high), one.high)
+        low, high = _panels(line, max(one.low, innermost, 1e-10 * one.high), one.high)
         half = (high - low) / 2.0
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
         values = load_of(line, one, (low + half * (u[:, None] + 1.0)).ravel()).reshape(_TERMS, -1)
@@ -95,10 +115,9 @@ def traction_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArray) -
         at = np.clip((x - low[:, None]) / half[:, None] - 1.0, -1.0, 1.0)
         rates = _series(slopes / half, at) / x
         total -= np.sum(rates @ (WEIGHTS / 2.0) * (stop - start), axis=1)
-    if outer is not None:
-        a = outer.high
-        edge = float(load_of(line, outer, np.array([a]))[0])
-        total += edge / np.sqrt((a - r) * (a + r)) if edge else 0.0
+    for radius, drop in steps_of(line, segments):
+        with np.errstate(divide="ignore"):
+            total += np.where(r <= radius, drop / np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)), 0.0)
     return np.asarray(r / (2.0 * math.pi) * total)
 
 

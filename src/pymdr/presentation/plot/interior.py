@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pymdr.presentation.plot.shared import (
+    AMBER,
     BLUE,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
+    SKY,
     SMALL,
     axis_label,
     legend_above,
@@ -46,7 +48,14 @@ _NOTHING = 1e-9
 """Fraction of the largest component below which one is not drawn."""
 _SIGNED = ("principal_stress", "hydrostatic")
 """Measures whose sign distinguishes tension and compression."""
-_LINES = {"rr": BLUE, "xx": BLUE, "tt": GREEN, "yy": GREEN, "zz": ORANGE, "rz": PURPLE, "xz": PURPLE}
+_LINES = {
+    **dict.fromkeys(("rr", "xx"), BLUE),
+    **dict.fromkeys(("tt", "yy"), GREEN),
+    "zz": ORANGE,
+    **dict.fromkeys(("rz", "xz"), PURPLE),
+    **dict.fromkeys(("rt", "xy"), SKY),
+    **dict.fromkeys(("tz", "yz"), AMBER),
+}
 """Components that are drawn along lines."""
 
 
