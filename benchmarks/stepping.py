@@ -7,12 +7,16 @@ import numpy as np
 
 import pymdr as mdr
 from benchmarks.timing import Ratio, median_times
+from pymdr.line.adhesion import jkr_force
 
 STEPS, CONTACTS, TOGETHER = 100_000, 10_000, 100
 STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
 DEEPEST = 1e-5
+STICKY = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("40 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
 MODULI = mdr.effective_moduli(STEEL, STEEL)
+MODULUS = 4e4 / 0.75
+"""E* of the sticky contact in Pa."""
 
 
 def walk(size: int) -> tuple[np.ndarray, np.ndarray]:
@@ -33,8 +37,33 @@ def hertz_mindlin(depth: list[float], shift: list[float]) -> float:
     return force
 
 
+def adhesion() -> Iterator[Ratio]:
+    """A contact with JKR that is pressed and torn off: from Python, and many at once."""
+    depth = 6.0 * walk(CONTACTS * TOGETHER)[0] - 4.0 * DEEPEST
+    one, many = depth[:STEPS].tolist(), depth.reshape(TOGETHER, CONTACTS)
+    single, several = mdr.Stepper(STICKY, 2 * DEEPEST), mdr.Stepper(STICKY, 2 * DEEPEST, count=CONTACTS)
+
+    def steps() -> None:
+        for d in one:
+            single.advance(d)
+
+    def together() -> None:
+        for row in many:
+            several.advance(row)
+
+    ours, solved = median_times((steps, 5), (lambda: mdr.solve(STICKY, mdr.Path(indentation=one)), 5))
+    text = f"{STEPS:.0e} steps with JKR, {ours / STEPS * 1e6:.1f} us a step"
+    yield Ratio(text, "solve of the whole path", ours, solved, "no aim")
+    ours, formula = median_times(
+        (together, 5), (lambda: [jkr_force(row, 1e-3, MODULUS, 0.05) for row in many], 5)
+    )
+    text = f"{CONTACTS} contacts with JKR by {TOGETHER} steps, {ours / depth.size * 1e9:.0f} ns a step"
+    yield Ratio(text, "JKR's closed form in NumPy, without jumps", ours, formula, "aim 3 times")
+
+
 def ratios() -> Iterator[Ratio]:
     """One contact from Python, and many at once."""
+    yield from adhesion()
     depth, shift = walk(STEPS)
     d, u = depth.tolist(), shift.tolist()
 

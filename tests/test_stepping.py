@@ -152,10 +152,6 @@ def test_work_is_stored_or_dissipated(seed):
         (lambda: mdr.Stepper(ball(), "1 um", count=0), "at least 1"),
         (lambda: mdr.Stepper(3, "1 um"), "not a Contact"),
         (
-            lambda: mdr.Stepper(mdr.Contact(mdr.Sphere(1.0), STEEL, adhesion=mdr.JKR(0.1)), "1 um"),
-            "leave adhesion out",
-        ),
-        (
             lambda: mdr.Stepper(
                 mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(mdr.StandardSolid(1.0, 1.0, 1.0), 0.5)), "1 um"
             ),

@@ -126,6 +126,7 @@ def _warn_interpreted() -> None:
 
 
 _SUBJECTS = {
+    "line.following.": "adhesion",
     "line.friction.": "friction",
     "line.memory.": "viscoelasticity",
     "line.rebound.": "impacts on viscoelastic bodies",

@@ -17,6 +17,8 @@ import numpy as np
 from pymdr.numerics.panels import IndexArray, nodes, to_coefficients
 from pymdr.units import FloatArray
 
+KEY, START, WIDTH, FIRST_TERM = range(4)
+"""Columns of packed cells: segment + v at the beginning, v at the beginning, width in v, then the terms of one function after the other."""
 _LEVELS = 48
 _BLOCK = 8192
 _GRADES = 12
@@ -73,6 +75,12 @@ class Table:
             part = slice(i, i + _BLOCK)
             self._block(x[part], segment[part], values[:, part])
         return values
+
+    @property
+    def packed(self) -> FloatArray:
+        """The cells in rows, as compiled kernels read them."""
+        series = self.coefficients.transpose(2, 1, 0).reshape(self.keys.size, -1)
+        return np.column_stack([self.keys, self.start, self.width, series])
 
     def _block(self, x: FloatArray, segment: IndexArray, values: FloatArray) -> None:
         """Evaluate a block that stays in the cache."""

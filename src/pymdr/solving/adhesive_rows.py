@@ -137,7 +137,7 @@ def rows_of(
     states = equilibria.states(s)
     elastic, surface = equilibria.energies(s)
     slopes = equilibria.slopes(s)
-    between = _between_parameters(k, values, s, (states.indentation, states.normal_force), slopes)
+    between = between_parameters(k, values, s, (states.indentation, states.normal_force), slopes)
     force = np.where(attached, values if by_force else between[1], math.nan if by_force else 0.0)
     free_depth = np.full(values.shape, math.nan) if by_force else values
     depth = np.where(attached, values if channel == "indentation" else between[0], free_depth)
@@ -174,7 +174,7 @@ def rows_of(
     return rows, end
 
 
-def _between_parameters(
+def between_parameters(
     k: float,
     control: FloatArray,
     s: FloatArray,

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError
-from pymdr.interpretation.traction import curves_down_to
+from pymdr.errors import PathError, ProblemError, RefusedError
 from pymdr.interpretation.validity import Claim
-from pymdr.line.foundation import states_at_depth
-from pymdr.line.friction import Ending, StackArrays, Stacks, virgin_state
-from pymdr.mapping.moduli import EffectiveModuli
+from pymdr.line.moved import Moved
 from pymdr.problem.contact import Contact, require_contact
-from pymdr.problem.paths import indent, ramp
-from pymdr.problem.profiles import Shape
+from pymdr.problem.paths import LoadingPath
 from pymdr.problem.values import within_range
-from pymdr.solving.frictional import disks_down_to
-from pymdr.solving.reach import map_to_springs, refuse_unreachable
+from pymdr.solving.moving import moving_of
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
@@ -29,6 +25,7 @@ _CLAIMED = (
     "contact_radius",
     "stick_radius",
     "elastic_energy",
+    "surface_energy",
     "stored_tangential_energy",
     "dissipated_energy",
 )
@@ -50,8 +47,8 @@ class StepperState:
     contact: Contact
     max_indentation: float
     """In m."""
-    arrays: StackArrays
-    """Stacks of turning points, now and before the last step."""
+    arrays: tuple[np.ndarray, ...]
+    """What the contacts remember, now and before the last step."""
     undoable: bool
     """Whether the last step can be taken back."""
 
@@ -63,11 +60,13 @@ class Stepper:
     The indentation and the shift go straight to the values of a step. The memory of friction is the stack of its turning points,
     so that a step costs the same after any history. Values are floats in SI units, without units as texts.
 
+    With adhesion the contact is on a stable branch of its curve of equilibria and jumps at the ends of branches, as `solve` finds them.
+
     Parameters
     ----------
     contact : Contact
-        Elastic half-spaces, homogeneous or transversely isotropic, without adhesion; with :class:`Coulomb` friction of any coefficient, also
-        infinite, or without. The profile may be a :class:`ForceCurve`.
+        Without adhesion: elastic half-spaces, homogeneous or transversely isotropic, with :class:`Coulomb` friction of any coefficient, also
+        infinite, or without; the profile may be a :class:`ForceCurve`. With a law of adhesion: any elastic bodies, without friction.
     max_indentation : quantity
         Largest indentation in m of all steps, above 0.
     count : int
@@ -76,7 +75,7 @@ class Stepper:
     Raises
     ------
     ProblemError
-        If a body is viscoelastic, layered, graded or yields, the contact has adhesion, or a value is outside its limits.
+        If a body is viscoelastic or yields, is layered or graded without adhesion, or a value is outside its limits.
     RefusedError
         If the contact is not a disk at every indentation.
 
@@ -88,7 +87,7 @@ class Stepper:
     Notes
     -----
     The stack is exact for straight steps in indentation and shift (Jäger 1993; Aleshin et al. 2015); within the frame of Cattaneo and
-    Mindlin for bodies of revolution.
+    Mindlin for bodies of revolution. Branches of adhesion are tables to about 1e-13 of the largest force.
 
     References
     ----------
@@ -108,11 +107,9 @@ class Stepper:
     True
     """
 
-    _stacks: Stacks
-    _moduli: EffectiveModuli
+    _moved: Moved
+    _path: LoadingPath
     _undoable: bool
-    _moves: float
-    """1 with friction, 0 without."""
 
     def __init__(self, contact: Contact, max_indentation: QuantityLike, *, count: int = 1) -> None:
         deepest = to_si(max_indentation, "m", name="Stepper: max_indentation")
@@ -120,11 +117,17 @@ class Stepper:
             raise ProblemError(f"Stepper: max_indentation = {shown(max_indentation)}; it must be above 0 m")
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
-        self._contact = _checked(contact)
+        require_contact(contact, "Stepper")
+        self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
-        self._stacks, self._moduli = _mapped(contact, self._deepest, count)
-        self._moves = 0.0 if _friction_of(contact) == 0.0 else 1.0
+        self._moved, self._path = moving_of(contact, self._deepest, count)
+        if contact.adhesion is not None and not (disk := self._solved()["contact_radius"]).where.all():
+            raise RefusedError(f"Stepper: {disk.reason}")
         self._undoable = False
+
+    def _solved(self) -> Mapping[str, Claim]:
+        """The claims of `solve` on a path that passes the states of the contact."""
+        return solve(self._contact, self._path).claims
 
     @property
     def contact(self) -> Contact:
@@ -139,7 +142,7 @@ class Stepper:
     @property
     def count(self) -> int:
         """Number of contacts."""
-        return self._stacks.count
+        return self._moved.count
 
     def advance(self, indentation: Any, shift: Any = 0.0) -> Forces:
         """
@@ -162,29 +165,24 @@ class Stepper:
         PathError
             If a value is not finite, or deeper than `max_indentation`; the contacts then keep the state before.
         """
-        if self.count > 1:
+        if self._moved.count > 1:
             return self._advance_all(indentation, shift)
-        d, u = float(indentation), float(shift) * self._moves
-        if d > self._deepest:  # the curves of a power have no end
-            raise _refused(Ending.TOO_DEEP, d, u, self._deepest)
-        ending, normal, tangential = self._stacks.advance(d, u)
-        if ending is not Ending.COMPLETE:
-            raise _refused(ending, d, u, self._deepest)
+        d = float(indentation)
+        if not -math.inf < d <= self._deepest:
+            raise _refused(d, self._deepest)
+        forces = Forces(*self._moved.advance(d, shift))
         self._undoable = True
-        return Forces(normal, tangential * self._moves)
+        return forces
 
     def _advance_all(self, indentation: Any, shift: Any) -> Forces:
-        given = np.empty((2, self.count))
-        given[0], given[1] = indentation, np.multiply(shift, self._moves)
-        finite = np.asarray(np.isfinite(given).all(axis=0))
-        taken = np.logical_and(finite, given[0] <= self._deepest)
+        d = np.empty(self.count)
+        d[:] = indentation
+        taken = np.logical_and(d > -math.inf, d <= self._deepest)
         if not taken.all():
-            i = int(np.argmin(taken))
-            ending = Ending.TOO_DEEP if finite[i] else Ending.NOT_FINITE
-            raise _refused(ending, float(given[0, i]), float(given[1, i]), self._deepest)
-        normal, tangential = self._stacks.advance_all(given)
+            raise _refused(float(d[np.argmin(taken)]), self._deepest)
+        forces = Forces(*self._moved.advance_all(d, shift))
         self._undoable = True
-        return Forces(normal, tangential * self._moves)
+        return forces
 
     def undo(self) -> None:
         """
@@ -197,19 +195,19 @@ class Stepper:
         """
         if not self._undoable:
             raise PathError("Stepper.undo: there is no step to take back; only the last one can be")
-        self._stacks.undo()
+        self._moved.undo()
         self._undoable = False
 
     def copy(self) -> Self:
         """A stepper in the same state, which moves on its own."""
         other = object.__new__(type(self))
-        other.__dict__ |= self.__dict__ | {"_stacks": self._stacks.copy()}
+        other.__dict__ |= self.__dict__ | {"_moved": self._moved.copied()}
         return other
 
     @property
     def state(self) -> StepperState:
         """All that the contacts remember, to be kept and restored."""
-        return StepperState(self._contact, self._deepest, self._stacks.arrays.copied(), self._undoable)
+        return StepperState(self._contact, self._deepest, self._moved.copied().arrays, self._undoable)
 
     def restore(self, state: StepperState) -> None:
         """
@@ -229,7 +227,7 @@ class Stepper:
             raise ProblemError(f"Stepper.restore: {shown(state)} is not a state; give Stepper.state")
         mine, other = (
             (self._contact, self._deepest, self.count),
-            (state.contact, state.max_indentation, state.arrays.memory.shape[0]),
+            (state.contact, state.max_indentation, state.arrays[0].shape[0]),
         )
         for name, own, given in zip(("contact", "max_indentation", "count"), mine, other, strict=True):
             if own != given:
@@ -237,68 +235,83 @@ class Stepper:
                     f"Stepper.restore: the state is that of another {name}, {shown(given)}, not {shown(own)}; restore it in a "
                     "stepper of that one"
                 )
-        self._stacks.arrays, self._undoable = state.arrays.copied(), state.undoable
+        self._moved.arrays = tuple(array.copy() for array in state.arrays)
+        self._undoable = state.undoable
 
     @property
     def indentation(self) -> Any:
         """Indentation in m."""
-        return self._one(self._stacks.indentation)
+        return self._one(self._moved.indentation)
 
     @property
     def shift(self) -> Any:
         """Shift in m; 0 without friction."""
-        return self._one(self._stacks.shift)
+        return self._one(self._moved.shift)
 
     @property
     def normal_force(self) -> Any:
         """Normal force in N."""
-        return self._one(self._stacks.normal_force)
+        return self._one(self._moved.normal_force)
 
     @property
     def tangential_force(self) -> Any:
         """Tangential force in N, which resists the shift."""
-        return self._one(self._moves * self._stacks.tangential_force)
+        return self._one(self._moved.tangential_force)
 
     @property
     def contact_radius(self) -> Any:
         """Contact radius in m; of a force curve k/(2 E*)."""
-        return self._one(self._stacks.contact_radius)
+        return self._one(self._moved.contact_radius)
 
     @property
     def stick_radius(self) -> Any:
         """Radius in m of the part that sticks; 0 where the whole contact slides, and without friction."""
-        return self._one(self._moves * self._stacks.stick_radius)
+        return self._one(self._moved.stick_radius)
 
     @property
     def normal_stiffness(self) -> Any:
-        """Tangent stiffness 2 E* a in N/m."""
-        return self._one(2.0 * self._moduli.normal * self._stacks.contact_radius)
+        """Tangent stiffness dF_N/dd in N/m; without adhesion 2 E* a."""
+        return self._one(self._moved.normal_stiffness)
 
     @property
     def tangential_stiffness(self) -> Any:
         """Tangent stiffness 2 G* c in N/m, c the radius of the part that sticks, as the motion goes on; a reversal begins with 2 G* a."""
-        return self._one(2.0 * self._moduli.tangential * self._moves * self._stacks.stick_radius)
+        return self._one(self._moved.tangential_stiffness)
 
     @property
     def elastic_energy(self) -> Any:
         """Energy in J stored by the indentation."""
-        return self._one(self._stacks.normal_energy)
+        return self._one(self._moved.elastic_energy)
 
     @property
     def stored_tangential_energy(self) -> Any:
         """Energy in J stored by the shift."""
-        return self._one(self._moves * self._stacks.tangential_energy)
+        return self._one(self._moved.stored_tangential_energy)
+
+    @property
+    def surface_energy(self) -> Any:
+        """Energy in J of the surfaces in contact, below 0; 0 without adhesion."""
+        return self._one(self._moved.surface_energy)
+
+    @property
+    def jumped(self) -> Any:
+        """Whether the contact jumped in the last step; never without adhesion."""
+        jumped = self._moved.jumped
+        return jumped if self.count > 1 else bool(jumped[0])
 
     @property
     def dissipated_energy(self) -> Any:
-        """Energy in J dissipated by slip so far."""
-        return self._one(self._moves * self._stacks.slip_work)
+        """Energy in J dissipated so far by slip, or by jumps and hysteresis of adhesion."""
+        return self._one(self._moved.dissipated_energy)
 
     @property
     def claims(self) -> Mapping[str, Claim]:
-        """What holds of the numbers, by the claims of :func:`solve` for the largest indentation and a shift in partial slip."""
-        pressed, moved = indent(self._deepest), ramp(shift=0.1 * self._deepest)
-        solved = solve(self._contact, pressed >> moved if self._moves else pressed).claims
+        """
+        What holds of the numbers, by the claims of :func:`solve`.
+
+        They are those of the largest indentation and a shift in partial slip; with adhesion of the way there and back to pull-off.
+        """
+        solved = self._solved()
         everywhere = np.ones(1, dtype=bool)
         return {
             name: replace(
@@ -319,55 +332,10 @@ class Stepper:
         return values if self.count > 1 else float(values[0])
 
 
-def _checked(contact: Contact) -> Contact:
-    """Refuse contacts whose steps are not a stack of turning points."""
-    require_contact(contact, "Stepper")
-    for refused, why in (
-        (contact.adhesion is not None, "adhesive contacts are not available; leave adhesion out"),
-        (
-            contact.is_viscoelastic,
-            "bodies with memory are not available; use Elastic with the stiffness at one time",
-        ),
-        (contact.plastic is not None, "bodies that yield are not available; impact(...) integrates them"),
-        (
-            contact.layered is not None,
-            "layered bodies are not available; give the force_curve() of solve(...) as the profile of half-spaces",
-        ),
-        (
-            contact.body.grading != 0.0 or contact.counterbody.grading != 0.0,
-            "graded bodies are not available; export_law(...) tabulates their force",
-        ),
-        (
-            isinstance(contact.profile, Shape),
-            "the contact is not a disk; give the force_curve() of solve(...) as its profile",
-        ),
-    ):
-        if refused:
-            raise ProblemError(f"Stepper: {why}")
-    return contact
-
-
-def _friction_of(contact: Contact) -> float:
-    """The coefficient of friction; 0 without a law."""
-    return 0.0 if contact.friction is None else contact.friction.coefficient
-
-
-def _mapped(contact: Contact, deepest: float, count: int) -> tuple[Stacks, EffectiveModuli]:
-    """Contacts down to an indentation in m at which each is a disk."""
-    mapped = map_to_springs(contact)
-    refuse_unreachable(mapped.line, contact.profile, states_at_depth(mapped.line, np.array([deepest])))
-    disks_down_to(contact, mapped.line, deepest, "Stepper")
-    # without friction the shift stays 0 and no spring slips
-    start = virgin_state(_friction_of(contact) or 1.0, mapped.moduli.normal / mapped.moduli.tangential)
-    return Stacks(curves_down_to(mapped.line, deepest), start, count), mapped.moduli
-
-
-def _refused(ending: Ending, indentation: float, shift: float, deepest: float) -> PathError:
+def _refused(indentation: float, deepest: float) -> PathError:
     """The error of a step that was not taken."""
-    if ending is Ending.NOT_FINITE:
-        return PathError(
-            f"Stepper.advance: indentation = {indentation:g} m, shift = {shift:g} m; finite values are needed"
-        )
+    if not math.isfinite(indentation):
+        return PathError(f"Stepper.advance: indentation = {indentation:g} m; a finite value is needed")
     return PathError(
         f"Stepper.advance: indentation = {metres(indentation)} is deeper than max_indentation = {metres(deepest)}; make a stepper with "
         "a larger one"

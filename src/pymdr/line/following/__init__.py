@@ -17,6 +17,7 @@ from pymdr.line.following.curves import (
     under_machine,
 )
 from pymdr.line.following.hysteresis import EdgeHistory, follow_with_hysteresis
+from pymdr.line.following.moved import Branches, HystereticTracks, RestingBranches, tabulated_track
 from pymdr.line.following.paths import (
     Balance,
     History,
@@ -31,11 +32,14 @@ from pymdr.line.following.tracks import Track, Transitions, trace
 
 __all__ = [
     "Balance",
+    "Branches",
     "Curve",
     "EdgeHistory",
     "Equilibria",
     "History",
+    "HystereticTracks",
     "Jumps",
+    "RestingBranches",
     "Route",
     "Track",
     "Transitions",
@@ -47,6 +51,7 @@ __all__ = [
     "pressed",
     "pulled",
     "sampled_curve",
+    "tabulated_track",
     "trace",
     "turning_points",
     "under_control",

@@ -152,6 +152,7 @@ class Inverse:
     keys: FloatArray
     """Starts of the smooth segments of branches: branch index plus fraction of its D."""
     table: Table
+    """S, and further functions of the states."""
 
     def __call__(self, branch: NDArray[np.intp], control: FloatArray) -> FloatArray:
         """Return s of the states with the given D on the given branches."""
@@ -163,7 +164,13 @@ class Inverse:
         return np.asarray(self.table(control, segment)[0])
 
 
-def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: FloatArray) -> Inverse:
+Columns = Callable[[FloatArray, FloatArray], FloatArray]
+"""Functions of s and D, shape (functions, n)."""
+
+
+def inverse_of(
+    control: _Function, bottom: FloatArray, top: FloatArray, knots: FloatArray, columns: Columns | None = None
+) -> Inverse:
     """Return tables that invert D(s) on rising branches from s = bottom to s = top.
 
     Parameters
@@ -174,6 +181,8 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
         Ends of the branches in s, rising.
     knots : ndarray
         Rising values of s where D is not smooth.
+    columns : callable, optional
+        Functions that are tabulated beside s.
 
     Returns
     -------
@@ -204,7 +213,8 @@ def inverse_of(control: _Function, bottom: FloatArray, top: FloatArray, knots: F
     keys = [i + (D[:-1] - D[0]) / (D[-1] - D[0]) for i, D in enumerate(levels)]
 
     def parameter(D: FloatArray, segment: NDArray[np.intp]) -> FloatArray:
-        return roots_of(lambda x, y: control(x) - y, p[segment], q[segment], D)[None]
+        s = roots_of(lambda x, y: control(x) - y, p[segment], q[segment], D)
+        return s[None] if columns is None else np.concatenate([s[None], columns(s, D)])
 
     size = max(np.max(np.abs(low)), np.max(np.abs(high)))
     effort = Effort(_NODES, _SETTLED, 16.0 * _EPS * size, _NARROW, _MOST_CELLS, graded=True)

@@ -23,7 +23,7 @@ from pymdr.line.friction.histories import (
 )
 from pymdr.line.friction.replay import FrictionLeg, Replay, follow_leg
 from pymdr.line.friction.springs import SpringHistory, springs
-from pymdr.line.friction.stacks import StackArrays, Stacks
+from pymdr.line.friction.stacks import Stacks
 from pymdr.line.friction.state import (
     Ending,
     FrictionHistory,
@@ -43,7 +43,6 @@ __all__ = [
     "Replay",
     "Sideways",
     "SpringHistory",
-    "StackArrays",
     "Stacks",
     "Superposition",
     "cattaneo_mindlin",

@@ -3,47 +3,36 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Self
+from typing import Any
 
 import numpy as np
 
+from pymdr.errors import PathError
 from pymdr.line.friction.curves import ElasticCurves
-from pymdr.line.friction.driver import ENDINGS
 from pymdr.line.friction.layout import (
-    BEFORE,
+    COMPLETE,
     DEPTH,
     ENERGY_SCALE,
     FORCE_SCALE,
-    NOW,
     SHIFT,
     SHIFT_SCALE,
     SLIP_WORK,
     STACK_FULL,
     TOP,
 )
-from pymdr.line.friction.state import Ending, FrictionState
+from pymdr.line.friction.state import FrictionState
+from pymdr.line.moved import NOW, Moved, WithoutAdhesion
 from pymdr.units import FloatArray
 
 _CAPACITY = 16
 """Vertices for which every stack has room at first."""
 
 
-class StackArrays(NamedTuple):
-    """All that the contacts remember."""
-
-    vertices: np.ndarray
-    """(n, 2, capacity) vertices of the anchor curves, now and before the last step."""
-    memory: FloatArray
-    """(n, 2, 6) columns of :mod:`pymdr.line.friction.layout`, now and before the last step."""
-
-    def copied(self) -> StackArrays:
-        """A copy."""
-        return StackArrays(self.vertices.copy(), self.memory.copy())
-
-
-class Stacks:
+class Stacks(WithoutAdhesion, Moved):
     """
     Contacts of one body, each with its stack, which grows with its history.
+
+    What they remember: (n, 2, capacity) vertices of the anchor curves, and (n, 2, 6) columns of :mod:`pymdr.line.friction.layout`.
 
     Parameters
     ----------
@@ -51,57 +40,53 @@ class Stacks:
         Of the body.
     start : FrictionState
         Bodies that have not touched, with the coefficient of friction and the ratio of the moduli.
+    moves : bool
+        Whether there is friction; without it the shift stays 0 and no spring slips.
     count : int
         Number of contacts.
     """
 
-    arrays: StackArrays
-
-    def __init__(self, curves: ElasticCurves, start: FrictionState, count: int) -> None:
+    def __init__(self, curves: ElasticCurves, start: FrictionState, moves: bool, count: int) -> None:
         from pymdr.line.friction import kernels, steps
 
+        self._moves = float(moves)
         scales = np.array([start.traction_scale, start.energy_scale, start.shift_scale])
         self._body = curves.rows, scales
+        self._stiffness = 2.0 * curves.modulus
+        self._tangential_stiffness = self._moves * self._stiffness / start.modulus_ratio
         slips = math.isfinite(start.friction)
         self._step = steps.step if slips else steps.step_stuck
         self._step_all = steps.step_all if slips else steps.step_all_stuck
         vertices = np.zeros((count, 2, _CAPACITY), dtype=kernels.VERTEX)
         vertices["low"][:, :, 0], vertices["high"][:, :, 0] = -math.inf, math.inf
-        self.arrays = StackArrays(vertices, np.zeros((count, 2, TOP + 1)))
+        self.arrays = (vertices, np.zeros((count, 2, TOP + 1)))
 
-    @property
-    def count(self) -> int:
-        """Number of contacts."""
-        return int(self.arrays.memory.shape[0])
-
-    def advance(self, depth: float, shift: float) -> tuple[Ending, float, float]:
-        """Go with one contact straight to an indentation and a shift in m; the ending, and F_N and F_x in N."""
+    def advance(self, depth: float, shift: Any) -> tuple[float, float]:
+        """Go with one contact straight to an indentation and a shift in m; F_N and F_x in N."""
         (line, scales), (stacks, memory) = self._body, self.arrays
-        code, normal, tangential = self._step(line, scales, stacks[0], memory[0], depth, shift)
-        if code == STACK_FULL:
-            self._grow()
-            return self.advance(depth, shift)
-        return ENDINGS[code], normal, tangential
+        moved = self._moves * shift
+        code, normal, tangential = self._step(line, scales, stacks[0], memory[0], depth, moved)
+        if code == COMPLETE:
+            return normal, self._moves * tangential
+        if code != STACK_FULL:
+            raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
+        self._grow()
+        return self.advance(depth, shift)
 
-    def advance_all(self, given: FloatArray) -> FloatArray:
-        """Go with all contacts to finite indentations within the curves and shifts in m, shape (2, n); F_N and F_x in N alike."""
-        forces, first = np.empty(given.shape), 0
+    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, FloatArray]:
+        """Go with all contacts to indentations and shifts in m; F_N and F_x in N alike."""
+        given = np.empty((2, self.count))
+        given[0], given[1] = depth, np.multiply(shift, self._moves)
+        finite = np.isfinite(given[1])
+        if not finite.all():
+            raise PathError(f"Stepper.advance: shift = {given[1][~finite][0]:g} m; a finite value is needed")
+        forces, first, (line, scales) = np.empty(given.shape), 0, self._body
         while first < self.count:
-            code, first = self._step_all(*self._body, *self.arrays, given, forces, first)
+            stacks, memory = self.arrays
+            code, first = self._step_all(line, scales, stacks, memory, given, forces, first)
             if code == STACK_FULL:
                 self._grow()
-        return forces
-
-    def undo(self) -> None:
-        """Give all contacts the state before the last step."""
-        for array in self.arrays:
-            array[:, NOW] = array[:, BEFORE]
-
-    def copy(self) -> Self:
-        """The same contacts, which move on their own."""
-        other = object.__new__(type(self))
-        other.__dict__ |= self.__dict__ | {"arrays": self.arrays.copied()}
-        return other
+        return forces[0], self._moves * forces[1]
 
     @property
     def indentation(self) -> FloatArray:
@@ -114,9 +99,9 @@ class Stacks:
         return np.asarray(self._now(SHIFT) * self._body[1][SHIFT_SCALE])
 
     @property
-    def slip_work(self) -> FloatArray:
-        """Slip work so far in J, without slip the energy released."""
-        return np.asarray(self._now(SLIP_WORK) * self._body[1][ENERGY_SCALE])
+    def dissipated_energy(self) -> FloatArray:
+        """Energy in J dissipated by slip so far, without slip released by separating springs."""
+        return np.asarray(self._moves * self._now(SLIP_WORK) * self._body[1][ENERGY_SCALE])
 
     @property
     def normal_force(self) -> FloatArray:
@@ -126,17 +111,17 @@ class Stacks:
     @property
     def tangential_force(self) -> FloatArray:
         """F_x in N."""
-        return np.asarray(self._last("pull") * self._body[1][FORCE_SCALE])
+        return np.asarray(self._moves * self._last("pull") * self._body[1][FORCE_SCALE])
 
     @property
-    def normal_energy(self) -> FloatArray:
+    def elastic_energy(self) -> FloatArray:
         """Energy in J stored by the indentation."""
         return self._last("work")
 
     @property
-    def tangential_energy(self) -> FloatArray:
+    def stored_tangential_energy(self) -> FloatArray:
         """Energy in J stored by the shift."""
-        return np.asarray(np.maximum(self._last("energy"), 0.0) * self._body[1][ENERGY_SCALE])
+        return np.asarray(self._moves * np.maximum(self._last("energy"), 0.0) * self._body[1][ENERGY_SCALE])
 
     @property
     def contact_radius(self) -> FloatArray:
@@ -147,20 +132,30 @@ class Stacks:
     def stick_radius(self) -> FloatArray:
         """In m; that of the vertex below one that slips."""
         slips = (np.abs(self._last("slope")) == 1.0) & (self._now(TOP) > 0)
-        return self._last("radius", below=slips)
+        return np.asarray(self._moves * self._last("radius", below=slips))
+
+    @property
+    def normal_stiffness(self) -> FloatArray:
+        """Tangent stiffness 2 E* a in N/m."""
+        return np.asarray(self._stiffness * self.contact_radius)
+
+    @property
+    def tangential_stiffness(self) -> FloatArray:
+        """Tangent stiffness 2 G* c in N/m as the motion goes on, c the radius of the part that sticks."""
+        return np.asarray(self._tangential_stiffness * self.stick_radius)
 
     def _now(self, column: int) -> FloatArray:
-        return np.asarray(self.arrays.memory[:, NOW, column])
+        return np.asarray(self.arrays[1][:, NOW, column])
 
     def _last(self, name: str, below: np.ndarray | int = 0) -> FloatArray:
         """A value of the last vertex of every stack, or of one below it; 0 without contact."""
         at = self._now(TOP).astype(int) - below
-        values = self.arrays.vertices[np.arange(self.count), NOW, at][name]
+        values = self.arrays[0][np.arange(self.count), NOW, at][name]
         return np.where(self.indentation > 0.0, values, 0.0)
 
     def _grow(self) -> None:
         """Twice the room for vertices."""
-        n, both, capacity = self.arrays.vertices.shape
-        larger = np.zeros((n, both, 2 * capacity), dtype=self.arrays.vertices.dtype)
-        larger[:, :, :capacity] = self.arrays.vertices
-        self.arrays = self.arrays._replace(vertices=larger)
+        n, both, capacity = self.arrays[0].shape
+        larger = np.zeros((n, both, 2 * capacity), dtype=self.arrays[0].dtype)
+        larger[:, :, :capacity] = self.arrays[0]
+        self.arrays = (larger, self.arrays[1])

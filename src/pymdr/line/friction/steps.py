@@ -8,12 +8,10 @@ from typing import Any
 from pymdr.line.friction import noslip
 from pymdr.line.friction.kernels import Anchors, advance, count, vertex
 from pymdr.line.friction.layout import (
-    BEFORE,
     COMPLETE,
     DEPTH,
     FORCE_SCALE,
     NOT_FINITE,
-    NOW,
     SHIFT_SCALE,
     STACK_FULL,
     TOO_DEEP,
@@ -21,6 +19,7 @@ from pymdr.line.friction.layout import (
 )
 from pymdr.line.friction.reading import fused
 from pymdr.line.friction.runs import BEYOND
+from pymdr.line.moved import BEFORE, NOW
 from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
 

@@ -1,0 +1,165 @@
+"""Contacts of one body that another program moves step by step, whatever they remember."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from copy import copy
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymdr.units import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+NOW, BEFORE = range(2)
+"""Second index of what contacts remember: after the last step, and before it."""
+
+
+class Moved(ABC):
+    """
+    Contacts of one body; quantities are arrays of the shape (count,).
+
+    A kind of memory has its quantities as properties under their names in results, and takes those that it does not have from
+    :class:`WithoutShift` and :class:`WithoutAdhesion`.
+    """
+
+    arrays: tuple[np.ndarray, ...]
+    """All that the contacts remember: their number is the first index, NOW and BEFORE are the second."""
+
+    @property
+    def count(self) -> int:
+        """Number of contacts."""
+        return int(self.arrays[0].shape[0])
+
+    @property
+    @abstractmethod
+    def indentation(self) -> FloatArray:
+        """Indentations in m."""
+
+    @property
+    @abstractmethod
+    def shift(self) -> FloatArray:
+        """Shifts in m."""
+
+    @property
+    @abstractmethod
+    def normal_force(self) -> FloatArray:
+        """F_N in N."""
+
+    @property
+    @abstractmethod
+    def tangential_force(self) -> FloatArray:
+        """F_x in N, which resists the shift."""
+
+    @property
+    @abstractmethod
+    def contact_radius(self) -> FloatArray:
+        """In m; 0 without contact."""
+
+    @property
+    @abstractmethod
+    def stick_radius(self) -> FloatArray:
+        """Radius in m of the part that sticks."""
+
+    @property
+    @abstractmethod
+    def normal_stiffness(self) -> FloatArray:
+        """Tangent stiffness dF_N/dd in N/m."""
+
+    @property
+    @abstractmethod
+    def tangential_stiffness(self) -> FloatArray:
+        """Tangent stiffness in N/m as the motion goes on."""
+
+    @property
+    @abstractmethod
+    def elastic_energy(self) -> FloatArray:
+        """Energy in J stored by the indentation."""
+
+    @property
+    @abstractmethod
+    def surface_energy(self) -> FloatArray:
+        """Energy in J of the surfaces in contact."""
+
+    @property
+    @abstractmethod
+    def stored_tangential_energy(self) -> FloatArray:
+        """Energy in J stored by the shift."""
+
+    @property
+    @abstractmethod
+    def dissipated_energy(self) -> FloatArray:
+        """Energy in J dissipated so far."""
+
+    @property
+    @abstractmethod
+    def jumped(self) -> BoolArray:
+        """Whether the last step jumped."""
+
+    @abstractmethod
+    def advance(self, depth: float, shift: Any) -> tuple[float, ...]:
+        """Go with one contact straight to a finite indentation in m that the curves reach, and a shift in m; the forces in N."""
+
+    @abstractmethod
+    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, ...]:
+        """The same with all contacts."""
+
+    def undo(self) -> None:
+        """Give all contacts the state before the last step."""
+        for array in self.arrays:
+            array[:, NOW] = array[:, BEFORE]
+
+    def copied(self) -> Self:
+        """The same contacts, which move on their own."""
+        other = copy(self)
+        other.arrays = tuple(array.copy() for array in self.arrays)
+        return other
+
+
+class WithoutShift:
+    """Quantities of contacts that carry no tangential force."""
+
+    arrays: tuple[np.ndarray, ...]
+
+    @property
+    def shift(self) -> FloatArray:
+        """In m."""
+        return np.zeros(self.arrays[0].shape[0])
+
+    @property
+    def tangential_force(self) -> FloatArray:
+        """In N."""
+        return np.zeros(self.arrays[0].shape[0])
+
+    @property
+    def stick_radius(self) -> FloatArray:
+        """In m."""
+        return np.zeros(self.arrays[0].shape[0])
+
+    @property
+    def tangential_stiffness(self) -> FloatArray:
+        """In N/m."""
+        return np.zeros(self.arrays[0].shape[0])
+
+    @property
+    def stored_tangential_energy(self) -> FloatArray:
+        """In J."""
+        return np.zeros(self.arrays[0].shape[0])
+
+
+class WithoutAdhesion:
+    """Quantities of contacts without adhesion, which do not jump."""
+
+    arrays: tuple[np.ndarray, ...]
+
+    @property
+    def surface_energy(self) -> FloatArray:
+        """Surface energy in J."""
+        return np.zeros(self.arrays[0].shape[0])
+
+    @property
+    def jumped(self) -> BoolArray:
+        """Whether the last step jumped."""
+        return np.zeros(self.arrays[0].shape[0], dtype=bool)

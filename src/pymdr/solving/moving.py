@@ -1,0 +1,165 @@
+"""Contacts that other programs move, by what they remember."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.errors import ProblemError
+from pymdr.interpretation.traction import curves_down_to
+from pymdr.line.adhesion import JKR as ShortRange
+from pymdr.line.adhesion import Works, edge_states
+from pymdr.line.following import (
+    Branches,
+    HystereticTracks,
+    RestingBranches,
+    Track,
+    tabulated_track,
+)
+from pymdr.line.following.branches import Columns
+from pymdr.line.foundation import states_at_depth
+from pymdr.line.friction import Stacks, virgin_state
+from pymdr.line.moved import Moved
+from pymdr.problem.contact import Contact
+from pymdr.problem.paths import LoadingPath, Path, indent, ramp
+from pymdr.problem.profiles import Shape
+from pymdr.solving.adhesive_rows import between_parameters
+from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.hysteretic import HystereticLine
+from pymdr.solving.reach import map_to_springs, refuse_unreachable
+from pymdr.units import FloatArray
+
+_ROWS = 65
+"""Rows of the path by which a contact with adhesion is pressed in, and of that by which it is pulled off."""
+
+
+class Moving(NamedTuple):
+    """Contacts to be moved, and a path that passes their states."""
+
+    contacts: Moved
+    path: LoadingPath
+
+
+def moving_of(contact: Contact, deepest: float, count: int) -> Moving:
+    """
+    Contacts that have not touched, whose curves reach down to an indentation in m.
+
+    Raises
+    ------
+    ProblemError
+        If the contact has no memory of a known kind.
+    RefusedError
+        If it is not a disk at every depth.
+    """
+    _refuse_unknown(contact)
+    if contact.adhesion is None:
+        return _stacks(contact, deepest, count)
+    if contact.adhesion.has_hysteresis:
+        return _resting_branches(contact, deepest, count)
+    return _branches(contact, deepest, count)
+
+
+def _refuse_unknown(contact: Contact) -> None:
+    """Refuse contacts whose memory is of no known kind."""
+    graded = contact.body.grading != 0.0 or contact.counterbody.grading != 0.0
+    for refused, why in (
+        (
+            contact.is_viscoelastic,
+            "bodies with memory are not available; use Elastic with the stiffness at one time",
+        ),
+        (contact.plastic is not None, "bodies that yield are not available; impact(...) integrates them"),
+        (
+            contact.layered is not None and contact.adhesion is None,
+            "layered bodies are not available without adhesion; give the force_curve() of solve(...) as the profile of half-spaces",
+        ),
+        (
+            graded and contact.adhesion is None,
+            "graded bodies are not available without adhesion; export_law(...) tabulates their force",
+        ),
+        (
+            isinstance(contact.profile, Shape),
+            "the contact is not a disk; give the force_curve() of solve(...) as its profile",
+        ),
+    ):
+        if refused:
+            raise ProblemError(f"Stepper: {why}")
+
+
+def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
+    mapped = map_to_springs(contact)
+    refuse_unreachable(mapped.line, contact.profile, states_at_depth(mapped.line, np.array([deepest])))
+    disks_down_to(contact, mapped.line, deepest, "Stepper")
+    friction = 0.0 if contact.friction is None else contact.friction.coefficient
+    start = virgin_state(friction or 1.0, mapped.moduli.normal / mapped.moduli.tangential)
+    stacks = Stacks(curves_down_to(mapped.line, deepest), start, friction != 0.0, count)
+    pressed = indent(deepest)
+    return Moving(stacks, pressed >> ramp(shift=0.1 * deepest) if friction else pressed)
+
+
+def _branches(contact: Contact, deepest: float, count: int) -> Moving:
+    line = AdhesiveLine(contact)
+    track, curve = line.track(math.inf, deepest), line.equilibria
+    branches = Branches(
+        tabulated_track(track, _forces_of(line)),
+        lambda s, depth, moves: (_known(s, curve.start), curve),
+        count,
+    )
+    return Moving(branches, _in_and_out(track, deepest))
+
+
+def _in_and_out(track: Track, deepest: float) -> LoadingPath:
+    """A path down to an indentation in m and back to pull-off."""
+    last = float(track.low.min())
+    return indent(deepest, steps=_ROWS) >> Path(indentation=np.linspace(deepest, last - abs(last), _ROWS))
+
+
+def _resting_branches(contact: Contact, deepest: float, count: int) -> Moving:
+    lines = HystereticLine(contact)
+    advancing = lines.advancing.track(math.inf, deepest)
+    receding = lines.receding.track(math.inf, -math.inf, advancing.curve.stop)
+    line = lines.advancing.line
+    works: Works = lines.works
+
+    def columns(own: AdhesiveLine, other: Track) -> Columns:
+        force = _forces_of(own)
+
+        def of(s: FloatArray, depth: FloatArray) -> FloatArray:
+            inside = np.minimum(s, lines.rim)
+            a = ShortRange(line, 0.0).states(inside).contact_radius
+            rest = np.stack([a, line.stiffness(a), other.curve.control(inside)])
+            return np.concatenate([force(s, depth), rest])
+
+        return of
+
+    tracks = HystereticTracks(advancing, receding, lines.rim, math.pi * (works.receding - works.advancing))
+    rows = (
+        tabulated_track(advancing, columns(lines.advancing, receding)),
+        tabulated_track(receding, columns(lines.receding, advancing)),
+    )
+    branches = RestingBranches(
+        tracks,
+        rows,
+        lambda s, depth, moves: edge_states(line, _known(s, 0.0), depth, moves, works),
+        count,
+    )
+    return Moving(branches, _in_and_out(receding, deepest))
+
+
+def _known(s: FloatArray, start: float) -> FloatArray:
+    """Parameters, that of the first touch for free bodies."""
+    return np.where(np.isnan(s), start, s)
+
+
+def _forces_of(line: AdhesiveLine) -> Columns:
+    """The force in N at parameters and indentations in m."""
+    curve = line.equilibria
+
+    def force(s: FloatArray, depth: FloatArray) -> FloatArray:
+        states = curve.states(s)
+        at = states.indentation, states.normal_force
+        return between_parameters(math.inf, depth, s, at, curve.slopes(s))[1][None]
+
+    return force

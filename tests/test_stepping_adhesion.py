@@ -1,0 +1,186 @@
+"""Steps of contacts with adhesion: branches, jumps and energies of solve, closed forms, rest of an edge, and refusals."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.drawing import examples
+
+import pymdr as mdr
+from pymdr.line.adhesion import jkr_force
+
+YOUNG = 4e4
+
+
+def waves(size):
+    """Waves on a paraboloid, over which the edge jumps."""
+    height, wave = 1e-4 * size, 500.0 / size
+    return mdr.Function(
+        lambda r: r**2 / (2.0 * size) + height * (1.0 - np.cos(wave * r)),
+        derivative=lambda r: r / size + height * wave * np.sin(wave * r),
+        max_radius=0.3 * size,
+    )
+
+
+PROFILES = [
+    lambda r: mdr.Paraboloid(r),
+    lambda r: mdr.Cone(slope=0.05),
+    lambda r: mdr.FlatPunch(0.03 * r),
+    lambda r: mdr.RoundedFlat(0.03 * r, r),
+    waves,
+]
+
+
+def gel(profile, law, young=YOUNG):
+    return mdr.Contact(profile, mdr.Elastic(young, 0.5), adhesion=law)
+
+
+def random_depths(seed, size, deepest, off):
+    """Steps of all sizes between a distance beyond pull-off and the largest depth."""
+    rng = np.random.default_rng(seed)
+    steps = rng.normal(0.0, 0.1, size) * 10.0 ** rng.integers(-4, 1, size)
+    folded = np.abs(np.mod(np.cumsum(steps) + 1.0, 4.0) - 2.0) - 1.0
+    return np.where(folded > 0.0, folded * deepest, folded * off)
+
+
+def compared(contact, deepest, depth):
+    stepper = mdr.Stepper(contact, deepest)
+    force, jumped, lost = np.transpose(
+        [(stepper.advance(d).normal, stepper.jumped, stepper.dissipated_energy) for d in depth.tolist()]
+    )
+    result = mdr.solve(contact, mdr.Path(indentation=depth))
+    largest = np.abs(result["normal_force"].values).max()
+    assert force == pytest.approx(result["normal_force"].values, abs=1e-13 * largest)
+    assert np.array_equal(jumped, result["jumped"].values)
+    size = max(lost[-1], float(result["elastic_energy"].max()))
+    assert lost == pytest.approx(result["dissipated_energy"].values, abs=1e-12 * size)
+    for name in ("elastic_energy", "surface_energy"):
+        assert getattr(stepper, name) == pytest.approx(float(result[name][-1]), abs=1e-11 * size)
+    assert stepper.contact_radius == pytest.approx(float(result["contact_radius"][-1]), rel=1e-11)
+    assert (stepper.contact_radius > 0.0) == (result.status is mdr.Status.ATTACHED)
+    return result
+
+
+@given(
+    seed=st.integers(0, 1000),
+    size=st.floats(-9.0, 0.0).map(lambda x: 10.0**x),
+    make=st.sampled_from(PROFILES),
+    stickiness=st.floats(-2.0, 0.3).map(lambda x: 10.0**x),
+    hysteresis=st.sampled_from([1.0, 1.5, 40.0]),
+)
+@settings(max_examples=examples(18), deadline=None)
+def test_steps_are_those_of_solve(seed, size, make, stickiness, hysteresis):
+    deepest = 1e-3 * size
+    work = stickiness * YOUNG * deepest**2 / (2.0 * math.pi * 0.03 * size)
+    contact = gel(make(size), mdr.JKR(work, work_receding=hysteresis * work))
+    off = 3.0 * math.sqrt(stickiness * hysteresis) * deepest
+    compared(contact, deepest, random_depths(seed, 120, deepest, off))
+
+
+@pytest.mark.parametrize(
+    "law",
+    [mdr.MaugisDugdale(0.05, 5e3), mdr.DMT(5e-4), mdr.Capillary(humidity=0.5)],
+    ids=lambda law: type(law).__name__,
+)
+def test_other_laws(law):
+    profile = mdr.Paraboloid("1 um") if isinstance(law, mdr.Capillary) else mdr.Paraboloid("1 mm")
+    young, deepest = (1e9, 1e-8) if isinstance(law, mdr.Capillary) else (YOUNG, 2e-5)
+    compared(gel(profile, law, young), deepest, random_depths(1, 200, deepest, 3.0 * deepest))
+
+
+def test_layers():
+    layer = mdr.Layered([mdr.Layer(mdr.Elastic("1 MPa", 0.4), "0.5 mm")], mdr.Elastic("50 MPa", 0.3))
+    contact = mdr.Contact(mdr.Paraboloid("5 mm"), layer, adhesion=mdr.JKR(0.1))
+    compared(contact, 1e-5, random_depths(2, 200, 1e-5, 2e-5))
+
+
+def test_the_branch_in_contact_is_the_closed_form():
+    stepper = mdr.Stepper(gel(mdr.Paraboloid("1 mm"), mdr.JKR(0.05)), "20 um")
+    modulus = YOUNG / 0.75
+    scale = (math.pi * 0.05 * 1e-6 / (8.0 * modulus)) ** (2.0 / 3.0) / 1e-3
+    assert stepper.advance(-1e-9).normal == 0.0
+    depth = np.linspace(20e-6, -3.0 * scale * (1.0 - 1e-9), 200)
+    force = [stepper.advance(d).normal for d in depth]
+    assert force == pytest.approx(jkr_force(depth, 1e-3, modulus, 0.05), abs=1e-7 * max(force))
+    assert force[:-1] == pytest.approx(jkr_force(depth[:-1], 1e-3, modulus, 0.05), abs=2e-13 * max(force))
+    assert stepper.advance(-3.0 * scale * (1.0 + 1e-9)).normal == 0.0
+
+
+def test_an_edge_rests_as_the_reference_says():
+    """R = E* = 1, works 0.2 and 1: the loop in three parts, and the turn at the largest depth."""
+    contact = mdr.Contact(
+        mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(0.2, work_receding=1.0)
+    )
+    stepper = mdr.Stepper(contact, 1.0)
+    lost = []
+    stepper.advance(0.0)
+    lost.append(stepper.dissipated_energy)
+    stepper.advance(1.0)
+    radius = stepper.contact_radius
+    assert radius == pytest.approx(1.54740521, abs=1e-8)
+    # at rest the force is linear in the indentation
+    assert stepper.advance(-0.7236509).normal == pytest.approx(-4.70969863, abs=1e-7)
+    assert stepper.contact_radius == pytest.approx(radius, rel=1e-14)
+    assert stepper.normal_stiffness == pytest.approx(2.0 * radius, rel=1e-12)
+    stepper.advance(-5.0)
+    lost.append(stepper.dissipated_energy - lost[0])
+    assert lost == pytest.approx([0.4390065784, 0.6738808596 + 6.0179416057], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "law", [mdr.JKR(0.01), mdr.JKR(0.01, work_receding=0.4)], ids=["plain", "hysteresis"]
+)
+def test_many_contacts_are_each_like_one(law):
+    contact = gel(mdr.Paraboloid("1 mm"), law)
+    depth = np.stack([random_depths(seed, 60, 2e-5, 6e-5) for seed in range(5)])
+    many = mdr.Stepper(contact, "20 um", count=5)
+    forces = np.array([many.advance(row).normal for row in depth.T])
+    one = mdr.Stepper(contact, "20 um")
+    fresh = one.state
+    for i in range(5):
+        one.restore(fresh)
+        assert [one.advance(d).normal for d in depth[i].tolist()] == forces[:, i].tolist()
+        assert many.dissipated_energy[i] == one.dissipated_energy
+    many.undo()
+    last = many.advance(depth[:, -1])
+    assert last.normal.tolist() == forces[-1].tolist()
+    assert not last.tangential.any()
+
+
+def test_work_is_stored_or_lost():
+    """The work of fine steps by the trapezoidal rule, without the jumps, in which the indentation rests."""
+    stepper = mdr.Stepper(gel(mdr.Paraboloid("1 mm"), mdr.JKR(0.02, work_receding=0.06)), "20 um")
+    depth = np.concatenate([np.linspace(-1e-6, 2e-5, 4001), np.linspace(2e-5, -8e-5, 20001)])
+    force = np.array([stepper.advance(d).normal for d in depth])
+    work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(depth)))
+    assert stepper.contact_radius == 0.0
+    assert work == pytest.approx(stepper.dissipated_energy, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        (mdr.Contact(mdr.Paraboloid(1.0), mdr.ElasticPlastic(1e9, 0.3, 1e6)), "bodies that yield"),
+        (
+            mdr.Contact(
+                mdr.Paraboloid(1.0), mdr.Layered([mdr.Layer(mdr.Elastic(1.0, 0.3), 1.0)], mdr.Rigid())
+            ),
+            "layered bodies",
+        ),
+    ],
+)
+def test_refusals(contact, words):
+    with pytest.raises(mdr.PymdrError, match=words):
+        mdr.Stepper(contact, "1 um")
+
+
+def test_a_state_beyond_the_limit_leaves_the_contact():
+    stepper = mdr.Stepper(gel(mdr.Paraboloid("1 mm"), mdr.JKR(0.05)), "1 um")
+    stepper.advance(1e-6)
+    for depth, words in ((2e-6, "deeper than"), (math.nan, "finite"), (-math.inf, "finite")):
+        with pytest.raises(mdr.PathError, match=words):
+            stepper.advance(depth)
+    assert stepper.indentation == 1e-6
+    assert stepper.claims["normal_force"].level is mdr.Level.EXACT
