@@ -45,6 +45,7 @@ from .plastic import PlasticData as PlasticData
 from .plastic import plastic_figures as plastic_figures
 from .plastic import plastic_overview as plastic_overview
 from .press import pressed_surface as pressed_surface
+from .programs import pairs_of_programs as pairs_of_programs
 from .rolling import rolling_study as rolling_study
 from .rolling import sliding_study as sliding_study
 from .rough import calibration_study as calibration_study

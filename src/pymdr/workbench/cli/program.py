@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from pymdr.workbench.cli.bench import bench
 from pymdr.workbench.cli.cases import check, plot, run
 from pymdr.workbench.cli.curves import curves
 from pymdr.workbench.cli.fits import fit
@@ -48,6 +49,7 @@ for command in (
     info,
     check,
     verify,
+    bench,
     loops,
     fretting,
     wear,

@@ -1,0 +1,306 @@
+"""Contact laws of LAMMPS next to those of the method: the same histories and collisions of a ball on a wall."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+import numpy as np
+
+from pymdr.independent.lammps import Ball, collided, find_lammps, moved, version_of
+from pymdr.problem.contact import Contact
+from pymdr.problem.laws import DMT, JKR, Coulomb
+from pymdr.problem.materials import Elastic
+from pymdr.problem.paths import Path
+from pymdr.problem.plasticity import ElasticPlastic
+from pymdr.problem.profiles import Paraboloid, Sphere
+from pymdr.solving.impacts import Impact, impact
+from pymdr.solving.study import Column, Study
+from pymdr.solving.verb import solve
+from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+_BALL = Ball(0.01)
+_YOUNG, _POISSON, _FRICTION, _SURFACE_ENERGY, _STRENGTH = 1e9, 0.3, 0.3, 2.0, 2e7
+_BODY = Elastic(_YOUNG, _POISSON)
+_ROUND = Contact(Paraboloid(_BALL.radius), _BODY, _BODY)
+_SLIDING = Contact(_ROUND.profile, _BODY, _BODY, friction=Coulomb(_FRICTION))
+_YIELDING = Contact(
+    Sphere(_BALL.radius),
+    ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, apparent_radius=True, wall_factor=True),
+)
+# an impact has no steps over which a particle code averages the growth of the radius
+_REBOUNDING = Contact(_YIELDING.profile, ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, wall_factor=True))
+_DEEPEST, _DEEP, _SHALLOW, _ROWS = 1e-3, 1e-4, 5e-6, 80
+_STEPS = 40_000
+"""Of a collision: LAMMPS is of second order in them, and of first at the first touch."""
+_MOVES = 4000
+"""Rows of a collision by the method."""
+_MATERIAL = f"{_YOUNG:g} 0 {_POISSON:g}"
+
+
+def _sheared(normal: str, tangential: str) -> str:
+    """A model of LAMMPS."""
+    return f"{normal} tangential {tangential} NULL 0 {_FRICTION:g}"
+
+
+_HERTZ = f"hertz/material {_MATERIAL}"
+_JKR = _sheared(f"jkr {_MATERIAL} {_SURFACE_ENERGY:g}", "mindlin")
+_DMT = _sheared(f"dmt {_MATERIAL} {_SURFACE_ENERGY:g}", "mindlin")
+_MDR = f"mdr {_YOUNG:g} {_POISSON:g} {_STRENGTH:g} 0 0.5 0 damping mdr 1 tangential linear_history 0 0 0"
+# the bodies of a contact share its work of adhesion; the program's surface energy is that of one of them
+_STICKING = Contact(_ROUND.profile, _BODY, _BODY, adhesion=JKR(2.0 * _SURFACE_ENERGY))
+_PULLING = Contact(_ROUND.profile, _BODY, _BODY, adhesion=DMT(2.0 * _SURFACE_ENERGY))
+
+
+class _History(NamedTuple):
+    """A ball that is moved."""
+
+    name: str
+    model: str
+    contact: Contact
+    depth: FloatArray
+    shift: FloatArray
+    steps: int = 100
+    """Of LAMMPS between two rows."""
+
+
+class _Collision(NamedTuple):
+    """A ball that flies against the wall."""
+
+    name: str
+    model: str
+    contact: Contact
+    speed: float
+    degrees: float
+
+
+class Pair(NamedTuple):
+    """A curve of both programs."""
+
+    name: str
+    """Of the abscissa."""
+    unit: str
+    along: FloatArray
+    force: str
+    """Name of the quantity."""
+    method: FloatArray
+    """Force in N."""
+    other: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class LammpsComparison(Study):
+    """Contact laws of LAMMPS next to those of the method, by :func:`bench_lammps`."""
+
+    data: xr.Dataset
+    """
+    Over ``case``: model, largest_force (N), force_difference (relative to the largest force, for tangential forces to the largest friction),
+    dissipated_energy and lammps_dissipated_energy (J) of histories, restitution and lammps_restitution of collisions, tangential where they are oblique.
+    """
+    curves: dict[str, Pair]
+    """Forces of both along each history, and over time in each collision."""
+
+    subject: ClassVar = "contact laws of LAMMPS"
+    columns: ClassVar = {
+        "case": Column("case", ""),
+        "model": Column("LAMMPS", ""),
+        "largest_force": Column("largest force", "N"),
+        "force_difference": Column("difference", ""),
+        "dissipated_energy": Column("lost", "J"),
+        "lammps_dissipated_energy": Column("LAMMPS", "J"),
+        "restitution": Column("restitution", ""),
+        "lammps_restitution": Column("LAMMPS", ""),
+    }
+
+    def _figure(self) -> Figure:
+        """Both forces in every case."""
+        from pymdr.presentation.plot import pairs_of_programs
+
+        return pairs_of_programs(self.curves, "LAMMPS")
+
+
+def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsComparison:
+    """
+    Drive contact laws of LAMMPS and those of the method through the same histories and collisions.
+
+    A ball of 10 mm (E = 1 GPa, nu = 0.3) on a wall of the same material; a ball that yields on a rigid wall. LAMMPS runs as a program of its own.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called as ``progress(done, total)``.
+
+    Returns
+    -------
+    LammpsComparison
+        Differences of force, energy and restitution; what differs is shown, not judged.
+
+    Raises
+    ------
+    MissingExtraError
+        If LAMMPS is not installed.
+    ConvergenceError
+        If it ends with an error.
+
+    Notes
+    -----
+    Surface energies of LAMMPS are half of the work of adhesion. Its JKR parts at the fold of force control under prescribed motion too; its
+    Mindlin models are linear until the contact slips as a whole.
+    """
+    import xarray as xr
+
+    program = find_lammps()
+    cases: list[_History | _Collision] = [*_histories(), *_collisions()]
+    rows, curves = [], {}
+    for i, case in enumerate(cases, 1):
+        row, pair = _followed(program, case) if isinstance(case, _History) else _flown(program, case)
+        rows.append(
+            {
+                "case": case.name,
+                "model": _short(case.model),
+                **row,
+            }
+        )
+        curves[case.name] = pair
+        if progress is not None:
+            progress(i, len(cases))
+    names = [name for name in LammpsComparison.columns if name != "case"]
+    return LammpsComparison(
+        data=xr.Dataset(
+            {
+                name: (
+                    "case",
+                    [row.get(name, math.nan) for row in rows],
+                    {"units": LammpsComparison.columns[name].unit},
+                )
+                for name in names
+            },
+            coords={"case": [row["case"] for row in rows]},
+        ),
+        curves=curves,
+        notes=(version_of(program), "its surface energy is half of the work of adhesion"),
+    )
+
+
+def _short(model: str) -> str:
+    """Names of the normal and of the tangential model."""
+    normal, _, tangential = model.partition(" tangential ")
+    return f"{normal.split()[0]}, {tangential.split()[0]}"
+
+
+def _histories() -> Iterator[_History]:
+    up, down = np.linspace(0.0, 1.0, _ROWS + 1)[1:], np.linspace(1.0, 0.0, _ROWS + 1)[1:]
+    there_and_back = _DEEP * np.concatenate([up, down])
+    still = np.zeros(there_and_back.size)
+    yield _History("Hertz", _sheared(_HERTZ, "mindlin"), _ROUND, there_and_back, still)
+    away = _SHALLOW * np.concatenate([up, np.linspace(1.0, -0.6, 2 * _ROWS + 1)[1:]])
+    yield _History("JKR", _JKR, _STICKING, away, np.zeros(away.size))
+    yield _History("DMT", _DMT, _PULLING, away, np.zeros(away.size))
+    # the apparent radius grows with the steps of the program, which are the rows of the method
+    deep = _DEEPEST * np.concatenate([np.linspace(0.0, 1.0, 401)[1:], np.linspace(1.0, 0.0, 401)[1:]])
+    yield _History("yielding ball", _MDR, _YIELDING, deep, np.zeros(deep.size), steps=1)
+    # from stick to the shift at which the contact slips as a whole, and beyond
+    for part, name in ((0.5, "partial slip"), (2.0, "gross slip")):
+        limit = part * _FRICTION * (2.0 - _POISSON) / (2.0 * (1.0 - _POISSON)) * _DEEP
+        cycle = np.concatenate(
+            [up, np.linspace(1.0, -1.0, 2 * _ROWS + 1)[1:], np.linspace(-1.0, 1.0, 2 * _ROWS + 1)[1:]]
+        )
+        depth = np.full(_ROWS + cycle.size, _DEEP)
+        depth[:_ROWS] = _DEEP * up
+        shift = np.concatenate([np.zeros(_ROWS), limit * cycle])
+        yield _History(f"shear, {name}", _sheared(_HERTZ, "mindlin"), _SLIDING, depth, shift)
+    for rule in ("mindlin", "mindlin_rescale"):
+        depth = np.concatenate(
+            [
+                _DEEP * up,
+                _DEEP * np.linspace(1.0, 0.3, _ROWS + 1)[1:],
+                _DEEP * np.linspace(0.3, 1.0, _ROWS + 1)[1:],
+            ]
+        )
+        turns = np.concatenate(
+            [0.6 * up, np.linspace(0.6, 0.2, _ROWS + 1)[1:], np.linspace(0.2, 0.5, _ROWS + 1)[1:]]
+        )
+        shift = _FRICTION * (2.0 - _POISSON) / (2.0 * (1.0 - _POISSON)) * _DEEP * turns
+        yield _History(f"oblique load, {rule}", _sheared(_HERTZ, rule), _SLIDING, depth, shift)
+
+
+def _collisions() -> Iterator[_Collision]:
+    yield _Collision("collision, Hertz", _sheared(_HERTZ, "mindlin"), _ROUND, 1.0, 0.0)
+    yield _Collision("collision, JKR", _JKR, _STICKING, 0.02, 0.0)
+    for speed in (0.5, 2.0, 8.0):
+        yield _Collision(f"collision, yielding, {speed:g} m/s", _MDR, _REBOUNDING, speed, 0.0)
+    for degrees in (15.0, 30.0, 45.0, 60.0):
+        yield _Collision(
+            f"collision at {degrees:g} degrees", _sheared(_HERTZ, "mindlin_rescale"), _SLIDING, 1.0, degrees
+        )
+
+
+def _followed(program: str, case: _History) -> tuple[dict[str, float], Pair]:
+    """A history by both."""
+    sheared = bool(case.shift.any())
+    path = Path(indentation=case.depth, shift=case.shift) if sheared else Path(indentation=case.depth)
+    result = solve(case.contact, path)
+    there = moved(program, case.model, _BALL, case.depth, case.shift, case.steps)
+    normal = result["normal_force"].values
+    largest = float(np.abs(normal).max())
+    lost, lost_there = _area(normal, case.depth), _area(there.normal, case.depth)
+    pair = Pair("indentation", "m", case.depth, "normal_force", normal, there.normal)
+    off = float(np.abs(there.normal - normal).max()) / largest
+    if sheared:
+        along = result["tangential_force"].values
+        lost, lost_there = lost + _area(along, case.shift), lost_there + _area(there.tangential, case.shift)
+        off = float(np.abs(there.tangential - along).max()) / (_FRICTION * largest)
+        pair = Pair("shift", "m", case.shift, "tangential_force", along, there.tangential)
+    row = {
+        "largest_force": largest,
+        "force_difference": off,
+        "dissipated_energy": lost,
+        "lammps_dissipated_energy": lost_there,
+    }
+    return row, pair
+
+
+def _flown(program: str, case: _Collision) -> tuple[dict[str, float], Pair]:
+    """A collision by both."""
+    angle = math.radians(case.degrees)
+    oblique = {"angle": angle} if angle else {}
+    method = impact(case.contact, mass=_BALL.mass, speed=case.speed, steps=_MOVES, **oblique)
+    along, against = case.speed * math.sin(angle), case.speed * math.cos(angle)
+    duration = 1.5 * float(method["contact_time"])
+    there = collided(program, case.model, _BALL, (along, against), duration, _STEPS)
+    largest = float(method["normal_force"].max())
+    at_rows = _at(there.time, method, "normal_force")
+    pair = Pair("time", "s", there.time, "normal_force", at_rows, there.normal)
+    row = {
+        "largest_force": largest,
+        "force_difference": float(np.abs(there.normal - at_rows).max()) / largest,
+        "restitution": float(method["restitution"]),
+        "lammps_restitution": there.velocity[1] / against,
+    }
+    if angle:
+        point = there.velocity[0] - there.spin * _BALL.radius
+        sheared = _at(there.time, method, "tangential_force")
+        pair = Pair("time", "s", there.time, "tangential_force", sheared, there.tangential)
+        row |= {
+            "force_difference": float(np.abs(there.tangential - sheared).max()) / (_FRICTION * largest),
+            "restitution": float(method["tangential_restitution"]),
+            "lammps_restitution": -point / along,
+        }
+    return row, pair
+
+
+def _at(time: FloatArray, method: Impact, name: str) -> FloatArray:
+    """A force of an impact at other times, 0 after it."""
+    return np.asarray(np.interp(time, method["time"].values, method[name].values, right=0.0))
+
+
+def _area(force: FloatArray, along: FloatArray) -> float:
+    """The integral of a force over its way."""
+    ways, sums = np.diff(along, prepend=0.0), force + np.concatenate([[0.0], force[:-1]])
+    return float(np.sum(0.5 * sums * ways))
