@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -68,15 +69,121 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     source = named_file(file, "read")
     plain = _tables(source)
     try:
-        title, contact, path = decode_case(_with_tables(plain, source.parent))
-        check_times(path, needed=contact.is_viscoelastic)
-        options = _options(plain.get("solve", {}))
-        outputs = {name: plain[name] for name in OUTPUTS if name in plain}
-        for name, wanted in outputs.items():
-            _check_output(name, wanted, contact)
+        return case_of_tables(_with_tables(plain, source.parent), source)
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
-    return Case(source, title, contact, path, options, outputs)
+
+
+def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
+    """
+    A case from the tables of a case file, in which nothing is left to read from other files.
+
+    Parameters
+    ----------
+    tables : mapping
+        As :func:`read_tables` returns them.
+    file : path
+        Their file, if there is one.
+
+    Raises
+    ------
+    CaseError
+        If they are not a valid case; the message names table, key, value and remedy.
+
+    Examples
+    --------
+    >>> tables = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastic", "young": "1 GPa", "poisson": 0.3}}
+    >>> case_of_tables({**tables, "path": [{"kind": "load", "normal_force": "1 N"}]}).contact.profile
+    Sphere(radius=0.001)
+    """
+    title, contact, path = decode_case(tables)
+    check_times(path, needed=contact.is_viscoelastic)
+    outputs = {name: tables[name] for name in OUTPUTS if name in tables}
+    for name, wanted in outputs.items():
+        _check_output(name, wanted, contact)
+    return Case(file, title, contact, path, _options(tables.get("solve", {})), outputs)
+
+
+def read_tables(file: str | os.PathLike[str]) -> dict[str, Any]:
+    """
+    Read the tables of a case file as plain values, with the columns of its CSV files in place of their names.
+
+    Parameters
+    ----------
+    file : path
+        As for :func:`read_case`.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read.
+    CaseError
+        If it is not TOML, or a file in it has other columns.
+    """
+    source = named_file(file, "read")
+    plain = _tables(source)
+    try:
+        return _with_tables(plain, source.parent)
+    except PymdrError as error:
+        raise CaseError(f"{source}: {error}") from error
+
+
+def case_text(tables: Mapping[str, Any]) -> str:
+    """
+    The TOML text of the tables of a case.
+
+    Parameters
+    ----------
+    tables : mapping
+        Plain values: texts, numbers, arrays, lists and tables of them.
+
+    Returns
+    -------
+    str
+        A case file; :func:`read_tables` is the inverse.
+
+    Examples
+    --------
+    >>> print(case_text({"title": "Ball", "profile": {"kind": "sphere", "radius": "1 mm"}, "path": [{"kind": "hold"}]}), end="")
+    title = "Ball"
+    <BLANKLINE>
+    [profile]
+    kind = "sphere"
+    radius = "1 mm"
+    <BLANKLINE>
+    [[path]]
+    kind = "hold"
+    """
+    single = [f"{name} = {_toml(value)}\n" for name, value in tables.items() if not _is_table(value)]
+    for name, value in tables.items():
+        if _is_table(value):
+            parts = (
+                [(f"[{name}]", value)] if isinstance(value, Mapping) else [(f"[[{name}]]", v) for v in value]
+            )
+            single += [
+                f"\n{head}\n" + "".join(f"{key} = {_toml(entry)}\n" for key, entry in part.items())
+                for head, part in parts
+            ]
+    return "".join(single)
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, Mapping) or (
+        isinstance(value, list) and bool(value) and all(isinstance(entry, Mapping) for entry in value)
+    )
+
+
+def _toml(value: Any) -> str:
+    """A value of a key; tables are written on one line."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_toml(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, list | tuple | np.ndarray):
+        return "[" + ", ".join(_toml(entry) for entry in value) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value.item() if isinstance(value, np.generic) else value)
 
 
 def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact) -> None:

@@ -11,6 +11,7 @@ import typer
 from pymdr.workbench.cli.bench import bench
 from pymdr.workbench.cli.cases import check, plot, run
 from pymdr.workbench.cli.curves import curves
+from pymdr.workbench.cli.exploring import explore
 from pymdr.workbench.cli.fits import fit
 from pymdr.workbench.cli.indents import drift, nanoindent, pop_in, stiffness
 from pymdr.workbench.cli.laws import law, table
@@ -48,6 +49,7 @@ for command in (
     schema,
     info,
     check,
+    explore,
     verify,
     bench,
     loops,

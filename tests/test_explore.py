@@ -1,0 +1,193 @@
+"""The explorer: what is chosen becomes a case, its file, its lines of Python and what is seen; without a browser."""
+
+import threading
+import time
+import tomllib
+from contextlib import suppress
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from drawing import examples
+from pymdr.explore import model, running, seen
+from pymdr.workbench.casefile import case_text, read_case
+
+QUICK = ("ball", "cone", "punch", "gel", "switch", "cycle")
+panel = pytest.mark.skipif(find_spec("panel") is None, reason="panel (the extra explore) is not installed")
+
+
+def evaluated(lines):
+    """Contact and path of lines of Python, which are run without the solution."""
+    names = {}
+    exec(lines.rsplit("\nresult = ", 1)[0], names)
+    return names["contact"], names["path"]
+
+
+@pytest.mark.parametrize("kind", model.STARTS)
+def test_case_file_and_python_lines_are_the_same_problem(kind, tmp_path):
+    choice = model.start(kind)
+    case = model.case_of(choice)
+    assert evaluated(model.python_lines(choice)) == (case.contact, case.path)
+    file = tmp_path / "case.toml"
+    file.write_text(model.toml(choice), encoding="utf-8")
+    read = read_case(file)
+    assert (read.contact, read.path, read.options) == (case.contact, case.path, case.options)
+
+
+plain_values = st.recursive(
+    st.text() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=False) | st.booleans(),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.from_regex("[a-z_]{1,8}", fullmatch=True), inner)
+    ),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(st.dictionaries(st.from_regex("[a-z_]{1,8}", fullmatch=True), plain_values, max_size=5))
+def test_case_text_is_read_back(tables):
+    assert tomllib.loads(case_text(tables)) == tables
+
+
+@pytest.mark.parametrize("part", model.PARTS)
+@pytest.mark.parametrize("start", ["ball", "gel", "rubber"])
+def test_every_kind_of_every_part_is_a_case_or_says_why_not(part, start):
+    choice = model.start(start)
+    for kind in model.kinds(part, choice):
+        changed = model.with_kind(part, kind, choice)
+        assert model.kind_of(part, changed) == kind
+        with suppress(mdr.PymdrError):  # never another error
+            model.case_of(changed)
+
+
+def test_a_profile_keeps_the_length_of_the_one_before():
+    choice = model.with_kind("profile", "cone", model.start("gel"))
+    assert model.with_kind("profile", "sphere", choice).tables["profile"]["radius"] == "50 µm"
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(st.sampled_from(tuple(model.STARTS)), st.data())
+def test_knobs_go_where_they_are_dragged_and_typed(kind, data):
+    choice = model.start(kind)
+    knob = data.draw(st.sampled_from(model.knobs(choice)))
+    to = data.draw(st.floats(0.0, 1.0))
+    moved = model.dragged(choice, knob, to)
+    value = model.number(moved, knob.place)
+    assert knob.low - 0.01 * abs(knob.low) <= value <= knob.high + 0.01 * abs(knob.high)
+    assert model.fraction(moved, knob) == pytest.approx(to, abs=0.01)
+    again = model.typed(moved, knob, model.text(choice, knob))
+    assert model.number(again, knob.place) == model.number(choice, knob.place)
+    assert choice.tables == model.start(kind).tables  # what was chosen before is not changed
+
+
+@pytest.mark.parametrize(
+    "entry", ["", "ten mm", "1,5 mm", "10 N", "__import__('os')", "9**9**9 m", "nan mm", "inf m"]
+)
+def test_text_is_read_as_a_quantity_and_never_evaluated(entry):
+    choice = model.start("ball")
+    with pytest.raises(mdr.PymdrError, match="radius"):
+        model.typed(choice, model.knobs(choice)[0], entry)
+
+
+def test_ranges_are_relative_to_the_size():
+    for size in ("1 nm", "1 mm", "1 m"):
+        choice = model.typed(model.start("ball"), model.knobs(model.start("ball"))[0], size)
+        knob = model.knobs(choice)[0]
+        assert (knob.low, knob.high) == pytest.approx((0.1 * choice.length, 10.0 * choice.length), rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", QUICK)
+def test_what_is_seen_is_what_the_result_says(kind):
+    choice = model.start(kind)
+    result = model.answer(choice)
+    found = running.look(running.Request(choice, running.View()), result, time.perf_counter())
+    row = found.row
+    assert row == seen.row_of(result, -1)
+    curve = found.curve
+    force = result["normal_force"].values
+    factor = float(curve.traces[0].y[-1] / force[-1]) if force[-1] else 0.0
+    if factor:
+        np.testing.assert_allclose(curve.traces[0].y, factor * force, rtol=1e-14)
+        assert np.log10(factor) % 3 == pytest.approx(0.0, abs=1e-9)  # a prefix of the unit
+    assert {r[0] for r in found.numbers} >= {"normal force", "indentation", "contact radius"}
+    upper, lower = (trace.y for trace in found.section.traces[:2])
+    assert np.nanmin(upper - lower) >= -1e-9 * np.nanmax(np.abs(upper))  # the bodies do not overlap
+    assert found.fields[0] == "pressure"
+    assert "nan" not in found.curve.text
+
+
+def test_stress_is_largest_where_it_is_in_a_hertzian_contact():
+    choice = model.with_kind("profile", "paraboloid", model.start("ball"))
+    result = model.answer(choice)
+    picture = seen.stress(result, "von_mises", -1)
+    a = float(result["contact_radius"][-1])
+    deep, across = np.unravel_index(np.nanargmax(picture.values), picture.values.shape)
+    depth = picture.depth * deep / (picture.values.shape[0] - 1)
+    assert across == picture.values.shape[1] // 2
+    assert depth * 1e-6 == pytest.approx(0.48 * a, abs=0.03 * a)  # Johnson (1985), for nu = 0.3
+
+
+class Shown:
+    """What a runner shows, and a way to wait for it."""
+
+    def __init__(self):
+        self.answers, self.fractions, self.changed = [], [], threading.Condition()
+
+    def show(self, answer):
+        with self.changed:
+            self.answers.append(answer)
+            self.changed.notify()
+
+    def wait(self, holds, seconds=60.0):
+        with self.changed:
+            assert self.changed.wait_for(lambda: holds(self.answers), seconds)
+
+
+def test_the_last_request_is_answered_and_errors_are_shown():
+    shown = Shown()
+    runner = running.Runner(shown.show, shown.fractions.append)
+    try:
+        choice = model.start("ball")
+        knob = model.knobs(choice)[-1]
+        for i in range(20):
+            moved = model.dragged(choice, knob, i / 19)
+            runner.ask(running.Request(moved, running.View()))
+        shown.wait(lambda answers: any(one.request.choice is moved for one in answers))
+        last = next(one for one in shown.answers if one.request.choice is moved)
+        assert float(last.result["normal_force"][-1]) == pytest.approx(500.0, rel=1e-12)
+        wrong = model.with_kind("path", "cycle under load", choice)
+        runner.ask(running.Request(wrong, running.View()))
+        shown.wait(lambda answers: any(one.request.choice is wrong for one in answers))
+        last = next(one for one in shown.answers if one.request.choice is wrong)
+        assert last.result is None
+        assert "no friction" in last.error
+    finally:
+        runner.close()
+
+
+@panel
+def test_charts_and_pictures_become_columns():
+    from pymdr.explore import views
+
+    result = model.answer(model.start("gel"))
+    chart = seen.section(result, -1)
+    lines, marks = views.columns_of(chart)
+    assert {len(column) for column in lines.values()} == {len(chart.traces)}
+    assert lines["dash"][-1] == "dashed"
+    assert list(marks["x"]) == []
+    columns = views.image_of(seen.stress(result, "tresca", -1))
+    assert columns["dh"] == [-columns["y"][0]]
+    assert views.image_of(None)["image"] == []
+
+
+@panel
+def test_tables_escape_what_they_show():
+    from pymdr.explore import views
+
+    table = views.numbers_html("<script>", [("<b>", "1 N", "exact", "", "'<&\"")])
+    assert "<script>" not in table
+    assert "<b>" not in table
