@@ -14,7 +14,6 @@ import numpy as np
 
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
-from pymdr.inside import background_of
 from pymdr.presentation.files import named_file
 from pymdr.problem.codec import PressCase, RoughCase, decode_case, decode_contact, decode_press, decode_rough
 from pymdr.problem.codec.outputs import OUTPUTS
@@ -205,6 +204,8 @@ def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact) -> Non
 
 def _check_stress(wanted: Mapping[str, Any], contact: Contact) -> None:
     """Refuse points of a table that are none."""
+    from pymdr.inside import background_of
+
     superposed = wanted.get("superposed")
     background_of(superposed)
     for axis in ("r", "x", "z"):

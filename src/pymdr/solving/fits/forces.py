@@ -8,7 +8,6 @@ from functools import cached_property, lru_cache
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from pymdr.errors import ProblemError
 from pymdr.line.curves import ElasticLine, Line
@@ -27,6 +26,7 @@ from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.numerics.graded import GradedTable
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Profile, Shape
+from pymdr.problem.profiles.curves import cubic_spline
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.fits.touching import BoolArray, in_contact
 from pymdr.solving.reach import map_to_line
@@ -130,9 +130,17 @@ class AdhesiveForces:
         return float(self.depth[-1])
 
     @cached_property
-    def _over_root(self) -> CubicSpline:
-        """F over the root of the distance from the fold, where it is smooth."""
-        return CubicSpline(np.sqrt(self.depth - self.fold), self.force)
+    def _cubics(self) -> tuple[FloatArray, FloatArray]:
+        """F over the root of the distance from the fold, where it is smooth: knots and coefficients of a spline."""
+        knots = np.sqrt(self.depth - self.fold)
+        return knots, cubic_spline(knots, self.force, None)
+
+    def _at_roots(self, root: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over the root of the distance from the fold."""
+        knots, cubics = self._cubics
+        panel = np.clip(np.searchsorted(knots, root, side="right") - 1, 0, knots.size - 2)
+        x, (cubic, square, slope, value) = root - knots[panel], cubics[:, panel]
+        return value + x * (slope + x * (square + x * cubic)), slope + x * (2.0 * square + 3.0 * x * cubic)
 
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
@@ -141,38 +149,40 @@ class AdhesiveForces:
     def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
         """Force in N and its slope over r at the distances span r^2 from the fold, in m."""
         root = math.sqrt(span)
-        return self._over_root(r * root), self._over_root(r * root, 1) * root
+        force, slope = self._at_roots(r * root)
+        return force, slope * root
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m; those of the fold before it."""
         root = np.sqrt(np.clip(depth - self.fold, 0.0, self.end - self.fold))
-        least = 1e-3 * math.sqrt(self.end - self.fold)
-        rate = self._over_root(np.maximum(root, least), 1) / (2.0 * np.maximum(root, least))
-        return self._over_root(root) + rate * np.maximum(depth - self.end, 0.0), rate
+        away = np.maximum(root, 1e-3 * math.sqrt(self.end - self.fold))
+        rate = self._at_roots(away)[1] / (2.0 * away)
+        return self._at_roots(root)[0] + rate * np.maximum(depth - self.end, 0.0), rate
 
     def on_machine(self, compliance: float) -> AdhesiveForces:
         """The forces over the travel of a machine, from the loss of contact on, with its compliance in m/N."""
         from scipy.optimize import brentq
 
-        spline, deepest = self._over_root, math.sqrt(self.end - self.fold)
+        deepest = math.sqrt(self.end - self.fold)
 
-        def travel(root: FloatArray) -> FloatArray:
-            return np.asarray(self.fold + root**2 + compliance * spline(root))
+        def rate(root: FloatArray) -> FloatArray:
+            return 2.0 * root + compliance * self._at_roots(root)[1]
 
         root = np.linspace(0.0, deepest, _NODES)
-        low = int(np.argmin(travel(root)))
+        low = int(np.argmin(root**2 + compliance * self._at_roots(root)[0]))
         lost = 0.0
         if low > 0:  # where the travel is least
             ends = root[[low - 1, min(low + 1, _NODES - 1)]]
-            rates = 2.0 * ends + compliance * spline(ends, 1)
+            rates = rate(ends)
             lost = float(root[low])
             if rates[0] < 0.0 < rates[1]:
-                lost = float(brentq(lambda x: 2.0 * x + compliance * float(spline(x, 1)), *ends))
+                lost = float(brentq(lambda x: float(rate(np.array([x]))[0]), *ends))
         root = np.linspace(lost, deepest, _NODES)
-        travels = travel(root)
+        force = self._at_roots(root)[0]
+        depth = self.fold + root**2
+        travels = depth + compliance * force
         rises = np.append(True, np.diff(np.maximum.accumulate(travels)) > 0.0)
-        root = root[rises]
-        return AdhesiveForces(travels[rises], spline(root), self.radius(self.fold + root**2))
+        return AdhesiveForces(travels[rises], force[rises], self.radius(depth[rises]))
 
 
 @dataclass(frozen=True)
@@ -287,7 +297,7 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
     if compliance == 0.0:
         return bare
     if isinstance(bare, AdhesiveForces):
-        return bare.on_machine(compliance)
+        return _adhesive(contact, rounded_up(deepest), compliance)
     return OnMachine(bare, compliance, rounded_up(deepest))
 
 
@@ -301,7 +311,7 @@ def bare_forces(contact: Contact, deepest: float) -> BareForces:
         return _shape_forces(contact, contact.profile)
     if contact.adhesion is None:
         return ElasticForces(_line_of(contact))
-    return _adhesive(contact, rounded_up(deepest))
+    return _adhesive(contact, rounded_up(deepest), 0.0)
 
 
 def _shape_forces(contact: Contact, shape: Shape) -> ShapeForces:
@@ -326,7 +336,10 @@ def _line_of(contact: Contact) -> Line:
 
 
 @lru_cache(maxsize=16)
-def _adhesive(contact: Contact, deepest: float) -> AdhesiveForces:
+def _adhesive(contact: Contact, deepest: float, compliance: float) -> AdhesiveForces:
+    """The forces over depths, or over travels of a machine; a search asks for those of one contact at many origins."""
+    if compliance > 0.0:
+        return _adhesive(contact, deepest, 0.0).on_machine(compliance)
     line = AdhesiveLine(contact)
     states, last = line.equilibria.states, _parameter_at_depth(line, deepest)
     s = line.equilibria.start + last * np.linspace(0.0, 1.0, _NODES) ** 2
