@@ -16,7 +16,7 @@ YOUNG = 4e4
 
 def waves(size):
     """Waves on a paraboloid, over which the edge jumps."""
-    height, wave = 1e-4 * size, 500.0 / size
+    height, wave = 3e-4 * size, 150.0 / size
     return mdr.Function(
         lambda r: r**2 / (2.0 * size) + height * (1.0 - np.cos(wave * r)),
         derivative=lambda r: r / size + height * wave * np.sin(wave * r),

@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.errors import ProblemError
 from pymdr.units import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -105,6 +106,12 @@ class Moved(ABC):
     @abstractmethod
     def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, ...]:
         """The same with all contacts."""
+
+    def rotate(self, angle: Any) -> None:
+        """Turn everything in the plane by an angle in rad; contacts that move along one line refuse it."""
+        raise ProblemError(
+            "Stepper.rotate: the contact moves along one line, which cannot turn; make it with friction and springs=, such as springs=32"
+        )
 
     def undo(self) -> None:
         """Give all contacts the state before the last step."""

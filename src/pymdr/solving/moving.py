@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from pymdr.line.following.branches import Columns
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.friction import Stacks, virgin_state
 from pymdr.line.moved import Moved
+from pymdr.line.plane import PlaneContacts, PlaneLaw, Springs
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent, ramp
 from pymdr.problem.profiles import Shape
@@ -43,9 +45,9 @@ class Moving(NamedTuple):
     path: LoadingPath
 
 
-def moving_of(contact: Contact, deepest: float, count: int) -> Moving:
+def moving_of(contact: Contact, deepest: float, count: int, springs: int | None = None) -> Moving:
     """
-    Contacts that have not touched, whose curves reach down to an indentation in m.
+    Contacts that have not touched, whose curves reach down to an indentation in m; in the plane with a number of springs.
 
     Raises
     ------
@@ -55,6 +57,8 @@ def moving_of(contact: Contact, deepest: float, count: int) -> Moving:
         If it is not a disk at every depth.
     """
     _refuse_unknown(contact)
+    if springs is not None:
+        return _in_plane(contact, deepest, count, springs)
     if contact.adhesion is None:
         return _stacks(contact, deepest, count)
     if contact.adhesion.has_hysteresis:
@@ -97,6 +101,22 @@ def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
     stacks = Stacks(curves_down_to(mapped.line, deepest), start, friction != 0.0, count)
     pressed = indent(deepest)
     return Moving(stacks, pressed >> ramp(shift=0.1 * deepest) if friction else pressed)
+
+
+def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Moving:
+    if contact.friction is None:
+        raise ProblemError(
+            "Stepper: springs are those of friction in the plane; give Contact(..., friction=Coulomb(0.3)), or leave springs out"
+        )
+    normal, mapped = (
+        _stacks(replace(contact, friction=None), deepest, count).contacts,
+        map_to_springs(contact),
+    )
+    law = PlaneLaw(contact.friction.coefficient, mapped.moduli.normal, mapped.moduli.tangential)
+    radius = float(states_at_depth(mapped.line, np.array([deepest])).contact_radius[0])
+    part = 0.1 * deepest
+    path = indent(deepest) >> ramp(shift=(part, 0.0)) >> ramp(shift=(part, part))
+    return Moving(PlaneContacts(law, Springs.along(mapped.line, radius, springs), normal), path)
 
 
 def _branches(contact: Contact, deepest: float, count: int) -> Moving:

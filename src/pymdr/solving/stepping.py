@@ -10,11 +10,12 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, RefusedError
-from pymdr.interpretation.validity import Claim
+from pymdr.interpretation.validity import Claim, approximated
 from pymdr.line.moved import Moved
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.values import within_range
+from pymdr.result import Result
 from pymdr.solving.moving import moving_of
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
@@ -31,6 +32,10 @@ _CLAIMED = (
 )
 
 
+_PLANE = ("tangential_force", "stick_radius", "stored_tangential_energy", "dissipated_energy")
+"""Quantities whose errors depend on the number of springs."""
+
+
 class Forces(NamedTuple):
     """Forces on the contact after a step, floats for one contact and arrays for several."""
 
@@ -38,6 +43,17 @@ class Forces(NamedTuple):
     """F_N in N, which presses the bodies together."""
     tangential: Any
     """F_x in N, which resists the shift."""
+
+
+class PlaneForces(NamedTuple):
+    """Forces on a contact that moves in the plane, floats for one contact and arrays for several."""
+
+    normal: Any
+    """F_N in N, which presses the bodies together."""
+    x: Any
+    """F_x in N, which resists the shift."""
+    y: Any
+    """F_y in N."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +65,8 @@ class StepperState:
     """In m."""
     arrays: tuple[np.ndarray, ...]
     """What the contacts remember, now and before the last step."""
+    springs: int | None
+    """Number of springs in the plane; None along a line."""
     undoable: bool
     """Whether the last step can be taken back."""
 
@@ -71,6 +89,9 @@ class Stepper:
         Largest indentation in m of all steps, above 0.
     count : int
         Number of contacts; by default one, whose values are floats. Values of several are arrays of the shape (count,).
+    springs : int, optional
+        Number of springs up to the largest contact radius, 8 to 4096, for shifts (x, y) in the plane. By default the shift is along one line,
+        where the memory of friction is a stack.
 
     Raises
     ------
@@ -109,25 +130,34 @@ class Stepper:
 
     _moved: Moved
     _path: LoadingPath
+    _springs: int | None
+    _forces: type[Forces] | type[PlaneForces]
     _undoable: bool
 
-    def __init__(self, contact: Contact, max_indentation: QuantityLike, *, count: int = 1) -> None:
+    def __init__(
+        self, contact: Contact, max_indentation: QuantityLike, *, count: int = 1, springs: int | None = None
+    ) -> None:
         deepest = to_si(max_indentation, "m", name="Stepper: max_indentation")
         if not deepest > 0.0:
             raise ProblemError(f"Stepper: max_indentation = {shown(max_indentation)}; it must be above 0 m")
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
+        if springs is not None and not (type(springs) is int and 8 <= springs <= 4096):
+            raise ProblemError(
+                f"Stepper: springs = {shown(springs)}; a whole number from 8 to 4096 is needed, such as 32"
+            )
         require_contact(contact, "Stepper")
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
-        self._moved, self._path = moving_of(contact, self._deepest, count)
-        if contact.adhesion is not None and not (disk := self._solved()["contact_radius"]).where.all():
+        self._moved, self._path = moving_of(contact, self._deepest, count, springs)
+        self._springs, self._forces = springs, Forces if springs is None else PlaneForces
+        if contact.adhesion is not None and not (disk := self._solved().claims["contact_radius"]).where.all():
             raise RefusedError(f"Stepper: {disk.reason}")
         self._undoable = False
 
-    def _solved(self) -> Mapping[str, Claim]:
-        """The claims of `solve` on a path that passes the states of the contact."""
-        return solve(self._contact, self._path).claims
+    def _solved(self) -> Result:
+        """The result of `solve` for a path that passes the states of the contact."""
+        return solve(self._contact, self._path)
 
     @property
     def contact(self) -> Contact:
@@ -144,7 +174,7 @@ class Stepper:
         """Number of contacts."""
         return self._moved.count
 
-    def advance(self, indentation: Any, shift: Any = 0.0) -> Forces:
+    def advance(self, indentation: Any, shift: Any = 0.0) -> Forces | PlaneForces:
         """
         Go straight to an indentation and a shift.
 
@@ -152,13 +182,13 @@ class Stepper:
         ----------
         indentation : float or ndarray, shape (count,)
             In m; 0 or less is without contact.
-        shift : float or ndarray, shape (count,)
-            In m, of one body against the other. Without friction it has no effect.
+        shift : float or ndarray, shape (count,), or a pair of these
+            In m, of one body against the other; (x, y) in the plane. Without friction it has no effect.
 
         Returns
         -------
-        Forces
-            Normal and tangential force in N.
+        Forces or PlaneForces
+            Normal and tangential force in N; in the plane (normal, x, y).
 
         Raises
         ------
@@ -170,17 +200,17 @@ class Stepper:
         d = float(indentation)
         if not -math.inf < d <= self._deepest:
             raise _refused(d, self._deepest)
-        forces = Forces(*self._moved.advance(d, shift))
+        forces = self._forces(*self._moved.advance(d, shift))
         self._undoable = True
         return forces
 
-    def _advance_all(self, indentation: Any, shift: Any) -> Forces:
+    def _advance_all(self, indentation: Any, shift: Any) -> Forces | PlaneForces:
         d = np.empty(self.count)
         d[:] = indentation
         taken = np.logical_and(d > -math.inf, d <= self._deepest)
         if not taken.all():
             raise _refused(float(d[np.argmin(taken)]), self._deepest)
-        forces = Forces(*self._moved.advance_all(d, shift))
+        forces = self._forces(*self._moved.advance_all(d, shift))
         self._undoable = True
         return forces
 
@@ -198,6 +228,23 @@ class Stepper:
         self._moved.undo()
         self._undoable = False
 
+    def rotate(self, angle: Any) -> None:
+        """
+        Turn shift, tangential force and springs, for contacts whose plane turns against the frame of the program.
+
+        Parameters
+        ----------
+        angle : float or ndarray, shape (count,)
+            From x to y, in rad. It counts as a step for :meth:`undo`.
+
+        Raises
+        ------
+        ProblemError
+            If the contact does not move in the plane: a stack of turning points belongs to its line.
+        """
+        self._moved.rotate(angle)
+        self._undoable = True
+
     def copy(self) -> Self:
         """A stepper in the same state, which moves on its own."""
         other = object.__new__(type(self))
@@ -207,7 +254,9 @@ class Stepper:
     @property
     def state(self) -> StepperState:
         """All that the contacts remember, to be kept and restored."""
-        return StepperState(self._contact, self._deepest, self._moved.copied().arrays, self._undoable)
+        return StepperState(
+            self._contact, self._deepest, self._moved.copied().arrays, self._springs, self._undoable
+        )
 
     def restore(self, state: StepperState) -> None:
         """
@@ -226,10 +275,12 @@ class Stepper:
         if not isinstance(state, StepperState):
             raise ProblemError(f"Stepper.restore: {shown(state)} is not a state; give Stepper.state")
         mine, other = (
-            (self._contact, self._deepest, self.count),
-            (state.contact, state.max_indentation, state.arrays[0].shape[0]),
+            (self._contact, self._deepest, self.count, self._springs),
+            (state.contact, state.max_indentation, state.arrays[0].shape[0], state.springs),
         )
-        for name, own, given in zip(("contact", "max_indentation", "count"), mine, other, strict=True):
+        for name, own, given in zip(
+            ("contact", "max_indentation", "count", "springs"), mine, other, strict=True
+        ):
             if own != given:
                 raise ProblemError(
                     f"Stepper.restore: the state is that of another {name}, {shown(given)}, not {shown(own)}; restore it in a "
@@ -245,7 +296,7 @@ class Stepper:
 
     @property
     def shift(self) -> Any:
-        """Shift in m; 0 without friction."""
+        """Shift in m, in the plane (x, y); 0 without friction."""
         return self._one(self._moved.shift)
 
     @property
@@ -255,7 +306,7 @@ class Stepper:
 
     @property
     def tangential_force(self) -> Any:
-        """Tangential force in N, which resists the shift."""
+        """Tangential force in N, in the plane (x, y), which resists the shift."""
         return self._one(self._moved.tangential_force)
 
     @property
@@ -275,7 +326,11 @@ class Stepper:
 
     @property
     def tangential_stiffness(self) -> Any:
-        """Tangent stiffness 2 G* c in N/m, c the radius of the part that sticks, as the motion goes on; a reversal begins with 2 G* a."""
+        """
+        Tangent stiffness 2 G* c in N/m, c the radius of the part that sticks, as the motion goes on; a reversal begins with 2 G* a.
+
+        In the plane a matrix (2, 2): springs that slip still resist motion across their force.
+        """
         return self._one(self._moved.tangential_stiffness)
 
     @property
@@ -313,15 +368,26 @@ class Stepper:
         """
         solved = self._solved()
         everywhere = np.ones(1, dtype=bool)
-        return {
+        claims = {
             name: replace(
-                solved[name],
+                solved.claims[name],
                 where=everywhere,
-                error=None if (error := solved[name].error) is None else np.array([error.max()]),
+                error=None if (error := solved.claims[name].error) is None else np.array([error.max()]),
             )
             for name in _CLAIMED
-            if name in solved
+            if name in solved.claims
         }
+        if self._springs is None:
+            return claims
+        contacts = moving_of(self._contact, self._deepest, 1, self._springs).contacts
+        exact = solved["tangential_force"].values
+        for depth, shift in zip(solved["indentation"].values, solved["shift"].values, strict=True):
+            contacts.advance(depth, shift)
+        missed = float(np.linalg.norm(contacts.tangential_force[0] - exact[-1]) / np.linalg.norm(exact[-1]))
+        changed = {name: claims[name] for name in _PLANE if name in claims}
+        return claims | approximated(
+            changed, f"; {self._springs} springs change the force by {missed:.1e}", missed
+        )
 
     def __repr__(self) -> str:
         """The contact, and where it is."""
@@ -329,7 +395,7 @@ class Stepper:
         return f"<pymdr.Stepper up to {metres(self._deepest)}{several}>"
 
     def _one(self, values: FloatArray) -> Any:
-        return values if self.count > 1 else float(values[0])
+        return values if self.count > 1 else values[0] if values.ndim > 1 else float(values[0])
 
 
 def _refused(indentation: float, deepest: float) -> PathError:

@@ -4,6 +4,7 @@ A spring advances exactly over a straight row, whatever its length, so that the 
 Numba is loaded by the first history that is followed.
 """
 
+from pymdr.line.plane.moved import PlaneContacts
 from pymdr.line.plane.springs import (
     PlaneEnding,
     PlaneLaw,
@@ -14,4 +15,13 @@ from pymdr.line.plane.springs import (
     virgin_plane,
 )
 
-__all__ = ["PlaneEnding", "PlaneLaw", "PlaneRows", "PlaneState", "Springs", "follow_plane", "virgin_plane"]
+__all__ = [
+    "PlaneContacts",
+    "PlaneEnding",
+    "PlaneLaw",
+    "PlaneRows",
+    "PlaneState",
+    "Springs",
+    "follow_plane",
+    "virgin_plane",
+]

@@ -1,0 +1,192 @@
+"""Contacts that are moved step by step in the plane."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Self
+
+import numpy as np
+
+from pymdr.errors import PathError, ProblemError
+from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion
+from pymdr.line.plane import layout as at
+from pymdr.line.plane.springs import PlaneLaw, Springs
+from pymdr.units import FloatArray, shown
+
+_AT_LIMIT = 1.0 - 1e-12
+"""Length of a spring over its limit from which on it slips."""
+
+
+class PlaneContacts(WithoutAdhesion, Moved):
+    """
+    Contacts of one body whose springs carry vectors; each spring advances exactly over a step.
+
+    What they remember: that of the normal contact, (n, 2, 2, springs + 1) vectors, and (n, 2, 6) columns of
+    :mod:`pymdr.line.plane.layout`.
+
+    Parameters
+    ----------
+    law : PlaneLaw
+    springs : Springs
+        Up to the largest contact radius.
+    normal : Moved
+        The same contacts without friction.
+    """
+
+    def __init__(self, law: PlaneLaw, springs: Springs, normal: Moved) -> None:
+        from pymdr.line.plane import steps
+
+        self._law, self._springs, self._normal = law, springs, normal
+        self._slips = math.isfinite(law.friction)
+        self._labels, self._places = springs.label.copy(), springs.place.copy()
+        self._scales = np.array([2.0 * law.scale * law.modulus * springs.spacing, law.shift_scale])
+        self._steps: Any = steps
+        count, size = normal.count, springs.label.size
+        self._own = (np.zeros((count, 2, 2, size)), np.zeros((count, 2, at.WORK + 1)))
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All that the contacts remember."""
+        return (*self._own, *self._normal.arrays)
+
+    @arrays.setter
+    def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
+        held, memory, *normal = arrays
+        self._own, self._normal.arrays = (held, memory), tuple(normal)
+
+    def copied(self) -> Self:
+        """The same contacts, which move on their own."""
+        other = super().copied()
+        other._normal = self._normal.copied()
+        return other
+
+    def advance(self, depth: float, shift: Any) -> tuple[float, float, float]:
+        """Go with one contact straight to an indentation and a shift (x, y) in m; F_N, F_x and F_y in N."""
+        x, y = _pair(shift)
+        x, y = float(x), float(y)
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise PathError(f"Stepper.advance: shift = ({x:g}, {y:g}) m; finite values are needed")
+        held, memory = self._own
+        normal, _ = self._normal.advance(depth, 0.0)
+        f_x, f_y = self._steps.step(
+            self._labels, self._scales, held[0], memory[0], (depth, x, y), self._slips
+        )
+        return normal, f_x, f_y
+
+    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The same with all contacts."""
+        targets, forces = np.empty((3, self.count)), np.empty((2, self.count))
+        targets[0] = depth
+        targets[1], targets[2] = _pair(shift)
+        if not np.isfinite(targets).all():
+            i = int(np.argmin(np.isfinite(targets).all(axis=0)))
+            raise PathError(
+                f"Stepper.advance: shift = ({targets[1, i]:g}, {targets[2, i]:g}) m; finite values are needed"
+            )
+        normal, _ = self._normal.advance_all(depth, 0.0)
+        self._steps.step_all(self._labels, self._scales, *self._own, targets, self._slips, forces)
+        return normal, forces[0], forces[1]
+
+    def rotate(self, angle: Any) -> None:
+        """Turn shift, force and springs of every contact by an angle in rad."""
+        turn = np.broadcast_to(np.asarray(angle, dtype=float), (self.count,))
+        if not np.isfinite(turn).all():
+            raise PathError(f"Stepper.rotate: angle = {shown(angle)}; finite values in rad are needed")
+        matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        held, memory = self._own
+        for array in self.arrays:
+            array[:, BEFORE] = array[:, NOW]
+        held[:, NOW] = np.einsum("ijn,njk->nik", matrix, held[:, NOW])
+        for first in (at.AT_X, at.FORCE_X):
+            pair = memory[:, NOW, first : first + 2]
+            pair[:] = np.einsum("ijn,nj->ni", matrix, pair)
+
+    @property
+    def indentation(self) -> FloatArray:
+        """Indentations in m."""
+        return self._normal.indentation
+
+    @property
+    def shift(self) -> FloatArray:
+        """Shifts in m, shape (count, 2)."""
+        return np.asarray(self._own[1][:, NOW, at.AT_X : at.AT_Y + 1])
+
+    @property
+    def normal_force(self) -> FloatArray:
+        """F_N in N."""
+        return self._normal.normal_force
+
+    @property
+    def tangential_force(self) -> FloatArray:
+        """F_x and F_y in N, shape (count, 2)."""
+        return np.asarray(self._own[1][:, NOW, at.FORCE_X : at.FORCE_Y + 1])
+
+    @property
+    def contact_radius(self) -> FloatArray:
+        """In m."""
+        return self._normal.contact_radius
+
+    @property
+    def stick_radius(self) -> FloatArray:
+        """Radius in m of the springs below their limit; without slip the contact radius."""
+        radius = self.contact_radius.copy()
+        if self._slips:
+            self._steps.stick_borders(self._labels, self._places, *self._own, radius)
+        return radius
+
+    @property
+    def normal_stiffness(self) -> FloatArray:
+        """Tangent stiffness in N/m."""
+        return self._normal.normal_stiffness
+
+    @property
+    def tangential_stiffness(self) -> FloatArray:
+        """
+        Tangent stiffness in N/m as the motion goes on, shape (count, 2, 2).
+
+        A spring that sticks has the stiffness 2 G* dx in all directions, one that slips along its vector t that across it,
+        2 G* dx (1 - t t / |t|^2).
+        """
+        vectors, limit = self._touching
+        square = np.sum(vectors * vectors, axis=1)
+        slides = np.logical_and(self._slips, np.sqrt(square) >= _AT_LIMIT * limit)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along = np.where(slides & (square > 0.0), 1.0 / square, 0.0)
+        each = np.eye(2)[:, :, None] * (limit > 0.0)[:, None, None, :]
+        each = each - np.einsum("nik,njk,nk->nijk", vectors, vectors, along)
+        return np.asarray(self._scales[at.PER_FORCE] / self._scales[at.PER_SHIFT] * each.sum(axis=3))
+
+    @property
+    def elastic_energy(self) -> FloatArray:
+        """Energy in J stored by the indentation."""
+        return self._normal.elastic_energy
+
+    @property
+    def stored_tangential_energy(self) -> FloatArray:
+        """Energy in J stored by the shift."""
+        vectors, _ = self._touching
+        scale = 0.5 * self._scales[at.PER_FORCE] * self._scales[at.PER_SHIFT]
+        return np.asarray(scale * np.sum(vectors * vectors, axis=(1, 2)))
+
+    @property
+    def dissipated_energy(self) -> FloatArray:
+        """Slip work in J so far, without slip the energy released by separating springs."""
+        return np.asarray(self._own[1][:, NOW, at.WORK])
+
+    @property
+    def _touching(self) -> tuple[FloatArray, FloatArray]:
+        """Vectors of the springs that carry, (n, 2, springs), and their limits, (n, springs)."""
+        held, memory = self._own
+        limit = np.maximum(memory[:, NOW, at.DEPTH, None] - self._labels[1:], 0.0)
+        return held[:, NOW, :, 1:], limit
+
+
+def _pair(shift: Any) -> Any:
+    """Shifts along x and y."""
+    try:
+        x, y = (0.0, 0.0) if isinstance(shift, float) and shift == 0.0 else shift
+    except (TypeError, ValueError):
+        raise ProblemError(
+            f"Stepper.advance: shift = {shown(shift)}; in the plane a pair (x, y) is needed"
+        ) from None
+    return x, y

@@ -1,0 +1,97 @@
+"""Compiled single steps of springs in the plane. Loads numba."""
+
+from __future__ import annotations
+
+from pymdr.compiling import Fused
+from pymdr.line.moved import BEFORE, NOW
+from pymdr.line.plane import kernels
+from pymdr.line.plane.kernels import advanced, move_of, stick_border
+from pymdr.line.plane.layout import AT_X, AT_Y, DEPTH, FORCE_X, FORCE_Y, PER_FORCE, PER_SHIFT, WORK
+from pymdr.units import FloatArray
+
+_fused = Fused(__file__, kernels.__file__)
+
+
+@_fused.compiled
+def step(
+    labels: FloatArray,
+    scales: FloatArray,
+    held: FloatArray,
+    memory: FloatArray,
+    target: tuple[float, float, float],
+    slips: bool,
+) -> tuple[float, float]:
+    """
+    Go straight to an indentation and a shift in the plane.
+
+    Parameters
+    ----------
+    labels : ndarray, shape (n + 1,)
+        Indentations in m at which the springs touch, rising; the first is that of the middle and carries nothing.
+    scales : ndarray, shape (2,)
+        Factors from normalised forces and shifts to SI units.
+    held : ndarray, shape (2, 2, n + 1)
+        Vectors of the springs, now and before the last step.
+    memory : ndarray, shape (2, 6)
+        What the contact remembers besides them.
+    target : tuple of float
+        Indentation and shift along x and y in m.
+    slips : bool
+        Whether springs slip.
+
+    Returns
+    -------
+    tuple of float
+        Forces along x and y in N.
+    """
+    for i in range(memory.shape[1]):
+        memory[BEFORE, i] = memory[NOW, i]
+    depth, x, y = target
+    before, after = max(memory[NOW, DEPTH], 0.0), max(depth, 0.0)
+    move = move_of(
+        (x - memory[NOW, AT_X]) / scales[PER_SHIFT],
+        (y - memory[NOW, AT_Y]) / scales[PER_SHIFT],
+        before,
+        after,
+    )
+    deepest = max(before, after)
+    f_x = f_y = work = 0.0
+    for i in range(labels.size):
+        held[BEFORE, 0, i], held[BEFORE, 1, i] = held[NOW, 0, i], held[NOW, 1, i]
+        if labels[i] < deepest:
+            spring = advanced(held[NOW, 0, i], held[NOW, 1, i], labels[i], move, slips)
+            held[NOW, 0, i], held[NOW, 1, i] = spring.x, spring.y
+            if i > 0:
+                f_x += spring.x
+                f_y += spring.y
+                work += spring.work
+    memory[NOW, DEPTH], memory[NOW, AT_X], memory[NOW, AT_Y] = depth, x, y
+    memory[NOW, FORCE_X], memory[NOW, FORCE_Y] = scales[PER_FORCE] * f_x, scales[PER_FORCE] * f_y
+    memory[NOW, WORK] += scales[PER_FORCE] * scales[PER_SHIFT] * work
+    return float(memory[NOW, FORCE_X]), float(memory[NOW, FORCE_Y])
+
+
+@_fused.compiled
+def step_all(
+    labels: FloatArray,
+    scales: FloatArray,
+    held: FloatArray,
+    memory: FloatArray,
+    targets: FloatArray,
+    slips: bool,
+    forces: FloatArray,
+) -> None:
+    """Steps of many contacts, as :func:`step`; targets and forces have the shapes (3, m) and (2, m)."""
+    for i in range(targets.shape[1]):
+        target = targets[0, i], targets[1, i], targets[2, i]
+        forces[0, i], forces[1, i] = step(labels, scales, held[i], memory[i], target, slips)
+
+
+@_fused.compiled
+def stick_borders(
+    labels: FloatArray, places: FloatArray, held: FloatArray, memory: FloatArray, radius: FloatArray
+) -> None:
+    """Replace contact radii in m by those of the springs that stick."""
+    for i in range(radius.size):
+        depth = memory[i, NOW, DEPTH]
+        radius[i] = stick_border(labels, places, held[i, NOW], depth, radius[i]) if depth > 0.0 else 0.0
