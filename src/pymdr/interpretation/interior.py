@@ -524,6 +524,8 @@ def stress_claim(
     why = unknown_stress(contact) or by_rings * (
         "boundary elements do not give the stress in the bodies; leave solver=Rings() out"
     )
+    if not why and contact.friction is not None and contact.adhesion is not None:
+        why = "the stress under a sheared adhesive contact is not computed; leave friction out for the stress of JKR"
     if not why and planar:
         why = "the stress under shifts in the plane is not computed; give single numbers for shifts along one line"
     if why:

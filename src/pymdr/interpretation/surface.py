@@ -194,8 +194,8 @@ def surface_of(
         place = Place(*(np.where(same, new, old) for new, old in zip(exact.place, states.place, strict=True)))
         states = replace(states, place=place)
         return Surface(line, gap_function(contact.profile, line.equivalent), states)
-    if contact.adhesion.has_hysteresis:
-        # the edge may rest at any opening between those of both works
+    if contact.adhesion.has_hysteresis or contact.friction is not None:
+        # the edge may rest between both works, and shear takes a part of the work
         rows = _against_edge(line, indentation, contact_radius, ~(contact_radius > 0.0))
         states = replace(states, edge_excess=rows)
         return Surface(line, gap_function(contact.profile, line.equivalent), states)

@@ -148,6 +148,7 @@ SOURCES: dict[str, str] = {
         "Shield (1967), J. Appl. Math. Phys. 18, 682-693, with Barber (1974): reciprocity with a trial pressure"
     ),
     "jkr": "Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141",
+    "savkoor-briggs": "Savkoor and Briggs (1977), Proc. R. Soc. A 356, 103-114, doi:10.1098/rspa.1977.0123",
     "menisci": (
         "Maugis and Gauthier-Manuel (1994), J. Adhes. Sci. Technol. 8, 1311-1322; any rising profile "
         "by superposition on the line"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
@@ -32,13 +33,14 @@ class Contact(Value):
     adhesion : JKR, MaugisDugdale, Capillary or DMT, optional
         Law of adhesion; by default none.
     friction : Coulomb, optional
-        Law of friction of elastic and viscoelastic bodies; by default frictionless.
+        Law of friction of elastic and viscoelastic bodies; by default frictionless. With adhesion only
+        ``Coulomb(math.inf)``, under JKR of one work on homogeneous elastic bodies.
 
     Raises
     ------
     ProblemError
         If an argument is of the wrong kind, both bodies are rigid or of different exponents, adhesion is combined with
-        friction, a graded or layered body with friction or MaugisDugdale, a layered body with a viscoelastic one,
+        finite friction or, without slip, with a law other than JKR of one work, a graded or layered body with friction or MaugisDugdale, a layered body with a viscoelastic one,
         viscoelastic layers with adhesion or a counterbody that is not rigid, a viscoelastic body with JKR or DMT, an ElasticPlastic body with anything but a Sphere or Paraboloid, a rigid
         counterbody and adhesion by JKR of one work, a ForceCurve with adhesion or a graded or layered body, or a shape
         without axial symmetry with anything but elastic half-spaces.
@@ -78,10 +80,7 @@ class Contact(Value):
         if not isinstance(self.friction, Coulomb | None):
             raise ProblemError(f"Contact.friction = {self.friction!r}: a law such as Coulomb(0.3) is needed")
         if self.adhesion is not None and self.friction is not None:
-            raise ProblemError(
-                "Contact: adhesion with friction is not covered by the theory, because Coulomb's limit is not "
-                "defined under tension; leave one of the two out"
-            )
+            self._refuse_sliding_adhesion(self.adhesion, self.friction)
         if isinstance(self.profile, ForceCurve):
             self._refuse_beyond_curve(exponent)
         if isinstance(self.profile, Shape):
@@ -103,6 +102,23 @@ class Contact(Value):
                 f"Contact: {type(self.adhesion).__name__} is not derived for a graded body (exponent {exponent:g}), only for "
                 "homogeneous ones; use JKR for soft and large bodies, DMT for stiff and small ones"
             )
+
+    def _refuse_sliding_adhesion(self, adhesion: AdhesionLaw, friction: Coulomb) -> None:
+        """Adhesion bears shear without slip only: Coulomb's limit is not defined under tension."""
+        if friction.coefficient != math.inf:
+            raise ProblemError(
+                f"Contact: adhesion with friction is not covered by the theory at a coefficient of {friction.coefficient:g}, because Coulomb's limit "
+                "is not defined under tension; use Coulomb(math.inf) for JKR without slip, or leave one of the two out"
+            )
+        why = ""
+        if not isinstance(adhesion, JKR):
+            why = f"{type(adhesion).__name__} has no law for the shear of its zone; use JKR(work)"
+        elif adhesion.has_hysteresis:
+            why = "it is derived for one work of adhesion; use JKR(work)"
+        elif self.is_viscoelastic:
+            why = "it is derived for elastic bodies; use Elastic with the stiffness at one time"
+        if why:
+            raise ProblemError(f"Contact: adhesion with friction, full stick under shear: {why}")
 
     @property
     def is_viscoelastic(self) -> bool:

@@ -35,6 +35,7 @@ class Status(enum.Enum):
     NOT_ROUND = "every step was solved; the body is not of revolution, and its contact is not a disk"
     ESTIMATED = "the body is not of revolution: the force is an estimate, given with its lower bound"
     BOUNDED = "the body is not of revolution, and at some steps only force_lower_bound is given"
+    SLIPPED = "from some step on the shear exceeds adhesion: the whole contact slips, and values are NaN"
     ADHESION_PARTLY_REFUSED = (
         "at some steps the adhesive contact is not a disk, or could not be solved: values there are NaN"
     )

@@ -93,6 +93,13 @@ def zone_plots(result: Result, row: int) -> Plots:
     return Plots(_figure_data(result, row, equilibria=lambda: None), zone_overview, zone_figures)
 
 
+def sheared_plots(result: Result, row: int) -> Plots:
+    """Figures of an adhesive contact that is sheared without slip."""
+    from pymdr.presentation.plot import Plots, sheared_figures, sheared_overview
+
+    return Plots(_figure_data(result, row, equilibria=lambda: None), sheared_overview, sheared_figures)
+
+
 def frictional_plots(result: Result, row: int) -> Plots:
     """Figures of a contact with stick and slip."""
     from pymdr.presentation.plot import Plots, frictional_figures, frictional_overview

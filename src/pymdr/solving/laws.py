@@ -43,6 +43,7 @@ from pymdr.solving.drawing import (
     normal_plots,
     planar_plots,
     plots_with_conduction,
+    sheared_plots,
     soft_plots,
     zone_plots,
 )
@@ -60,6 +61,7 @@ from pymdr.solving.ringed import (
     solve_memory_by_rings,
 )
 from pymdr.solving.shapes import is_shape, shape_plots, shape_surface, solve_shape
+from pymdr.solving.sheared import sheared_traction, solve_sheared
 from pymdr.solving.soft import solve_soft, zone_surface
 from pymdr.solving.torsional import is_torsional, replayed, solve_torsional, torsion_law
 from pymdr.solving.viscoelastic import solve_viscoelastic, surface_with_memory
@@ -73,7 +75,10 @@ _WITHOUT_SHIFT = dict.fromkeys(
     ("shear_traction", "tangential_displacement", *TANGENTIAL_LINE_FIELDS),
     "the path turns the body; its fields are torsional_traction and circumferential_displacement",
 )
-
+_UNDER_FULL_STICK = dict.fromkeys(
+    ("tangential_displacement", "slip", *TANGENTIAL_LINE_FIELDS),
+    "the contact is sheared without slip; its field is shear_traction",
+)
 
 _UNDER_LAYERS = dict.fromkeys((*SURFACE_FIELDS, *LINE_FIELDS), LAYERED_FIELDS)
 _IN_PLANE = {
@@ -187,6 +192,20 @@ LAWS = (
         lambda contact, solver, path: is_plastic(contact),
         solve_plastic,
         Reading((), (), unknown_surface, plastic_plots, WITHOUT_FIELDS),
+    ),
+    Law(
+        lambda contact, solver, path: (
+            solver is None and contact.adhesion is not None and contact.friction is not None
+        ),
+        solve_sheared,
+        Reading(
+            SURFACE_FIELDS,
+            LINE_FIELDS,
+            _surface,
+            sheared_plots,
+            _UNDER_FULL_STICK,
+            carried={"shear_traction": sheared_traction},
+        ),
     ),
     Law(
         lambda contact, solver, path: is_frictional_plane(contact, path, solver is not None),

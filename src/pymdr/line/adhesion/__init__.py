@@ -16,6 +16,7 @@ from pymdr.line.adhesion.closed_forms import (
     tabor_parameter,
 )
 from pymdr.line.adhesion.equivalent_line import States
+from pymdr.line.adhesion.full_stick import ShearedJKR
 from pymdr.line.adhesion.hysteresis import EdgeJKR, Works, edge_states
 from pymdr.line.adhesion.kernels import jkr_force, jkr_power_law_force
 from pymdr.line.adhesion.maugis import MaugisDugdale, maugis_dugdale
@@ -35,6 +36,7 @@ __all__ = [
     "EdgeJKR",
     "MaugisDugdale",
     "PullOff",
+    "ShearedJKR",
     "States",
     "Works",
     "dmt_pull",

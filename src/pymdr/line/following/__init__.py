@@ -28,7 +28,7 @@ from pymdr.line.following.paths import (
     pressed,
     pulled,
 )
-from pymdr.line.following.tracks import Track, Transitions, trace
+from pymdr.line.following.tracks import Track, Transitions, settled, trace
 
 __all__ = [
     "Balance",
@@ -51,6 +51,7 @@ __all__ = [
     "pressed",
     "pulled",
     "sampled_curve",
+    "settled",
     "tabulated_track",
     "trace",
     "turning_points",

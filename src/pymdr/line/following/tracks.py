@@ -190,3 +190,52 @@ def jump_energies(curve: Curve, to: Index, control: FloatArray, after: FloatArra
     for i in np.flatnonzero(to < 0):
         energy[i] = curve.free_energy(float(control[i])) if to[i] == FREE else np.nan
     return energy
+
+
+def settled(track: Track, parameter: float, control: float) -> tuple[float, bool]:
+    """Return the stable state that an edge reaches from any parameter at a constant control, and whether it jumps.
+
+    The contact grows while D > D(s) and shrinks while D < D(s), up to the first stable state.
+
+    Parameters
+    ----------
+    track : Track
+        The curve, traced.
+    parameter : float
+        Parameter of the edge; below the start of the curve no state supports it, and it shrinks.
+    control : float
+        D.
+
+    Returns
+    -------
+    float, bool
+        The parameter, NaN for a free body; and whether the edge has passed unstable states.
+
+    Raises
+    ------
+    PathError
+        When the contact grows beyond the end of the known curve.
+
+    Examples
+    --------
+    >>> wave = Curve(lambda s: s + 2 * np.sin(s), lambda s: 1 + 2 * np.cos(s),
+    ...              lambda s: 2 * np.sin(s)**2 + 2 - 2 * np.cos(s), start=0.0, stop=12.0)
+    >>> s, jumped = settled(trace(wave), 3.5, 3.0)
+    >>> round(s, 3), jumped, settled(trace(wave), 3.0, -1.0)
+    (4.946, True, (nan, True))
+    """
+    curve = track.curve
+    if parameter < curve.start:
+        return np.nan, True
+    if curve.control(np.array([parameter]))[0] > control:
+        reached = np.flatnonzero((track.bottom < parameter) & (track.low <= control))[-1:]
+        if reached.size == 0:
+            return np.nan, True
+    else:
+        reached = np.flatnonzero((track.top >= parameter) & (track.high >= control))[:1]
+        if reached.size == 0:
+            raise PathError(
+                f"the contact grows beyond the end of the known curve, {track.high.max()!r}; extend the profile or shorten the path"
+            )
+    jumped = not track.bottom[reached[0]] <= parameter <= track.top[reached[0]]
+    return float(track.parameters(reached, np.array([control]))[0]), bool(jumped)

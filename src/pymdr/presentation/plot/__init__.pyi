@@ -19,6 +19,8 @@ from .fits import sheet_of_records as sheet_of_records
 from .fits import weighed_laws as weighed_laws
 from .friction import frictional_figures as frictional_figures
 from .friction import frictional_overview as frictional_overview
+from .full_stick import sheared_figures as sheared_figures
+from .full_stick import sheared_overview as sheared_overview
 from .heating import frictional_heat_study as frictional_heat_study
 from .heating import joule_study as joule_study
 from .impacts import impact_figure as impact_figure

@@ -1,0 +1,74 @@
+"""Figures of adhesive contacts that are sheared without slip: tangential force and contact radius over the shift."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.adhesion import adhesive_fields, draw_tensile_pressure
+from pymdr.presentation.plot.section import section, section_into
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREY,
+    MARKED_ROWS,
+    ORANGE,
+    FigureData,
+    axis_label,
+    column,
+    draw_zero,
+    legend_above,
+    letter_panels,
+    new_figure,
+    row_name,
+    styled,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def sheared_overview(data: FigureData) -> Figure:
+    """The contact in section, its tangential force and radius over the shift, and its pressure, in one figure."""
+    with styled():
+        figure = new_figure(10.4, 6.6)
+        if data.field is None:
+            section_into(figure, data)
+            return figure
+        left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
+        section_into(left, data)
+        force, radius, pressure = right.subplots(3, 1)
+        _draw(force, data, "tangential_force")
+        _draw(radius, data, "contact_radius")
+        draw_tensile_pressure(pressure, data)
+        letter_panels(figure)
+    return figure
+
+
+def sheared_figures(data: FigureData) -> dict[str, Figure]:
+    """``section``, ``shear`` and ``fields``."""
+    with styled():
+        shear = new_figure(9.6, 3.8)
+        left, right = shear.subplots(1, 2)
+        _draw(left, data, "tangential_force")
+        _draw(right, data, "contact_radius")
+        letter_panels(shear)
+    return {"section": section(data), "shear": shear, "fields": adhesive_fields(data)}
+
+
+def _draw(axes: Axes, data: FigureData, name: str) -> None:
+    """A quantity over the shift; the drawn row and the last one before slip are marked."""
+    (u, u_unit), (y, unit) = column(data, "shift"), column(data, name)
+    axes.plot(u, y, color=BLUE, lw=1.5, marker="o" if u.size <= MARKED_ROWS else None, ms=2.5)
+    ends = np.flatnonzero(np.isfinite(y[:-1]) & np.isnan(y[1:]))
+    for k, row in enumerate(ends):
+        axes.plot(u[[row]], y[[row]], "x", color=ORANGE, ms=8, mew=2, label="before slip" if k == 0 else None)
+    if data.row >= 0:
+        axes.plot(
+            u[[data.row]], y[[data.row]], "o", color=GREY, ms=6, label=row_name(data, data.row), zorder=3
+        )
+    draw_zero(axes)
+    axes.set_xlabel(axis_label("shift", u_unit))
+    axes.set_ylabel(axis_label(name, unit))
+    legend_above(axes)
