@@ -15,7 +15,7 @@ from drawing import examples, first_of
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.memory import displacement, surface_load
 from pymdr.interpretation.memory_friction import _states, sheared_claims
-from pymdr.interpretation.traction import TANGENTIAL_FIELDS
+from pymdr.interpretation.validity import TANGENTIAL_FIELDS
 from pymdr.line.curves import ElasticLine
 from pymdr.line.friction import FrictionLeg, curves_of, follow_leg, virgin_state
 from pymdr.line.memory import follow_springs, shear_springs, unsheared

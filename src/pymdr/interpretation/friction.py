@@ -6,8 +6,15 @@ import math
 
 import numpy as np
 
-from pymdr.interpretation.traction import TANGENTIAL_FIELDS
-from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Assumption, BoolArray, Claim, Level
+from pymdr.interpretation.validity import (
+    NORMAL_FIELDS,
+    SOURCES,
+    TANGENTIAL_FIELDS,
+    Assumption,
+    BoolArray,
+    Claim,
+    Level,
+)
 from pymdr.mapping.moduli import EffectiveModuli, surface_compliances
 from pymdr.problem.contact import Contact
 

@@ -24,8 +24,14 @@ from pymdr.interpretation.memory import (
     surface_load,
 )
 from pymdr.interpretation.stress import Loads
-from pymdr.interpretation.traction import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
-from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
+from pymdr.interpretation.validity import (
+    SOURCES,
+    TANGENTIAL_FIELDS,
+    TANGENTIAL_LINE_FIELDS,
+    BoolArray,
+    Claim,
+    Level,
+)
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import (
     Passage,

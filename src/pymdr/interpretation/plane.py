@@ -10,8 +10,8 @@ import numpy as np
 
 from pymdr.interpretation.friction import TANGENTIAL_QUANTITIES, frictional_claims
 from pymdr.interpretation.surface import Surface
-from pymdr.interpretation.traction import TANGENTIAL_FIELDS, shear_traction, tangential_displacement
-from pymdr.interpretation.validity import BoolArray, Claim, Level
+from pymdr.interpretation.traction import shear_traction, tangential_displacement
+from pymdr.interpretation.validity import TANGENTIAL_FIELDS, BoolArray, Claim, Level
 from pymdr.line.foundation import ElasticLine
 from pymdr.line.friction import FrictionState, spring_shifts
 from pymdr.line.plane import PlaneLaw, PlaneState, Springs

@@ -14,6 +14,7 @@ from pymdr.interpretation.fields import pressure
 from pymdr.interpretation.shear_load import shear_load, steps_of
 from pymdr.interpretation.stress import Loads
 from pymdr.interpretation.surface import Surface
+from pymdr.interpretation.validity import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
 from pymdr.line.foundation import (
     ElasticLine,
     passed_rings,
@@ -40,8 +41,6 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import Refined, Stretch, planned, refined
 from pymdr.units import FloatArray
 
-TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
-TANGENTIAL_LINE_FIELDS = ("spring_shift",)
 PARTS = "parts"
 """Key among the channels at the start of a leg: the number of substeps of its two-channel moves."""
 _BESIDE = 1e-9

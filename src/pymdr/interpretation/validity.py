@@ -284,6 +284,8 @@ NORMAL_QUANTITIES = (
     "edge_amplitude",
 )
 NORMAL_FIELDS = ("pressure", "normal_displacement", "gap")
+TANGENTIAL_FIELDS = ("shear_traction", "tangential_displacement", "slip")
+TANGENTIAL_LINE_FIELDS = ("spring_shift",)
 
 
 def small_slope_assumptions(

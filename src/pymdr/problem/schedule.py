@@ -13,6 +13,7 @@ from pymdr.errors import PathError, PymdrError
 from pymdr.problem.paths import (
     NORMAL_CHANNELS,
     TANGENTIAL_CHANNELS,
+    TORSIONAL_CHANNELS,
     Cycle,
     Hold,
     LoadingPath,
@@ -209,6 +210,11 @@ def total_rows(path: LoadingPath) -> int:
 def uses(path: LoadingPath, name: str) -> bool:
     """Whether any leg prescribes a channel."""
     return any(name in named_channels(leg) for leg in known_legs(path))
+
+
+def is_torsional(path: LoadingPath) -> bool:
+    """Whether a path turns the body."""
+    return any(uses(path, name) for name in TORSIONAL_CHANNELS)
 
 
 PLANE_CHANNELS = ("shift", "tangential_force")

@@ -13,14 +13,9 @@ import numpy as np
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.jumps import Branches, branches_of, branches_of_edge
-from pymdr.interpretation.memory import MemorySurface, along_line
-from pymdr.interpretation.memory_friction import ShearedSurface
 from pymdr.interpretation.peaks import infinite_pressures
-from pymdr.interpretation.plane import PlaneSurface
-from pymdr.interpretation.soft import ZoneSurface
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
-from pymdr.interpretation.traction import FrictionSurface
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
@@ -35,6 +30,7 @@ from pymdr.units import FloatArray, written
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pymdr.interpretation.memory import MemorySurface
     from pymdr.presentation.plot import FigureData, LayersDrawn, Plots
 
 
@@ -167,6 +163,7 @@ def _figure_data(
     loading: Callable[[FloatArray], Mapping[str, FloatArray]] | None = None,
     pull: float | None = None,
 ) -> FigureData:
+    from pymdr.interpretation.memory_friction import ShearedSurface
     from pymdr.presentation.plot import FigureData
 
     refused = row < 0 and "pressure" in result.claims
@@ -205,6 +202,9 @@ def infinite_in(result: Result, step: int) -> tuple[float, ...]:
 
 def _deflection_in(surface: FieldReader, row: int) -> Callable[[FloatArray], FloatArray] | None:
     """Deflection of springs in a row; None without memory."""
+    from pymdr.interpretation.memory import MemorySurface
+    from pymdr.interpretation.soft import ZoneSurface
+
     if isinstance(surface, ZoneSurface):
         return partial(surface.deflection, row)
     return partial(_deflection, surface, row) if isinstance(surface, MemorySurface) else None
@@ -212,6 +212,8 @@ def _deflection_in(surface: FieldReader, row: int) -> Callable[[FloatArray], Flo
 
 def _deflection(surface: MemorySurface, row: int, position: FloatArray) -> FloatArray:
     """Deflection in m of springs at positions in a row, in and out of contact."""
+    from pymdr.interpretation.memory import along_line
+
     state = surface.line_state(row)
     return along_line(state, state.deflection, np.abs(position))
 
@@ -248,6 +250,9 @@ def _layers(result: Result) -> LayersDrawn | None:
 
 
 def _line_of(result: Result) -> Line | None:
+    from pymdr.interpretation.plane import PlaneSurface
+    from pymdr.interpretation.traction import FrictionSurface
+
     return (
         result.surface.line if isinstance(result.surface, Surface | FrictionSurface | PlaneSurface) else None
     )

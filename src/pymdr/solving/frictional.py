@@ -26,12 +26,19 @@ from pymdr.interpretation.friction import (
 )
 from pymdr.interpretation.traction import (
     PARTS,
-    TANGENTIAL_FIELDS,
     curves_down_to,
     deepest_of,
     friction_leg,
 )
-from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, BoolArray, Claim, Level, approximated
+from pymdr.interpretation.validity import (
+    EXACT_WITHIN,
+    TANGENTIAL_FIELDS,
+    Assumption,
+    BoolArray,
+    Claim,
+    Level,
+    approximated,
+)
 from pymdr.line.foundation import (
     ElasticLine,
     elastic_energy,

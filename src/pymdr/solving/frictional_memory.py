@@ -19,8 +19,7 @@ from pymdr.interpretation.memory_friction import (
     sheared_errors,
     uncoupled,
 )
-from pymdr.interpretation.traction import TANGENTIAL_FIELDS
-from pymdr.interpretation.validity import Claim, Level
+from pymdr.interpretation.validity import TANGENTIAL_FIELDS, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import (
     MemoryHistory,

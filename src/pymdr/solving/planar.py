@@ -33,9 +33,9 @@ from pymdr.line.plane import (
     virgin_plane,
 )
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import TORSIONAL_CHANNELS, Cycle, History, Hold, LoadingPath, Path, Ramp
+from pymdr.problem.paths import Cycle, History, Hold, LoadingPath, Path, Ramp
 from pymdr.problem.profiles import Shape
-from pymdr.problem.schedule import PLANE_CHANNELS, Stretch, is_planar, known_legs, refined, uses
+from pymdr.problem.schedule import PLANE_CHANNELS, Stretch, is_torsional, known_legs, refined, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.frictional import disks_down_to, frictional_assumptions, solve_frictional
@@ -189,10 +189,14 @@ def _forces(mapped: MappedSprings, stretch: Stretch, depth: FloatArray) -> Float
     return _by_distinct(depth, solve)["force"]
 
 
-def is_frictional_plane(contact: Contact, path: LoadingPath, by_rings: bool) -> bool:
-    """Whether a path moves a contact in the plane; contacts that cannot be are refused."""
-    if not is_planar(path):
-        return False
+def check_planar(contact: Contact, path: LoadingPath, by_rings: bool) -> None:
+    """
+    Refuse contacts that cannot be moved in the plane.
+
+    Raises
+    ------
+    ProblemError
+    """
     why = None
     if contact.friction is None:
         why = "a frictionless contact carries no tangential force; give Contact(..., friction=Coulomb(0.3))"
@@ -204,11 +208,10 @@ def is_frictional_plane(contact: Contact, path: LoadingPath, by_rings: bool) -> 
         why = "the body is not of revolution; shifts need an axisymmetric profile"
     elif by_rings:
         why = "rings are frictionless; leave solver=Rings() out"
-    elif any(uses(path, name) for name in TORSIONAL_CHANNELS):
+    elif is_torsional(path):
         why = "slip under a shift and a twist at once does not superpose; solve them one by one"
     if why is not None:
         raise ProblemError(f"the path shifts the body in the plane: {why}")
-    return True
 
 
 def solve_planar(task: Task) -> Result:

@@ -66,11 +66,6 @@ class _State:
     """With adhesion: contact radius in m, and energy in J dissipated by the edge."""
 
 
-def is_plastic(contact: Contact) -> bool:
-    """Whether one of the bodies yields."""
-    return contact.plastic is not None
-
-
 def ball_of(contact: Contact) -> Ball:
     """Step 1: the ball that yields."""
     body, radius = contact.plastic, contact.profile.curvature_radius

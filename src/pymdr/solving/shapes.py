@@ -109,11 +109,6 @@ class _Rows:
     """Whether the indentation is prescribed."""
 
 
-def is_shape(contact: Contact) -> bool:
-    """Whether the body is not of revolution."""
-    return isinstance(contact.profile, Shape)
-
-
 def pressed(contact: Contact) -> Pressed:
     """Step 1 of a contact whose body is not of revolution."""
     shape = contact.profile

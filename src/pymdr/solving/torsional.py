@@ -32,7 +32,7 @@ from pymdr.line.foundation import (
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState, turn
 from pymdr.problem.contact import Contact
-from pymdr.problem.paths import TORSIONAL_CHANNELS, LoadingPath
+from pymdr.problem.paths import TORSIONAL_CHANNELS
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
@@ -203,11 +203,6 @@ class TorsionLaw:
         if self.line.radius(depth) == 0.0:
             return 0.0
         return float(self.line.limit_torque(np.zeros(1), depth)[0])
-
-
-def is_torsional(contact: Contact, path: LoadingPath) -> bool:
-    """Whether a path turns a contact with friction."""
-    return contact.friction is not None and any(uses(path, name) for name in TORSIONAL_CHANNELS)
 
 
 def torsion_law(contact: Contact, machine_stiffness: float | None) -> TorsionLaw:

@@ -22,7 +22,6 @@ from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.schedule import check_times
 from pymdr.problem.topography import Topography
-from pymdr.solving.fatigue import criterion_of
 from pymdr.units import shown, to_si, to_si_array
 from pymdr.workbench.inputs import read_text
 
@@ -191,6 +190,8 @@ def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact) -> Non
         if name == "stress":
             _check_stress(wanted, contact)
         elif name == "fatigue":
+            from pymdr.solving.fatigue import criterion_of
+
             criterion_of(
                 wanted["criterion"], **{key: wanted.get(key) for key in ("slope", "yield_strength", "limit")}
             )

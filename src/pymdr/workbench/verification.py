@@ -17,13 +17,12 @@ from pymdr.problem.laws import JKR
 from pymdr.problem.materials import common_exponent
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.problem.profiles import Shape
-from pymdr.problem.schedule import planned, uses
+from pymdr.problem.schedule import is_torsional, planned, uses
 from pymdr.quantities import QUANTITIES
 from pymdr.result import FieldReader, Result
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.drawing import infinite_in
 from pymdr.solving.ringed import adhesive_disks
-from pymdr.solving.torsional import is_torsional
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
@@ -146,7 +145,7 @@ def verify(
     if wear is not None:
         number, most = 120 if elements is None else elements, 5 if steps is None else steps
         return verify_wear(contact, path, wear, number, most, progress)
-    if is_torsional(contact, path):
+    if contact.friction is not None and is_torsional(path):
         number, most = 200 if elements is None else elements, 20 if steps is None else steps
         return verify_torsion(contact, path, number, most, machine_stiffness, progress)
     if contact.friction is not None:

@@ -76,14 +76,14 @@ def _verified(
 ) -> tuple[Comparison, dict[str, Any]]:
     """The comparison, and its entries for JSON."""
     from pymdr.problem.profiles import Shape
-    from pymdr.solving.torsional import is_torsional
+    from pymdr.problem.schedule import is_torsional
     from pymdr.workbench.sliding import SlidingVerification
     from pymdr.workbench.verification import verify as compare_with_elements
 
     wear = problem.outputs.get("wear")
     if wear is not None:
         solver, n, label = "rings", min(rings, 120), "wearing rings"
-    elif is_torsional(problem.contact, problem.path):
+    elif problem.contact.friction is not None and is_torsional(problem.path):
         solver, n, label = "rings", min(rings, 200), "turning rings"
     elif problem.contact.friction is not None:
         solver, n, label = "cells", cells, "solving on a grid"
