@@ -10,10 +10,12 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import pymdr as mdr
+from benchmarks import validation_figures
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "validation.md"
@@ -52,9 +54,9 @@ def difference(value: object, truth: object) -> float:
     return worst
 
 
-def claim_of(answer: object, name: str, rows: object = -1) -> str:
+def claim_of(answer: Any, name: str, rows: object = -1) -> str:
     """Level and largest error of a claim in some rows, in the words of the page."""
-    claim = answer.claims[name]  # type: ignore[attr-defined]
+    claim = answer.claims[name]
     level = claim.level.name.lower().replace("_", " ")
     if claim.error is None:
         return f"{level}, error not known"
@@ -62,10 +64,10 @@ def claim_of(answer: object, name: str, rows: object = -1) -> str:
     return f"{level}, {error:.1e}" if error > ROUNDING else level
 
 
-def compared(physics: str, answer: object, name: str, truth: object, source: str, rows: object = -1) -> Row:
+def compared(physics: str, answer: Any, name: str, truth: object, source: str, rows: object = -1) -> Row:
     """One quantity of a result or a study next to its reference."""
     quantity = name.replace("_", " ")
-    values = answer[name].values  # type: ignore[index]
+    values = answer[name].values
     values = np.atleast_1d(values)[rows]
     return Row(physics, quantity, source, difference(values, truth), claim_of(answer, name, rows))
 
@@ -312,8 +314,8 @@ CLOSED = (normal, bodies, shapes, adhesion, friction, memory, impacts, under_the
 # -- independent solvers and other programs -----------------------------------------------------------
 
 
-def verified(physics: str, solver: str, contact: mdr.Contact, path: object, **options: object) -> Row:
-    found = mdr.verify(contact, path, **options)  # type: ignore[arg-type]
+def verified(physics: str, solver: str, contact: mdr.Contact, path: Any, **options: Any) -> Row:
+    found = mdr.verify(contact, path, **options)
     return Row(physics, "", solver, float(found.largest_difference), "")
 
 
@@ -407,7 +409,9 @@ def main() -> None:
     write("closed", CLAIMED, (row for part in CLOSED for row in part()))
     write("solvers", COMPARED, solvers())
     write("programs", COMPARED, programs())
+    validation_figures.curves(ROOT / "docs" / "validation_curves.png")
     if given.random:
+        validation_figures.claims(ROOT / "docs" / "validation_claims.png", given.random, given.seed)
         write("random", DRAWN, random_problems(given.random, given.seed))
 
 
