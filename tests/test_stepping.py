@@ -151,12 +151,6 @@ def test_work_is_stored_or_dissipated(seed):
         (lambda: mdr.Stepper(ball(), "1 N"), "max_indentation"),
         (lambda: mdr.Stepper(ball(), "1 um", count=0), "at least 1"),
         (lambda: mdr.Stepper(3, "1 um"), "not a Contact"),
-        (
-            lambda: mdr.Stepper(
-                mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(mdr.StandardSolid(1.0, 1.0, 1.0), 0.5)), "1 um"
-            ),
-            "bodies with memory",
-        ),
         (lambda: mdr.Stepper(mdr.Contact(mdr.EllipticParaboloid(1.0, 2.0), STEEL), "1 um"), "not a disk"),
         (lambda: mdr.Stepper(ball(), "1 um").restore(3), "is not a state"),
         (

@@ -100,11 +100,15 @@ class Moved(ABC):
         """Whether the last step jumped."""
 
     @abstractmethod
-    def advance(self, depth: float, shift: Any) -> tuple[float, ...]:
-        """Go with one contact straight to a finite indentation in m that the curves reach, and a shift in m; the forces in N."""
+    def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, ...]:
+        """
+        Go with one contact straight to an indentation and a shift in m within a duration in s; the forces in N.
+
+        The indentation is finite and within the reach of the curves; shift and duration are checked where they have an effect.
+        """
 
     @abstractmethod
-    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, ...]:
+    def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, ...]:
         """The same with all contacts."""
 
     def rotate(self, angle: Any) -> None:

@@ -20,10 +20,13 @@ from pymdr.line.following import (
     tabulated_track,
 )
 from pymdr.line.following.branches import Columns
-from pymdr.line.foundation import states_at_depth
+from pymdr.line.foundation import rises_to, states_at_depth
 from pymdr.line.friction import Stacks, virgin_state
+from pymdr.line.lines import unit_line_of
+from pymdr.line.memory import RelaxingContacts
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts, PlaneLaw, Springs
+from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent, ramp
 from pymdr.problem.profiles import Shape
@@ -31,7 +34,9 @@ from pymdr.solving.adhesive_rows import between_parameters
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.hysteretic import HystereticLine
+from pymdr.solving.memory import powers_of, surfaces_of
 from pymdr.solving.reach import map_to_springs, refuse_unreachable
+from pymdr.solving.viscoelastic import SPRINGS
 from pymdr.units import FloatArray
 
 _ROWS = 65
@@ -47,7 +52,7 @@ class Moving(NamedTuple):
 
 def moving_of(contact: Contact, deepest: float, count: int, springs: int | None = None) -> Moving:
     """
-    Contacts that have not touched, whose curves reach down to an indentation in m; in the plane with a number of springs.
+    Contacts that have not touched, whose curves reach down to an indentation in m; of a number of springs, if it is given.
 
     Raises
     ------
@@ -57,6 +62,8 @@ def moving_of(contact: Contact, deepest: float, count: int, springs: int | None 
         If it is not a disk at every depth.
     """
     _refuse_unknown(contact)
+    if contact.is_viscoelastic:
+        return _relaxing(contact, deepest, count, SPRINGS if springs is None else springs)
     if springs is not None:
         return _in_plane(contact, deepest, count, springs)
     if contact.adhesion is None:
@@ -71,12 +78,20 @@ def _refuse_unknown(contact: Contact) -> None:
     graded = contact.body.grading != 0.0 or contact.counterbody.grading != 0.0
     for refused, why in (
         (
-            contact.is_viscoelastic,
-            "bodies with memory are not available; use Elastic with the stiffness at one time",
+            contact.is_viscoelastic and contact.friction is not None,
+            "bodies with memory are not available with friction; leave it out",
+        ),
+        (
+            contact.is_viscoelastic and contact.adhesion is not None,
+            "bodies with memory are not available with adhesion; leave it out",
+        ),
+        (
+            bool(powers_of(contact)),
+            "a power of time is no sum of exponentials without known times; give Prony, fitted over the times of the motion",
         ),
         (contact.plastic is not None, "bodies that yield are not available; impact(...) integrates them"),
         (
-            contact.layered is not None and contact.adhesion is None,
+            contact.layered is not None and contact.adhesion is None and not contact.is_viscoelastic,
             "layered bodies are not available without adhesion; give the force_curve() of solve(...) as the profile of half-spaces",
         ),
         (
@@ -104,9 +119,10 @@ def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
 
 
 def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Moving:
-    if contact.friction is None:
+    if contact.friction is None or contact.adhesion is not None:
         raise ProblemError(
-            "Stepper: springs are those of friction in the plane; give Contact(..., friction=Coulomb(0.3)), or leave springs out"
+            "Stepper: springs are those of friction in the plane or of bodies with memory; give Contact(..., friction=Coulomb(0.3)), or leave "
+            "springs out"
         )
     normal, mapped = (
         _stacks(replace(contact, friction=None), deepest, count).contacts,
@@ -117,6 +133,20 @@ def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Mov
     part = 0.1 * deepest
     path = indent(deepest) >> ramp(shift=(part, 0.0)) >> ramp(shift=(part, part))
     return Moving(PlaneContacts(law, Springs.along(mapped.line, radius, springs), normal), path)
+
+
+def _relaxing(contact: Contact, deepest: float, count: int, springs: int) -> Moving:
+    line, relaxation = unit_line_of(contact), relaxation_of(*surfaces_of(contact))
+    states = states_at_depth(line, np.array([deepest]))
+    refuse_unreachable(line, contact.profile, states)
+    if not rises_to(line, deepest):
+        raise ProblemError(
+            "Stepper: the equivalent profile decreases within the contact, which is not covered with memory; use an increasing profile"
+        )
+    slowest = float(np.max(relaxation.times, initial=0.0)) or 1.0
+    path = indent(deepest, duration=slowest) >> indent(0.5 * deepest, duration=slowest)
+    contacts = RelaxingContacts(line, relaxation, deepest, springs, count)
+    return Moving(contacts, path >> indent(0.9 * deepest, duration=slowest))
 
 
 def _branches(contact: Contact, deepest: float, count: int) -> Moving:

@@ -66,7 +66,7 @@ class StepperState:
     arrays: tuple[np.ndarray, ...]
     """What the contacts remember, now and before the last step."""
     springs: int | None
-    """Number of springs in the plane; None along a line."""
+    """Number of springs, if it was given."""
     undoable: bool
     """Whether the last step can be taken back."""
 
@@ -78,25 +78,25 @@ class Stepper:
     The indentation and the shift go straight to the values of a step. The memory of friction is the stack of its turning points,
     so that a step costs the same after any history. Values are floats in SI units, without units as texts.
 
-    With adhesion the contact is on a stable branch of its curve of equilibria and jumps at the ends of branches, as `solve` finds them.
+    Bodies with memory are springs of Maxwell bodies, each followed exactly over a step. With adhesion the contact is on a stable branch of its curve of equilibria and jumps at the ends of branches, as `solve` finds them.
 
     Parameters
     ----------
     contact : Contact
         Without adhesion: elastic half-spaces, homogeneous or transversely isotropic, with :class:`Coulomb` friction of any coefficient, also
-        infinite, or without; the profile may be a :class:`ForceCurve`. With a law of adhesion: any elastic bodies, without friction.
+        infinite, or without; the profile may be a :class:`ForceCurve`. :class:`Viscoelastic` bodies without friction. With a law of adhesion: any elastic bodies, without friction.
     max_indentation : quantity
         Largest indentation in m of all steps, above 0.
     count : int
         Number of contacts; by default one, whose values are floats. Values of several are arrays of the shape (count,).
     springs : int, optional
-        Number of springs up to the largest contact radius, 8 to 4096, for shifts (x, y) in the plane. By default the shift is along one line,
-        where the memory of friction is a stack.
+        Number of springs up to the largest contact radius, 8 to 4096. With friction it is given for shifts (x, y) in the plane; by default
+        the shift is along one line, where the memory of friction is a stack. Bodies with memory have 1000.
 
     Raises
     ------
     ProblemError
-        If a body is viscoelastic or yields, is layered or graded without adhesion, or a value is outside its limits.
+        If a body yields, has memory with friction or adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
     RefusedError
         If the contact is not a disk at every indentation.
 
@@ -150,7 +150,7 @@ class Stepper:
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
         self._moved, self._path = moving_of(contact, self._deepest, count, springs)
-        self._springs, self._forces = springs, Forces if springs is None else PlaneForces
+        self._springs, self._forces = springs, Forces if self._moved.shift.ndim == 1 else PlaneForces
         if contact.adhesion is not None and not (disk := self._solved().claims["contact_radius"]).where.all():
             raise RefusedError(f"Stepper: {disk.reason}")
         self._undoable = False
@@ -174,7 +174,7 @@ class Stepper:
         """Number of contacts."""
         return self._moved.count
 
-    def advance(self, indentation: Any, shift: Any = 0.0) -> Forces | PlaneForces:
+    def advance(self, indentation: Any, shift: Any = 0.0, duration: Any = None) -> Forces | PlaneForces:
         """
         Go straight to an indentation and a shift.
 
@@ -184,6 +184,8 @@ class Stepper:
             In m; 0 or less is without contact.
         shift : float or ndarray, shape (count,), or a pair of these
             In m, of one body against the other; (x, y) in the plane. Without friction it has no effect.
+        duration : float or ndarray, shape (count,)
+            Of the step in s; needed for bodies with memory, and without effect for others. 0 is a sudden step.
 
         Returns
         -------
@@ -193,24 +195,24 @@ class Stepper:
         Raises
         ------
         PathError
-            If a value is not finite, or deeper than `max_indentation`; the contacts then keep the state before.
+            If a value is not finite, or deeper than `max_indentation`, or a body with memory has no duration; the contacts then keep the state before.
         """
         if self._moved.count > 1:
-            return self._advance_all(indentation, shift)
+            return self._advance_all(indentation, shift, duration)
         d = float(indentation)
         if not -math.inf < d <= self._deepest:
             raise _refused(d, self._deepest)
-        forces = self._forces(*self._moved.advance(d, shift))
+        forces = self._forces(*self._moved.advance(d, shift, duration))
         self._undoable = True
         return forces
 
-    def _advance_all(self, indentation: Any, shift: Any) -> Forces | PlaneForces:
+    def _advance_all(self, indentation: Any, shift: Any, duration: Any) -> Forces | PlaneForces:
         d = np.empty(self.count)
         d[:] = indentation
         taken = np.logical_and(d > -math.inf, d <= self._deepest)
         if not taken.all():
             raise _refused(float(d[np.argmin(taken)]), self._deepest)
-        forces = self._forces(*self._moved.advance_all(d, shift))
+        forces = self._forces(*self._moved.advance_all(d, shift, duration))
         self._undoable = True
         return forces
 
@@ -321,7 +323,7 @@ class Stepper:
 
     @property
     def normal_stiffness(self) -> Any:
-        """Tangent stiffness dF_N/dd in N/m; without adhesion 2 E* a."""
+        """Tangent stiffness dF_N/dd in N/m; without adhesion 2 E* a, with memory that of a sudden step."""
         return self._one(self._moved.normal_stiffness)
 
     @property
@@ -356,7 +358,7 @@ class Stepper:
 
     @property
     def dissipated_energy(self) -> Any:
-        """Energy in J dissipated so far by slip, or by jumps and hysteresis of adhesion."""
+        """Energy in J dissipated so far by slip, in dashpots, or by jumps and hysteresis of adhesion."""
         return self._one(self._moved.dissipated_energy)
 
     @property
@@ -379,15 +381,24 @@ class Stepper:
         }
         if self._springs is None:
             return claims
-        contacts = moving_of(self._contact, self._deepest, 1, self._springs).contacts
-        exact = solved["tangential_force"].values
-        for depth, shift in zip(solved["indentation"].values, solved["shift"].values, strict=True):
-            contacts.advance(depth, shift)
-        missed = float(np.linalg.norm(contacts.tangential_force[0] - exact[-1]) / np.linalg.norm(exact[-1]))
-        changed = {name: claims[name] for name in _PLANE if name in claims}
+        changed = claims if self._forces is Forces else {name: claims[name] for name in _PLANE}
+        missed = self._missed(solved)
         return claims | approximated(
             changed, f"; {self._springs} springs change the force by {missed:.1e}", missed
         )
+
+    def _missed(self, solved: Result) -> float:
+        """Relative difference of the last force of a path from that of `solve`, which has more springs."""
+        contacts = moving_of(self._contact, self._deepest, 1, self._springs).contacts
+        name, shift = "normal_force", np.zeros(solved["indentation"].shape)
+        if self._forces is PlaneForces:
+            name, shift = "tangential_force", solved["shift"].values
+        time = solved["time"].values if "time" in solved.data else np.zeros(shift.shape[0])
+        rows = solved["indentation"].values.tolist(), list(shift), np.diff(time, prepend=0.0).tolist()
+        for depth, place, duration in zip(*rows, strict=True):
+            contacts.advance(depth, place, duration)
+        exact = solved[name].values[-1]
+        return float(np.linalg.norm(getattr(contacts, name)[0] - exact) / np.linalg.norm(exact))
 
     def __repr__(self) -> str:
         """The contact, and where it is."""

@@ -120,11 +120,11 @@ class Branches(WithoutShift, Moved):
         self._step, self._step_all = steps.step, steps.step_all
         self.arrays = (_free(count, at.PLAIN),)
 
-    def advance(self, depth: float, shift: Any) -> tuple[float, float]:
+    def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation in m; F_N in N, and 0."""
         return float(self._step(self._rows, self.arrays[0][0], depth)), 0.0
 
-    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, FloatArray]:
+    def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts."""
         force = np.empty(depth.shape)
         self._step_all(self._rows, self.arrays[0], depth, force)
@@ -222,12 +222,12 @@ class RestingBranches(Branches):
         self._step, self._step_all = steps.step_resting, steps.step_all_resting
         self.arrays = (_free(count, at.SPENT + 1),)
 
-    def advance(self, depth: float, shift: Any) -> tuple[float, float]:
+    def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation in m; F_N in N, and 0."""
         ending, force = self._step(*self._both, self.arrays[0][0], depth, at.NOWHERE, 0.0)
         return (force if ending == at.COMPLETE else self._from_unstable(0, depth)), 0.0
 
-    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, FloatArray]:
+    def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts."""
         force, first = np.empty(depth.shape), 0
         while (first := self._step_all(*self._both, self.arrays[0], depth, force, first)) < depth.size:

@@ -61,7 +61,7 @@ class Stacks(WithoutAdhesion, Moved):
         vertices["low"][:, :, 0], vertices["high"][:, :, 0] = -math.inf, math.inf
         self.arrays = (vertices, np.zeros((count, 2, TOP + 1)))
 
-    def advance(self, depth: float, shift: Any) -> tuple[float, float]:
+    def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation and a shift in m; F_N and F_x in N."""
         (line, scales), (stacks, memory) = self._body, self.arrays
         moved = self._moves * shift
@@ -71,9 +71,9 @@ class Stacks(WithoutAdhesion, Moved):
         if code != STACK_FULL:
             raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
         self._grow()
-        return self.advance(depth, shift)
+        return self.advance(depth, shift, duration)
 
-    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, FloatArray]:
+    def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """Go with all contacts to indentations and shifts in m; F_N and F_x in N alike."""
         given = np.empty((2, self.count))
         given[0], given[1] = depth, np.multiply(shift, self._moves)

@@ -14,6 +14,7 @@ from pymdr.line.memory.histories import (
     prepared,
     virgin,
 )
+from pymdr.line.memory.moved import RelaxingContacts
 from pymdr.line.memory.springs import Springs, springs_to
 from pymdr.line.memory.tabulated import approach_and_retreat, divided, tabulated
 from pymdr.line.memory.tangential import (
@@ -30,6 +31,7 @@ __all__ = [
     "MemoryState",
     "Parts",
     "Passage",
+    "RelaxingContacts",
     "Rows",
     "Springs",
     "TangentialHistory",

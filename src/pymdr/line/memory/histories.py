@@ -370,7 +370,7 @@ def _follow_rows(
                 "use more rows there, or check the magnitudes of its force, duration and moduli"
             )
         here = slice(done, done + count)
-        radii[here] = _radii(curve, springs, rows[here], kernels.EDGE_DEPTH, kernels.LAST)
+        radii[here] = contact_radii(curve, springs, rows[here])
         for column in (kernels.WORK, kernels.DISSIPATED):
             rows[here, column] += rows[done - 1, column] if done else 0.0
         if count > 0 and watch is not None:
@@ -425,16 +425,18 @@ def _without_contact(state: MemoryState, t: FloatArray, target: FloatArray, mach
     return MemoryHistory(d, force, none, none, none, none, np.ones(t.size, dtype=bool), end)
 
 
-def _radii(curve: Curve, springs: Springs, rows: FloatArray, edge_depth: int, last: int) -> FloatArray:
-    """Radii at which d0 is the depth of the edge, between the last spring in contact and the first one that is not."""
-    outermost = rows[:, last].astype(int)
+def contact_radii(curve: Curve, springs: Springs, rows: FloatArray) -> FloatArray:
+    """Radii of rows at which d0 is the depth of the edge, between the last spring in contact and the first one that is not."""
+    from pymdr.line.memory.kernels import EDGE_DEPTH, LAST
+
+    outermost = rows[:, LAST].astype(int)
     touched = outermost >= 0
     radius = np.zeros(rows.shape[0])
     if touched.any():
         inner = springs.position[outermost[touched]]
         beyond = outermost[touched] + 1
         outer = np.append(springs.position, springs.border)[beyond]
-        depths = rows[touched, edge_depth]
+        depths = rows[touched, EDGE_DEPTH]
         radius[touched] = np.where(
             beyond < springs.position.size,
             np.clip(states_at_depth(curve, depths).contact_radius, inner, outer),

@@ -60,20 +60,22 @@ class PlaneContacts(WithoutAdhesion, Moved):
         other._normal = self._normal.copied()
         return other
 
-    def advance(self, depth: float, shift: Any) -> tuple[float, float, float]:
+    def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float, float]:
         """Go with one contact straight to an indentation and a shift (x, y) in m; F_N, F_x and F_y in N."""
         x, y = _pair(shift)
         x, y = float(x), float(y)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise PathError(f"Stepper.advance: shift = ({x:g}, {y:g}) m; finite values are needed")
         held, memory = self._own
-        normal, _ = self._normal.advance(depth, 0.0)
+        normal, _ = self._normal.advance(depth, 0.0, None)
         f_x, f_y = self._steps.step(
             self._labels, self._scales, held[0], memory[0], (depth, x, y), self._slips
         )
         return normal, f_x, f_y
 
-    def advance_all(self, depth: FloatArray, shift: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def advance_all(
+        self, depth: FloatArray, shift: Any, duration: Any
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The same with all contacts."""
         targets, forces = np.empty((3, self.count)), np.empty((2, self.count))
         targets[0] = depth
@@ -83,7 +85,7 @@ class PlaneContacts(WithoutAdhesion, Moved):
             raise PathError(
                 f"Stepper.advance: shift = ({targets[1, i]:g}, {targets[2, i]:g}) m; finite values are needed"
             )
-        normal, _ = self._normal.advance_all(depth, 0.0)
+        normal, _ = self._normal.advance_all(depth, 0.0, None)
         self._steps.step_all(self._labels, self._scales, *self._own, targets, self._slips, forces)
         return normal, forces[0], forces[1]
 

@@ -1,0 +1,135 @@
+"""Steps of bodies with memory: the rows of solve, Lee and Radok, relaxation, energies, and refusals."""
+
+import math
+
+import numpy as np
+import pytest
+from tests.drawing import first_of
+
+import pymdr as mdr
+
+RUBBER = mdr.Prony("1 MPa", ["2 MPa", "0.5 MPa"], ["0.1 s", "2 s"])
+KINDS = [
+    RUBBER,
+    mdr.Maxwell("1 MPa", "0.5 s"),
+    mdr.KelvinVoigt("1 MPa", "0.1 MPa s"),
+]
+
+
+def ball(shear=RUBBER, profile=None):
+    return mdr.Contact(mdr.Sphere("10 mm") if profile is None else profile, mdr.Viscoelastic(shear, 0.5))
+
+
+def random_moves(seed, size, deepest):
+    rng = np.random.default_rng(seed)
+    depth = np.abs(rng.normal(0.0, 0.3 * deepest, size)).clip(0.0, deepest)
+    depth[size // 3], depth[::9] = deepest, -0.2 * deepest
+    return depth, rng.exponential(0.1, size)
+
+
+@pytest.mark.parametrize("shear", first_of(KINDS))
+def test_steps_are_those_of_solve(shear):
+    contact = ball(shear)
+    depth, lasting = random_moves(1, 60, 1e-4)
+    stepper, rows = mdr.Stepper(contact, "100 um"), []
+    names = ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy")
+    for move in zip(depth.tolist(), lasting.tolist(), strict=True):
+        force = stepper.advance(move[0], duration=move[1]).normal
+        rows.append((force, *(getattr(stepper, name) for name in names[1:])))
+    result = mdr.solve(contact, mdr.Path(time=np.cumsum(lasting), indentation=depth))
+    for name, column in zip(names, np.transpose(rows), strict=True):
+        exact = result[name].values
+        assert column == pytest.approx(exact, abs=1e-12 * np.abs(exact).max())
+
+
+def test_a_growing_contact_is_lee_and_radok():
+    """F = (8/3) sqrt(R) int 2 G(t - s) d(d^1.5)/ds ds / (2 (1 - nu)) of a paraboloid at a constant rate, by quadrature."""
+    contact, rate = ball(mdr.Maxwell("1 MPa", "0.5 s"), mdr.Paraboloid("10 mm")), 1e-4
+    stepper = mdr.Stepper(contact, "100 um", springs=500)
+    for k in range(1, 11):
+        force = stepper.advance(rate * 0.1 * k, duration=0.1).normal
+    x, w = np.polynomial.legendre.leggauss(64)
+    s = 0.5 * (x + 1.0)
+    modulus = 2.0 * 1e6 * np.exp(-(1.0 - s) / 0.5) / (1.0 - 0.5)
+    exact = 4.0 / 3.0 * 0.1 * np.sum(0.5 * w * modulus * 1.5 * rate**1.5 * np.sqrt(s))
+    assert force == pytest.approx(exact, rel=2e-5)
+    assert stepper.contact_radius == pytest.approx(math.sqrt(1e-2 * 1e-4), rel=1e-5)
+
+
+def test_a_held_contact_relaxes():
+    stepper = mdr.Stepper(ball(), "100 um")
+    sudden = stepper.advance(5e-5, duration=0.0).normal
+    kernel = RUBBER.relaxation(np.array([0.0, 0.3]))
+    held = stepper.advance(5e-5, duration=0.3).normal
+    assert held / sudden == pytest.approx(kernel[1] / kernel[0], rel=1e-12)
+    work = stepper.elastic_energy + stepper.dissipated_energy
+    stepper.undo()
+    assert stepper.normal_force == sudden
+    # nothing is done while the indentation rests
+    assert stepper.elastic_energy == pytest.approx(work, rel=1e-12)
+    assert stepper.normal_stiffness == pytest.approx(
+        (stepper.copy().advance(5.0001e-5, duration=0.0).normal - sudden) / 1e-9, rel=1e-4
+    )
+
+
+def test_many_contacts_are_each_like_one():
+    depth, lasting = (
+        np.stack(each) for each in zip(*(random_moves(seed, 12, 1e-4) for seed in range(3)), strict=True)
+    )
+    many = mdr.Stepper(ball(), "100 um", count=3, springs=200)
+    forces = [many.advance(depth[:, row], duration=lasting[:, row]).normal for row in range(12)]
+    for i in range(3):
+        one = mdr.Stepper(ball(), "100 um", springs=200)
+        mine = [one.advance(depth[i, row], duration=lasting[i, row]).normal for row in range(12)]
+        assert mine == [force[i] for force in forces]
+        assert many.dissipated_energy[i] == one.dissipated_energy
+    again = mdr.Stepper(ball(), "100 um", count=3, springs=200)
+    again.restore(many.state)
+    assert (
+        again.advance(1e-5, duration=0.1).normal.tolist() == many.advance(1e-5, duration=0.1).normal.tolist()
+    )
+
+
+def test_claims_state_the_error_of_the_springs():
+    few, many = (mdr.Stepper(ball(), "100 um", springs=n).claims["normal_force"] for n in (50, 1000))
+    assert many.error < few.error < 3e-2
+    assert "50 springs change the force by" in few.reason
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        (
+            mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(RUBBER, 0.5), friction=mdr.Coulomb(0.3)),
+            "with friction",
+        ),
+        (
+            mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(RUBBER, 0.5), adhesion=mdr.MaugisDugdale(0.1, 1e5)),
+            "with adhesion",
+        ),
+        (
+            mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), 0.5)),
+            "no sum of exponentials",
+        ),
+    ],
+)
+def test_refusals(contact, words):
+    with pytest.raises(mdr.ProblemError, match=words):
+        mdr.Stepper(contact, "1 um")
+
+
+@pytest.mark.parametrize(
+    ("shear", "duration", "words"),
+    [
+        (RUBBER, None, "needs the finite duration"),
+        (RUBBER, -1.0, "needs the finite duration"),
+        (RUBBER, math.nan, "needs the finite duration"),
+        (KINDS[2], 0.0, "zero time"),
+    ],
+)
+def test_steps_that_cannot_be_taken_leave_the_state(shear, duration, words):
+    stepper = mdr.Stepper(ball(shear), "100 um", springs=100)
+    stepper.advance(1e-5, duration=0.1)
+    with pytest.raises(mdr.PathError, match=words):
+        stepper.advance(2e-5, duration=duration)
+    assert stepper.indentation == 1e-5
