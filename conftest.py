@@ -5,5 +5,8 @@ from importlib.util import find_spec
 collect_ignore = (
     []
     if find_spec("panel")
-    else [f"src/pymdr/explore/{name}.py" for name in ("page", "serve", "views", "widgets")]
+    else [
+        f"src/pymdr/explore/{name}.py"
+        for name in ("files", "page", "pane", "serve", "teaching", "views", "widgets")
+    ]
 )

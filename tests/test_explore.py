@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.explore import model, running, seen
+from pymdr.explore import dropping, lessons, model, running, seen
 from pymdr.workbench.casefile import case_text, read_case
 
 QUICK = ("ball", "cone", "punch", "gel", "switch", "cycle")
@@ -131,6 +131,99 @@ def test_stress_is_largest_where_it_is_in_a_hertzian_contact():
     assert depth * 1e-6 == pytest.approx(0.48 * a, abs=0.03 * a)  # Johnson (1985), for nu = 0.3
 
 
+@pytest.mark.parametrize("shape", lessons.SHAPES)
+def test_more_springs_come_closer_to_the_exact_pressure(shape):
+    def error(count):
+        (_, _, step_3), _ = lessons.pressed_springs(shape, count, 0.6)
+        springs, exact = step_3.traces
+        inside = (springs.x > 0.1 * springs.x[-1]) & (springs.x < 0.8 * springs.x[-1])
+        expected = np.interp(springs.x[inside], exact.x, exact.y)
+        return np.max(np.abs(springs.y[inside] / expected - 1.0))
+
+    assert error(200) < 0.5 * error(20) < 0.2
+
+
+@pytest.mark.parametrize("stiffness", lessons.STIFFNESSES)
+def test_the_bead_is_pulled_off_between_both_limits_of_the_machine(stiffness):
+    chart, words = lessons.pulled_bead(stiffness, 2e-3, 0.0)
+    pull = 1e-9 * -min(np.nanmin(trace.y) for trace in chart.traces if trace.name == "path")
+    assert pull == pytest.approx(
+        1.5 * np.pi * 50e-6 * 2e-3, rel=1e-3
+    )  # the path passes the largest pull (JKR 1971)
+    assert words.count("jumps") == 1
+    off = float(words.split("Pull-off at -")[1].split(" nN")[0]) * 1e-9
+    assert 5.0 / 6.0 * np.pi * 50e-6 * 2e-3 * 0.999 <= off <= pull * 1.001
+
+
+def test_a_larger_move_wipes_the_memory_of_smaller_ones_out():
+    def vertices(moves):
+        return int(lessons.friction_memory(moves)[1].split("remembers ")[1].split()[0])
+
+    moves = [(3e-6, 0.0), (3e-6, 0.6e-6), (3e-6, -0.3e-6), (3e-6, 0.2e-6), (3e-6, 0.0)]
+    assert vertices(moves) > vertices(moves[:2])
+    assert vertices([*moves, (3e-6, -2e-6)]) <= vertices([(3e-6, 0.0), (3e-6, -2e-6)])
+    (_, _, loop), _ = lessons.friction_memory(moves)
+    steel, ball = mdr.Elastic("210 GPa", 0.3), mdr.Paraboloid("10 mm")
+    shifts = [u for _, u in moves]
+    path = mdr.Path(indentation=np.full(len(moves), 3e-6), shift=np.array(shifts))
+    result = mdr.solve(mdr.Contact(ball, steel, steel, friction=mdr.Coulomb(0.3)), path)
+    np.testing.assert_allclose(loop.traces[0].y[1:], result["tangential_force"].values, rtol=1e-9, atol=1e-9)
+
+
+TIP = b"r [nm], f [nm]\n0, 0\n20, 2.1\n40, 7.9\n60, 18.2\n80, 31.8\n100, 50.1\n"
+
+
+def test_a_dropped_tip_is_the_profile():
+    found = dropping.dropped("tip.csv", TIP, model.start("ball"))
+    assert found.choice.tables["profile"]["kind"] == "sampled"
+    assert model.case_of(found.choice).contact.profile.height[-1] == pytest.approx(50.1e-9, rel=1e-14)
+    assert tomllib.loads(model.toml(found.choice))["profile"]["height"][1] == 2.1e-9
+    assert evaluated(model.python_lines(found.choice))[0] == model.case_of(found.choice).contact
+
+
+def test_a_dropped_force_curve_gives_its_modulus_back():
+    ball = model.typed(start := model.start("gel"), model.knobs(start)[1], "30 kPa")
+    ball = model.with_kind("adhesion", model.NONE, ball)
+    contact = model.case_of(ball).contact
+    depth = np.linspace(-1e-6, 2e-6, 61)
+    force = [float(mdr.solve(contact, mdr.indent(d))["normal_force"][-1]) if d > 0.0 else 0.0 for d in depth]
+    rows = "".join(f"{1e6 * d:.9f},{1e9 * f:.9f}\n" for d, f in zip(depth, force, strict=True))
+    table = f"indentation [um],force [nN]\n{rows}".encode()
+    found = dropping.dropped("curve.csv", table, ball)
+    wrong = model.typed(ball, model.knobs(ball)[1], "10 kPa")
+    fitted = dropping.fitted(wrong, found.curve, dropping.first_free(wrong))
+    assert model.number(fitted.choice, ("body", "young")) == pytest.approx(30e3, rel=1e-4)
+    assert {trace.name for trace in fitted.chart.traces} == {"measured", "fitted"}
+
+
+def test_a_dropped_surface_is_its_mean_profile():
+    x = np.linspace(-10.0, 10.0, 41)
+    heights = 0.05 * (400.0 - x[:, None] ** 2 - x[None, :] ** 2)
+    lines = "\n".join("\t".join(f"{z:.6f}" for z in row) for row in heights)
+    text = f"# Width: 20.5 um\n# Height: 20.5 um\n# Value units: nm\n{lines}\n"
+    found = dropping.dropped("bump.txt", text.encode(), model.start("ball"))
+    tip = model.case_of(found.choice).contact.profile
+    assert float(np.interp(5e-6, tip.radius, tip.height)) == pytest.approx(0.05e-9 * 25.0, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("bad.csv", b"a,b\n1,2\n"),
+        ("empty.csv", b""),
+        ("noise.bin", bytes(range(256)) * 8),
+        ("../../etc/passwd", b"root"),
+        ("case.toml", b"profile = 1"),
+        ("large.csv", b" " * (dropping.LARGEST + 1)),
+    ],
+)
+def test_bad_files_are_refused_by_name(name, content, tmp_path):
+    with pytest.raises(mdr.PymdrError) as caught:
+        dropping.dropped(name, content, model.start("ball"))
+    assert name in str(caught.value)
+    assert str(tmp_path.parent) not in str(caught.value)
+
+
 class Shown:
     """What a runner shows, and a way to wait for it."""
 
@@ -149,7 +242,7 @@ class Shown:
 
 def test_the_last_request_is_answered_and_errors_are_shown():
     shown = Shown()
-    runner = running.Runner(shown.show, shown.fractions.append)
+    runner = running.Runner(running.Looking(shown.show), shown.fractions.append)
     try:
         choice = model.start("ball")
         knob = model.knobs(choice)[-1]

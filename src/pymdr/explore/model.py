@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
@@ -13,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec import tables
 from pymdr.problem.paths import CHANNELS, Ramp
 from pymdr.problem.schedule import Progress
@@ -103,6 +105,16 @@ OWN = "of the case"
 """The name of any other path."""
 
 
+_WORDS = {
+    "young": "Young's modulus",
+    "poisson": "Poisson's ratio",
+    "work": "work of adhesion",
+    "material": "",
+    "layers": "layer",
+}
+"""Words of keys."""
+
+
 @dataclass(frozen=True)
 class Choice:
     """What is chosen: the tables of a case file as plain values."""
@@ -125,9 +137,13 @@ class Knob:
 
     @property
     def label(self) -> str:
-        """Key, and what it belongs to."""
-        words = [str(part + 1 if isinstance(part, int) else part) for part in self.place[1:]]
-        return " ".join(words).replace("_", " ")
+        """What it is, and of what."""
+        words = [
+            str(part + 1 if isinstance(part, int) else _WORDS.get(part, part)) for part in self.place[1:]
+        ]
+        return " ".join(
+            word for word in [*(["leg"] if self.place[0] == "path" else []), *words] if word
+        ).replace("_", " ")
 
 
 def start(kind: str) -> Choice:
@@ -152,7 +168,10 @@ def of_file(file: Path) -> Choice:
         If it cannot be read or is not a valid case.
     """
     read = read_tables(file)
-    case_of_tables(read)
+    try:
+        case_of_tables(read)
+    except PymdrError as error:
+        raise CaseError(f"{file}: {error}") from error
     return chosen(read)
 
 
@@ -260,6 +279,28 @@ def with_kind(part: str, kind: str, choice: Choice, largest: Mapping[str, float]
     return _with_length(replace(choice, tables=MappingProxyType(_ordered(new))))
 
 
+def with_table(choice: Choice, part: str, table: Plain) -> Choice:
+    """The choice with another table of a part."""
+    new = MappingProxyType(_ordered({**choice.tables, part: dict(table)}))
+    return _with_length(replace(choice, tables=new))
+
+
+def fitted_to(choice: Choice, values: Mapping[str, tuple[float, str]]) -> Choice:
+    """
+    The choice with the values of parameters by their dotted names, each with its SI unit.
+
+    Examples
+    --------
+    >>> fitted_to(start("gel"), {"body.young": (9567.1, "Pa")}).tables["body"]["young"]
+    '9.5671 kPa'
+    """
+    for name, (value, unit) in values.items():
+        parts = (part for part in re.split(r"[.\[\]]+", name) if part)
+        place = tuple(int(part) if part.isdigit() else part for part in parts)
+        choice = _with_entry(choice, place, _text(value, unit, digits=6))
+    return choice
+
+
 def _ordered(new: Plain) -> dict[str, Any]:
     """Tables in the order in which case files are written."""
     first = ("title", *PARTS[:-1])
@@ -362,7 +403,7 @@ def knobs(choice: Choice) -> tuple[Knob, ...]:
     Examples
     --------
     >>> [knob.label for knob in knobs(start("ball"))][:4]
-    ['radius', 'young', 'poisson', 'young']
+    ['radius', "Young's modulus", "Poisson's ratio", "Young's modulus"]
     """
     found = []
     for place, kind, unit in _quantities(choice):

@@ -5,7 +5,9 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 from pymdr.errors import PymdrError
 from pymdr.explore.model import Choice, answer
@@ -24,6 +26,7 @@ from pymdr.explore.seen import (
     section,
     stress,
 )
+from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 
 
@@ -74,6 +77,11 @@ class Inside:
     reason: str = ""
 
 
+FAILURES = (PymdrError, ArithmeticError, ValueError, TypeError, LookupError, MemoryError)
+"""What ends a request and is shown, not the thread."""
+Asked = TypeVar("Asked")
+
+
 class _SupersededError(Exception):
     """A newer request has come."""
 
@@ -103,28 +111,27 @@ def look(request: Request, result: Result, began: float) -> Seen:
     return Seen(request, result, "", seconds, at, quantities, fields, *charts, rows)
 
 
-class Runner:
+class Runner(Generic[Asked]):
     """
-    A thread that answers the latest request, first without and then with the stress.
+    A thread that answers the latest request.
 
     Parameters
     ----------
-    show : callable
-        Called in the thread with every :class:`Seen` and :class:`Inside`.
+    work : callable
+        Called in the thread with a request and a function ``report(done, total)``, which ends the work if a newer request waits.
     advance : callable
         Called in the thread with the fraction of the work that is done.
     """
 
-    def __init__(self, show: Callable[[Seen | Inside], None], advance: Callable[[float], None]) -> None:
-        self._show, self._advance = show, advance
+    def __init__(self, work: Callable[[Asked, Progress], None], advance: Callable[[float], None]) -> None:
+        self._work, self._advance = work, advance
         self._changed = threading.Condition()
-        self._next: Request | None = None
-        self._last: tuple[Choice, Result] | None = None
+        self._next: Asked | None = None
         self._closed = False
-        self._thread = threading.Thread(target=self._work, name="pymdr explore", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="pymdr explore", daemon=True)
         self._thread.start()
 
-    def ask(self, request: Request) -> None:
+    def ask(self, request: Asked) -> None:
         """Replace the request that waits, and stop the one that runs at its next report."""
         with self._changed:
             self._next = request
@@ -136,41 +143,52 @@ class Runner:
             self._closed = True
             self._changed.notify()
 
-    def _work(self) -> None:
+    def _run(self) -> None:
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._next is not None or self._closed)
                 request, self._next = self._next, None
             if self._closed or request is None:
                 return
-            try:
-                self._answer(request)
-            except _SupersededError:
-                continue
+            with suppress(_SupersededError):
+                self._work(request, self._report)
 
     def _report(self, done: int, total: int) -> None:
         if self._next is not None or self._closed:
             raise _SupersededError
         self._advance(done / max(total, 1))
 
-    def _answer(self, request: Request) -> None:
+
+class Looking:
+    """
+    The work of a case: its solution, which is kept while only the view changes, what is seen of it, and then the stress.
+
+    Parameters
+    ----------
+    show : callable
+        Called with every :class:`Seen` and :class:`Inside`.
+    """
+
+    def __init__(self, show: Callable[[Seen | Inside], None]) -> None:
+        self._show = show
+        self._last: tuple[Choice, Result] | None = None
+
+    def __call__(self, request: Request, report: Progress) -> None:
+        """Answer a request."""
         began = time.perf_counter()
         try:
             if self._last is None or self._last[0] is not request.choice:
                 self._last = None
-                self._last = (request.choice, answer(request.choice, self._report))
+                self._last = (request.choice, answer(request.choice, report))
             result = self._last[1]
             seen = look(request, result, began)
-        except PymdrError as error:
+        except FAILURES as error:
             self._show(Seen(request, error=refusal(error)))
             return
-        except (ArithmeticError, ValueError, TypeError, KeyError, IndexError, MemoryError) as error:
-            self._show(Seen(request, error=f"failed: {type(error).__name__}: {error}"))
-            return
         self._show(seen)
-        self._report(1, 1)
+        report(1, 1)
         try:
             picture = stress(result, request.view.measure, request.view.row)
             self._show(Inside(request, picture, "" if picture else "not valid in this row"))
-        except PymdrError as error:
+        except FAILURES as error:
             self._show(Inside(request, None, refusal(error)))

@@ -257,6 +257,7 @@ def numbers(result: Result, row: int) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def refusal(error: PymdrError) -> str:
-    """The message of an error on one line."""
-    return " ".join(str(error).split())
+def refusal(error: BaseException) -> str:
+    """The message of an error on one line; of an error that is not of this package with its kind, as a failure."""
+    message = " ".join(str(error).split())
+    return message if isinstance(error, PymdrError) else f"failed: {type(error).__name__}: {message}"

@@ -93,6 +93,12 @@ class _Token(AuthProvider):
         return None
 
 
+def _page(choices: dict[str, Choice]) -> Any:
+    theme = (pn.state.session_args or {}).get("theme", [b""])[0]
+    pn.config.theme = "dark" if theme == b"dark" else "default"
+    return Page(choices).view()
+
+
 def new_server(choices: dict[str, Choice], port: int = 0) -> tuple[Any, str]:
     """
     A server that waits to be started, and the address of its page.
@@ -119,7 +125,7 @@ def new_server(choices: dict[str, Choice], port: int = 0) -> tuple[Any, str]:
     logging.getLogger("tornado.access").setLevel(logging.ERROR)
     pn.extension("filedropper", notifications=False)
     server = pn.io.server.get_server(
-        lambda: Page(choices).view(),
+        lambda: _page(choices),
         port=port,
         address=ADDRESS,
         title="pymdr explore",

@@ -1,13 +1,28 @@
-"""Sliders with a box for a value and its unit, made of the browser's own inputs: by keyboard and screen reader as by hand."""
+"""Parts of the page: its style, and sliders with a box for a value and its unit, made of the browser's own inputs: by keyboard and screen reader as by hand."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+import panel as pn
 import param
 from panel.custom import JSComponent
 
+STYLE = """
+:host, body { color-scheme: light dark }
+table.numbers { border-collapse: collapse; width: 100%; font-size: .9em }
+table.numbers caption { text-align: left; font-weight: 600; padding-bottom: .3em }
+table.numbers th { text-align: left; font-weight: 500 }
+table.numbers th, table.numbers td { padding: .1em .6em .1em 0; border-bottom: 1px solid #8884 }
+pre { overflow-x: auto; font-size: .85em }
+.error { color: #D55E00; font-weight: 600 }
+"""
+GRID = """
+[id^=flex] { display: grid !important; grid-template-columns: repeat(auto-fit, minmax(min(100%, 340px), 1fr)); gap: 6px }
+"""
+"""Figures side by side as far as there is room."""
 _SCRIPT = """
 export function render({ model, el }) {
   const root = document.createElement('div')
@@ -62,7 +77,25 @@ export function render({ model, el }) {
 }
 """
 
-_STYLE = """
+_SWITCH = """
+export function render({ model, el }) {
+  const go = (theme) => {
+    const address = new URL(location.href)
+    address.searchParams.set('theme', theme)
+    location.replace(address)
+  }
+  const chosen = new URL(location.href).searchParams.has('theme')
+  if (!chosen && matchMedia('(prefers-color-scheme: dark)').matches) go('dark')
+  const button = document.createElement('button')
+  button.textContent = model.dark ? 'light page' : 'dark page'
+  button.style.font = 'inherit'
+  button.addEventListener('click', () => go(model.dark ? 'light' : 'dark'))
+  el.appendChild(button)
+}
+"""
+
+_KNOBS = """
+:host { padding: 0 .6em; box-sizing: border-box }
 .knob { display: grid; grid-template-columns: minmax(7em, 1fr) 2fr 7.5em; gap: .4em; align-items: center; margin: .15em 0 }
 .knob input { font: inherit; color: inherit; background: transparent; min-width: 0 }
 .knob input[type=range] { width: 100%; min-height: 1.6em; accent-color: #0072B2 }
@@ -72,6 +105,36 @@ _STYLE = """
 .knob .fault:empty { display: none }
 h3 { margin: .5em 0 .1em; font-size: 1em }
 """
+
+
+def soon() -> Callable[[Callable[[Any], None], Any], None]:
+    """What calls a function with a value in the thread of the page that is built."""
+    document = pn.state.curdoc
+
+    def call(function: Callable[[Any], None], value: Any) -> None:
+        if document is None:
+            function(value)
+        else:
+            document.add_next_tick_callback(partial(function, value))
+
+    return call
+
+
+def cell(plot: Any) -> Any:
+    """A figure as wide as its cell of the grid."""
+    theme = "dark_minimal" if pn.config.theme == "dark" else None
+    return pn.pane.Bokeh(plot, sizing_mode="stretch_width", min_width=280, theme=theme)
+
+
+class Scheme(JSComponent):
+    """A button between light and dark; a page that is opened without a choice follows the system."""
+
+    dark = param.Boolean(doc="Whether the page is dark.")
+
+    _esm = _SWITCH
+
+    def __init__(self, **params: Any) -> None:
+        super().__init__(**params)
 
 
 class Knobs(JSComponent):
@@ -91,7 +154,7 @@ class Knobs(JSComponent):
     key = param.String(doc="Beginning of the identifiers in the page.")
 
     _esm = _SCRIPT
-    _stylesheets = [_STYLE]  # noqa: RUF012  (read by panel from the class)
+    _stylesheets = [_KNOBS]  # noqa: RUF012  (read by panel from the class)
 
     def __init__(
         self, moved: Callable[[int, float], None], entered: Callable[[int, str], None], **params: Any

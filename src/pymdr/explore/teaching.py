@@ -1,0 +1,182 @@
+"""The lessons of the page, which are moved by hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import Any
+
+import panel as pn
+
+from pymdr.explore.lessons import (
+    DEEPEST,
+    FARTHEST,
+    SHAPES,
+    STIFFNESSES,
+    friction_memory,
+    pressed_springs,
+    pulled_bead,
+)
+from pymdr.explore.running import FAILURES, Runner
+from pymdr.explore.seen import Chart, refusal
+from pymdr.explore.views import new_plot, show_chart
+from pymdr.explore.widgets import GRID, STYLE, cell, soon
+from pymdr.units import written
+
+
+class Lesson:
+    """
+    Sliders, an explanation, and charts that follow the sliders.
+
+    Parameters
+    ----------
+    make : callable
+        Charts and words of the values of the sliders; called in the background.
+    words : str
+        What is to be seen.
+    titles : sequence of str
+        Of the charts.
+    """
+
+    def __init__(
+        self, make: Callable[[Any], tuple[Sequence[Chart], str]], words: str, titles: Sequence[str]
+    ) -> None:
+        self._make = make
+        self._soon = soon()
+        self._plots = [new_plot(title, legend=True) for title in titles]
+        self._intro = pn.pane.HTML(
+            f"<p>{escape(words)}</p>", sizing_mode="stretch_width", stylesheets=[STYLE]
+        )
+        self._words = pn.pane.HTML("", sizing_mode="stretch_width", stylesheets=[STYLE])
+        self._runner: Runner[Any] = Runner(self._work, lambda done: None)
+
+    def close(self) -> None:
+        """End the work in the background."""
+        self._runner.close()
+
+    def _work(self, values: Any, report: Any) -> None:
+        try:
+            charts, words = self._make(values)
+        except FAILURES as error:
+            self._soon(self._say, refusal(error))
+            return
+        self._soon(self._show, (charts, words))
+
+    def _say(self, words: str) -> None:
+        self._words.object = f"<p role='status'>{escape(words)}</p>"
+
+    def _show(self, made: tuple[Sequence[Chart], str]) -> None:
+        for plot, chart in zip(self._plots, made[0], strict=True):
+            show_chart(plot, chart)
+        self._say(made[1])
+
+    def _laid(self, *controls: Any) -> Any:
+        return pn.Column(
+            self._intro,
+            pn.FlexBox(*controls),
+            self._words,
+            pn.FlexBox(
+                *(cell(plot.figure) for plot in self._plots), sizing_mode="stretch_width", stylesheets=[GRID]
+            ),
+            sizing_mode="stretch_width",
+        )
+
+
+def _slider(name: str, start: float, end: float, value: float, step: float) -> Any:
+    return pn.widgets.FloatSlider(name=name, start=start, end=end, value=value, step=step, width=280)
+
+
+class SpringLesson(Lesson):
+    """The three steps of the method, with springs pressed by hand."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            lambda values: pressed_springs(*values),
+            "The method maps the profile f(r) onto a line of independent springs (step 1), presses every spring by the indentation less "
+            "g(x) (step 2), and maps the forces of the springs back to the pressure (step 3). More springs come closer to the exact "
+            "solution.",
+            ("step 1: map", "step 2: press", "step 3: map back"),
+        )
+        shapes = {name.replace("_", " "): name for name in SHAPES}
+        self._shape = pn.widgets.Select(name="profile of the springs", options=shapes, width=200)
+        self._count = pn.widgets.IntSlider(name="springs on a side", start=3, end=100, value=12, width=280)
+        self._pressed = _slider("indentation, fraction of the largest", 0.02, 1.0, 0.6, 0.02)
+        for control in (self._shape, self._count, self._pressed):
+            control.param.watch(self._ask, "value")
+        self._ask()
+
+    def view(self) -> Any:
+        """Everything of the lesson."""
+        return self._laid(self._shape, self._count, self._pressed)
+
+    def _ask(self, *_: Any) -> None:
+        self._runner.ask((self._shape.value, self._count.value, self._pressed.value))
+
+
+class MachineLesson(Lesson):
+    """An adhesive bead in a machine of any stiffness."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            _in_machine,
+            "A bead of 50 µm sticks to a gel (JKR). A machine of stiffness k moves by D; its force is k (D - d). Equilibria are where this line "
+            "meets the curve. Where the line touches the curve, the contact jumps: a soft machine loses it at the largest pull, a stiff one later.",
+            ("force and equilibria",),
+        )
+        low, high = (math.log10(value) for value in STIFFNESSES)
+        self._stiffness = _slider("stiffness of the machine, log10 of N/m", low, high, -1.0, 0.05)
+        self._work_of = _slider("work of adhesion in mJ/m²", 0.5, 10.0, 2.0, 0.5)
+        self._along = _slider("way of the machine: approach, then retraction", 0.0, 1.0, 0.6, 0.005)
+        for control in (self._stiffness, self._work_of, self._along):
+            control.param.watch(self._ask, "value")
+        self._ask()
+
+    def view(self) -> Any:
+        """Everything of the lesson."""
+        return self._laid(self._stiffness, self._work_of, self._along)
+
+    def _ask(self, *_: Any) -> None:
+        self._runner.ask((10.0**self._stiffness.value, 1e-3 * self._work_of.value, self._along.value))
+
+
+def _in_machine(values: tuple[float, float, float]) -> tuple[Sequence[Chart], str]:
+    chart, words = pulled_bead(*values)
+    return (chart,), f"k = {written(values[0], 'N/m')}. {words}"
+
+
+class FrictionLesson(Lesson):
+    """The memory of friction, moved by hand."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            friction_memory,
+            "A steel ball of 10 mm on steel, coefficient of friction 0.3. Move the shift to and fro: every reversal adds a vertex to the stack, and a "
+            "larger move wipes the smaller ones out. Springs of one depth g(x) are alike, so the stack is all that the contact remembers.",
+            ("stack: anchors of the springs", "shift of the springs", "loop"),
+        )
+        self._depth = _slider("indentation in µm", 0.0, 1e6 * DEEPEST, 2.0, 0.05)
+        self._shift = _slider("shift in µm", -1e6 * FARTHEST, 1e6 * FARTHEST, 0.0, 0.02)
+        self._again = pn.widgets.Button(name="start again", width=140)
+        for control in (self._depth, self._shift):
+            control.param.watch(self._move, "value")
+        self._again.on_click(self._start)
+        self._moves: list[tuple[float, float]] = []
+        self._move()
+
+    def view(self) -> Any:
+        """Everything of the lesson."""
+        return self._laid(self._depth, self._shift, self._again)
+
+    def _start(self, *_: Any) -> None:
+        self._moves = []
+        self._move()
+
+    def _move(self, *_: Any) -> None:
+        self._moves.append((1e-6 * self._depth.value, 1e-6 * self._shift.value))
+        del self._moves[:-_MOST]
+        self._runner.ask(tuple(self._moves))
+
+
+_MOST = 2000
+"""Moves that are followed; older ones are forgotten."""
