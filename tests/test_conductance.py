@@ -809,4 +809,4 @@ def test_heat_from_the_shell(tmp_path, shell):
     assert (status, "did you mean 'resistivity'" in error) == (1, True)
     case.write_text(CASE.replace('"390 W/(m K)"', "-3"))
     status, _, error = shell("check", case)
-    assert (status, "[body] Elastic.thermal_conductivity = -3: it must be above 0" in error) == (1, True)
+    assert (status, "thermal_conductivity = -3: it must be above 0" in error) == (1, True)
