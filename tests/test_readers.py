@@ -101,6 +101,39 @@ def test_separators_decimal_commas_preambles_and_lines_of_units(tmp_path, separa
         assert np.concatenate([one.force for one in curves]) == pytest.approx(force, rel=1e-7, abs=1e-17)
 
 
+@pytest.mark.parametrize("cut", [1, 3, 5, 12])
+def test_a_number_that_is_cut_off_is_not_another_number(tmp_path, cut):
+    travel, force = pressed(40)
+    file = tmp_path / "cut.csv"
+    rows = [f"{x:.6e},{f:.6e}" for x, f in zip(travel, force, strict=True)]
+    whole = "\n".join(["travel [m],load [N]", *rows])
+    file.write_text(whole)
+    assert sum(one.force.size for one in mdr.read_curves(file, spring_constant=SPRING)) == force.size
+    file.write_text(whole[:-cut])  # without the last digits of an exponent, 1e-10 is 0.1
+    with pytest.raises(CaseError, match="cut off in its last line"):
+        mdr.read_curves(file, spring_constant=SPRING)
+
+
+def test_archives_that_do_not_decompress_are_refused(tmp_path):
+    file = written(tmp_path / "a.csv", "travel [um],load [nN]", *np.array(pressed(200)) * 1e6)
+    with zipfile.ZipFile(tmp_path / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(file, "a.csv")
+    content = bytearray((tmp_path / "a.zip").read_bytes())
+    for place in (40, 60, len(content) // 2, len(content) - 5):
+        damaged = content.copy()
+        damaged[place : place + 4] = b"\xff\xfe\xff\xfe"
+        (tmp_path / "b.zip").write_bytes(damaged)
+        with pytest.raises(FileError, match="damaged, cut off or encrypted"):
+            mdr.read_curves(tmp_path / "b.zip", spring_constant=SPRING)
+
+
+@pytest.mark.parametrize(("size", "limit"), [(1e290, "at most 1e\\+60"), (1e-300, "at least 1e-60")])
+def test_records_beyond_all_sizes_are_refused(size, limit):
+    travel, force = pressed(40)
+    with pytest.raises(ProblemError, match=rf"MeasuredCurve: the (largest|range of the) force = .*{limit} N"):
+        mdr.MeasuredCurve(force=force * size / 1e-8, indentation=travel)
+
+
 def test_spreadsheets_are_read_as_text_is(tmp_path):
     openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, of the extra xlsx, is not installed")
     travel, force = pressed(samples=60)
@@ -121,7 +154,6 @@ def test_spreadsheets_are_read_as_text_is(tmp_path):
 
 
 def test_old_spreadsheets_are_read(tmp_path):
-    pytest.importorskip("python_calamine", reason="python-calamine, of the extra xls, is not installed")
     openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, of the extra xlsx, is not installed")
     time, depth, force = indent_of(30)
     book = openpyxl.Workbook()
@@ -135,13 +167,15 @@ def test_old_spreadsheets_are_read(tmp_path):
     (tmp_path / "a.xlsx").rename(tmp_path / "a.xls")  # what is inside decides
     [read] = mdr.read_indents(tmp_path / "a.xls")
     assert read["normal_force"].values == pytest.approx(force, rel=1e-12)
-    (tmp_path / "bad.xls").write_bytes(b"no book")
-    with pytest.raises(CaseError, match="no spreadsheet, or it is damaged"):
-        mdr.read_indents(tmp_path / "bad.xls")
+    pytest.importorskip("xlrd", reason="xlrd, of the extra xls, is not installed")
+    for content in (b"no book", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600)):
+        (tmp_path / "bad.xls").write_bytes(content)
+        with pytest.raises(CaseError, match="no spreadsheet, or it is damaged"):
+            mdr.read_indents(tmp_path / "bad.xls")
 
 
 def test_without_a_package_the_extra_is_named(tmp_path, monkeypatch):
-    for module in ("python_calamine", "NSFopen.read", "openpyxl"):
+    for module in ("xlrd", "NSFopen.read", "openpyxl"):
         monkeypatch.setitem(sys.modules, module, None)
     for name, extra in (("a.xls", "xls"), ("a.nid", "nanosurf"), ("a.xlsx", "xlsx")):
         (tmp_path / name).write_bytes(b"something")
@@ -552,6 +586,9 @@ def test_indents_of_hysitron_bring_their_area_function(tmp_path, shell):
     (tmp_path / "cut.hld").write_bytes(b"\r\n".join(lines[:-20]))
     with pytest.raises(CaseError, match="780 of 800 rows of the test"):
         mdr.read_indents(tmp_path / "cut.hld")
+    (tmp_path / "bad.hld").write_bytes(b"\r\n".join(lines).replace(b"900 nm", b"9\xb90 nm"))
+    with pytest.raises(CaseError, match=r"Tip C1.* is not a number"):
+        mdr.read_indents(tmp_path / "bad.hld")
     (tmp_path / "none.hld").write_bytes(b"\r\n".join(lines[:8]))
     with pytest.raises(CaseError, match="without the section of its test"):
         mdr.read_indents(tmp_path / "none.hld")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
-from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, Value
+from pymdr.problem.values import ArrayField, OptionalArrayField, OptionalSIField, Value, within_range
 from pymdr.units import FloatArray
 
 _LEAST = 8
@@ -82,6 +82,12 @@ class MeasuredSamples(Value):
                 )
         if n < _LEAST:
             raise ProblemError(f"MeasuredCurve: {n} samples; at least {_LEAST} are needed")
+        for column, unit, name in ((self.force, "N", "force"), (self.position, "m", "position")):
+            within_range(
+                float(np.max(np.abs(column))), unit, f"MeasuredCurve: the largest {name}", limited=True
+            )
+            if (spread := float(np.ptp(column))) > 0.0:
+                within_range(spread, unit, f"MeasuredCurve: the range of the {name}", size=True)
         if self.time is not None and not np.all(np.diff(self.time) > 0.0):
             i = int(np.argmin(np.diff(self.time)))
             raise ProblemError(

@@ -13,7 +13,7 @@ import numpy as np
 from pymdr.errors import CaseError, ProblemError
 from pymdr.presentation.files import named_file
 from pymdr.problem.profiles import AreaFunction
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, shown
 from pymdr.workbench.inputs import read_measured_text
 from pymdr.workbench.spreadsheets import SPREADSHEETS, read_sheets
 from pymdr.workbench.tables import columns_of_lines, decimal_points
@@ -242,7 +242,12 @@ def _hysitron(source: Path, lines: Sequence[str]) -> _Test:
     coefficients: dict[int, float] = {}
     for line in lines[:start]:
         if known := _COEFFICIENT.match(line):
-            coefficients[int(known["index"])] = float(known["value"])
+            try:
+                coefficients[int(known["index"])] = float(known["value"])
+            except ValueError as error:
+                raise CaseError(
+                    f"{source}: {shown(line.strip())} in the header is not a number; copy the file again from the instrument"
+                ) from error
     values = tuple(coefficients[i] for i in sorted(coefficients))
     while values and values[-1] == 0.0:
         values = values[:-1]

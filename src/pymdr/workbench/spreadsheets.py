@@ -12,6 +12,8 @@ from pymdr.errors import CaseError, MissingExtraError
 from pymdr.workbench.inputs import read_bytes
 
 SPREADSHEETS = (".xlsx", ".xlsm", ".xls")
+_ZIP = b"PK"
+"""First bytes of an .xlsx file, whatever its name."""
 _NO_NUMBER = 1e300
 """Instruments write the largest float where they have no number."""
 
@@ -42,7 +44,8 @@ def read_sheets(source: Path, largest: int) -> dict[str, list[str]]:
         If the extra is not installed.
     """
     content = read_bytes(source, largest, "spreadsheet")
-    sheets = _old(source, content) if source.suffix.lower() == ".xls" else _new(source, content)
+    is_old = source.suffix.lower() == ".xls" and not content.startswith(_ZIP)
+    sheets = _old(source, content) if is_old else _new(source, content)
     return {name: _lines(rows) for name, rows in sheets.items()}
 
 
@@ -64,20 +67,24 @@ def _new(source: Path, content: bytes) -> dict[str, list[Sequence[Any]]]:
 def _old(source: Path, content: bytes) -> dict[str, list[Sequence[Any]]]:
     """The sheets of an .xls file."""
     try:
-        from python_calamine import CalamineWorkbook
+        import xlrd
     except ImportError as error:
         raise MissingExtraError(
-            f"{source.name} is a spreadsheet of Excel 97 to 2003, which needs python-calamine ({error}): pip install 'pymdr[xls]'; or save it as "
-            ".xlsx or text (.csv)"
+            f"{source.name} is a spreadsheet of Excel 97 to 2003, which needs xlrd ({error}): pip install 'pymdr[xls]'; or save it as .xlsx or "
+            "text (.csv)"
         ) from error
     try:
-        book = CalamineWorkbook.from_object(io.BytesIO(content))
-        return {
-            name: list(book.get_sheet_by_name(name).to_python(skip_empty_area=False))
-            for name in book.sheet_names
-        }
-    except Exception as error:
+        with xlrd.open_workbook(file_contents=content, logfile=io.StringIO(), on_demand=True) as book:
+            return {sheet.name: [list(map(_old_cell, row)) for row in sheet.get_rows()] for sheet in book}
+    except Exception as error:  # damaged files raise errors of all kinds
         raise _damaged(source, error) from error
+
+
+def _old_cell(cell: Any) -> Any:
+    """The value of a cell of an .xls file; errors of its formulas, which are codes there, are no numbers."""
+    from xlrd.biffh import XL_CELL_ERROR
+
+    return None if cell.ctype == XL_CELL_ERROR else cell.value
 
 
 def _damaged(source: Path, error: Exception) -> CaseError:

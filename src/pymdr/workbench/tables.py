@@ -37,6 +37,10 @@ _POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+(?:[eE][+-]?[0-9]+)?", re.ASCII)
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
 _EXCEL = re.compile(r"sep=.", re.IGNORECASE)
 """First line of Excel files that gives the separator of columns."""
+_DECIMALS = re.compile(r"\.[0-9]+(?:[eE][+-]?[0-9]+)?$", re.ASCII)
+"""What follows the point of the last number of a line."""
+_FIXED = 20
+"""Smallest number of rows with equal decimals that show a fixed format."""
 _LARGEST = 200 * 2**20
 _PREAMBLE = 400
 """Lines among which the header of columns is searched."""
@@ -508,7 +512,24 @@ def lines_of(source: Path) -> list[str]:
         sheets = read_sheets(source, _LARGEST)
         filled = [lines for lines in sheets.values() if lines]
         return filled[0] if filled else []
-    return read_measured_text(source, _LARGEST, "table").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    text = read_measured_text(source, _LARGEST, "table")
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    _refuse_cut_number(source, lines)
+    return lines
+
+
+def _refuse_cut_number(source: Path, lines: Sequence[str]) -> None:
+    """Refuse a text whose last line has no end and fewer decimals in its last number than all other lines: a cut-off exponent would be another number."""
+    if not lines[-1] or lines[-1].startswith("#"):
+        return
+    rows = [match for line in lines[:-1] if (match := _DECIMALS.search(line))]
+    widths = {len(match[0]) for match in rows}
+    last = _DECIMALS.search(lines[-1])
+    if len(rows) >= _FIXED and len(widths) == 1 and (len(last[0]) if last else 0) < widths.pop():
+        raise CaseError(
+            f"{source}: the file is cut off in its last line, {lines[-1][-40:]!r}: copy it again from the instrument, or delete that line; if the "
+            "line is complete, end it with a line break"
+        )
 
 
 def columns_of_lines(

@@ -329,6 +329,6 @@ def refuse_unsettled(minimum: Minimum) -> None:
     """
     if not minimum.settled:
         raise ConvergenceError(
-            f"fit: the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the signs with "
-            "curve.orient(), or give bounds in free"
+            f"fit: the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "
+            "and units of the record and its signs (curve.orient()), or give bounds in free"
         )

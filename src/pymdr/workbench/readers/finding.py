@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import stat
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import entry_points
@@ -24,6 +25,8 @@ GROUP = "pymdr.readers"
 TEXT = (".csv", ".tab", ".txt", ".tsv", ".dat")
 """A table with units, or one of a maker."""
 _HEAD = 2**16
+_BROKEN_ARCHIVE = (zipfile.BadZipFile, zlib.error, OSError, RuntimeError, EOFError, ValueError)
+"""Errors of archives: bytes that are no archive or do not decompress, passwords, methods of compression and names."""
 _LARGEST_ZIP, _MOST_MEMBERS = 500 * 2**20, 10_000
 _POSITIONS = ("indentation", "travel", "height")
 _TABLE = "a table with units"
@@ -213,8 +216,8 @@ def _is_workshop(source: Path) -> bool:
                 return False
             with archive.open(names[0]) as first:
                 return b"Force-Distance Curve" in first.read(4096)
-    except (zipfile.BadZipFile, OSError, RuntimeError, EOFError):
-        return True  # afmformats reports the defect
+    except _BROKEN_ARCHIVE as error:
+        raise _damaged_archive(source, error) from error
 
 
 def _unpacked(
@@ -227,7 +230,10 @@ def _unpacked(
     with zipfile.ZipFile(io.BytesIO(content)) as archive, TemporaryDirectory() as folder:
         for member in _members(source, archive):
             place = Path(folder) / Path(member.filename).name
-            place.write_bytes(archive.read(member))
+            try:
+                place.write_bytes(archive.read(member))
+            except _BROKEN_ARCHIVE as error:
+                raise _damaged_archive(source, error) from error
             try:
                 inside, table = records_of(place, calibration, leave_out_missing)
             except PymdrError as error:
@@ -242,6 +248,13 @@ def _unpacked(
     if not records:
         raise CaseError(f"{source}: an archive without files; pack the files of the instrument")
     return records, tables
+
+
+def _damaged_archive(source: Path, error: Exception) -> FileError:
+    return FileError(
+        f"cannot read {source}: an archive that is damaged, cut off or encrypted ({type(error).__name__}: {str(error)[:200]}); copy it again, or "
+        "unpack it"
+    )
 
 
 def _members(source: Path, archive: zipfile.ZipFile) -> Iterator[zipfile.ZipInfo]:
