@@ -32,3 +32,11 @@ traction, pressure = (
     turned.field(name, r=["60 um", "100 um"]) for name in ("torsional_traction", "pressure")
 )
 print((traction / pressure).values)
+
+# %%
+# The stress in the tip: the tension around the contact, which opens cracks, is that of pressing and the shear of turning together.
+
+figure = turned.plot_stress(name="principal_stress")
+pressed = mdr.solve(bit, mdr.load("50 N"))
+rise = float(turned.largest("principal_stress", step=-1) / pressed.largest("principal_stress", step=-1))
+print(f"turning multiplies the largest tension by {rise:.3f}")

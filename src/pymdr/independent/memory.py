@@ -11,6 +11,7 @@ step act as dashpots with the pressure of a punch, for which errors are of first
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -167,7 +168,8 @@ def follow_rings(
             _followed(relaxation, mesh, corners, start, times, targets, by_force, refinement * count)
             for start, refinement in ((coarse, 1), (fine, 2))
         )
-        solutions.append(_solution(relaxation, mesh, corners, _limit(coarse, fine)))
+        solved = _solution(relaxation, mesh, corners, _limit(coarse, fine))
+        solutions.append(replace(solved, surface=bodies.surface))
         outputs[:, i] = [s.depth if by_force else float(s.pressure @ mesh.area) for s in (coarse, fine)]
         largest = max(largest, float(fine.pressure @ mesh.area))
     change = np.abs(outputs[1] - outputs[0]) / 3.0 / (float(np.max(np.abs(outputs))) or 1.0)

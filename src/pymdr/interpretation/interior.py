@@ -363,9 +363,12 @@ class Interior:
             ends = [
                 self._share(place, step) for place, step in ((before, steps[first - 1]), (last, block[-1]))
             ]
-            alike = alike and bool(np.max(np.abs(ends[0] - ends[1])) <= _ALIKE)
-            for step in between:
-                near = self._around(name, (step, block[-1]), 0.5 * (ends[0] + ends[1])) if alike else None
+            change = ends[1] - ends[0]
+            distance = float(np.max(np.abs(change)))
+            alike = alike and distance <= _ALIKE
+            for nth, step in enumerate(between, 1):
+                place = ends[0] + change * (nth / len(block))
+                near = self._around(name, (step, block[-1]), place, distance) if alike else None
                 peaks.append(self.largest(name, step, background) if near is None else near)
             peaks.append(last)
             before = last
@@ -377,9 +380,11 @@ class Interior:
             return np.full(2, math.nan)
         return np.array([place.r, place.z]) / self.load(step).radius
 
-    def _around(self, name: str, steps: tuple[int, int], place: FloatArray) -> Largest | None:
+    def _around(
+        self, name: str, steps: tuple[int, int], place: FloatArray, distance: float
+    ) -> Largest | None:
         """
-        The largest value of a step around a place over the loaded radius; None if it is none there, or the stress has no bound.
+        The largest value of a step within a distance of a place over the loaded radius; None if it is none there, or the stress has no bound.
 
         The second step is one whose stress is bounded.
         """
@@ -390,23 +395,16 @@ class Interior:
         alike = self.surface.marks(step) == self.surface.marks(bounded)
         if (
             not load.radius > 0.0
-            or (self._singular_edge(step) if alike else self.singular_radius(step)) is not None
+            or (_singular_edge(loads) if alike else self.singular_radius(step)) is not None
         ):
             return None
         near = float(place[0] * load.radius), float(place[1] * load.radius)
-        return polished(lambda r, z: measure(self._steady(loads, r, z)), near, load.radius)
-
-    def _singular_edge(self, step: int) -> float | None:
-        """The radius in m of an edge at which the stress has no bound in one step; None without."""
-        loads = self.surface.loads(step)
-        if loads.normal.edge != 0.0:
-            return loads.normal.edge_radius
-        rings = next((one.rings for one in loads[1:] if one is not None and one.rings), None)
-        return None if rings is None else rings[-1][0]
+        return polished(lambda r, z: measure(self._steady(loads, r, z)), near, load.radius, distance)
 
     def singular_radius(self, step: int) -> float | None:
         """The radius in m at which the stress has no bound in one step; None if it has one everywhere."""
-        edge, loads = self._singular_edge(step), self.surface.loads(step)
+        loads = self.surface.loads(step)
+        edge = _singular_edge(loads)
         if edge is not None:
             return edge
         corners = np.array([0.0, *self.surface.marks(step)])
@@ -428,6 +426,14 @@ class Interior:
         return _SINGULAR_EDGE.format(
             "which is sharp" if loads.normal.edge > 0.0 else "which adhesion pulls open"
         )
+
+
+def _singular_edge(loads: Loads) -> float | None:
+    """The radius in m of an edge at which the stress has no bound under some loads; None without."""
+    if loads.normal.edge != 0.0:
+        return loads.normal.edge_radius
+    rings = next((one.rings for one in loads[1:] if one is not None and one.rings), None)
+    return None if rings is None else rings[-1][0]
 
 
 def derived(name: str, tensor: FloatArray) -> FloatArray:

@@ -421,19 +421,29 @@ def _punches(load: LineLoad, end: float, order: int) -> tuple[FloatArray, FloatA
     radii, weights = [np.empty(0)], [np.empty(0)]
     for piece in load.pieces:
         extent = abs(piece.extent)
-        count = max(2, math.ceil(2.0 * extent * end / _PHASE))
-        # with the root of the distance the density at the anchor is bounded
-        ends = np.unique(
-            np.concatenate(
-                [[0.0], 0.5 ** np.arange(_TIP, 0.0, -1.0) / count, np.arange(1.0, count + 1) / count]
-            )
-        )
+        if piece.breaks is None:
+            count = max(2, math.ceil(2.0 * extent * end / _PHASE))
+            ends = np.arange(count + 1) / count
+            ends = np.unique(np.concatenate([ends, 0.5 ** np.arange(_TIP, 0.0, -1.0) / count]))
+        else:
+            parts = np.maximum(np.ceil(np.diff(piece.breaks) * end / _PHASE), 1.0).astype(int)
+            ends = _divided(piece.breaks / extent, parts)
         half = 0.5 * np.diff(ends)[:, None]
-        root = (ends[:-1, None] + half * (unit + 1.0)).ravel()
-        distance = extent * root * root
-        weights.append(piece.density(distance) * (half * rule_weights).ravel() * 2.0 * extent * root)
+        part, rule = (ends[:-1, None] + half * (unit + 1.0)).ravel(), (half * rule_weights).ravel()
+        if piece.breaks is None:
+            # with the root of the distance the density at the anchor is bounded
+            part, rule = part * part, 2.0 * part * rule
+        distance = extent * part
+        weights.append(piece.density(distance) * rule * extent)
         radii.append(piece.anchor + math.copysign(1.0, piece.extent) * distance)
     return np.concatenate(radii), np.concatenate(weights)
+
+
+def _divided(ends: FloatArray, parts: IndexArray) -> FloatArray:
+    """Ends of intervals that are divided into equal parts."""
+    nth = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    inner = np.repeat(ends[:-1], parts) + np.repeat(np.diff(ends) / parts, parts) * nth
+    return np.append(inner, ends[-1])
 
 
 def interior_of(contact: Contact, surface: Loaded, side: str | None) -> Interior:

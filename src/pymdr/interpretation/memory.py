@@ -15,7 +15,7 @@ import scipy
 from pymdr.errors import QuantityError
 from pymdr.interpretation.stress import LineLoad, Loads, Punches
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
-from pymdr.line.curves import ElasticLine
+from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.memory import MemoryState, follow_springs, line_state, prepared, virgin
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
@@ -53,11 +53,6 @@ TO_EDGE = np.concatenate([INSIDE, 1.0 - np.geomspace(0.03, 1e-5, 12)])
 """Radii over that of the contact at which errors of pressures and tractions are measured."""
 _OUTSIDE = 1.0 + np.geomspace(1e-3, 2.0, 16)
 """Radii over that of the contact at which gap and displacement are checked."""
-_LOAD = 1e-7
-"""
-Error of stresses over the typical one that is not resolved: the cubics between the springs meet with jumps of their third derivative, so that
-the rule of the stress stops there. Planes carry the force of the springs to about 1e-8; the cubics themselves have it to 1e-9.
-"""
 _SOURCE = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"
 
 
@@ -132,6 +127,11 @@ class MemorySurface:
         ends = self.relaxation.viscosity > 0.0 or state.radius >= self.equivalent.edge
         return not ends and state.radius > 0.0 and edge_load(state) != 0.0
 
+    @property
+    def curve(self) -> Line:
+        """The line per unit modulus."""
+        return ElasticLine(self.equivalent, 1.0)
+
     def line_state(self, step: int) -> LineState:
         """The springs of one row."""
         state: LineState = state_at(self, step)
@@ -144,7 +144,7 @@ class MemorySurface:
 
     def states(self, steps: Sequence[int]) -> Iterator[LineState]:
         """The springs of rising rows, computed in one pass."""
-        line = ElasticLine(self.equivalent, 1.0)
+        line = self.curve
         if not steps:
             return
         deepest = float(np.max(self.indentation[: steps[-1] + 1]))
@@ -323,7 +323,9 @@ def spring_load(state: LineState) -> LineLoad:
     def density(above: FloatArray) -> FloatArray:
         return np.asarray(-curve(np.minimum(above / a, 1.0)) / a)
 
-    return LineLoad((Punches(0.0, a, density),), a, edge, a, size / a, noise=_LOAD)
+    # its slope has kinks at the springs
+    piece = Punches(0.0, a, density, a * curve.x)
+    return LineLoad((piece,), a, edge, a, size / a)
 
 
 def edge_load(state: LineState) -> float:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -37,6 +38,22 @@ class Punches(NamedTuple):
     """Distance in m from the anchor to the other end, negative if that lies below."""
     density: Callable[[FloatArray], FloatArray]
     """Weight per radius in Pa at distances in m from the anchor."""
+    breaks: FloatArray | None = None
+    """Rising distances in m, the ends included, between which the density is a polynomial; None of a density that is smooth, or has a root."""
+
+    def parts(self) -> Sequence[Punches]:
+        """The piece between its breaks."""
+        if self.breaks is None:
+            return (self,)
+        return [
+            Punches(self.anchor + low, high - low, partial(_shifted, self.density, low))
+            for low, high in pairwise(self.breaks.tolist())
+        ]
+
+
+def _shifted(density: Callable[[FloatArray], FloatArray], low: float, above: FloatArray) -> FloatArray:
+    """A density at distances from a place in m."""
+    return density(low + above)
 
 
 class _Sizes(NamedTuple):
@@ -75,38 +92,56 @@ def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: floa
         return None
     order = np.lexsort((low, anchor + low))
     anchor, low, high, series = (values[order] for values in (anchor, low, high, series))
-    x, w = _gauss()
-    weights = 0.5 * (high - low)[:, None] * w * (series @ _values().T)
-    tree: list[tuple[float, float, float, FloatArray, FloatArray, int, int, int]] = []
+    _, w = _gauss()
+    weights = 0.5 * (high - low)[:, None] * w * (series @ _values()[0].T)
+    return Cells(*_tree((anchor, low, high), weights, series))
+
+
+def _tree(
+    intervals: tuple[FloatArray, FloatArray, FloatArray], weights: FloatArray, series: FloatArray
+) -> tuple[np.ndarray, ...]:
+    """The columns of a tree over intervals from left to right, given by anchors and ends counted from them; every node before its halves."""
+    anchor, low, high = intervals
+    spans: list[tuple[int, int]] = []
+    halves: list[tuple[int, int]] = []
+    height: list[int] = []
 
     def grow(first: int, last: int) -> int:
-        """Add the interval of some leaves, its halves after it."""
-        own = len(tree)
-        if last - first == 1:
-            most = np.max(np.abs(series[first]), initial=0.0)
-            terms = 1 + int(np.max(np.flatnonzero(np.abs(series[first]) > 1e-17 * most), initial=0))
-            tree.append(
-                (anchor[first], low[first], high[first], weights[first], series[first], terms, -1, -1)
-            )
-            return own
-        tree.append((0.0, 0.0, 0.0, x, x, 0, -1, -1))
-        split = (first + last) // 2
-        halves = grow(first, split), grow(split, last)
-        # next to an anchor the radii themselves have no digits left
-        shared = anchor[first] if anchor[first] == anchor[last - 1] else 0.0
-        ends = (anchor[first] - shared) + low[first], (anchor[last - 1] - shared) + high[last - 1]
-        centre, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
-        own_weights = np.zeros(_TERMS)
-        for child in halves:
-            at, start, stop, carried, *_ = tree[child]
-            middle = (at - shared) + (0.5 * (start + stop) - centre)
-            own_weights += carried @ _interpolation((middle + 0.5 * (stop - start) * x) / half)
-        tree[own] = (shared, *ends, own_weights, x, 0, *halves)
+        own = len(spans)
+        spans.append((first, last))
+        halves.append((-1, -1))
+        height.append(0)
+        if last - first > 1:
+            split = (first + last) // 2
+            left, right = grow(first, split), grow(split, last)
+            halves[own] = left, right
+            height[own] = 1 + max(height[left], height[right])
         return own
 
     grow(0, anchor.size)
-    columns = [np.array(column) for column in zip(*tree, strict=True)]
-    return Cells(*columns)
+    (first, last), children, levels = np.array(spans).T, np.array(halves), np.array(height)
+    last = last - 1
+    # next to an anchor the radii themselves have no digits left
+    shared = np.where(anchor[first] == anchor[last], anchor[first], 0.0)
+    start, stop = (anchor[first] - shared) + low[first], (anchor[last] - shared) + high[last]
+    x, leaf = _gauss()[0], levels == 0
+    carried, terms = np.zeros((first.size, _TERMS)), np.zeros(first.size, dtype=int)
+    own_series = np.tile(x, (first.size, 1))
+    carried[leaf], own_series[leaf] = weights[first[leaf]], series[first[leaf]]
+    size = np.abs(series)
+    kept = size > 1e-17 * np.max(size, axis=1, keepdims=True)
+    # the last term that is kept, at least the first
+    kept[:, 0] = True
+    terms[leaf] = _TERMS - np.argmax(kept[first[leaf], ::-1], axis=1)
+    for level in range(1, int(levels[0]) + 1):
+        own = np.flatnonzero(levels == level)
+        centre, half = 0.5 * (start[own] + stop[own]), 0.5 * (stop[own] - start[own])
+        for child in children[own].T:
+            middle = (shared[child] - shared[own]) + (0.5 * (start[child] + stop[child]) - centre)
+            at = (middle[:, None] + 0.5 * (stop - start)[child, None] * x) / half[:, None]
+            carried[own] += np.einsum("nk,nkj->nj", carried[child], _interpolation(at))
+    left, right = np.ascontiguousarray(children.T)
+    return shared, start, stop, carried, own_series, terms, left, right
 
 
 def _leaves(pieces: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], ...]:
@@ -139,7 +174,8 @@ def unit_of(radius: float) -> float:
 
 def _of_piece(piece: Punches, load: _Sizes) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Ends of intervals as distances in m from the anchor, and their series over the typical stress."""
-    low, high = np.zeros(1), np.full(1, abs(piece.extent))
+    ends = np.array([0.0, abs(piece.extent)]) if piece.breaks is None else piece.breaks
+    low, high = ends[:-1], ends[1:]
     kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for _ in range(_LEVELS):
         at = low[:, None] + (high - low)[:, None] * nodes(_TERMS)
@@ -170,16 +206,12 @@ def _gauss() -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache(maxsize=1)
-def _values() -> FloatArray:
-    """Matrix from coefficients to values at the nodes."""
-    return np.asarray(chebyshev.chebvander(_gauss()[0], _TERMS - 1))
-
-
-@lru_cache(maxsize=1)
-def _from_values() -> FloatArray:
-    return np.asarray(np.linalg.inv(_values()))
+def _values() -> tuple[FloatArray, FloatArray]:
+    """Matrix from coefficients to values at the nodes, and its inverse."""
+    matrix: FloatArray = np.asarray(chebyshev.chebvander(_gauss()[0], _TERMS - 1), dtype=float)
+    return matrix, np.asarray(np.linalg.inv(matrix))
 
 
 def _interpolation(x: FloatArray) -> FloatArray:
-    """Lagrange's polynomials of the nodes at places, shape (places, nodes)."""
-    return np.asarray(basis(0.5 * (x + 1.0), _TERMS) @ _from_values())
+    """Lagrange's polynomials of the nodes at places, shape (..., nodes)."""
+    return np.asarray(basis(0.5 * (x + 1.0), _TERMS) @ _values()[1])

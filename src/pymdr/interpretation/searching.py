@@ -178,7 +178,7 @@ def _searched(
     )
 
 
-def polished(value: Tensor, near: tuple[float, float], radius: float) -> Largest | None:
+def polished(value: Tensor, near: tuple[float, float], radius: float, distance: float) -> Largest | None:
     """
     The largest value close to a place inside the body, by parabolas of two variables on ever smaller nets.
 
@@ -190,6 +190,8 @@ def polished(value: Tensor, near: tuple[float, float], radius: float) -> Largest
         Radius and depth in m.
     radius : float
         Typical length in m.
+    distance : float
+        Of the largest value from that place at most, over that length.
 
     Returns
     -------
@@ -197,7 +199,7 @@ def polished(value: Tensor, near: tuple[float, float], radius: float) -> Largest
         None if the values are not those of a peak inside the body.
     """
     best = np.array(near)
-    for half in _POLISHING:
+    for half in _POLISHING[distance <= _POLISHING[1] :]:
         steps = half * radius * np.array([-1.0, 0.0, 1.0])
         if best[1] <= 2.0 * steps[-1]:
             return None

@@ -87,7 +87,7 @@ def solid_of(body: Material) -> Solid | None:
 @solid_of.register
 def _(body: Layered) -> Solid:
     # under its surface it differs from its top layer by what the interfaces reflect
-    return IsotropicSolid(body.top.poisson, body.top.shear)
+    return IsotropicSolid(body.top.poisson, math.nan if body.is_viscoelastic else body.top.shear)
 
 
 @solid_of.register

@@ -7,6 +7,7 @@ one integral over the punches. With s = r + z sinh(t), split at s = r, it is as 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -272,7 +273,7 @@ def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, size
     total = np.zeros((sizes.size, radius.size))
     noise = load.noise * load.scale * sizes
     if load.radius > 0.0:
-        for piece in load.pieces:
+        for piece in itertools.chain.from_iterable(piece.parts() for piece in load.pieces):
             total += _integrated(piece, radius, depth, punch, noise)
         total += _of_rings(load, radius, depth, punch)
     return total.reshape(-1, *np.shape(r))

@@ -148,9 +148,11 @@ class Layered(Material):
         first = materials[0]
         if isinstance(first, Elastic):
             return tuple(one for one in materials if isinstance(one, Elastic))
-        scale = 0.5 * (1.0 - _poisson(first)) / _complex_modulus(first)[0]
+        # moduli are proportional, so that one frequency has their ratios
+        one_frequency = _FREQUENCIES[:1]
+        scale = 0.5 * (1.0 - _poisson(first)) / _complex_modulus(first, one_frequency)[0]
         shears = [
-            float((scale * _complex_modulus(one)[0]).real)
+            float((scale * _complex_modulus(one, one_frequency)[0]).real)
             for one in materials
             if isinstance(one, Viscoelastic)
         ]
@@ -187,10 +189,10 @@ class Layered(Material):
         return sum(layer.thickness for layer in self.layers)
 
 
-def _complex_modulus(material: Viscoelastic) -> np.ndarray:
-    """G' + i G'' in Pa."""
+def _complex_modulus(material: Viscoelastic, frequencies: np.ndarray = _FREQUENCIES) -> np.ndarray:
+    """G' + i G'' in Pa at angular frequencies in rad/s."""
     shear = material.shear
-    return np.asarray(shear.storage(_FREQUENCIES) + 1j * shear.loss(_FREQUENCIES))
+    return np.asarray(shear.storage(frequencies) + 1j * shear.loss(frequencies))
 
 
 def _poisson(material: Elastic | Viscoelastic) -> float:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import NotValidError
 from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.validity import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
@@ -160,12 +159,6 @@ def _rings_with_memory(result: Result) -> RingHistory:
     )
 
 
-def _no_surface(result: Result) -> FieldReader:
-    from pymdr.interpretation.layered_memory import LAYERED_FIELDS
-
-    raise NotValidError(LAYERED_FIELDS)
-
-
 def _surface_with_memory(result: Result) -> MemorySurface:
     from pymdr.solving.memory import relaxation_along
     from pymdr.solving.viscoelastic import surface_with_memory
@@ -253,15 +246,6 @@ def _frictional_memory() -> Law:
     return Law(solve_frictional_memory, reading)
 
 
-def _layered_memory() -> Law:
-    from pymdr.interpretation.layered_memory import LAYERED_FIELDS
-    from pymdr.solving.drawing import soft_plots
-    from pymdr.solving.viscoelastic import solve_viscoelastic
-
-    unknown = dict.fromkeys((*SURFACE_FIELDS, *LINE_FIELDS), LAYERED_FIELDS)
-    return Law(solve_viscoelastic, Reading((), (), _no_surface, soft_plots, unknown))
-
-
 def _memory() -> Law:
     from pymdr.solving.drawing import memory_plots
     from pymdr.solving.viscoelastic import solve_viscoelastic
@@ -343,9 +327,6 @@ LAWS = (
     Row(
         lambda contact, solver, path: contact.is_viscoelastic and contact.friction is not None,
         _frictional_memory,
-    ),
-    Row(
-        lambda contact, solver, path: contact.is_viscoelastic and contact.layered is not None, _layered_memory
     ),
     Row(lambda contact, solver, path: contact.is_viscoelastic, _memory),
     Row(

@@ -9,8 +9,11 @@ import numpy as np
 
 from pymdr.errors import PathError
 from pymdr.interpretation.accuracy import of_own_size
+from pymdr.interpretation.layers import base_assumption
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
+from pymdr.line.layered import LayeredLine
+from pymdr.line.lines import unit_line_of
 from pymdr.mapping.equivalent import slope_function
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
@@ -140,14 +143,25 @@ def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
         )
 
 
-def assumptions_with_memory(contact: Contact, radius: FloatArray) -> tuple[Assumption, ...]:
-    """Assumptions of the model, measured on the largest of some contact radii in m."""
+def assumptions_with_memory(
+    contact: Contact, radius: FloatArray, deepest: float = 0.0
+) -> tuple[Assumption, ...]:
+    """Assumptions of the model, measured on the largest of some contact radii and on the largest indentation in m."""
     a = float(np.max(radius, initial=0.0))
     if a == 0.0:
         return ()
     listed = small_slope_assumptions(contact.profile, slope_function(contact.profile), a, 0.0)
     others = (one for one in listed if one.name != "elastic similarity")
-    return (*others, *thickness_assumption(contact, a))
+    return (*others, *thickness_assumption(contact, a), *_on_base(contact, a, deepest))
+
+
+def _on_base(contact: Contact, a: float, deepest: float) -> tuple[Assumption, ...]:
+    """The assumption of layers that slide on their base, measured on the elastic contact of a radius in m; at a sharp edge of a depth."""
+    line = unit_line_of(contact)
+    if not isinstance(line, LayeredLine):
+        return ()
+    excess = 0.0 if a < line.edge else max(deepest - float(line.depth(np.array([a]))[0]), 0.0)
+    return base_assumption(line, a, excess)
 
 
 def error_of(values: FloatArray, half: FloatArray) -> FloatArray:

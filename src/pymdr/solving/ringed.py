@@ -190,7 +190,9 @@ def solve_memory_by_rings(task: Task) -> Result:
         Interpretation(
             columns=columns,
             claims=ring_memory_claims(rings.n, rows.change, _discretization_error(rows)),
-            assumptions=assumptions_with_memory(task.contact, columns["contact_radius"]),
+            assumptions=assumptions_with_memory(
+                task.contact, columns["contact_radius"], float(np.nanmax(columns["indentation"]))
+            ),
             status=Status.BY_RINGS,
             notes=notes_of(task.contact.profile),
             references=("johnson",),

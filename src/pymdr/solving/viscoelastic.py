@@ -12,11 +12,12 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.layered_memory import layered_memory_claims
+from pymdr.interpretation.layered_memory import LayeredMemorySurface, layered_memory_claims
 from pymdr.interpretation.memory import NOT_CHECKED, MemorySurface, check_memory, memory_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, Claim, Level
 from pymdr.line.curves import Line
 from pymdr.line.foundation import mean_pressure, normal_force, normal_stiffness, rises_to, states_at_depth
+from pymdr.line.layered import LayeredLine
 from pymdr.line.lines import unit_line_of
 from pymdr.line.memory import (
     Goal,
@@ -330,15 +331,13 @@ def interpreted(task: Task, line: Line, relaxation: Relaxation, walked: Walked[M
     )
     # the fields of a load that rests on a flat end without indentation are not computed: no spring bears it
     indented = (depth > 0.0) | (force <= 0.0) | (radius == 0.0)
+    surface = surface_with_memory(task.contact, relaxation, time, depth, np.where(indented, radius, 0.0))
+    fields = _claims_with_fields(task.contact, surface, rows, (*columns, *NORMAL_FIELDS), force)
+    claims = fields.claims | {name: _where(fields.claims[name], indented) for name in NORMAL_FIELDS}
+    errors |= fields.errors
     if task.contact.layered is not None:
         mapped = np.maximum.accumulate(np.nan_to_num(line.error(radius).max(axis=-1)))
         errors = {name: error + mapped for name, error in errors.items()}
-        claims = layered_memory_claims(tuple(columns), line, depth, rows.disk, (rows.forced, rows.moved))
-    else:
-        surface = surface_with_memory(task.contact, relaxation, time, depth, np.where(indented, radius, 0.0))
-        fields = _claims_with_fields(task.contact, surface, rows, (*columns, *NORMAL_FIELDS), force)
-        claims = fields.claims | {name: _where(fields.claims[name], indented) for name in NORMAL_FIELDS}
-        errors |= fields.errors
     claims["effective_modulus"] = _where(claims["effective_modulus"], elastic > 0.0)
     claims["mean_pressure"] = _where(claims["mean_pressure"], (radius > 0.0) | (force <= 0.0))
     claims = with_errors(
@@ -350,7 +349,7 @@ def interpreted(task: Task, line: Line, relaxation: Relaxation, walked: Walked[M
     return Interpretation(
         columns=columns,
         claims=claims,
-        assumptions=assumptions_with_memory(task.contact, radius),
+        assumptions=assumptions_with_memory(task.contact, radius, float(np.max(depth))),
         status=status_of(claims),
         notes=tuple(notes),
         references=("sneddon", "popov-hess", "ting"),
@@ -367,7 +366,7 @@ class _Claimed(NamedTuple):
 def _claims_with_fields(
     contact: Contact, surface: MemorySurface, rows: MemoryRows, names: Sequence[str], force: FloatArray
 ) -> _Claimed:
-    """Claims of half-spaces by a check of their pressure and gap, and the errors of the fields."""
+    """Claims by a check of pressure and gap, and the errors of the fields."""
     if isinstance(contact.profile, ForceCurve):  # whose line has neither pressure nor gap
         check = NOT_CHECKED
     else:
@@ -377,7 +376,11 @@ def _claims_with_fields(
     if surface.marks(int(np.argmax(surface.contact_radius))):
         remark += "; the error of the pressure is larger within 1 % of the radius of a kink of the profile"
     errors = {name: check.error(name, force.size) + kernel for name in NORMAL_FIELDS}
-    return _Claimed(memory_claims(names, rows.disk, rows.forced, rows.moved, check, remark), errors)
+    given = rows.disk, rows.forced, rows.moved
+    if isinstance(surface, LayeredMemorySurface):
+        claims = layered_memory_claims(names, surface.curve, surface.indentation, given, (check, remark))
+        return _Claimed(claims, errors)
+    return _Claimed(memory_claims(names, *given, check, remark), errors)
 
 
 def _where(claim: Claim, known: BoolArray) -> Claim:
@@ -475,4 +478,6 @@ def surface_with_memory(
     """The surface from which fields of a contact with memory are computed."""
     equivalent = equivalent_profile(contact.profile)
     gap = gap_function(contact.profile, equivalent)
-    return MemorySurface(equivalent, relaxation, gap, time, depth, radius, SPRINGS)
+    columns = equivalent, relaxation, gap, time, depth, radius, SPRINGS
+    line = unit_line_of(contact)
+    return LayeredMemorySurface(*columns, line) if isinstance(line, LayeredLine) else MemorySurface(*columns)

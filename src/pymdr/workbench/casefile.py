@@ -20,7 +20,7 @@ from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.problem.rough import RoughSurface
-from pymdr.problem.schedule import check_times
+from pymdr.problem.schedule import check_times, is_torsional
 from pymdr.problem.topography import Topography
 from pymdr.units import shown, to_si, to_si_array
 from pymdr.workbench.inputs import read_text
@@ -98,7 +98,7 @@ def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
     check_times(path, needed=contact.is_viscoelastic)
     outputs = {name: tables[name] for name in OUTPUTS if name in tables}
     for name, wanted in outputs.items():
-        _check_output(name, wanted, contact)
+        _check_output(name, wanted, contact, path)
     return Case(file, title, contact, path, _options(tables.get("solve", {})), outputs)
 
 
@@ -184,11 +184,11 @@ def _toml(value: Any) -> str:
     return repr(value.item() if isinstance(value, np.generic) else value)
 
 
-def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact) -> None:
+def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact, path: LoadingPath) -> None:
     """Refuse a table of :data:`OUTPUTS` whose values are none before anything is solved."""
     try:
         if name == "stress":
-            _check_stress(wanted, contact)
+            _check_stress(wanted, contact, path)
         elif name == "fatigue":
             from pymdr.solving.fatigue import criterion_of
 
@@ -203,7 +203,7 @@ def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact) -> Non
         raise CaseError(f"[{name}]: {error}") from error
 
 
-def _check_stress(wanted: Mapping[str, Any], contact: Contact) -> None:
+def _check_stress(wanted: Mapping[str, Any], contact: Contact, path: LoadingPath) -> None:
     """Refuse points of a table that are none."""
     from pymdr.inside import background_of
 
@@ -218,7 +218,8 @@ def _check_stress(wanted: Mapping[str, Any], contact: Contact) -> None:
                 )
     if "r" in wanted and "x" in wanted:
         raise CaseError("r and x are given; give one of them")
-    if "r" in wanted and (contact.friction is not None or superposed):
+    directed = contact.friction is not None and not is_torsional(contact, path)
+    if "r" in wanted and (directed or superposed):
         raise CaseError(
             f"r = {shown(wanted['r'])}; with friction or a superposed stress the field is not of revolution; give x instead of r"
         )

@@ -35,19 +35,6 @@ _COLOURS = {
 }
 
 
-def soft_overview(data: FigureData) -> Figure:
-    """Force against depth and time, the radii, and the dissipated energy, in one figure."""
-    with styled():
-        figure = new_figure(9.6, 6.4)
-        loop, force, radii, energy = np.ravel(figure.subplots(2, 2))
-        _draw(loop, data, _across(data), ("normal_force",))
-        _draw(force, data, "time", ("normal_force",))
-        _draw(radii, data, "time", ("contact_radius", "cohesive_radius"))
-        _draw(energy, data, "time", ("dissipated_energy",))
-        letter_panels(figure)
-    return figure
-
-
 def soft_figures(data: FigureData) -> dict[str, Figure]:
     """``loop``, ``radius`` and ``history``."""
     with styled():
