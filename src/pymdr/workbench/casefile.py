@@ -218,7 +218,7 @@ def _check_stress(wanted: Mapping[str, Any], contact: Contact, path: LoadingPath
                 )
     if "r" in wanted and "x" in wanted:
         raise CaseError("r and x are given; give one of them")
-    directed = contact.friction is not None and not is_torsional(contact, path)
+    directed = contact.friction is not None and not is_torsional(path)
     if "r" in wanted and (directed or superposed):
         raise CaseError(
             f"r = {shown(wanted['r'])}; with friction or a superposed stress the field is not of revolution; give x instead of r"
