@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 unexport PYTHONDONTWRITEBYTECODE
 WRITES := $(VENV)/.writes
 
-.PHONY: run test tests explore check docs benchmarks validation mutants release-check matrix clean
+.PHONY: run test tests explore browser check docs benchmarks validation mutants release-check matrix clean
 
 run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
@@ -22,6 +22,11 @@ tests: $(READY)
 # all tests, the long ones too, with random examples drawn anew, as often as one likes
 explore: $(READY)
 	$(BIN)/python -m pytest -n auto -m "" --hypothesis-profile=explore
+
+# the page of `pymdr explore` in Chromium, whose packages chromium and chromium-driver (or alike) are of the system
+browser: $(READY)
+	$(BIN)/python -m pip install --quiet --group browser
+	PYMDR_BROWSER=1 $(BIN)/python -m pytest -q -s -p no:xdist tests/browser
 
 check: $(READY)
 	$(BIN)/ruff check .

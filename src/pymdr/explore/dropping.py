@@ -11,17 +11,19 @@ from typing import Any
 import numpy as np
 
 from pymdr.errors import CaseError, FileError, PymdrError
-from pymdr.explore.model import Choice, case_of, fitted_to, of_file, with_table
+from pymdr.explore.model import Choice, case_of, fitted_to, of_file, with_path, with_table
 from pymdr.explore.seen import Chart, Trace
 from pymdr.problem.codec import encode
 from pymdr.problem.parameters import parameters_of
 from pymdr.solving.azimuth import azimuthal_profile
 from pymdr.solving.curves.measured import MeasuredCurve
 from pymdr.solving.fits.fitting import fit
-from pymdr.units import from_si, good_unit
+from pymdr.units import from_si, good_unit, written
 from pymdr.workbench.tables import read_columns, read_curve
 from pymdr.workbench.topographies import read_topography
 
+_PRESSED = 0.3
+"""Indentation of a measured profile, as a part of its height."""
 LARGEST = 16 * 2**20
 """Bytes of a file."""
 _FREE = ("body.young", "adhesion.work")
@@ -96,7 +98,15 @@ def _without(message: str, file: Path, name: str) -> str:
 def _tip(file: Path, choice: Choice) -> Dropped:
     columns = read_columns(file)
     table: dict[str, Any] = {"kind": "sampled", **{key: values.tolist() for key, values in columns.items()}}
-    return Dropped(with_table(choice, "profile", table), None, f"tip of {columns['radius'].size} samples")
+    return _pressed(choice, table, f"tip of {columns['radius'].size} samples")
+
+
+def _pressed(choice: Choice, table: dict[str, Any], words: str) -> Dropped:
+    """A measured profile, pressed to a part of its height: loads of the case before may be beyond its end."""
+    depth = _PRESSED * (max(table["height"]) - min(table["height"]))
+    leg = {"kind": "indent", "indentation": written(depth, "m", 2), "steps": 40}
+    pressed = with_path(with_table(choice, "profile", table), [leg])
+    return Dropped(pressed, None, f"{words}; the path is an indentation of {leg['indentation']}")
 
 
 def _curve(file: Path, choice: Choice) -> Dropped:

@@ -274,15 +274,22 @@ def with_kind(part: str, kind: str, choice: Choice, largest: Mapping[str, float]
         sizes = _sizes(choice, largest or {})
         stiffness = abs(sizes["normal_force"] / sizes["indentation"])
         new["solve"] = {**new.get("solve", {}), "machine_stiffness": _text(stiffness, "N/m")}
-    if _relaxes(new):
-        new["path"] = [leg if _is_timed(leg) else {**leg, "duration": "1 s"} for leg in new["path"]]
-    return _with_length(replace(choice, tables=MappingProxyType(_ordered(new))))
+    timed = with_path(replace(choice, tables=_ordered(new)), new["path"])
+    return _with_length(timed)
 
 
 def with_table(choice: Choice, part: str, table: Plain) -> Choice:
     """The choice with another table of a part."""
     new = MappingProxyType(_ordered({**choice.tables, part: dict(table)}))
     return _with_length(replace(choice, tables=new))
+
+
+def with_path(choice: Choice, legs: list[dict[str, Any]]) -> Choice:
+    """The choice with another path; bodies with memory take a second for every leg without a duration."""
+    new = {**choice.tables, "path": legs}
+    if _relaxes(new):
+        new["path"] = [leg if _is_timed(leg) else {**leg, "duration": "1 s"} for leg in legs]
+    return replace(choice, tables=MappingProxyType(new))
 
 
 def fitted_to(choice: Choice, values: Mapping[str, tuple[float, str]]) -> Choice:

@@ -11,7 +11,7 @@ import panel as pn
 from pymdr.explore.model import Choice
 from pymdr.explore.pane import CasePane
 from pymdr.explore.teaching import FrictionLesson, MachineLesson, SpringLesson
-from pymdr.explore.widgets import STYLE, Scheme
+from pymdr.explore.widgets import STYLE, Scheme, grid
 
 _TABS = ".bk-tab.bk-active { color: inherit !important; font-weight: 600; background: transparent }"
 
@@ -30,8 +30,8 @@ class Page:
         self._choices = choices
         self._panes = [CasePane("a", choices, self._compare)]
         self._lessons: list[Any] = []
-        self._both = pn.widgets.Checkbox(name="compare with a second case")
-        self._beside = pn.FlexBox(self._panes[0].view(), sizing_mode="stretch_width")
+        self._both = pn.widgets.Toggle(name="compare with a second case", width=240)
+        self._beside = pn.FlexBox(self._panes[0].view(), sizing_mode="stretch_width", stylesheets=[grid(620)])
         self._table = pn.pane.HTML("", sizing_mode="stretch_width", stylesheets=[STYLE])
         self._both.param.watch(self._open_second, "value")
         if pn.state.curdoc is not None:

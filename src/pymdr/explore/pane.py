@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -33,7 +34,7 @@ from pymdr.explore.model import (
 from pymdr.explore.running import Inside, Looking, Request, Runner, Seen, View
 from pymdr.explore.seen import MEASURES, refusal
 from pymdr.explore.views import new_image, new_plot, numbers_html, show_chart, show_picture
-from pymdr.explore.widgets import GRID, STYLE, Knobs, cell, soon
+from pymdr.explore.widgets import GRID, STYLE, Knobs, Range, Ranges, cell, soon
 from pymdr.quantities import QUANTITIES
 
 _CONTROLS, _RESULTS = 330, 640
@@ -88,7 +89,7 @@ class CasePane:
             name="work", value=0, max=100, sizing_mode="stretch_width", visible=False
         )
         self._message = pn.pane.HTML("", sizing_mode="stretch_width", stylesheets=[STYLE])
-        self._row = pn.widgets.IntSlider(name="row of the path", start=0, end=1, sizing_mode="stretch_width")
+        self._row = Ranges("", [Range("row of the path", 0, 1, whole=True)], [1.0], self._look)
         names = ("x", "y", "field", "measure")
         self._view = {
             name: pn.widgets.Select(name=w, width=190) for name, w in zip(names, _SEEN, strict=True)
@@ -108,7 +109,6 @@ class CasePane:
             select.param.watch(partial(self._of_kind, part), "value")
         for select in self._view.values():
             select.param.watch(self._look, "value")
-        self._row.param.watch(self._look, "value")
 
     def view(self) -> Any:
         """Everything of the case."""
@@ -128,7 +128,7 @@ class CasePane:
             self._message,
             grid,
             self._alternative,
-            self._row,
+            self._row.view,
             pn.FlexBox(*self._view.values()),
             self._numbers,
             self._outputs(),
@@ -187,7 +187,7 @@ class CasePane:
         self._faults.pop(index, None)
         self._ask()
 
-    def _look(self, event: Any) -> None:
+    def _look(self, *_: Any) -> None:
         if not self._updating:
             self._ask()
 
@@ -199,7 +199,8 @@ class CasePane:
 
     def _row_of_view(self) -> int:
         """The row of the slider; the largest contact while the slider stands at its end."""
-        return -1 if self.seen is None or self._row.value >= self._row.end else int(self._row.value)
+        row, end = self._row.values[0], self._row.ranges[0].high
+        return -1 if self.seen is None or row >= end else int(row)
 
     def _advance(self, done: float) -> None:
         self._bar.param.update(value=int(100 * done), visible=done < 1.0)
@@ -246,9 +247,10 @@ class CasePane:
                 options=listed, value=wanted if wanted in known else next(iter(known), None)
             )
         rows = int(answer.result.data.sizes["step"])
-        at_end = view.row < 0
         end = max(rows - 1, 1)
-        self._row.param.update(end=end, value=end if at_end else min(view.row, end), disabled=rows < 2)
+        self._row.ranges[0] = replace(self._row.ranges[0], high=end)
+        self._row.values[0] = float(end if view.row < 0 else min(view.row, end))
+        self._row.show()
         self._updating = False
 
     def _outputs(self) -> Any:

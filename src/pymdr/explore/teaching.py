@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any
@@ -21,7 +20,7 @@ from pymdr.explore.lessons import (
 from pymdr.explore.running import FAILURES, Runner
 from pymdr.explore.seen import Chart, refusal
 from pymdr.explore.views import new_plot, show_chart
-from pymdr.explore.widgets import GRID, STYLE, cell, soon
+from pymdr.explore.widgets import GRID, STYLE, Range, Ranges, cell, soon
 from pymdr.units import written
 
 
@@ -83,10 +82,6 @@ class Lesson:
         )
 
 
-def _slider(name: str, start: float, end: float, value: float, step: float) -> Any:
-    return pn.widgets.FloatSlider(name=name, start=start, end=end, value=value, step=step, width=280)
-
-
 class SpringLesson(Lesson):
     """The three steps of the method, with springs pressed by hand."""
 
@@ -100,18 +95,21 @@ class SpringLesson(Lesson):
         )
         shapes = {name.replace("_", " "): name for name in SHAPES}
         self._shape = pn.widgets.Select(name="profile of the springs", options=shapes, width=200)
-        self._count = pn.widgets.IntSlider(name="springs on a side", start=3, end=100, value=12, width=280)
-        self._pressed = _slider("indentation, fraction of the largest", 0.02, 1.0, 0.6, 0.02)
-        for control in (self._shape, self._count, self._pressed):
-            control.param.watch(self._ask, "value")
+        self._shape.param.watch(self._ask, "value")
+        numbers = (
+            Range("springs on a side", 3, 100, whole=True),
+            Range("indentation, of the largest", 0.02, 1.0),
+        )
+        self._numbers = Ranges("lesson", numbers, (12.0, 0.6), self._ask)
         self._ask()
 
     def view(self) -> Any:
         """Everything of the lesson."""
-        return self._laid(self._shape, self._count, self._pressed)
+        return self._laid(self._shape, self._numbers.view)
 
     def _ask(self, *_: Any) -> None:
-        self._runner.ask((self._shape.value, self._count.value, self._pressed.value))
+        count, pressed = self._numbers.values
+        self._runner.ask((self._shape.value, int(count), pressed))
 
 
 class MachineLesson(Lesson):
@@ -124,20 +122,20 @@ class MachineLesson(Lesson):
             "meets the curve. Where the line touches the curve, the contact jumps: a soft machine loses it at the largest pull, a stiff one later.",
             ("force and equilibria",),
         )
-        low, high = (math.log10(value) for value in STIFFNESSES)
-        self._stiffness = _slider("stiffness of the machine, log10 of N/m", low, high, -1.0, 0.05)
-        self._work_of = _slider("work of adhesion in mJ/m²", 0.5, 10.0, 2.0, 0.5)
-        self._along = _slider("way of the machine: approach, then retraction", 0.0, 1.0, 0.6, 0.005)
-        for control in (self._stiffness, self._work_of, self._along):
-            control.param.watch(self._ask, "value")
+        numbers = (
+            Range("stiffness of the machine", *STIFFNESSES, "N/m", logarithmic=True),
+            Range("work of adhesion", 0.5e-3, 1e-2, "J/m^2"),
+            Range("way of the machine: approach, then retraction", 0.0, 1.0),
+        )
+        self._numbers = Ranges("lesson", numbers, (0.1, 2e-3, 0.6), self._ask)
         self._ask()
 
     def view(self) -> Any:
         """Everything of the lesson."""
-        return self._laid(self._stiffness, self._work_of, self._along)
+        return self._laid(self._numbers.view)
 
-    def _ask(self, *_: Any) -> None:
-        self._runner.ask((10.0**self._stiffness.value, 1e-3 * self._work_of.value, self._along.value))
+    def _ask(self) -> None:
+        self._runner.ask(tuple(self._numbers.values))
 
 
 def _in_machine(values: tuple[float, float, float]) -> tuple[Sequence[Chart], str]:
@@ -155,25 +153,24 @@ class FrictionLesson(Lesson):
             "larger move wipes the smaller ones out. Springs of one depth g(x) are alike, so the stack is all that the contact remembers.",
             ("stack: anchors of the springs", "shift of the springs", "loop"),
         )
-        self._depth = _slider("indentation in µm", 0.0, 1e6 * DEEPEST, 2.0, 0.05)
-        self._shift = _slider("shift in µm", -1e6 * FARTHEST, 1e6 * FARTHEST, 0.0, 0.02)
+        numbers = (Range("indentation", 0.0, DEEPEST, "m"), Range("shift", -FARTHEST, FARTHEST, "m"))
+        self._numbers = Ranges("lesson", numbers, (0.5 * DEEPEST, 0.0), self._move)
         self._again = pn.widgets.Button(name="start again", width=140)
-        for control in (self._depth, self._shift):
-            control.param.watch(self._move, "value")
         self._again.on_click(self._start)
         self._moves: list[tuple[float, float]] = []
         self._move()
 
     def view(self) -> Any:
         """Everything of the lesson."""
-        return self._laid(self._depth, self._shift, self._again)
+        return self._laid(self._numbers.view, self._again)
 
     def _start(self, *_: Any) -> None:
         self._moves = []
         self._move()
 
-    def _move(self, *_: Any) -> None:
-        self._moves.append((1e-6 * self._depth.value, 1e-6 * self._shift.value))
+    def _move(self) -> None:
+        depth, shift = self._numbers.values
+        self._moves.append((depth, shift))
         del self._moves[:-_MOST]
         self._runner.ask(tuple(self._moves))
 

@@ -65,9 +65,9 @@ def new_plot(label: str, *, legend: bool = False) -> Plot:
         HoverTool(renderers=[drawn], tooltips=[("", "@name"), ("x", "$x{0.0000}"), ("y", "$y{0.0000}")])
     )
     if legend:
-        plot.legend.location, plot.legend.background_fill_alpha = "top_center", 0.5
-        plot.legend.label_text_font_size, plot.legend.orientation = "9pt", "horizontal"
-        plot.legend.border_line_alpha = 0.0
+        plot.legend.orientation, plot.legend.border_line_alpha = "horizontal", 0.0
+        plot.legend.label_text_font_size = "9pt"
+        plot.add_layout(plot.legend[0], "below")
     return Plot(plot, source, marked)
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import panel as pn
 import param
 from panel.custom import JSComponent
+
+from pymdr.units import written
 
 STYLE = """
 :host, body { color-scheme: light dark }
@@ -19,10 +23,16 @@ table.numbers th, table.numbers td { padding: .1em .6em .1em 0; border-bottom: 1
 pre { overflow-x: auto; font-size: .85em }
 .error { color: #D55E00; font-weight: 600 }
 """
-GRID = """
-[id^=flex] { display: grid !important; grid-template-columns: repeat(auto-fit, minmax(min(100%, 340px), 1fr)); gap: 6px }
-"""
-"""Figures side by side as far as there is room."""
+
+
+def grid(least: int) -> str:
+    """A style sheet of a box whose parts stand side by side, as far as each has a width in pixels."""
+    columns = f"repeat(auto-fit, minmax(min(100%, {least}px), 1fr))"
+    return f"[id^=flex] {{ display: grid !important; grid-template-columns: {columns}; gap: 6px; align-items: start }}"
+
+
+GRID = grid(400)
+"""Figures side by side."""
 _SCRIPT = """
 export function render({ model, el }) {
   const root = document.createElement('div')
@@ -32,7 +42,7 @@ export function render({ model, el }) {
     root.replaceChildren()
     let part = null
     rows = model.labels.map(([heading, label], i) => {
-      if (heading !== part) {
+      if (heading !== part && model.boxes) {
         const title = document.createElement('h3')
         title.textContent = part = heading
         root.appendChild(title)
@@ -45,10 +55,14 @@ export function render({ model, el }) {
       name.textContent = label
       const range = document.createElement('input')
       Object.assign(range, { type: 'range', min: 0, max: 1000, step: 1, id })
-      const box = document.createElement('input')
-      Object.assign(box, { type: 'text', id: id + '-text', autocomplete: 'off', spellcheck: false })
-      box.setAttribute('aria-label', `${heading} ${label}, value with unit`)
-      range.setAttribute('aria-label', `${heading} ${label}`)
+      const full = [heading, label].filter(Boolean).join(' ')
+      const box = document.createElement(model.boxes ? 'input' : 'output')
+      box.id = id + '-text'
+      if (model.boxes) {
+        Object.assign(box, { type: 'text', autocomplete: 'off', spellcheck: false })
+        box.setAttribute('aria-label', `${full}, value with unit`)
+      }
+      range.setAttribute('aria-label', full)
       const fault = document.createElement('div')
       fault.className = 'fault'
       fault.setAttribute('role', 'alert')
@@ -67,7 +81,7 @@ export function render({ model, el }) {
       if (!range.matches(':active')) range.value = Math.round(1000 * fraction)
       range.setAttribute('aria-valuetext', text)
       if (fault === '') box.value = text
-      box.setAttribute('aria-invalid', fault !== '')
+      if (model.boxes) box.setAttribute('aria-invalid', fault !== '')
       if (place.textContent !== fault) place.textContent = fault
     })
   }
@@ -79,6 +93,12 @@ export function render({ model, el }) {
 
 _SWITCH = """
 export function render({ model, el }) {
+  document.documentElement.lang = 'en'
+  if (!document.head.querySelector('meta[name=viewport]')) {
+    const width = document.createElement('meta')
+    Object.assign(width, { name: 'viewport', content: 'width=device-width, initial-scale=1' })
+    document.head.appendChild(width)
+  }
   const go = (theme) => {
     const address = new URL(location.href)
     address.searchParams.set('theme', theme)
@@ -151,6 +171,7 @@ class Knobs(JSComponent):
 
     labels = param.List(doc="Heading and label of every row.")
     values = param.List(doc="Fraction, text and fault of every row.")
+    boxes = param.Boolean(default=True, doc="Whether values can be entered as texts.")
     key = param.String(doc="Beginning of the identifiers in the page.")
 
     _esm = _SCRIPT
@@ -171,3 +192,70 @@ class Knobs(JSComponent):
             self._moved(index, float(msg["fraction"]))
         elif isinstance(msg.get("text"), str):
             self._entered(index, msg["text"][:200])
+
+
+@dataclass(frozen=True)
+class Range:
+    """A number that is moved between two ends."""
+
+    label: str
+    low: float
+    high: float
+    unit: str = ""
+    """SI unit."""
+    logarithmic: bool = False
+    whole: bool = False
+
+    def at(self, fraction: float) -> float:
+        """The number at a fraction of the range."""
+        fraction = min(max(fraction, 0.0), 1.0)
+        if self.logarithmic:
+            return float(self.low * (self.high / self.low) ** fraction)
+        value = self.low + fraction * (self.high - self.low)
+        return float(round(value)) if self.whole else value
+
+    def fraction(self, value: float) -> float:
+        """The fraction of the range at a number."""
+        if self.high == self.low:
+            return 0.0
+        if self.logarithmic:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+
+class Ranges:
+    """
+    Numbers that are moved by sliders, without boxes.
+
+    Parameters
+    ----------
+    name : str
+        What they belong to, for screen readers and the identifiers in the page.
+    ranges : sequence of Range
+    values : sequence of float
+        At first.
+    changed : callable
+        Called after every move.
+    """
+
+    def __init__(
+        self, name: str, ranges: Sequence[Range], values: Sequence[float], changed: Callable[[], None]
+    ) -> None:
+        self.ranges, self.values = list(ranges), list(values)
+        self._changed = changed
+        labels = [[name, one.label] for one in ranges]
+        key = "-".join([name or "view", *ranges[0].label.split()])
+        self.view = Knobs(self._move, lambda index, text: None, key=key, boxes=False, labels=labels)
+        self.show()
+
+    def show(self) -> None:
+        """Show the numbers, after they or their ranges have changed."""
+        self.view.values = [
+            [one.fraction(value), written(value, one.unit, 3), ""]
+            for one, value in zip(self.ranges, self.values, strict=True)
+        ]
+
+    def _move(self, index: int, fraction: float) -> None:
+        self.values[index] = self.ranges[index].at(fraction)
+        self.show()
+        self._changed()
