@@ -871,6 +871,19 @@ def test_a_unit_is_given_once(case, tmp_path, shell):
     assert (data["status"], data["written"]) == ("COMPLETED", [str(tmp_path / "ball.csv")])
 
 
+def test_a_law_with_friction_is_written_where_there_is_friction(case, tmp_path, shell):
+    rubbed = tmp_path / "rubbed.toml"
+    plain = case.read_text()
+    rubbed.write_text(plain + '\n[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
+    arguments = ("--to", "1 um", "--tangential", "-o", tmp_path / "out")
+    assert shell("law", rubbed, *arguments, "--quiet")[0] == 0
+    assert (
+        "rubbed_advance(rubbed_state *s, double d, double u)" in (tmp_path / "out" / "rubbed.h").read_text()
+    )
+    status, _, err = shell("law", case, *arguments)
+    assert (status, "coefficient of friction" in err) == (1, True)
+
+
 def test_folders_that_were_made_go_again_with_their_parents(case, tmp_path, shell):
     (tmp_path / "kept").mkdir()
     status, _, _ = shell("law", case, "--to", "-1 um", "-o", tmp_path / "kept" / "a" / "b")

@@ -10,9 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.presentation.history_header import HistoryInC
 from pymdr.units import FloatArray, shown
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+_WHOLE, _LARGEST = 1e-13, 8
+"""Distance of twice a power from a whole number that is rounding, and the largest such number that is written as a product."""
 _KEYWORDS = frozenset([
     "alignas", "alignof", "and", "asm", "auto", "bool", "break", "case", "catch", "char", "class", "compl",
     "concept", "const", "constexpr", "continue", "decltype", "default", "delete", "do", "double", "else",
@@ -40,6 +43,8 @@ class HeaderData:
     """Of a law over ln d: exponents of F and a below the first knot, and the pull in N. None for a law over sqrt(d - d_off)."""
     least: float
     """Smallest u that is interpolated."""
+    history: HistoryInC | None = None
+    """What contacts remember."""
 
 
 def identifier(name: str) -> str:
@@ -64,18 +69,34 @@ def c_header(data: HeaderData) -> str:
     name = identifier(data.name)
     prefix = name.upper()
     parts = [
-        _comment([*data.remarks, *_usage(name, data.tip is not None)]),
+        _comment([*data.remarks, *_usage(name, data.tip is not None), *_usage_of(data.history, name)]),
         f"#ifndef {prefix}_H\n#define {prefix}_H\n\n#include <math.h>\n#include <stddef.h>\n",
         "\n".join(
             f"#define {prefix}_{key} ({value!r})" + (f" /* {unit} */" if unit else "")
-            for key, (value, unit) in data.constants.items()
+            for key, (value, unit) in {**data.constants, **_constants_of(data.history)}.items()
         ),
         f"#define {prefix}_KNOTS {data.columns['u'].size}\n",
-        *(_array(f"{name}_{key}_", values) for key, values in data.columns.items()),
-        _body(data).replace("@@", prefix).replace("@", name),
+        *(
+            _array(f"{name}_{key}_", values)
+            for key, values in data.columns.items()
+            if _power_law(data) is None
+        ),
+        (_body(data) + _history(data.history)).replace("@@", prefix).replace("@", name),
         "#endif\n",
     ]
     return "\n".join(parts)
+
+
+def _constants_of(history: HistoryInC | None) -> Mapping[str, tuple[float, str]]:
+    return {} if history is None else history.constants
+
+
+def _usage_of(history: HistoryInC | None, name: str) -> list[str]:
+    return [] if history is None else [history.usage.replace("@", name)]
+
+
+def _history(history: HistoryInC | None) -> str:
+    return "" if history is None else f"\n{history.body}"
 
 
 def _usage(name: str, from_tip: bool) -> list[str]:
@@ -114,7 +135,35 @@ def _array(name: str, values: FloatArray) -> str:
     return f"static const double {name}[] = {{\n{numbers}\n}};\n"
 
 
+def _product(power: float) -> str | None:
+    """The power of x as a product with its root; None if twice the power is no small whole number."""
+    twice = round(2.0 * power)
+    if abs(2.0 * power - twice) > _WHOLE or not 0 <= twice <= _LARGEST:
+        return None
+    return " * ".join(["x"] * (twice // 2) + ["sqrt(x)"] * (twice % 2)) or "1.0"
+
+
+def _power_law(data: HeaderData) -> str | None:
+    """The body of a law that is one power of the depth, evaluated without logarithms; None for others."""
+    if data.tip is None or data.columns["u"].size > 2:
+        return None
+    power, radius_power, pull = data.tip
+    force, radius = _product(power), _product(radius_power)
+    slopes = (data.columns["y_slope"] - power, data.columns["z_slope"] - radius_power)
+    if force is None or radius is None or np.max(np.abs(slopes)) > _WHOLE:
+        return None
+    return _POWER % {
+        "per_unit": repr(float(np.exp(-data.columns["u"][-1]))),
+        "force": f"{float(np.exp(data.columns['y'][-1]))!r} * ({force})",
+        "off": f" - {pull!r}" if pull else "",
+        "power": repr(power),
+        "radius": f"{float(np.exp(data.columns['z'][-1]))!r} * ({radius})",
+    }
+
+
 def _body(data: HeaderData) -> str:
+    if (power_law := _power_law(data)) is not None:
+        return power_law + _FUNCTIONS
     if data.tip is None:
         outside, coordinate = "d < @@_PULL_OFF_INDENTATION", "sqrt(d - @@_PULL_OFF_INDENTATION)"
         below, force, stiffness, radius = "", "y", "slope / (2.0 * u)", "z"
@@ -125,7 +174,7 @@ def _body(data: HeaderData) -> str:
         outside, coordinate, value = "d <= 0.0", "log(d)", "        y = exp(y);\n"
         below = _BELOW % {"power": repr(power), "radius_power": repr(radius_power), "off": off}
         force, stiffness, radius = f"y{off}", "y * slope / d", "exp(z)"
-    return _TEMPLATE % {
+    law = _TEMPLATE % {
         "outside": outside,
         "below": below,
         "coordinate": coordinate,
@@ -135,6 +184,7 @@ def _body(data: HeaderData) -> str:
         "radius": radius,
         "least": repr(data.least),
     }
+    return law + _FUNCTIONS
 
 
 _BELOW = """\
@@ -200,6 +250,23 @@ static inline void @_law(double d, double *force, double *stiffness, double *rad
         *radius = %(radius)s;
     }
 }
+
+"""
+_POWER = """\
+static inline void @_law(double d, double *force, double *stiffness, double *radius)
+{
+    const int known = d <= @@_LARGEST_INDENTATION;
+    const double x = known && d > 0.0 ? d * %(per_unit)s : 0.0;
+    const double pressing = %(force)s;
+    if (force)
+        *force = !known ? NAN : x > 0.0 ? pressing%(off)s : 0.0;
+    if (stiffness)
+        *stiffness = !known ? NAN : x > 0.0 ? %(power)s * pressing / d : 0.0;
+    if (radius)
+        *radius = !known ? NAN : x > 0.0 ? %(radius)s : 0.0;
+}
+"""
+_FUNCTIONS = """\
 
 static inline double @_force(double d)
 {

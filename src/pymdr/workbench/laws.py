@@ -15,7 +15,9 @@ from pymdr.units import shown
 from pymdr.workbench.casefile import read_case, read_contact
 
 
-def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, ContactLaw]:
+def law_of_case(
+    case: Path, to: str | None, tolerance: float, tangential: bool = False
+) -> tuple[str, ContactLaw]:
     """
     The title of a case and the law of its contact.
 
@@ -25,6 +27,8 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
         The path in it may be left out where `to` is given.
     to : str or None
         The largest indentation; the deepest of the path unless given.
+    tangential : bool
+        Whether the header has friction along a line.
 
     Raises
     ------
@@ -35,7 +39,7 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
     """
     if to is not None:
         title, contact = read_contact(case)
-        return title, export_law(contact, to, tolerance=tolerance)
+        return title, export_law(contact, to, tolerance=tolerance, tangential=tangential)
     request = read_case(case)
     check_lawful(request.contact, tolerance)
     deepest = assess(request.contact, request.path, **request.options).largest.get("indentation", 0.0)
@@ -43,7 +47,7 @@ def law_of_case(case: Path, to: str | None, tolerance: float) -> tuple[str, Cont
         raise CaseError(
             f"{case}: its path never presses the bodies together; give the largest indentation with --to '1 um'"
         )
-    return request.title, export_law(request.contact, deepest, tolerance=tolerance)
+    return request.title, export_law(request.contact, deepest, tolerance=tolerance, tangential=tangential)
 
 
 def name_for(case: Path, name: str | None) -> str:

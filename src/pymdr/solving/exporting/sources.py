@@ -123,6 +123,8 @@ class Fold:
     """Stiffness in N/m added to |k| for relative errors: that at the fixed radius of the pull-off."""
     nearest: float
     """Depth in m above d_off below which rounding of d affects the stiffness."""
+    jump_in_loss: float
+    """Energy in J lost in the jump into contact."""
 
     tip: ClassVar = None
 
@@ -313,7 +315,7 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
     radius = float(curve.states(np.array([begin])).contact_radius[0])
     lowest = float(np.min(curve.states(np.linspace(begin, end, 401)).normal_force))
     stiffness = float(line.line.stiffness(np.array([radius]))[0])
-    form = Fold(off, abs(lowest), stiffness, _ROUNDING * abs(off) / tolerance)
+    form = Fold(off, abs(lowest), stiffness, _ROUNDING * abs(off) / tolerance, float(track.jumps[2].loss[0]))
     at_fold = _slopes_at_fold(curve, begin, float(np.min(knots, initial=end)), off)
 
     def sample(s: FloatArray) -> Knots:

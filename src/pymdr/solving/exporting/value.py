@@ -13,6 +13,7 @@ import xarray as xr
 
 from pymdr.errors import FileError
 from pymdr.presentation.header import HeaderData, c_header
+from pymdr.presentation.history_header import HistoryInC
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
 from pymdr.solving.exporting.knots import Knots
@@ -103,6 +104,8 @@ class ContactLaw(Study):
     """The interpolants."""
     checks: xr.Dataset
     """Measured errors between the knots and below them, over ``check``."""
+    history: HistoryInC | None
+    """What contacts remember in the header: the stack of friction along a line, or with JKR whether they touch."""
     pull_off: PullOff | None
     """With adhesion: loss of contact under displacement control, and the state after the jump into contact."""
 
@@ -186,6 +189,8 @@ class ContactLaw(Study):
         """
         The law as a C header: ``<name>_force(d)``, ``<name>_stiffness(d)``, ``<name>_radius(d)`` and ``<name>_law(d, &F, &k, &a)``.
 
+        With friction that was asked for, and with JKR, also the type ``<name>_state`` and ``<name>_advance``.
+
         Parameters
         ----------
         name : str
@@ -231,6 +236,7 @@ class ContactLaw(Study):
                 },
                 tip=form.tip,
                 least=form.least(knots),
+                history=self.history,
             )
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -11,7 +12,9 @@ import xarray as xr
 from pymdr.errors import ConvergenceError, ProblemError, RefusedError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Claim, approximated
+from pymdr.mapping.moduli import effective_moduli
 from pymdr.numerics.panels import IndexArray
+from pymdr.presentation.history_header import StackInC, TouchInC
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath, Path, indent
@@ -20,9 +23,9 @@ from pymdr.quantities import quantity
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of
 from pymdr.solving.exporting.knots import adapted
-from pymdr.solving.exporting.sources import source_of
+from pymdr.solving.exporting.sources import Fold, Form, source_of
 from pymdr.solving.exporting.value import LAW_QUANTITIES, SAFETY, ContactLaw, Table
-from pymdr.solving.pulloff import elastic_pull_off
+from pymdr.solving.pulloff import PullOff, elastic_pull_off
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
@@ -42,7 +45,9 @@ _OF_A_PATH = ("jumped into contact", "bands are")
 """Beginnings of notes on paths, which do not apply to a law."""
 
 
-def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -> ContactLaw:
+def export_law(
+    contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6, tangential: bool = False
+) -> ContactLaw:
     """
     The normal force, stiffness and contact radius over the indentation, as a table with a stated error.
 
@@ -56,13 +61,15 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     ----------
     contact : Contact
         Elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT. Friction has no
-        effect.
+        effect on the table.
     to : quantity
         The largest indentation in m.
     tolerance : float
         Largest relative error of force, stiffness and radius, 1e-7 to 1e-2. With adhesion force and stiffness pass through 0: the
         error of the force is then relative to its size plus the largest pull, and with JKR that of the stiffness relative to its
         size plus the stiffness at the fixed radius of the pull-off.
+    tangential : bool
+        Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a finite coefficient above 0.
 
     Returns
     -------
@@ -73,8 +80,8 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     Raises
     ------
     ProblemError
-        If the contact has no radius or no unique force at each depth, is not a disk at some depth, or the tolerance is outside
-        its limits.
+        If the contact has no radius or no unique force at each depth, is not a disk at some depth, has no friction that is asked for,
+        or the tolerance is outside its limits.
     PathError
         If the depth cannot be reached.
     ConvergenceError
@@ -91,6 +98,7 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
     """
     deepest = _depth(to)
     check_lawful(contact, tolerance)
+    stack = _stack_of(contact) if tangential else None
     alone = replace(contact, friction=None)
     plain = _solved(alone, np.geomspace(1e-9, 1.0, _FEW) * deepest)
     source = source_of(alone, deepest, tolerance)
@@ -108,20 +116,40 @@ def export_law(contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6) -
             f"export_law: the {quantity(worst).long_name} has an error of {errors[worst]:.2g} between the knots (limit "
             f"{tolerance:g}, the tolerance); use a larger tolerance, or smooth the profile"
         )
+    pull_off = None if contact.adhesion is None else elastic_pull_off(alone, pressed_to=deepest)
     return ContactLaw(
         contact=contact,
         tolerance=tolerance,
         data=table.data(),
         claims=_claims(exact, errors, knots.u.size),
         assumptions=plain.assumptions,
-        notes=_notes(contact, plain),
+        notes=_notes(contact, plain, tangential),
         errors=errors,
         relative_to={name: source.form.relative_to().get(name, text) for name, text in _ITSELF.items()},
         table=table,
         checks=checks,
-        pull_off=None if contact.adhesion is None else elastic_pull_off(alone, pressed_to=deepest),
+        history=_touch_of(source.form, pull_off) if stack is None else stack,
+        pull_off=pull_off,
         references=plain.references,
     )
+
+
+def _stack_of(contact: Contact) -> StackInC:
+    """The constants of friction along a line."""
+    friction = None if contact.friction is None else contact.friction.coefficient
+    if friction is None or not 0.0 < friction < math.inf:
+        raise ProblemError(
+            "export_law: tangential=True: a finite coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
+        )
+    moduli = effective_moduli(contact.body, contact.counterbody)
+    return StackInC(friction, moduli.tangential / moduli.normal)
+
+
+def _touch_of(form: Form, pull_off: PullOff | None) -> TouchInC | None:
+    """Whether bodies with JKR touch, which their header remembers."""
+    if pull_off is None or not isinstance(form, Fold):
+        return None
+    return TouchInC(form.jump_in_loss, pull_off.dissipated_energy)
 
 
 def _depth(to: QuantityLike) -> float:
@@ -249,9 +277,9 @@ def _claims(exact: Result, errors: Mapping[str, float], knots: int) -> dict[str,
     return claims
 
 
-def _notes(contact: Contact, result: Result) -> tuple[str, ...]:
+def _notes(contact: Contact, result: Result, tangential: bool) -> tuple[str, ...]:
     notes = tuple(note for note in result.notes if not note.startswith(_OF_A_PATH))
-    if contact.friction is not None:
+    if contact.friction is not None and not tangential:
         notes += ("friction has no effect on the law",)
     if scatter_of(contact.profile):
         notes += ("the scatter of the profile is ignored",)

@@ -27,6 +27,9 @@ def law(
         typer.Option(help="Largest indentation, such as '1 um'; by default the deepest of the path."),
     ] = None,
     tolerance: Annotated[float, typer.Option(help="Largest relative error, 1e-7 to 1e-2.")] = 1e-6,
+    tangential: Annotated[
+        bool, typer.Option("--tangential", help="Friction along a line in the C header, with its memory.")
+    ] = False,
     name: Annotated[
         str | None,
         typer.Option(help="Prefix of files and C names; by default the name of the case."),
@@ -46,7 +49,7 @@ def law(
         Tables(csv=True, xlsx=xlsx).check()
         prefix = name_for(case, name)
         with ready_folder(output or named_after(case)) as folder:
-            title, exported = law_of_case(case, to, tolerance)
+            title, exported = law_of_case(case, to, tolerance, tangential)
             written = write_law(exported, folder, prefix, xlsx)
             written.append(write_figure(exported.plot(), folder / f"{prefix}.png"))
     if as_json:
