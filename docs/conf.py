@@ -12,6 +12,7 @@ import matplotlib as mpl
 import sphinx_gallery.backreferences
 from docutils import nodes
 from matplotlib.transforms import Bbox
+from PIL import Image
 
 import pymdr
 from pymdr.presentation.plot.shared import STYLE
@@ -70,6 +71,20 @@ suppress_warnings = [
 ]  # words of types are names of attributes
 
 
+PICTURES = HERE / "pictures"
+"""Pictures of pages, kept in the repository so that the pages show them there too; each build draws them again."""
+PICTURED = {"damped_vibration", "claimed_and_actual"}
+"""Programs of the galleries whose figure a page shows."""
+
+
+def save_picture(figure, name):
+    """Save a picture of a page with a palette, which is a third of the size."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=110)
+    with Image.open(file) as image:
+        image.convert("RGB").quantize(128).save(PICTURES / f"{name}.png", optimize=True)
+
+
 def save_first_panel(figure, file):
     """Save the first panel of a figure alone, with its second scales and its colour bars."""
     place = figure.axes[0].get_subplotspec()
@@ -100,6 +115,9 @@ def scrape_figure(block, block_vars, gallery_conf):
     panel = next(block_vars["image_path_iterator"])  # the first image becomes the thumbnail
     file = next(block_vars["image_path_iterator"])
     figure.savefig(file, dpi=110)
+    name = Path(block_vars["src_file"]).stem
+    if name in PICTURED:
+        save_picture(figure, name)
     save_first_panel(figure, panel)
     title = Path(block_vars["src_file"]).read_text(encoding="utf-8").split("\n")[1]
     return figure_rst([file], gallery_conf["src_dir"], f"Figure of the example: {title}")
@@ -162,9 +180,7 @@ def link_programs(app, docname, source):
 
 
 def draw_figures(app):
-    """Save the ``figure`` that the Python blocks of a page draw."""
-    folder = HERE / "generated"
-    folder.mkdir(exist_ok=True)
+    """Save the ``figure`` that the Python blocks of a page draw next to its picture."""
     for page in (
         "adhesion",
         "soft_adhesion",
@@ -178,10 +194,13 @@ def draw_figures(app):
     ):
         text = (HERE / f"{page}.md").read_text(encoding="utf-8")
         space = {"__name__": page}
+        picture = text.index(f"](pictures/{page}.png)")
         with contextlib.redirect_stdout(io.StringIO()):
-            for body in re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
-                exec(compile(body, f"{page}.md", "exec"), space)
-        space["figure"].savefig(folder / f"{page}.png", dpi=110)
+            for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+                if "figure" in space and block.start() > picture:
+                    break
+                exec(compile(block[1], f"{page}.md", "exec"), space)
+        save_picture(space["figure"], page)
 
 
 def setup(app):

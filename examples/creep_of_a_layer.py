@@ -6,7 +6,7 @@ A bead of 250 um rests on a gel layer of 50 um. The gel creeps, and the glass be
 less than a deep gel, and the ratio of both depths falls with time.
 """
 
-import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 import pymdr as mdr
 
@@ -19,7 +19,8 @@ print(layer.summary())
 
 # %%
 # The depth against time, and the depth that a half-space of the gel would have:
-figure, axes = plt.subplots(figsize=(5.6, 4.0), layout="constrained")
+figure = Figure(figsize=(5.6, 4.0), layout="constrained")
+axes = figure.subplots()
 for result, label in ((layer, "layer of 50 µm on glass"), (deep, "half-space")):
     axes.plot(result["time"], 1e6 * result["indentation"], label=label)
 axes.set(xlabel="time (s)", ylabel="indentation (µm)", ylim=(0.0, None))

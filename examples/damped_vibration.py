@@ -6,8 +6,8 @@ A mass rests on a ball contact and is pushed sideways. It swings on the tangenti
 the slipping ring at the edge of the contact. The program integrates the motion; `Stepper` gives the force.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 import pymdr as mdr
 
@@ -32,7 +32,8 @@ for _ in range(60 * 400):
     shifts.append(shift)
     energies.append(0.5 * mass * speed**2 + contact.stored_tangential_energy)
 
-left, right = plt.subplots(1, 2, figsize=(9.6, 3.6), layout="constrained")[1]
+figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+left, right = figure.subplots(1, 2)
 left.plot(step * np.arange(len(shifts)) * 1e3, np.array(shifts) * 1e6, lw=0.8)
 left.set(xlabel="time (ms)", ylabel="shift (µm)")
 right.plot(np.array(shifts) * 1e6, forces, lw=0.6)

@@ -273,10 +273,8 @@ def test_the_reference_names_what_is_there():
     "page", [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda p: p.stem
 )
 def test_links_lead_to_files_of_the_repository(page):
-    """Those of figures and of galleries, which the build of the pages makes, are no links of the README."""
     for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
-        built = link.startswith("generated/") and link.endswith(".png") and page.stem != "README"
-        assert built or (page.parent / link).exists(), link
+        assert (page.parent / link).exists(), link
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda p: p.stem)

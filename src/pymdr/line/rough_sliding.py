@@ -144,5 +144,5 @@ def stationary(
                 break
         start, missed = start + damping * move, residual
     raise ConvergenceError(
-        f"the springs under a rough line did not reach a steady state at {speed:g} m/s in {_STEPS} iterations"
+        f"the springs under a rough line did not reach a steady state at {speed:g} m/s in {_STEPS} iterations; increase the load, or use a shorter line"
     )

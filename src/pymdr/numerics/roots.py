@@ -55,7 +55,7 @@ def roots_of(
     if not np.all(result.success):
         worst = int(np.flatnonzero(~result.success)[0])
         raise ConvergenceError(
-            f"no root between {float(low[worst])!r} and {float(high[worst])!r} (last value {float(result.x[worst])!r})"
+            f"no root between {float(low[worst])!r} and {float(high[worst])!r} (last value {float(result.x[worst])!r}); check the magnitudes of the problem"
         )
     return np.asarray(result.x, dtype=np.float64)
 
@@ -90,7 +90,7 @@ def rising_root(
     missed = ~open_ & ~(np.minimum(np.abs(below), np.abs(above)) <= 1e-12 * np.abs(y))
     if missed.any():
         raise ConvergenceError(
-            f"no root between {start[missed][0]:g} and {stop[missed][0]:g} for {y[missed][0]:g}"
+            f"no root between {start[missed][0]:g} and {stop[missed][0]:g} for {y[missed][0]:g}; check the magnitudes of the problem"
         )
     answer[open_] = roots_of(lambda x, y: curve(x) - y, start[open_], stop[open_], y[open_])
     return answer

@@ -229,7 +229,7 @@ def _moduli(measured: Measured, times: FloatArray) -> Series:
         moduli, residual = nnls(matrix / scale, measured.values / size, maxiter=100 * scale.size)
     except RuntimeError as error:
         raise ConvergenceError(
-            f"{measured.source}: the fit of {times.size} moduli did not converge: {error}"
+            f"{measured.source}: the fit of {times.size} moduli did not converge: {error}; use fewer terms, or remove scattered samples"
         ) from error
     moduli = moduli / scale
     kept = moduli[1:] > 0.0

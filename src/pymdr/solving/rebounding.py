@@ -84,7 +84,7 @@ def followed(contact: Contact, mass: float, speeds: tuple[float, float]) -> tupl
             return target, motion
         times = [t if math.isfinite(t) else old for t, old in zip(contact_times, times, strict=True)]
     raise ConvergenceError(
-        f"impact: the search for the span of times of the rheology did not converge (last value {span} s)"
+        f"impact: the search for the span of times of the rheology did not converge (last value {span} s); give the rheology as a Prony series (PowerLawRheology.prony)"
     )
 
 

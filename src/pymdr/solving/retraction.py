@@ -164,7 +164,7 @@ def followed_tests(
             break
     else:
         raise ConvergenceError(
-            f"pull_off: the contact has not been lost after a retraction of {written(max(lengths.values()), 'm', 3)}"
+            f"pull_off: the contact has not been lost after a retraction of {written(max(lengths.values()), 'm', 3)}; check the magnitudes of the speeds and relaxation times"
         )
     finer = [away(i, _graded(rough[i], lengths[i])) for i in range(len(tests))]
     finest = solved(range(len(tests)), finer)

@@ -344,5 +344,5 @@ class ElasticPulls:
             # F grows like a power of the work between 1/2 and 2
             self.logarithm(first - excess / min(max(slope, 0.4), 2.5))
         raise ConvergenceError(
-            f"the effective work of adhesion did not converge (last {math.exp(first):.6g} J/m^2)"
+            f"the effective work of adhesion did not converge (last {math.exp(first):.6g} J/m^2); check the magnitudes of the speed and the relaxation times"
         )

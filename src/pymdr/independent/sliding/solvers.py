@@ -64,7 +64,7 @@ def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: Float
             p = np.where(touching, p - (step or 1 / float(surface.normal.real.max())) * rest, p)
             last = math.inf
     raise ConvergenceError(
-        f"solve_sliding: the pressure at {metres(depth)} did not converge: relative residual {error / size:.1e} (limit {_TOLERANCE:g})"
+        f"solve_sliding: the pressure at {metres(depth)} did not converge: relative residual {error / size:.1e} (limit {_TOLERANCE:g}); use a coarser grid"
     )
 
 
@@ -106,7 +106,7 @@ def solve_tractions(
         following = (1 + math.sqrt(1 + 4 * momentum**2)) / 2
         ahead, q, momentum = new + (momentum - 1) / following * (new - q), new, following
     raise ConvergenceError(
-        f"solve_sliding: the tractions did not converge: relative residual of slip {error / size:.1e} (limit {_TOLERANCE:g})"
+        f"solve_sliding: the tractions did not converge: relative residual of slip {error / size:.1e} (limit {_TOLERANCE:g}); use more rows or a coarser grid"
     )
 
 

@@ -333,7 +333,7 @@ def solve_width(
         settled = (error <= 2e-14) | ((before <= 4.0 * _NOISE) & (error >= 0.5 * before))
         left, before = left[~settled], error[~settled]
     raise ConvergenceError(
-        f"the width of the cohesive zone did not converge (last value {float(width[left[0]])!r} m at {float(fixed[left[0]])!r} m)"
+        f"the width of the cohesive zone did not converge (last value {float(width[left[0]])!r} m at {float(fixed[left[0]])!r} m); declare the kinks of the profile as breakpoints"
     )
 
 
@@ -377,4 +377,6 @@ def _bracketed(
         x[left] = new
         open_ = np.isinf(hi) | (hi - lo > 1e-9 * hi)
         left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & open_]
-    raise ConvergenceError(f"the gap condition was not met (last width {float(x[left[0]])!r} m)")
+    raise ConvergenceError(
+        f"the gap at the edge of the cohesive zone does not reach its range (last width {float(x[left[0]])!r} m); declare the kinks of the profile as breakpoints"
+    )

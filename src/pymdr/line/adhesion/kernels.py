@@ -162,7 +162,7 @@ def _power_table(n: float) -> FloatArray:
             break
     else:
         raise ConvergenceError(
-            f"the JKR table of exponent {n!r} did not converge (last ln y = {float(w[-1])!r})"
+            f"the JKR table of exponent {n!r} did not converge (last ln y = {float(w[-1])!r}); use a smaller exponent of the profile"
         )
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = 2.0 * np.expm1(u) * np.exp(u) / (np.exp(N * w) - np.exp(w)) * _CELL
@@ -194,7 +194,9 @@ def _power_root(t: FloatArray, N: float, table: FloatArray) -> tuple[FloatArray,
             e += (1.0 + e) * step * (1.0 + 0.5 * step)
             return 1.0 + e, 1.0 + N * (t + e)
         w = np.maximum(w + step, 0.0)
-    raise ConvergenceError(f"the JKR root did not converge (last ln y = {float(w.flat[0])!r})")
+    raise ConvergenceError(
+        f"the JKR root did not converge (last ln y = {float(w.flat[0])!r}); check the magnitudes of work, modulus and radius"
+    )
 
 
 def _blockwise(function: _Kernel, arrays: list[FloatArray]) -> FloatArray:

@@ -94,7 +94,7 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
         owner, origin = np.tile(owner, 2), np.tile(origin, 2)
         left, right = np.append(left, middle), np.append(middle, right)
     raise ConvergenceError(
-        f"the work along the curve did not converge near s = {metres(float(origin[0] + left[0] ** 2))}"
+        f"the work along the curve did not converge near s = {metres(float(origin[0] + left[0] ** 2))}; declare the kinks of the profile as breakpoints"
     )
 
 

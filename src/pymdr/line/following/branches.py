@@ -78,7 +78,7 @@ def turning_points(
         values = slope(s) * np.sin(theta)
         if not np.all(np.isfinite(values)):
             raise ConvergenceError(
-                f"the slope of the curve is not finite at s = {float(s[~np.isfinite(values)][0])!r}"
+                f"the slope of the curve is not finite at s = {float(s[~np.isfinite(values)][0])!r}; end the profile below it (max_radius)"
             )
         series = values @ to_coefficients(_SLOPE_NODES).T
         tail = np.max(np.abs(series[:, -3:]), axis=1)

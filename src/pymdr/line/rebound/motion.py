@@ -149,9 +149,9 @@ def rebound(
         raise ConvergenceError(
             f"the impact cannot be followed beyond t = {at[0]:g} s at d = {at[2]:g} m: "
             + (
-                f"more than {most} steps are needed"
+                f"more than {most} steps are needed; use fewer or longer relaxation times"
                 if code == kernels.TOO_MANY
-                else "the equations of a step have no solution"
+                else "the equations of a step have no solution; check the magnitudes of mass, speed and moduli"
             )
         )
     rows = slice(0, count + 1)

@@ -178,4 +178,6 @@ def homogeneous_estimate(power: int, shape: FloatArray, weights: FloatArray) -> 
             fall = np.minimum(2.0 - (n + 1) * (n + 2) * moment * a**n, -1e-300)
             a = np.maximum(a - (2.0 * a - (n + 2) * moment * a ** (n + 1) - level) / fall, top)
         a = np.where(level >= highest, top, a)
-    raise ConvergenceError(f"the estimate of a shape with f ~ r^{n} did not converge (last value {level:g})")
+    raise ConvergenceError(
+        f"the estimate of a shape with f ~ r^{n} did not converge (last value {level:g}); use a smaller exponent"
+    )

@@ -143,7 +143,7 @@ def march(
                     size = (stop - now) * _SHRINK
                     if size < _SHORTEST * rows[-1]:
                         raise ConvergenceError(
-                            f"wear: no solution after {now:.6g} cycles; the springs do not converge in blocks of {size:.3g} cycles"
+                            f"wear: no solution after {now:.6g} cycles; the springs do not converge in blocks of {size:.3g} cycles; give fewer cycles, or smooth the profile"
                         )
                     continue
                 missed += part
@@ -165,7 +165,9 @@ def march(
         if state.pressure.size != mesh.rings.size:
             solved = _solve(wearing, mesh, state.worn, 0.0, state)
             if solved is None:
-                raise ConvergenceError(f"wear: the springs do not converge after {now:.6g} cycles")
+                raise ConvergenceError(
+                    f"wear: the springs do not converge after {now:.6g} cycles; give fewer cycles, or smooth the profile"
+                )
             state = solved
         history.cycles.append(float(target))
         history.states.append((mesh, state))
@@ -181,7 +183,9 @@ def _start(wearing: Wearing, mesh: Mesh) -> State:
     state = State(springs, 1.0, np.zeros(mesh.rings.size), np.zeros(0), np.zeros(0))
     solved = _solve(wearing, mesh, state.worn, 0.0, state)
     if solved is None:
-        raise ConvergenceError("wear: the springs of the contact before wear do not converge")
+        raise ConvergenceError(
+            "wear: the springs of the contact before wear do not converge; name the radii where the profile is not smooth as breakpoints"
+        )
     return solved
 
 

@@ -181,7 +181,7 @@ class SphereLine(EquivalentProfile):
         bad = np.abs(step) > 4e-15 * s
         if bad.any():
             raise ConvergenceError(
-                f"sphere or ellipsoid: the search for the contact radius at d/H = {y[bad][0]:g} did not converge (last s = {s[bad][0]:g})"
+                f"sphere or ellipsoid: the search for the contact radius at d/H = {y[bad][0]:g} did not converge (last s = {s[bad][0]:g}); use a smaller indentation or force"
             )
         return np.asarray(self.radius * np.tanh(s))
 
@@ -203,7 +203,7 @@ class SphereLine(EquivalentProfile):
         bad = np.abs(step) > 4e-15 * s
         if bad.any():
             raise ConvergenceError(
-                f"sphere or ellipsoid: the search for the contact radius at m/(H R) = {y[bad][0]:g} did not converge (last s = {s[bad][0]:g})"
+                f"sphere or ellipsoid: the search for the contact radius at m/(H R) = {y[bad][0]:g} did not converge (last s = {s[bad][0]:g}); use a smaller indentation or force"
             )
         return np.asarray(np.where(beyond, self.radius, self.radius * np.tanh(s)))
 
