@@ -28,6 +28,13 @@ from .problem.laws import Coulomb as Coulomb
 from .problem.laws import MaugisDugdale as MaugisDugdale
 from .problem.layers import Layer as Layer
 from .problem.layers import Layered as Layered
+from .problem.machines import Drive as Drive
+from .problem.machines import Force as Force
+from .problem.machines import Joint as Joint
+from .problem.machines import Machine as Machine
+from .problem.machines import Mass as Mass
+from .problem.machines import Rotor as Rotor
+from .problem.machines import Spring as Spring
 from .problem.materials import Elastic as Elastic
 from .problem.materials import Graded as Graded
 from .problem.materials import Rigid as Rigid
@@ -102,6 +109,7 @@ from .solving.heating import joule_heating as joule_heating
 from .solving.impacts import impact as impact
 from .solving.impacts import restitution as restitution
 from .solving.loops import friction_loop as friction_loop
+from .solving.moving import move as move
 from .solving.nanoindentation import calibrate_area as calibrate_area
 from .solving.nanoindentation import continuous_stiffness as continuous_stiffness
 from .solving.nanoindentation import film_modulus as film_modulus

@@ -212,6 +212,7 @@ SOURCES: dict[str, str] = {
     ),
     "bilodeau": "Bilodeau (1992), J. Appl. Mech. 59, 519-523: self-similar pyramids",
     "thornton-ning": "Thornton and Ning (1998), Powder Technol. 99, 154-162, doi:10.1016/S0032-5910(98)00099-0",
+    "gonzalez": "Gonzalez (1996), J. Nonlinear Sci. 6, 449-467, doi:10.1007/BF02440162, for the discrete gradient",
     "maw": "Maw, Barber and Fawcett (1976), Wear 38, 101-114, doi:10.1016/0043-1648(76)90201-5",
     "rough-line": (
         "Geike and Popov (2007), Phys. Rev. E 76, 036710, doi:10.1103/PhysRevE.76.036710; Popov and Hess (2015), chapter 10"

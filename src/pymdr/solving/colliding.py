@@ -137,7 +137,7 @@ def stopping_depths(
         deepest = depths_of_energy(potential, energy, high)
     except (ProblemError, ConvergenceError):
         # without a disk from the first touch on there is no potential
-        disks_down_to(contact, line, _SHALLOW * _first_depth(line, float(np.max(energy))), "an impact")
+        disks_down_to(contact, line, _SHALLOW * first_depth(line, float(np.max(energy))), "an impact")
         raise
     largest = float(np.max(deepest))
     disks_down_to(contact, line, largest, "an impact")
@@ -161,7 +161,7 @@ def contact_times(potential: Potential, mass: float, half: FloatArray, deepest: 
     return np.asarray(2.0 * (into.sum(axis=1) + rest.sum(axis=1)))
 
 
-def _first_depth(line: ElasticLine, energy: float) -> float:
+def first_depth(line: ElasticLine, energy: float) -> float:
     """A start in m for the search of a depth that stores an energy in J."""
 
     def stores_enough(a: float, d0: float) -> bool:
@@ -180,7 +180,7 @@ def depth_storing(
     if isinstance(profile, Sphere | Ellipsoid):
         height = profile.radius if isinstance(profile, Sphere) else profile.height
         top = (1.0 - 1e-12) * height
-    depth = min(_first_depth(line, energy), top)
+    depth = min(first_depth(line, energy), top)
     for _ in range(_TRIES):
         at = np.array([depth])
         # check the end of a profile only if it is reached

@@ -261,12 +261,20 @@ class Answer:
         from pymdr.presentation.tables import with_error_columns
 
         written: dict[str, np.ndarray] = {}
-        for name, values in self._columns().items():
-            own = str(self.data[name].attrs.get("units", ""))
-            unit = (units or {}).get(name, own)
+        columns = self._columns()
+        for name, values in columns.items():
+            quantity = self._quantity_of(name)
+            own = str(self.data[quantity].attrs.get("units", ""))
+            unit = (units or {}).get(quantity, own)
             title = f"{name} [{unit}]" if unit else name
             written[title] = np.asarray(from_si(values, own, unit)) if unit else values
-        return with_error_columns(written, self.claims if self.claims_of_rows else {})
+        owners = {name: self._quantity_of(name) for name in columns}
+        of_columns = {name: self.claims[own] for name, own in owners.items() if own in self.claims}
+        return with_error_columns(written, {**self.claims, **of_columns} if self.claims_of_rows else {})
+
+    def _quantity_of(self, column: str) -> str:
+        """The quantity of a column of a table."""
+        return column
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows

@@ -1,0 +1,398 @@
+"""Compiled steps of a motion by the discrete gradient. Loads numba."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from pymdr import compiling
+from pymdr.line.friction import kernels as stack_kernels
+from pymdr.line.friction import layout as stack
+from pymdr.line.friction.kernels import Anchors, advance, vertex
+from pymdr.line.friction.reading import curve
+from pymdr.line.friction.runs import BEYOND
+from pymdr.line.motion.layout import (
+    COMPLETE,
+    DAMPING,
+    DEPTH,
+    DRIVES,
+    FORCE,
+    FORCES,
+    NORMAL,
+    NOT_CONVERGED,
+    PULL,
+    RADIUS,
+    SHIFT,
+    SLIP,
+    SLIPPED,
+    SPRINGS,
+    STACK_FULL,
+    STICK,
+    STORED,
+    TANGENTIAL,
+    TOO_DEEP,
+    WORK,
+)
+from pymdr.numerics.graded import reading as table
+from pymdr.numerics.graded.layout import MAX
+from pymdr.units import FloatArray
+
+fused = compiling.Fused(__file__, stack_kernels.__file__, table.__file__)
+
+_ITERATIONS = 60
+_SETTLED = 4e-16
+"""Relative change of the velocities at which the iteration of a step has converged."""
+_STAGNANT = 1e-6
+"""Largest relative change at which an iteration that rounding stops has converged."""
+_SHORT = 1e-5
+"""Work of a step over the stored energy, below which the trapezoidal rule is closer than a difference of energies."""
+
+
+class Body(NamedTuple):
+    """Coefficients of the equations of motion; free coordinates come before driven ones."""
+
+    mass: FloatArray
+    """(n,) in kg."""
+    push: FloatArray
+    """(n,) constant forces in N."""
+    force_waves: FloatArray
+    """(k, 4) coordinate, amplitude in N, angular frequency, phase."""
+    course: FloatArray
+    """(m, 2) position and speed of the driven coordinates at time 0."""
+    drive_waves: FloatArray
+    """(k, 4) driven coordinate, amplitude in m, angular frequency, phase."""
+    springs: FloatArray
+    """(s, 3 + n + m) stiffness, damping, elongation at the origin, coefficients of the elongation."""
+    normal: FloatArray
+    """(j, 1 + n + m) indentation at the origin, coefficients of the indentation."""
+    tangential: FloatArray
+    """(j, n + m) coefficients of the shift."""
+    lines: FloatArray
+    """Curves of all joints, one below the other."""
+    ends: Any
+    """(j, 2) first row and end of the curves of each joint in `lines`."""
+    scales: FloatArray
+    """(j, 3) factors of the stacks to SI units."""
+    slips: Any
+    """(j,) whether the joint has friction."""
+
+
+class State(NamedTuple):
+    """What a motion remembers from step to step, and room for the next step."""
+
+    position: FloatArray
+    """(2, n + m) now and after the step."""
+    velocity: FloatArray
+    """(3, n) now, after the step, and its change in the step before."""
+    joints: FloatArray
+    """(j, 2, 6) now and after the step."""
+    energies: FloatArray
+    """(j, 2, 3) now and after the step."""
+    vertices: Any
+    """(j, 2, capacity) stacks of the trial and before the step."""
+    memory: FloatArray
+    """(j, 2, 6) of the stacks."""
+    force: FloatArray
+    """(4, n + m) mean force of the step, mean applied force, stiffness, and the sum of the sizes of all forces."""
+    sums: FloatArray
+    """(2, 4) sums over the steps and their carries."""
+
+
+@fused.inlined
+def _dot(coefficients: FloatArray, row: int, first: int, position: FloatArray, when: int) -> float:
+    """The product of a row of coefficients, from a column on, with the positions."""
+    total = 0.0
+    for i in range(position.shape[1]):
+        total += coefficients[row, first + i] * position[when, i]
+    return total
+
+
+@fused.inlined
+def _restore(state: State, j: int) -> None:
+    """The stack of a joint as it was before the step."""
+    vertices, memory = state.vertices[j], state.memory[j]
+    for i in range(int(memory[stack.BEFORE, stack.TOP]) + 1):
+        vertices[stack.NOW, i] = vertices[stack.BEFORE, i]
+    for i in range(memory.shape[1]):
+        memory[stack.NOW, i] = memory[stack.BEFORE, i]
+
+
+@fused.inlined
+def _keep(state: State, j: int) -> None:
+    """Accept the stack of a joint; its slip work begins anew."""
+    vertices, memory = state.vertices[j], state.memory[j]
+    memory[stack.NOW, stack.SLIP_WORK] = 0.0
+    memory[stack.NOW, stack.CARRY] = 0.0
+    for i in range(int(memory[stack.NOW, stack.TOP]) + 1):
+        vertices[stack.BEFORE, i] = vertices[stack.NOW, i]
+    for i in range(memory.shape[1]):
+        memory[stack.BEFORE, i] = memory[stack.NOW, i]
+
+
+@fused.inner
+def _respond(body: Body, state: State, j: int, depth: float, shift: float) -> None:
+    """The state of a joint at an indentation and a shift, straight from the state before the step."""
+    line = body.lines[body.ends[j, 0] : body.ends[j, 1]]
+    joint, energy = state.joints[j, 1], state.energies[j, 1]
+    joint[DEPTH] = depth
+    joint[SHIFT] = shift
+    if body.slips[j]:
+        scale, energy_scale = body.scales[j, stack.FORCE_SCALE], body.scales[j, stack.ENERGY_SCALE]
+        _restore(state, j)
+        memory = state.memory[j, stack.NOW]
+        advance(
+            Anchors(line, state.vertices[j, stack.NOW], memory),
+            depth,
+            shift / body.scales[j, stack.SHIFT_SCALE],
+        )
+        energy[SLIPPED] = energy_scale * memory[stack.SLIP_WORK]
+        if depth > 0.0:
+            index = int(memory[stack.TOP])
+            top = vertex(state.vertices[j, stack.NOW], index)
+            joint[FORCE] = top.force
+            joint[PULL] = scale * top.pull
+            joint[RADIUS] = top.radius
+            joint[STICK] = top.radius
+            if index > 0 and abs(top.slope) == 1.0:
+                joint[STICK] = vertex(state.vertices[j, stack.NOW], index - 1).radius
+            energy[WORK] = top.work
+            energy[STORED] = energy_scale * max(top.energy, 0.0)
+            return
+        joint[FORCE] = joint[PULL] = joint[RADIUS] = joint[STICK] = 0.0
+        energy[WORK] = energy[STORED] = 0.0
+        return
+    joint[RADIUS], joint[FORCE], energy[WORK] = curve(line, depth)
+
+
+@fused.inlined
+def _mean(work: float, way: float, before: float, after: float, stored: float) -> float:
+    """The mean force of a step from its work, or by the trapezoidal rule if rounding takes the difference of the energies."""
+    if abs(way) * max(abs(before), abs(after)) > _SHORT * stored:
+        return work / way
+    return 0.5 * (before + after)
+
+
+@fused.inner
+def _pull_back(body: Body, state: State, h: float) -> int:
+    """Add the mean forces of springs and joints in the trial step to those applied."""
+    position, force = state.position, state.force
+    count = position.shape[1]
+    for i in range(count):
+        force[0, i] = force[1, i]
+        force[3, i] = abs(force[1, i])
+    for s in range(body.springs.shape[0]):
+        start = body.springs[s, 2] + _dot(body.springs, s, 3, position, 0)
+        end = body.springs[s, 2] + _dot(body.springs, s, 3, position, 1)
+        mean = 0.5 * body.springs[s, 0] * (start + end) + body.springs[s, 1] * (end - start) / h
+        for i in range(count):
+            force[0, i] -= body.springs[s, 3 + i] * mean
+            force[3, i] += abs(body.springs[s, 3 + i] * mean)
+    for j in range(body.normal.shape[0]):
+        depth = body.normal[j, 0] + _dot(body.normal, j, 1, position, 1)
+        shift = _dot(body.tangential, j, 0, position, 1)
+        if not depth <= body.lines[body.ends[j, 0], MAX] * BEYOND:
+            return TOO_DEEP
+        _respond(body, state, j, depth, shift)
+        old, new = state.joints[j, 0], state.joints[j, 1]
+        kept, now = state.energies[j, 0], state.energies[j, 1]
+        normal = _mean(
+            now[WORK] - kept[WORK],
+            new[DEPTH] - old[DEPTH],
+            old[FORCE],
+            new[FORCE],
+            max(kept[WORK], now[WORK]),
+        )
+        pull = 0.0
+        if body.slips[j]:
+            pull = _mean(
+                now[STORED] - kept[STORED] + now[SLIPPED],
+                new[SHIFT] - old[SHIFT],
+                old[PULL],
+                new[PULL],
+                max(kept[STORED], now[STORED]),
+            )
+        for i in range(count):
+            force[0, i] -= body.normal[j, 1 + i] * normal + body.tangential[j, i] * pull
+            force[3, i] += abs(body.normal[j, 1 + i] * normal) + abs(body.tangential[j, i] * pull)
+    return COMPLETE
+
+
+@fused.inlined
+def _apply(body: Body, state: State, t: float, h: float) -> None:
+    """The mean of the applied forces, the driven positions at the end, and the stiffness of every coordinate."""
+    n = body.mass.size
+    position, force = state.position, state.force
+    for i in range(position.shape[1]):
+        force[1, i] = body.push[i] if i < n else 0.0
+        stiffness = 0.0
+        for s in range(body.springs.shape[0]):
+            arm = body.springs[s, 3 + i]
+            stiffness += arm * arm * (body.springs[s, 0] + 2.0 * body.springs[s, 1] / h)
+        for j in range(body.normal.shape[0]):
+            arm, across = body.normal[j, 1 + i], body.tangential[j, i]
+            ratio = body.scales[j, stack.FORCE_SCALE] / body.scales[j, stack.SHIFT_SCALE]
+            squares = arm * arm + across * across * ratio
+            modulus = body.lines[body.ends[j, 0], stack.MODULUS]
+            stiffness += 2.0 * squares * modulus * state.joints[j, 0, RADIUS]
+        force[2, i] = stiffness
+    middle, end = t + 0.5 * h, t + h
+    for k in range(body.force_waves.shape[0]):
+        i = int(body.force_waves[k, 0])
+        force[1, i] += body.force_waves[k, 1] * math.sin(
+            body.force_waves[k, 2] * middle + body.force_waves[k, 3]
+        )
+    for i in range(body.course.shape[0]):
+        position[1, n + i] = body.course[i, 0] + body.course[i, 1] * end
+    for k in range(body.drive_waves.shape[0]):
+        i = int(body.drive_waves[k, 0])
+        position[1, n + i] += body.drive_waves[k, 1] * math.sin(
+            body.drive_waves[k, 2] * end + body.drive_waves[k, 3]
+        )
+
+
+@fused.inlined
+def _add(sums: FloatArray, k: int, term: float) -> None:
+    """Kahan's summation."""
+    term -= sums[1, k]
+    total = sums[0, k] + term
+    sums[1, k] = (total - sums[0, k]) - term
+    sums[0, k] = total
+
+
+@fused.inlined
+def _accept(body: Body, state: State, h: float) -> None:
+    """Count the work of the step and keep its end."""
+    n = body.mass.size
+    position, force = state.position, state.force
+    for s in range(body.springs.shape[0]):
+        if body.springs[s, 1] > 0.0:
+            way = _dot(body.springs, s, 3, position, 1) - _dot(body.springs, s, 3, position, 0)
+            _add(state.sums, DAMPING, body.springs[s, 1] * way * way / h)
+    for i in range(position.shape[1]):
+        way = position[1, i] - position[0, i]
+        if i < n:
+            _add(state.sums, FORCES, force[1, i] * way)
+            state.velocity[2, i] = state.velocity[1, i] - state.velocity[0, i]
+            state.velocity[0, i] = state.velocity[1, i]
+        else:
+            _add(state.sums, DRIVES, -force[0, i] * way)
+        position[0, i] = position[1, i]
+    for j in range(body.normal.shape[0]):
+        _add(state.sums, SLIP, state.energies[j, 1, SLIPPED])
+        state.energies[j, 1, SLIPPED] = 0.0
+        for i in range(6):
+            state.joints[j, 0, i] = state.joints[j, 1, i]
+        for i in range(3):
+            state.energies[j, 0, i] = state.energies[j, 1, i]
+        if body.slips[j]:
+            _keep(state, j)
+
+
+@fused.inner
+def step(body: Body, state: State, t: float, h: float) -> int:
+    """One step by M (v1 - v0) = h F, x1 - x0 = h (v0 + v1) / 2 with the mean force F of the straight step, by iteration."""
+    n = body.mass.size
+    for j in range(body.normal.shape[0]):
+        if state.memory[j, stack.BEFORE, stack.TOP] > state.vertices.shape[2] - 4:
+            return STACK_FULL
+    _apply(body, state, t, h)
+    position, velocity, force = state.position, state.velocity, state.force
+    for i in range(n):
+        velocity[1, i] = velocity[0, i] + velocity[2, i]
+    last = math.inf
+    for _ in range(_ITERATIONS):
+        for i in range(n):
+            position[1, i] = position[0, i] + 0.5 * h * (velocity[0, i] + velocity[1, i])
+        code = _pull_back(body, state, h)
+        if code != COMPLETE:
+            return code
+        change = 0.0
+        for i in range(n):
+            gain = h / body.mass[i] * force[0, i]
+            correction = velocity[0, i] + gain - velocity[1, i]
+            correction /= 1.0 + 0.25 * h * h * force[2, i] / body.mass[i]
+            velocity[1, i] += correction
+            rounded = force[3, i] + force[2, i] * abs(position[0, i])
+            size = abs(velocity[0, i]) + h / body.mass[i] * rounded
+            if abs(correction) > change * size:
+                change = abs(correction) / size if size > 0.0 else math.inf
+        if change <= _SETTLED or (change <= _STAGNANT and change >= 0.5 * last):
+            _accept(body, state, h)
+            return COMPLETE
+        last = change
+    return NOT_CONVERGED
+
+
+@fused.inlined
+def write_row(body: Body, state: State, row: FloatArray) -> None:
+    """Positions, velocities, joints, energies and sums of the present state."""
+    n, count, joints = body.mass.size, state.position.shape[1], body.normal.shape[0]
+    kinetic = springs = normal = tangential = 0.0
+    for i in range(count):
+        row[i] = state.position[0, i]
+    for i in range(n):
+        row[count + i] = state.velocity[0, i]
+        kinetic += 0.5 * body.mass[i] * state.velocity[0, i] * state.velocity[0, i]
+    at = count + n
+    for j in range(joints):
+        for i in range(6):
+            row[at + i] = state.joints[j, 0, i]
+        normal += state.energies[j, 0, WORK]
+        tangential += state.energies[j, 0, STORED]
+        at += 6
+    for s in range(body.springs.shape[0]):
+        elongation = body.springs[s, 2] + _dot(body.springs, s, 3, state.position, 0)
+        springs += 0.5 * body.springs[s, 0] * elongation * elongation
+    row[at] = kinetic
+    row[at + SPRINGS] = springs
+    row[at + NORMAL] = normal
+    row[at + TANGENTIAL] = tangential
+    for k in range(4):
+        row[at + 4 + k] = state.sums[0, k]
+
+
+@fused.inlined
+def _begin(body: Body, state: State) -> int:
+    """The joints where a motion begins, straight from a touch."""
+    for j in range(body.normal.shape[0]):
+        depth = body.normal[j, 0] + _dot(body.normal, j, 1, state.position, 0)
+        shift = _dot(body.tangential, j, 0, state.position, 0)
+        if not depth <= body.lines[body.ends[j, 0], MAX] * BEYOND:
+            return TOO_DEEP
+        if body.slips[j]:
+            _respond(body, state, j, 0.0, shift)
+            _keep(state, j)
+        _respond(body, state, j, depth, shift)
+        for i in range(6):
+            state.joints[j, 0, i] = state.joints[j, 1, i]
+        for i in range(3):
+            state.energies[j, 0, i] = state.energies[j, 1, i]
+        state.energies[j, :, SLIPPED] = 0.0
+        if body.slips[j]:
+            _keep(state, j)
+    return COMPLETE
+
+
+@fused.compiled
+def run(body: Body, state: State, out: FloatArray, h: float, parts: int, done: int) -> tuple[int, int]:
+    """
+    Rows of a motion, the first where it begins, then one after every `parts` steps of h; `done` steps are already taken.
+
+    Returns
+    -------
+    tuple
+        The ending, and the number of steps taken.
+    """
+    if done == 0:
+        code = _begin(body, state)
+        if code != COMPLETE:
+            return code, 0
+        write_row(body, state, out[0])
+    steps = parts * (out.shape[0] - 1)
+    for taken in range(done, steps):
+        code = step(body, state, taken * h, h)
+        if code != COMPLETE:
+            return code, taken
+        if (taken + 1) % parts == 0:
+            write_row(body, state, out[taken // parts + 1])
+    return COMPLETE, steps

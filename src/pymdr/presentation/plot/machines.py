@@ -1,0 +1,129 @@
+"""Figures of motions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    axis_label,
+    draw_zero,
+    legend_above,
+    letter_panels,
+    new_figure,
+    scaled,
+    styled,
+)
+from pymdr.quantities import QUANTITIES
+from pymdr.units import FloatArray, good_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_STORED = ("kinetic_energy", "spring_energy", "elastic_energy", "stored_tangential_energy")
+_LOST = ("dissipated_energy", "damping_energy")
+_DONE = ("work_of_drives", "work_of_forces")
+_DECADES = 1e-6
+"""Smallest amplitude of a spectrum that is shown, over the largest."""
+
+
+def motion_figure(data: xr.Dataset, spectrum: xr.DataArray | None) -> Figure:
+    """
+    Phase plane of the first body, the flow of energy, and with contacts the forces of the first joint and a spectrum.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Over ``step`` with ``time``: ``position`` and ``velocity`` over ``body``, energies, and with contacts ``normal_force`` and perhaps
+        ``tangential_force`` over ``joint``.
+    spectrum : xarray.DataArray or None
+        Amplitudes of a force in N over ``frequency`` in Hz.
+    """
+    with styled():
+        touches = spectrum is not None
+        figure = new_figure(8.4, 6.4 if touches else 3.4)
+        panels = figure.subplots(2 if touches else 1, 2).ravel()
+        time_unit = good_unit(data["time"].values, "s")
+        time = scaled(data["time"].values, "time", time_unit)
+        _draw_phase_plane(panels[0], data)
+        if spectrum is not None:
+            _draw_forces(panels[1], data, time, time_unit)
+            _draw_spectrum(panels[2], spectrum)
+        _draw_energies(panels[-1], data, time, time_unit)
+        letter_panels(figure)
+    return figure
+
+
+def _draw_phase_plane(axes: Axes, data: xr.Dataset) -> None:
+    """Velocity against position of the first body, from the dot on."""
+    shown = []
+    for name in ("position", "velocity"):
+        values = data[name].values[:, 0]
+        unit = good_unit(values, QUANTITIES[name].unit)
+        shown.append(scaled(values, name, unit))
+        # the quantity "velocity" of results is that of an approach
+        label = (
+            f"{'position $x$' if name == 'position' else 'velocity $v$'} of {data['body'].values[0]} ({unit})"
+        )
+        (axes.set_xlabel if name == "position" else axes.set_ylabel)(label)
+    axes.plot(*shown, color=BLUE, lw=0.8)
+    axes.plot(shown[0][0], shown[1][0], "o", color=BLUE, ms=4)
+    draw_zero(axes)
+
+
+def _draw_forces(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str) -> None:
+    """The forces of the first joint against time."""
+    names = [name for name in ("normal_force", "tangential_force") if name in data]
+    unit = good_unit(data["normal_force"].values[:, 0], "N")
+    for name, color in zip(names, (BLUE, GREEN), strict=False):
+        label = f"{QUANTITIES[name].long_name} ${QUANTITIES[name].symbol}$"
+        axes.plot(time, scaled(data[name].values[:, 0], name, unit), color=color, lw=1.0, label=label)
+    axes.set_xlabel(axis_label("time", time_unit))
+    axes.set_ylabel(f"force at {data['joint'].values[0]} ({unit})")
+    draw_zero(axes)
+    legend_above(axes)
+
+
+def _draw_spectrum(axes: Axes, spectrum: xr.DataArray) -> None:
+    """Amplitudes of a force against frequency."""
+    largest = float(spectrum.max())
+    unit = good_unit(np.array([largest]), "N")
+    hertz = good_unit(spectrum["frequency"].values, "Hz")
+    shown = np.maximum(spectrum.values, _DECADES * largest)
+    frequency = scaled(spectrum["frequency"].values, "frequency", hertz)
+    axes.plot(frequency, scaled(shown, str(spectrum.name), unit), color=BLUE, lw=0.8)
+    if largest > 0.0:
+        axes.set_yscale("log")
+    axes.set_xlabel(f"frequency $f$ ({hertz})")
+    axes.set_ylabel(f"amplitude of ${QUANTITIES[str(spectrum.name)].symbol}$ ({unit})")
+
+
+def _draw_energies(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str) -> None:
+    """Energy stored, dissipated, and brought in since the start."""
+
+    def total(names: tuple[str, ...]) -> FloatArray:
+        return np.asarray(sum((data[name].values for name in names if name in data), np.zeros(time.size)))
+
+    kinetic, stored = total(_STORED[:1]), total(_STORED)
+    lost, done = total(_LOST), total(_DONE)
+    unit = good_unit(np.concatenate([stored + lost, done]), "J")
+    layers = (
+        (np.zeros(time.size), kinetic, ORANGE, "kinetic"),
+        (kinetic, stored, BLUE, "elastic"),
+        (stored, stored + lost, GREY, "dissipated"),
+    )
+    for low, high, color, label in layers:
+        bottom, top = scaled(low, "kinetic_energy", unit), scaled(high, "kinetic_energy", unit)
+        axes.fill_between(time, bottom, top, color=color, alpha=0.6, lw=0, label=label)
+    brought = scaled(stored[0] + done, "kinetic_energy", unit)
+    axes.plot(time, brought, color="black", lw=0.8, ls="--", label="at the start, and work")
+    axes.set_xlabel(axis_label("time", time_unit))
+    axes.set_ylabel(f"energy ({unit})")
+    legend_above(axes)

@@ -1,0 +1,273 @@
+"""Motion of machines with contacts: closed forms, limits, conservation, other solvers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import pymdr as mdr
+from drawing import examples
+from pymdr.line.motion import follow_motion
+from pymdr.solving.moving.assembling import map_contact, system_of
+from pymdr.solving.moving.interpreting import residual_of
+from pymdr.solving.moving.value import ENERGIES
+
+STEEL = mdr.Elastic("210 GPa", 0.3)
+BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL)
+RUBBING = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+MODULUS = mdr.effective_moduli(STEEL).normal
+PAIR = mdr.effective_moduli(STEEL, STEEL)
+
+
+def falling(speed=1.0, mass=0.033):
+    return mdr.Machine([mdr.Mass("ball", mass, velocity=speed)], [mdr.Joint(BALL, "ball")])
+
+
+def contact_time(speed=1.0, mass=0.033):
+    """2 sqrt(pi) Gamma(7/5) / Gamma(9/10) d_m / v for F = k d^(3/2)."""
+    k = 4 / 3 * MODULUS * math.sqrt(0.01)
+    gammas = 2 * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9)
+    return gammas * (1.25 * mass * speed**2 / k) ** 0.4 / speed
+
+
+def followed(machine, span, steps):
+    """The motion in a given number of steps, without control of its error."""
+    mapped = {joint.contact: map_contact(joint.contact) for joint in machine.joints}
+    return follow_motion(system_of(machine, mapped, dict.fromkeys(mapped, math.inf)), span / steps, 1, steps)
+
+
+def residual(followed):
+    return residual_of({name: followed.energies[:, i] for i, name in enumerate(ENERGIES)})
+
+
+def test_a_mass_bounces_on_a_hertz_contact_in_the_known_time():
+    assert contact_time() == pytest.approx(3.218 * (0.033**2 / (4 / 3 * MODULUS * 0.1) ** 2) ** 0.2, rel=1e-4)
+    span = 1.2 * contact_time()
+    motion = mdr.move(falling(), span, steps=50, accuracy=1e-8)
+    flown = -float(motion["position"][-1, 0])
+    assert span - flown == pytest.approx(contact_time(), rel=1e-7)
+    assert float(motion["velocity"][-1, 0]) == pytest.approx(-1.0, rel=1e-12)
+    assert motion.claims["position"].error[-1] < 1e-7
+
+
+def test_errors_are_of_second_order():
+    span = 0.5 * contact_time()
+    ends = [followed(falling(), span, n).position[-1, 0] for n in (50, 100, 200, 400)]
+    exact = mdr.impact(BALL, mass=0.033, speed=1.0).largest_indentation
+    errors = np.abs(np.array(ends) - exact)
+    # at the turning point the error of the time does not count, so that the steps are compared with the finest
+    ways = [followed(falling(), 0.7 * span, n).position[-1, 0] for n in (50, 100, 200, 400)]
+    orders = np.log2(np.abs(np.diff(ways))[:-1] / np.abs(np.diff(ways))[1:])
+    assert np.all(np.abs(orders - 2.0) < 0.05)
+    assert errors[-1] < 1e-4 * exact
+
+
+def bouncing():
+    """A mass that gravity presses on a contact, and a second one on a spring."""
+    return mdr.Machine(
+        [mdr.Mass("ball", 0.03, position="-1 um"), mdr.Mass("rider", 0.01, velocity=1e-3)],
+        [mdr.Joint(BALL, "ball"), mdr.Spring(("ball", "rider"), 1e6), mdr.Force("ball", 5.0)],
+    )
+
+
+def test_energy_drifts_below_1e_10_in_1e5_steps():
+    assert residual(followed(bouncing(), 0.5, 100_000)) < 1e-10
+
+
+def test_a_frictionless_motion_runs_back():
+    there = followed(bouncing(), 2e-3, 4000)
+    machine = bouncing()
+    bodies = [
+        replace(body, position=float(x), velocity=-float(v))
+        for body, x, v in zip(machine.bodies, there.position[-1], there.velocity[-1], strict=True)
+    ]
+    back = followed(mdr.Machine(bodies, machine.links), 2e-3, 4000)
+    way = np.ptp(np.stack([there.position[-1], back.position[-1]]))
+    assert np.allclose(back.position[-1], [-1e-6, 0.0], rtol=0, atol=1e-9 * way)
+    assert np.allclose(back.velocity[-1], [0.0, -1e-3], rtol=0, atol=1e-9)
+
+
+def pulled(speed, stiffness, mass=1.0, depth=1e-6):
+    return mdr.Machine(
+        [mdr.Mass("slider", mass), mdr.Drive("stage", velocity=speed)],
+        [mdr.Spring(("stage", "slider"), stiffness), mdr.Joint(RUBBING, (), "slider", indentation=depth)],
+    )
+
+
+@pytest.mark.parametrize(("speed", "stiffness"), [(2e-3, 2e3), (8e-3, 2e3), (2e-3, 8e3)])
+def test_amplitude_of_stick_and_slip(speed, stiffness):
+    """After the first slip the slider moves by v t - (v / omega) sin(omega t): the spring force swings by v sqrt(k m)."""
+    load = 4 / 3 * PAIR.normal * 0.1 * 1e-6**1.5
+    start, period = 0.3 * load / (stiffness * speed), 2 * math.pi / math.sqrt(stiffness)
+    motion = mdr.move(pulled(speed, stiffness), start + 3 * period, steps=2000)
+    late = motion["time"].values > start + 0.1 * period
+    stretch = speed * motion["time"].values - motion["position"].values[:, 0]
+    swing = 0.5 * stiffness * np.ptp(stretch[late])
+    assert swing == pytest.approx(speed * math.sqrt(stiffness), rel=0.02)
+    assert float(motion["tangential_force"].max()) <= 0.3 * load * (1 + 1e-12)
+
+
+def test_normal_oscillation_lowers_friction_between_its_limits():
+    """Slow: mu F_N at the least indentation; fast: mu times the mean of F_N."""
+    depth, swing = 1e-6, 0.5e-6
+
+    def mean_friction(speed, duration):
+        bodies = [mdr.Mass("slider", 1e12, velocity=speed), mdr.Drive("shaker", 0, 0, swing, "20 kHz")]
+        shaken = mdr.Machine(bodies, [mdr.Joint(RUBBING, "shaker", "slider", indentation=depth)])
+        motion = mdr.move(shaken, duration, steps=8000)
+        return motion["tangential_force"].values[-2000:, 0].mean(), motion["normal_force"].values[-2000:, 0]
+
+    slow, _ = mean_friction(1e-5, "50 ms")
+    fast, load = mean_friction(5.0, "1 ms")
+    assert slow == pytest.approx(0.3 * 4 / 3 * PAIR.normal * 0.1 * (depth - swing) ** 1.5, rel=5e-3)
+    assert fast == pytest.approx(0.3 * load.mean(), rel=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.5, 2.0])
+def test_tangential_oscillation_lowers_friction(ratio):
+    """With ways far beyond the elastic shift the mean is mu F_N (2 / pi) arcsin(v / v_max), and mu F_N above v_max."""
+    depth, way, frequency = 1e-9, 1e-4, 1e3
+    largest = 2 * math.pi * frequency * way
+    bodies = [mdr.Mass("slider", 1e12, velocity=ratio * largest), mdr.Drive("shaker", 0, 0, way, frequency)]
+    joint = mdr.Joint(RUBBING, (), {"slider": 1, "shaker": 1}, indentation=depth)
+    motion = mdr.move(mdr.Machine(bodies, [joint]), 4 / frequency, steps=4000)
+    mean = motion["tangential_force"].values[1001:, 0].mean()
+    limit = 0.3 * float(motion["normal_force"][0, 0])
+    assert mean / limit == pytest.approx(2 / math.pi * math.asin(min(ratio, 1.0)), abs=2e-3)
+
+
+def test_a_vibrating_joint_loses_the_energy_of_its_loop():
+    depth = 2e-6
+    load = 4 / 3 * PAIR.normal * 0.1 * depth**1.5
+    stiffness = 2 * PAIR.tangential * math.sqrt(0.01 * depth)
+    period = 2 * math.pi / math.sqrt(stiffness)
+    machine = mdr.Machine(
+        [mdr.Mass("block", 1.0, velocity=0.1 * load / math.sqrt(stiffness))],
+        [mdr.Joint(RUBBING, (), "block", indentation=depth)],
+    )
+    motion = mdr.move(machine, 12 * period, steps=6000, accuracy=1e-3)
+    x, v = motion["position"].values[:, 0], motion["velocity"].values[:, 0]
+    turns = np.flatnonzero((v[:-1] > 0) & (v[1:] <= 0))[-2:]
+    lost = np.diff(motion["dissipated_energy"].values[turns])[0]
+    opposite = np.flatnonzero((v[:-1] < 0) & (v[1:] >= 0))
+    between = opposite[(opposite > turns[0]) & (opposite < turns[1])][0]
+    amplitude = 0.5 * (0.5 * (x[turns[0]] + x[turns[1]]) - x[between])
+    loop = mdr.solve(RUBBING, mdr.indent(depth) >> mdr.cycle(shift=amplitude, cycles=2, steps=8))
+    closed = loop["dissipated_energy"].values
+    assert lost == pytest.approx(closed[-1] - closed[-5], rel=5e-3)
+
+
+def test_a_solitary_wave_runs_along_a_chain_of_spheres():
+    """Nesterenko (1983): V = (16/25)^(1/5) c^(4/5) v_m^(1/5), c^2 = k a^(5/2) / m; in chains 0.8 % slower."""
+    count, mass, radius = 24, 1e-3, 5e-3
+    pair = mdr.Contact(mdr.Paraboloid(0.5 * radius), STEEL, STEEL)
+    bodies = [mdr.Mass(f"b{i}", mass, velocity=0.0 if i else 1.0) for i in range(count)]
+    links = [mdr.Joint(pair, (f"b{i}", f"b{i + 1}"), name=f"c{i}") for i in range(count - 1)]
+    k = 4 / 3 * PAIR.normal * math.sqrt(0.5 * radius)
+    motion = mdr.move(mdr.Machine(bodies, links), 1.8e-4, steps=1200, accuracy=1e-3)
+    speeds, time = motion["velocity"].values, motion["time"].values
+
+    def peak(i):
+        j = int(np.argmax(speeds[:, i]))
+        a, b, c = np.polyfit([-1.0, 0.0, 1.0], speeds[j - 1 : j + 2, i], 2)
+        return time[j] - b / (2 * a) * time[1], c - b * b / (4 * a)
+
+    (first, height), (last, _) = peak(12), peak(18)
+    c = math.sqrt(k * (2 * radius) ** 2.5 / mass)
+    formula = (16 / 25) ** 0.2 * c**0.8 * height**0.2
+    assert 6 * 2 * radius / (last - first) == pytest.approx(formula, rel=0.01)
+
+
+@pytest.mark.parametrize(("angle", "spin"), [("30 deg", 0.0), ("60 deg", 20.0), ("80 deg", -50.0)])
+def test_oblique_impacts_are_those_of_impact(angle, spin):
+    mass, radius, speed = 0.033, 0.01, 1.0
+    tilt = math.radians(float(angle.split()[0]))
+    known = mdr.impact(RUBBING, mass=mass, speed=speed, angle=angle, spin=spin)
+    bodies = [
+        mdr.Mass("z", mass, velocity=speed * math.cos(tilt)),
+        mdr.Mass("x", mass, velocity=speed * math.sin(tilt)),
+        mdr.Rotor("ball", 0.4 * mass * radius**2, radius, spin=spin),
+    ]
+    machine = mdr.Machine(bodies, [mdr.Joint(RUBBING, "z", {"x": 1, "ball": 1})])
+    motion = mdr.move(machine, 1.1 * known.contact_time, steps=50, accuracy=1e-7)
+    z, x, rim = motion["velocity"].values[-1]
+    assert z == pytest.approx(-known.rebound_speed, rel=1e-9)
+    assert x == pytest.approx(known.tangential_speed, abs=1e-6)
+    assert rim / radius == pytest.approx(known.spin, abs=1e-6 / radius)
+    assert float(motion["dissipated_energy"][-1]) == pytest.approx(known.energy_lost, rel=1e-5)
+
+
+def on_a_track(amplitude, frequency, load=50.0, mass=0.033, start=0.0):
+    depth = (load / (4 / 3 * MODULUS * 0.1)) ** (2 / 3)
+    bodies = [mdr.Mass("ball", mass, depth, start), mdr.Drive("track", 0, 0, amplitude, frequency)]
+    return mdr.Machine(bodies, [mdr.Joint(BALL, {"ball": 1, "track": 1}), mdr.Force("ball", load)])
+
+
+def test_a_wavy_track_excites_the_normal_force():
+    """Small waves: |F| = w k m omega^2 / |k - m omega^2|; high ones part the bodies."""
+    depth = (50.0 / (4 / 3 * MODULUS * 0.1)) ** (2 / 3)
+    stiffness, frequency, wave = 2 * MODULUS * math.sqrt(0.01 * depth), 2000.0, 1e-10
+    omega = 2 * math.pi * frequency
+    inertia = 0.033 * omega**2
+    start = -wave * omega * stiffness / (stiffness - inertia)
+    gentle = mdr.move(on_a_track(wave, frequency, start=start), "20 ms", steps=4000)
+    spectrum = gentle.spectrum("normal_force", "contact")
+    expected = wave * stiffness * inertia / abs(stiffness - inertia)
+    assert float(spectrum.sel(frequency=frequency)) == pytest.approx(expected, rel=1e-3)
+    rough = mdr.move(on_a_track(4e-6, frequency), "5 ms", steps=2000, accuracy=0.02)
+    force = rough["normal_force"].values
+    assert force.min() == 0.0
+    assert np.count_nonzero(np.diff((force[:, 0] > 0).astype(int)) == -1) > 3
+    harmonics = rough.spectrum("normal_force", "contact")
+    assert float(harmonics.sel(frequency=2 * frequency, method="nearest")) > 1e-3 * force.max()
+
+
+SCALES = st.floats(-9.0, 0.0).map(lambda e: 10.0**e)
+PARTS = st.floats(0.1, 3.0)
+
+
+@settings(max_examples=examples(40), deadline=None)
+@given(
+    length=SCALES,
+    young=st.sampled_from([1e3, 1e6, 2e11]),
+    parts=st.tuples(*[PARTS] * 7),
+    slides=st.booleans(),
+)
+def test_energy_in_is_energy_stored_and_dissipated(length, young, parts, slides):
+    """Random machines from nm to m: the balance closes at any step."""
+    spring, damping, mass, load, speed, swing, mu = parts
+    body = mdr.Elastic(young, 0.3)
+    contact = mdr.Contact(mdr.Paraboloid(length), body, friction=mdr.Coulomb(mu) if slides else None)
+    depth = 1e-3 * length
+    k = 2 * mdr.effective_moduli(body).normal * math.sqrt(length * depth)
+    m = 1e3 * mass * length**3
+    period = math.sqrt(m / k)
+    bodies = [
+        mdr.Mass("z", m, 0.3 * depth, -depth / period),
+        mdr.Mass("x", m, 0, speed * depth / period),
+        mdr.Rotor("r", m * length**2, length),
+        mdr.Drive("d", 0, 0.1 * depth / period, swing * depth, 0.2 / period),
+    ]
+    links = [
+        mdr.Joint(contact, "z", {"x": 1, "r": -0.5}, indentation=0.5 * depth),
+        mdr.Spring(("x", "d"), spring * k, 0.1 * damping * m / period),
+        mdr.Force({"z": 1, "r": 0.2}, load * k * depth, 0.5 * k * depth, 0.3 / period),
+    ]
+    run = followed(mdr.Machine(bodies, links), 30 * period, 600)
+    assert residual(run) < 1e-10
+    lost = run.energies[:, 4]
+    assert np.all(np.diff(lost) >= 0.0) if slides else not lost.any()
+
+
+def test_a_machine_without_contacts():
+    """x = sin(omega t) / omega, with a damper at a tenth of the critical one."""
+    damped = mdr.Machine([mdr.Mass("bob", 1.0, velocity=1.0)], [mdr.Spring("bob", 1.0, 0.2)])
+    motion = mdr.move(damped, 3.0, steps=30, accuracy=1e-7)
+    omega = math.sqrt(0.99)
+    exact = np.exp(-0.1 * motion["time"]) * np.sin(omega * motion["time"]) / omega
+    assert np.allclose(motion["position"].values[:, 0], exact, rtol=0, atol=1e-7)
+    assert "normal_force" not in motion.data
+    assert motion.plot().axes
