@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.line.motion import follow_motion
-from pymdr.solving.moving.assembling import map_contact, system_of
-from pymdr.solving.moving.interpreting import residual_of
-from pymdr.solving.moving.value import ENERGIES
+from pymdr.solving.machines.assembling import map_contact, system_of
+from pymdr.solving.machines.interpreting import residual_of
+from pymdr.solving.machines.value import ENERGIES
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL)

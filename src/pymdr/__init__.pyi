@@ -109,7 +109,7 @@ from .solving.heating import joule_heating as joule_heating
 from .solving.impacts import impact as impact
 from .solving.impacts import restitution as restitution
 from .solving.loops import friction_loop as friction_loop
-from .solving.moving import move as move
+from .solving.machines import move as move
 from .solving.nanoindentation import calibrate_area as calibrate_area
 from .solving.nanoindentation import continuous_stiffness as continuous_stiffness
 from .solving.nanoindentation import film_modulus as film_modulus

@@ -33,6 +33,7 @@ from pymdr.line.motion.layout import (
     TOO_DEEP,
     WORK,
 )
+from pymdr.line.moved import BEFORE, NOW
 from pymdr.numerics.graded import reading as table
 from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
@@ -111,22 +112,22 @@ def _dot(coefficients: FloatArray, row: int, first: int, position: FloatArray, w
 def _restore(state: State, j: int) -> None:
     """The stack of a joint as it was before the step."""
     vertices, memory = state.vertices[j], state.memory[j]
-    for i in range(int(memory[stack.BEFORE, stack.TOP]) + 1):
-        vertices[stack.NOW, i] = vertices[stack.BEFORE, i]
+    for i in range(int(memory[BEFORE, stack.TOP]) + 1):
+        vertices[NOW, i] = vertices[BEFORE, i]
     for i in range(memory.shape[1]):
-        memory[stack.NOW, i] = memory[stack.BEFORE, i]
+        memory[NOW, i] = memory[BEFORE, i]
 
 
 @fused.inlined
 def _keep(state: State, j: int) -> None:
     """Accept the stack of a joint; its slip work begins anew."""
     vertices, memory = state.vertices[j], state.memory[j]
-    memory[stack.NOW, stack.SLIP_WORK] = 0.0
-    memory[stack.NOW, stack.CARRY] = 0.0
-    for i in range(int(memory[stack.NOW, stack.TOP]) + 1):
-        vertices[stack.BEFORE, i] = vertices[stack.NOW, i]
+    memory[NOW, stack.SLIP_WORK] = 0.0
+    memory[NOW, stack.CARRY] = 0.0
+    for i in range(int(memory[NOW, stack.TOP]) + 1):
+        vertices[BEFORE, i] = vertices[NOW, i]
     for i in range(memory.shape[1]):
-        memory[stack.BEFORE, i] = memory[stack.NOW, i]
+        memory[BEFORE, i] = memory[NOW, i]
 
 
 @fused.inner
@@ -139,22 +140,22 @@ def _respond(body: Body, state: State, j: int, depth: float, shift: float) -> No
     if body.slips[j]:
         scale, energy_scale = body.scales[j, stack.FORCE_SCALE], body.scales[j, stack.ENERGY_SCALE]
         _restore(state, j)
-        memory = state.memory[j, stack.NOW]
+        memory = state.memory[j, NOW]
         advance(
-            Anchors(line, state.vertices[j, stack.NOW], memory),
+            Anchors(line, state.vertices[j, NOW], memory),
             depth,
             shift / body.scales[j, stack.SHIFT_SCALE],
         )
         energy[SLIPPED] = energy_scale * memory[stack.SLIP_WORK]
         if depth > 0.0:
             index = int(memory[stack.TOP])
-            top = vertex(state.vertices[j, stack.NOW], index)
+            top = vertex(state.vertices[j, NOW], index)
             joint[FORCE] = top.force
             joint[PULL] = scale * top.pull
             joint[RADIUS] = top.radius
             joint[STICK] = top.radius
             if index > 0 and abs(top.slope) == 1.0:
-                joint[STICK] = vertex(state.vertices[j, stack.NOW], index - 1).radius
+                joint[STICK] = vertex(state.vertices[j, NOW], index - 1).radius
             energy[WORK] = top.work
             energy[STORED] = energy_scale * max(top.energy, 0.0)
             return
@@ -293,7 +294,7 @@ def step(body: Body, state: State, t: float, h: float) -> int:
     """One step by M (v1 - v0) = h F, x1 - x0 = h (v0 + v1) / 2 with the mean force F of the straight step, by iteration."""
     n = body.mass.size
     for j in range(body.normal.shape[0]):
-        if state.memory[j, stack.BEFORE, stack.TOP] > state.vertices.shape[2] - 4:
+        if state.memory[j, BEFORE, stack.TOP] > state.vertices.shape[2] - 4:
             return STACK_FULL
     _apply(body, state, t, h)
     position, velocity, force = state.position, state.velocity, state.force

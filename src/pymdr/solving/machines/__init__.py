@@ -1,6 +1,6 @@
 """Motion of machines: masses, springs, drives and contacts."""
 
-from pymdr.solving.moving.value import Motion
-from pymdr.solving.moving.verb import move
+from pymdr.solving.machines.value import Motion
+from pymdr.solving.machines.verb import move
 
 __all__ = ["Motion", "move"]

@@ -10,9 +10,9 @@ from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.line.motion import Followed, System, follow_motion
 from pymdr.line.motion.driver import Outcome
 from pymdr.problem.machines import Machine
-from pymdr.solving.moving.assembling import first_depths, map_contact, system_of
-from pymdr.solving.moving.interpreting import Run, fastest, interpret
-from pymdr.solving.moving.value import Motion
+from pymdr.solving.machines.assembling import first_depths, map_contact, system_of
+from pymdr.solving.machines.interpreting import Run, fastest, interpret
+from pymdr.solving.machines.value import Motion
 from pymdr.units import QuantityLike, shown, to_si, written
 
 _MOST = 20_000_000

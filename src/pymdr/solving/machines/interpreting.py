@@ -14,8 +14,8 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.machines import Machine
 from pymdr.quantities import quantity
 from pymdr.solving.closure import is_curve
-from pymdr.solving.moving.assembling import ordered
-from pymdr.solving.moving.value import ENERGIES, Motion, residual_of
+from pymdr.solving.machines.assembling import ordered
+from pymdr.solving.machines.value import ENERGIES, Motion, residual_of
 from pymdr.solving.stepping import Stepper
 from pymdr.units import FloatArray, metres, written
 
