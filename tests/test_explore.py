@@ -120,6 +120,22 @@ def test_what_is_seen_is_what_the_result_says(kind):
     assert "nan" not in found.curve.text
 
 
+@pytest.mark.parametrize(
+    ("kind", "limit"), [("cone", 0.1), ("ball", 0.1), ("gel", 0.1), ("joint", 0.1), ("tip", 0.3)]
+)
+def test_an_answer_takes_little_time(kind, limit):
+    choice = model.start(kind)
+    knob = next(k for k in model.knobs(choice) if k.place == ("body", "young"))
+
+    def seconds(to):
+        began = time.thread_time()
+        moved = model.dragged(choice, knob, to)
+        running.look(running.Request(moved, running.View()), model.answer(moved), time.perf_counter())
+        return time.thread_time() - began
+
+    assert min(seconds(to) for to in (0.45, 0.5, 0.55)) < limit  # the first may compile
+
+
 def test_stress_is_largest_where_it_is_in_a_hertzian_contact():
     choice = model.with_kind("profile", "paraboloid", model.start("ball"))
     result = model.answer(choice)

@@ -45,7 +45,7 @@ class Page:
 
     def status(self):
         """What the case in front says: its status, or why it has none."""
-        return (self.texts("div[role=status]") or [""])[0]
+        return (self.texts("div.case[role=status]") or [""])[0]
 
     def alerts(self):
         return [text for text in self.texts("[role=alert]") if text]
@@ -59,9 +59,13 @@ class Page:
 
     def numbers(self):
         """Values by quantity of the first table."""
-        table = self.all("table.numbers")[0]
-        rows = table.find_elements(By.CSS_SELECTOR, "tbody tr")
-        return {r.find_element(By.TAG_NAME, "th").text: r.find_element(By.TAG_NAME, "td").text for r in rows}
+        return dict(
+            self.driver.execute_script(
+                f"const tables = (function() {{ {_ALL} }}).apply(null, arguments);"
+                "return [...tables[0].querySelectorAll('tbody tr')].map((row) => [...row.children].slice(0, 2).map((e) => e.textContent))",
+                "table.numbers",
+            )
+        )
 
     def press(self, element, key, times=1):
         element.send_keys(key * times)

@@ -206,7 +206,9 @@ class CasePane:
         self._bar.param.update(value=int(100 * done), visible=done < 1.0)
 
     def _show_message(self, message: str) -> None:
-        self._message.object = f"<div role='status' class='error'>{escape(message)}</div>" if message else ""
+        self._message.object = (
+            f"<div role='status' class='case error'>{escape(message)}</div>" if message else ""
+        )
 
     def _show(self, answer: Seen | Inside) -> None:
         if isinstance(answer, Inside):
@@ -221,7 +223,7 @@ class CasePane:
             return
         status = answer.result.status
         self._message.object = (
-            f"<div role='status'>{escape(status.name.replace('_', ' ').lower())}: {escape(status.value)}; "
+            f"<div role='status' class='case'>{escape(status.name.replace('_', ' ').lower())}: {escape(status.value)}; "
             f"{1e3 * answer.seconds:.0f} ms</div>"
         )
         self._show_choices(answer)

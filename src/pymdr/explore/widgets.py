@@ -34,6 +34,7 @@ def grid(least: int) -> str:
 GRID = grid(400)
 """Figures side by side."""
 _SCRIPT = """
+const STEPS = 400  // one changes the third digit of a value
 export function render({ model, el }) {
   const root = document.createElement('div')
   el.appendChild(root)
@@ -54,7 +55,7 @@ export function render({ model, el }) {
       name.htmlFor = id
       name.textContent = label
       const range = document.createElement('input')
-      Object.assign(range, { type: 'range', min: 0, max: 1000, step: 1, id })
+      Object.assign(range, { type: 'range', min: 0, max: STEPS, step: 1, id })
       const full = [heading, label].filter(Boolean).join(' ')
       const box = document.createElement(model.boxes ? 'input' : 'output')
       box.id = id + '-text'
@@ -66,7 +67,7 @@ export function render({ model, el }) {
       const fault = document.createElement('div')
       fault.className = 'fault'
       fault.setAttribute('role', 'alert')
-      range.addEventListener('input', () => model.send_msg({ index: i, fraction: Number(range.value) / 1000 }))
+      range.addEventListener('input', () => model.send_msg({ index: i, fraction: Number(range.value) / STEPS }))
       box.addEventListener('change', () => model.send_msg({ index: i, text: box.value }))
       row.append(name, range, box, fault)
       root.appendChild(row)
@@ -78,7 +79,7 @@ export function render({ model, el }) {
     model.values.forEach(([fraction, text, fault], i) => {
       if (i >= rows.length) return
       const { range, box, fault: place } = rows[i]
-      if (!range.matches(':active')) range.value = Math.round(1000 * fraction)
+      if (!range.matches(':active')) range.value = Math.round(STEPS * fraction)
       range.setAttribute('aria-valuetext', text)
       if (fault === '') box.value = text
       if (model.boxes) box.setAttribute('aria-invalid', fault !== '')
