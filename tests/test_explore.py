@@ -1,5 +1,6 @@
 """The explorer: what is chosen becomes a case, its file, its lines of Python and what is seen; without a browser."""
 
+import sys
 import threading
 import time
 import tomllib
@@ -238,6 +239,30 @@ def test_bad_files_are_refused_by_name(name, content, tmp_path):
         dropping.dropped(name, content, model.start("ball"))
     assert name in str(caught.value)
     assert str(tmp_path.parent) not in str(caught.value)
+
+
+def test_cases_of_a_folder_come_first_and_invalid_ones_are_named(tmp_path, capsys):
+    from pymdr.workbench.cli.exploring import _choices
+
+    with pytest.raises(mdr.FileError, match="no case file"):
+        _choices(tmp_path)
+    (tmp_path / "good.toml").write_text(model.toml(model.start("cone")), encoding="utf-8")
+    (tmp_path / "bad.toml").write_text("profile = 1", encoding="utf-8")
+    names = list(_choices(tmp_path))
+    assert names == ["good.toml", *model.STARTS.values()]
+    assert "bad.toml" in capsys.readouterr().err
+    assert next(iter(_choices(tmp_path / "good.toml"))) == "good.toml"
+    with pytest.raises(mdr.CaseError, match=r"bad\.toml"):
+        _choices(tmp_path / "bad.toml")
+
+
+def test_without_panel_the_extra_is_named(monkeypatch):
+    from pymdr.errors import MissingExtraError
+    from pymdr.workbench.cli.exploring import explore
+
+    monkeypatch.setitem(sys.modules, "panel", None)
+    with pytest.raises(MissingExtraError, match=r"pymdr\[explore\]"):
+        explore()
 
 
 class Shown:

@@ -66,7 +66,9 @@ class CasePane:
         self.seen: Seen | None = None
         self._knobs: tuple[Knob, ...] = ()
         self._faults: dict[int, str] = {}
-        self._updating = False
+        self._updating = self._timed = False
+        self._request: Request | None = None
+        self._document = pn.state.curdoc
         self._soon = soon()
         looking = Looking(partial(self._soon, self._show))
         self._runner: Runner[Request] = Runner(looking, partial(self._soon, self._advance))
@@ -195,7 +197,17 @@ class CasePane:
         self._sliders.values = self._values()
         self._code.object = f"<details><summary>Python lines</summary><pre>{escape(python_lines(self.choice))}</pre></details>"
         chosen = {name: select.value or getattr(View, name) for name, select in self._view.items()}
-        self._runner.ask(Request(self.choice, View(**chosen, row=self._row_of_view())))
+        self._request = Request(self.choice, View(**chosen, row=self._row_of_view()))
+        self._runner.ask(self._request)
+        if self._document is not None and not self._timed:
+            self._timed = True
+            self._document.add_timeout_callback(self._show_bar, _PATIENCE)
+
+    def _show_bar(self) -> None:
+        """Show that there is work, if the answer takes long; its progress follows where it is known."""
+        self._timed = False
+        if self._request is not None:
+            self._bar.param.update(value=-1, visible=True)
 
     def _row_of_view(self) -> int:
         """The row of the slider; the largest contact while the slider stands at its end."""
@@ -203,7 +215,8 @@ class CasePane:
         return -1 if self.seen is None or row >= end else int(row)
 
     def _advance(self, done: float) -> None:
-        self._bar.param.update(value=int(100 * done), visible=done < 1.0)
+        if self._request is not None:
+            self._bar.value = int(100 * done)
 
     def _show_message(self, message: str) -> None:
         self._message.object = (
@@ -215,7 +228,9 @@ class CasePane:
             words = answer.request.view.measure.replace("_", " ")
             show_picture(self._stress, answer.picture, f"stress inside: {words}", answer.reason)
             return
-        self._bar.visible = False
+        if answer.request is self._request:
+            self._request = None
+            self._bar.visible = False
         self.seen = answer
         if answer.result is None:
             self._show_message(answer.error)
@@ -283,6 +298,8 @@ class CasePane:
             return io.BytesIO(file.read_bytes())
 
 
+_PATIENCE = 300
+"""Milliseconds after which the bar is shown."""
 _SEEN = ("horizontal axis", "vertical axis", "field on the surface", "measure of the stress")
 
 
