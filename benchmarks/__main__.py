@@ -23,6 +23,7 @@ ALL = (
     "layers",
     "engines",
     "law",
+    "machines",
     "stepping",
     "stress",
     "nanoindentation",

@@ -58,6 +58,7 @@ def blocks(page):
         "nanoindentation.md",
         "law.md",
         "stepping.md",
+        "machines.md",
         "contributing.md",
         "for_teaching.md",
         "soft_adhesion.md",

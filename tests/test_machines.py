@@ -271,3 +271,132 @@ def test_a_machine_without_contacts():
     assert np.allclose(motion["position"].values[:, 0], exact, rtol=0, atol=1e-7)
     assert "normal_force" not in motion.data
     assert motion.plot().axes
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: mdr.Mass("a", "0 kg"), "above 0 kg"),
+        (lambda: mdr.Mass(" ", 1.0), "a text is needed"),
+        (lambda: mdr.Machine([mdr.Mass("a", 1), mdr.Mass("a", 1)]), "named twice"),
+        (lambda: mdr.Machine([mdr.Mass("slider", 1)], [mdr.Spring("slder", 1)]), "did you mean 'slider'"),
+        (lambda: mdr.Machine([mdr.Drive("d")]), "no body is free"),
+        (lambda: mdr.Machine([mdr.Mass("a", 1), mdr.Drive("d")], [mdr.Force("d", 1)]), "is a Drive"),
+        (lambda: mdr.Drive("s", amplitude="1 um"), "one of each"),
+        (lambda: mdr.Drive("s", 0, 0, 1e-6, 0.0), "above 0 Hz"),
+        (lambda: mdr.Spring({"a": 0}, 1), "the factor 0"),
+        (lambda: mdr.Joint(BALL), "neither normal nor tangential"),
+        (lambda: mdr.move(falling(), "-1 s"), "above 0 s"),
+        (lambda: mdr.move(falling(), "1 s", steps=1), "from 2 to"),
+        (lambda: mdr.move(falling(), "1 s", accuracy=0.0), "at least 1e-12"),
+        (lambda: mdr.move("ball", "1 s"), "is not a machine"),
+    ],
+)
+def test_what_is_refused(make, message):
+    with pytest.raises(mdr.ProblemError, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    "contact",
+    [
+        mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.JKR("1 J/m^2")),
+        mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(math.inf)),
+        mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.5)),
+    ],
+)
+def test_contacts_that_a_machine_does_not_take(contact):
+    with pytest.raises(mdr.ProblemError, match="move: "):
+        mdr.move(mdr.Machine([mdr.Mass("a", 1)], [mdr.Joint(contact, "a")]), "1 s")
+
+
+def test_a_body_that_is_pulled_away_without_end_is_an_error():
+    tip = mdr.Contact(mdr.Sphere("1 mm"), STEEL)
+    pushed = mdr.Machine([mdr.Mass("a", 1.0)], [mdr.Joint(tip, "a"), mdr.Force("a", "1 GN")])
+    with pytest.raises(mdr.PathError):
+        mdr.move(pushed, "10 ms", steps=10)
+
+
+def test_a_sphere_beyond_the_paraboloid_bounces_as_in_impact():
+    """Curves of a sphere are a table, which is made deeper until the motion stays inside."""
+    ball = mdr.Contact(mdr.Sphere("10 mm"), STEEL)
+    known = mdr.impact(ball, mass=0.033, speed=1.0)
+    machine = mdr.Machine([mdr.Mass("ball", 0.033, velocity=1.0)], [mdr.Joint(ball, "ball")])
+    motion = mdr.move(machine, known.contact_time, steps=100, accuracy=1e-6)
+    assert float(motion["indentation"].max()) == pytest.approx(known.largest_indentation, rel=1e-3)
+    assert float(motion["velocity"][-1, 0]) == pytest.approx(-1.0, rel=1e-4)
+
+
+def test_tables_files_and_figures(tmp_path):
+    motion = mdr.move(pulled(2e-3, 2e3), 0.1, steps=50)
+    motion.to_csv(tmp_path / "m.csv")
+    header = (tmp_path / "m.csv").read_text().splitlines()[0]
+    assert "position of slider [m]" in header
+    assert "normal_force of contact [N]" in header
+    motion.save(tmp_path / "m.nc")
+    assert len(motion.plot().axes) == 4
+    assert "work of drives" in motion.summary()
+    with pytest.raises(mdr.QuantityError, match="known are contact"):
+        motion.spectrum("normal_force", "pad")
+
+
+def test_a_case_file_is_the_machine(tmp_path):
+    from pymdr.errors import CaseError
+    from pymdr.problem.codec import decode_machine
+
+    case = {
+        "profile": {"kind": "paraboloid", "radius": "10 mm"},
+        "body": {"kind": "elastic", "young": "210 GPa", "poisson": 0.3},
+        "machine": {
+            "duration": "100 us",
+            "bodies": [{"kind": "mass", "name": "ball", "mass": "33 g", "velocity": "1 m/s"}],
+            "links": [{"kind": "joint", "normal": {"ball": 1}}],
+        },
+    }
+    read = decode_machine(case)
+    assert read.machine == falling()
+    for key, value, message in (
+        ("bodes", 1, "unknown key"),
+        ("bodies", [{"kind": "mas"}], "did you mean 'mass'"),
+        ("bodies", [{"kind": "mass", "name": "b", "mas": 1}], "write mass="),
+        ("links", [{"kind": "joint", "contact": 1}], "all joints"),
+        ("links", {"kind": "joint"}, "give one"),
+    ):
+        with pytest.raises(CaseError, match=message):
+            decode_machine({**case, "machine": {**case["machine"], key: value}})
+    with pytest.raises(CaseError, match=r"\[machine\] is missing"):
+        decode_machine({key: value for key, value in case.items() if key != "machine"})
+
+
+CASE = """
+[profile]
+kind = "paraboloid"
+radius = "10 mm"
+[body]
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+[machine]
+duration = "100 us"
+steps = 20
+[[machine.bodies]]
+kind = "mass"
+name = "ball"
+mass = "33 g"
+velocity = "1 m/s"
+[[machine.links]]
+kind = "joint"
+normal = "ball"
+"""
+
+
+def test_the_shell_moves_a_case(tmp_path, shell, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ball.toml").write_text(CASE)
+    status, out, _ = shell("move", "ball.toml", "-o", "out")
+    assert status == 0
+    assert "largest at contact" in out
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["move.csv", "move.png"]
+    status, _, error = shell("run", "ball.toml")
+    assert status != 0
+    assert "use pymdr move" in error

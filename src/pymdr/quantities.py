@@ -67,7 +67,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("jump_dissipation", "\\Delta W_j", "J", "energy dissipated in jumps of this step"),
         Quantity("dissipated_energy", "W_d", "J", "dissipated energy"),
         Quantity("adhesion_dissipation", "W_a", "J", "energy dissipated by hysteresis of adhesion"),
-        Quantity("position", "x", "m", "position of a body"),
+        Quantity("position", "x", "m", "position of a body", ("step", "body")),
         Quantity("kinetic_energy", "T", "J", "kinetic energy"),
         Quantity("spring_energy", "U_k", "J", "energy of springs"),
         Quantity("damping_energy", "W_c", "J", "energy dissipated by dampers"),

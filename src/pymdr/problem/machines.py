@@ -342,6 +342,7 @@ class Machine(Value):
     bodies : sequence of Mass, Rotor and Drive
         A body that moves in several directions is a mass for each of them, and a rotor if it turns.
     links : sequence of Spring, Joint and Force
+        What acts between the bodies, and between them and the ground.
 
     Raises
     ------

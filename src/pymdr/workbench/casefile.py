@@ -15,7 +15,16 @@ import numpy as np
 from pymdr.errors import CaseError, PymdrError
 from pymdr.independent.rings import Rings
 from pymdr.presentation.files import named_file
-from pymdr.problem.codec import PressCase, RoughCase, decode_case, decode_contact, decode_press, decode_rough
+from pymdr.problem.codec import (
+    MachineCase,
+    PressCase,
+    RoughCase,
+    decode_case,
+    decode_contact,
+    decode_machine,
+    decode_press,
+    decode_rough,
+)
 from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import CHANNELS, LoadingPath
@@ -310,6 +319,30 @@ def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography
         from pymdr.workbench.topographies import read_topography
 
         return case, read_topography(source.parent / keys.pop("file"), keys.pop("channel", None), **keys)
+    except PymdrError as error:
+        raise CaseError(f"{source}: {error}") from error
+
+
+def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
+    """
+    Read a case file of a machine.
+
+    Parameters
+    ----------
+    file : path
+        A TOML file with the table ``[machine]``, its ``[[machine.bodies]]`` and ``[[machine.links]]``, and the contact of its joints.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If it is not such a case; the message names file, table, key, value and remedy.
+    """
+    source = named_file(file, "read")
+    plain = _tables(source)
+    try:
+        return decode_machine(_with_tables(plain, source.parent))
     except PymdrError as error:
         raise CaseError(f"{source}: {error}") from error
 

@@ -12,6 +12,8 @@ from pymdr.problem.codec.cases import decode_press as decode_press
 from pymdr.problem.codec.cases import decode_rough as decode_rough
 from pymdr.problem.codec.encoding import encode as encode
 from pymdr.problem.codec.encoding import encode_case as encode_case
+from pymdr.problem.codec.machines import MachineCase as MachineCase
+from pymdr.problem.codec.machines import decode_machine as decode_machine
 from pymdr.problem.codec.models import case_adapter as case_adapter
 from pymdr.problem.codec.models import case_schema as case_schema
 from pymdr.problem.codec.models import forget_models as forget_models

@@ -78,6 +78,8 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
         measured = isinstance(plain["surface"], Mapping) and "file" in plain["surface"]
         command = "pymdr press" if measured else "pymdr rough or pymdr press"
         raise CaseError(f"[surface]: a rough surface has no profile and path; use {command}")
+    if "machine" in plain:
+        raise CaseError("[machine]: the motion of a machine has no path; use pymdr move")
     if isinstance(plain.get("path"), Mapping):
         plain = {**plain, "path": [plain["path"]]}
     legs = {f"path {i}": leg for i, leg in enumerate(plain.get("path", ()), 1)}

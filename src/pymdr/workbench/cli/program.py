@@ -15,6 +15,7 @@ from pymdr.workbench.cli.exploring import explore
 from pymdr.workbench.cli.fits import fit
 from pymdr.workbench.cli.indents import drift, nanoindent, pop_in, stiffness
 from pymdr.workbench.cli.laws import law, table
+from pymdr.workbench.cli.machines import move
 from pymdr.workbench.cli.measured import fretting, loops, topography
 from pymdr.workbench.cli.options import Once
 from pymdr.workbench.cli.reporting import OK, error_text, exit_status, print_error
@@ -75,6 +76,7 @@ for command in (
     pop_in,
     topography,
     law,
+    move,
     table,
     plot,
 ):

@@ -1,0 +1,103 @@
+"""Machines from plain dictionaries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pymdr.errors import CaseError, PymdrError
+from pymdr.problem.codec.cases import decode_contact
+from pymdr.problem.contact import Contact
+from pymdr.problem.machines import Drive, Force, Joint, Machine, Mass, Rotor, Spring
+from pymdr.problem.naming import nearest
+from pymdr.units import shown
+
+BODIES: dict[str, type] = {"mass": Mass, "rotor": Rotor, "drive": Drive}
+LINKS: dict[str, type] = {"spring": Spring, "joint": Joint, "force": Force}
+_KEYS = ("duration", "steps", "accuracy", "bodies", "links")
+
+
+@dataclass(frozen=True)
+class MachineCase:
+    """The contents of a case of a machine."""
+
+    title: str
+    machine: Machine
+    options: Mapping[str, Any]
+    """Duration, and as far as they are given steps and accuracy."""
+
+
+def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
+    """
+    A machine from plain dictionaries, all joints of which are the contact of the case.
+
+    Parameters
+    ----------
+    plain : mapping
+        With the table ``machine`` and the tables of a contact.
+
+    Returns
+    -------
+    MachineCase
+
+    Raises
+    ------
+    CaseError
+        Names the table, the key, the value and the remedy.
+
+    Examples
+    --------
+    >>> contact = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastic", "young": "1 GPa", "poisson": 0.3}}
+    >>> machine = {"duration": "1 s", "bodies": [{"kind": "mas", "name": "a"}]}
+    >>> decode_machine({**contact, "machine": machine})
+    Traceback (most recent call last):
+        ...
+    pymdr.errors.CaseError: [machine.bodies 1] kind = 'mas': unknown kind; did you mean 'mass'?
+    """
+    table = plain.get("machine")
+    if not isinstance(table, Mapping):
+        raise CaseError("table [machine] is missing; give duration, bodies and links")
+    unknown = next((key for key in table if key not in _KEYS), None)
+    if unknown is not None:
+        raise CaseError(
+            f"[machine] {unknown} = {shown(table[unknown])}: unknown key; known are {', '.join(_KEYS)}"
+        )
+    if "duration" not in table:
+        raise CaseError("[machine] duration is missing; give a time, such as '1 s'")
+    title, contact = decode_contact({key: value for key, value in plain.items() if key != "machine"})
+    bodies = _entries(table, "bodies", BODIES)
+    links = _entries(table, "links", LINKS, contact)
+    try:
+        machine = Machine(bodies, links)
+    except PymdrError as error:
+        raise CaseError(f"[machine] {error}") from error
+    options = {key: table[key] for key in ("duration", "steps", "accuracy") if key in table}
+    return MachineCase(title, machine, options)
+
+
+def _entries(
+    table: Mapping[str, Any], key: str, kinds: Mapping[str, type], contact: Contact | None = None
+) -> list[Any]:
+    """Bodies or links of a machine."""
+    entries = table.get(key, [])
+    if not isinstance(entries, list) or not all(isinstance(entry, Mapping) for entry in entries):
+        raise CaseError(f"[machine] {key} = {shown(entries)}: give one [[machine.{key}]] for each")
+    return [_entry(f"machine.{key} {i}", entry, kinds, contact) for i, entry in enumerate(entries, 1)]
+
+
+def _entry(where: str, entry: Mapping[str, Any], kinds: Mapping[str, type], contact: Contact | None) -> Any:
+    kind = entry.get("kind")
+    if not isinstance(kind, str) or kind not in kinds:
+        near = nearest(kind, list(kinds)) if isinstance(kind, str) else []
+        words = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(kinds)}"
+        raise CaseError(f"[{where}] kind = {shown(kind)}: unknown kind; {words}")
+    arguments = {key: value for key, value in entry.items() if key != "kind"}
+    if kind == "joint":
+        if "contact" in arguments:
+            raise CaseError(f"[{where}] contact: unknown key; all joints are the contact of the case")
+        arguments["contact"] = contact
+    try:
+        return kinds[kind](**arguments)
+    except (PymdrError, TypeError) as error:
+        raise CaseError(f"[{where}] {error}") from error
