@@ -45,11 +45,13 @@ def open_page(server, tmp_path):
         options = webdriver.ChromeOptions()
         for flag in (*_FLAGS, f"--window-size={size[0]},{size[1]}"):
             options.add_argument(flag)
-        options.add_experimental_option("prefs", {"download.default_directory": str(tmp_path)})
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         service = webdriver.ChromeService(shutil.which("chromedriver"))
         driver = webdriver.Chrome(options=options, service=service)
         opened.append(driver)
+        driver.execute_cdp_cmd(
+            "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
+        )
         return Page(driver, server.address + query, Path(tmp_path))
 
     yield open_one

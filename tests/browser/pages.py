@@ -52,7 +52,13 @@ class Page:
 
     def sliders(self):
         """The sliders that are seen, by name."""
-        return {e.get_attribute("aria-label"): e for e in self.all("input[type=range]") if e.is_displayed()}
+        return dict(
+            self.driver.execute_script(
+                f"return (function() {{ {_ALL} }}).apply(null, arguments)"
+                ".filter((e) => e.checkVisibility({visibilityProperty: true})).map((e) => [e.getAttribute('aria-label'), e])",
+                "input[type=range]",
+            )
+        )
 
     def box(self, label):
         return self.driver.execute_script(_ALL, f'input[aria-label="{label}, value with unit"]')[0]
