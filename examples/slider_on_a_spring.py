@@ -29,12 +29,12 @@ def pulled(speed, stiffness):
         ],
     )
     start, period = limit / (stiffness * speed), 2 * math.pi / math.sqrt(stiffness)
-    motion = mdr.move(machine, start + 4 * period, steps=1000)
+    motion = mdr.move(machine, start + 4 * period, steps=500)
     force = stiffness * (speed * motion["time"].values - motion["position"].values[:, 0])
     return motion, force, motion["time"].values > start + 2 * period
 
 
-speeds, stiffnesses = np.geomspace(1e-3, 1e-1, 5), np.geomspace(1e3, 1e5, 5)
+speeds, stiffnesses = np.geomspace(1e-3, 1e-1, 4), np.geomspace(1e3, 1e5, 4)
 swing = np.empty((speeds.size, stiffnesses.size))
 for i, speed in enumerate(speeds):
     for j, stiffness in enumerate(stiffnesses):
@@ -48,7 +48,7 @@ left.plot(motion["time"], force, label="spring")
 left.plot(motion["time"], motion["tangential_force"].values[:, 0], label="friction")
 left.set(xlabel="time (s)", ylabel="force (N)")
 left.legend()
-shown = right.pcolormesh(stiffnesses, speeds, swing, shading="nearest")
+shown = right.pcolormesh(stiffnesses, speeds, swing, shading="nearest", norm="log")
 right.set(xscale="log", yscale="log", xlabel="stiffness (N/m)", ylabel="speed (m/s)")
 figure.colorbar(shown, ax=right, label="swing of the force (N)")
 

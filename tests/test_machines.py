@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
+from legibility import faults
 from pymdr.line.motion import follow_motion
 from pymdr.solving.machines.assembling import map_contact, system_of
 from pymdr.solving.machines.interpreting import residual_of
@@ -181,7 +182,7 @@ def test_a_solitary_wave_runs_along_a_chain_of_spheres():
     assert 6 * 2 * radius / (last - first) == pytest.approx(formula, rel=0.01)
 
 
-@pytest.mark.parametrize(("angle", "spin"), [("30 deg", 0.0), ("60 deg", 20.0), ("80 deg", -50.0)])
+@pytest.mark.parametrize(("angle", "spin"), [("60 deg", 20.0), ("30 deg", 0.0), ("80 deg", -50.0)])
 def test_oblique_impacts_are_those_of_impact(angle, spin):
     mass, radius, speed = 0.033, 0.01, 1.0
     tilt = math.radians(float(angle.split()[0]))
@@ -334,7 +335,9 @@ def test_tables_files_and_figures(tmp_path):
     assert "position of slider [m]" in header
     assert "normal_force of contact [N]" in header
     motion.save(tmp_path / "m.nc")
-    assert len(motion.plot().axes) == 4
+    figure = motion.plot()
+    assert len(figure.axes) == 4
+    assert not faults(figure)
     assert "work of drives" in motion.summary()
     with pytest.raises(mdr.QuantityError, match="known are contact"):
         motion.spectrum("normal_force", "pad")

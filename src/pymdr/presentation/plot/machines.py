@@ -66,7 +66,7 @@ def _draw_phase_plane(axes: Axes, data: xr.Dataset) -> None:
     shown = []
     for name in ("position", "velocity"):
         values = data[name].values[:, 0]
-        unit = good_unit(values, QUANTITIES[name].unit)
+        unit = good_unit(values, "m") + ("/s" if name == "velocity" else "")
         shown.append(scaled(values, name, unit))
         # the quantity "velocity" of results is that of an approach
         label = (
