@@ -3,6 +3,7 @@
 import json
 import time
 
+from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -76,6 +77,19 @@ class Page:
     def press(self, element, key, times=1):
         element.send_keys(key * times)
 
+    def move(self, label, key):
+        """Press a key on a slider, which may just be drawn anew."""
+        self.patiently(lambda: self.sliders()[label].send_keys(key))
+
+    def patiently(self, act):
+        """Act again while parts of the page are replaced."""
+        for _ in range(50):
+            try:
+                return act()
+            except (StaleElementReferenceException, NoSuchElementException, LookupError):
+                time.sleep(0.1)
+        return act()
+
     def enter(self, label, text, place=0):
         """Type a text in place of what is in a box."""
         box = self.driver.execute_script(_ALL, f'input[aria-label="{label}, value with unit"]')[place]
@@ -84,9 +98,13 @@ class Page:
 
     def select(self, label, option):
         """Choose an option of a list by the words above it."""
-        lists = [e for e in self.all("label") if e.text == label]
-        inputs = lists[0].find_element(By.XPATH, "..").find_elements(By.TAG_NAME, "select")
-        inputs[0].find_element(By.XPATH, f".//option[normalize-space()='{option}']").click()
+
+        def choose():
+            lists = [e for e in self.all("label") if e.text == label]
+            inputs = lists[0].find_element(By.XPATH, "..").find_elements(By.TAG_NAME, "select")
+            inputs[0].find_element(By.XPATH, f".//option[normalize-space()='{option}']").click()
+
+        self.patiently(choose)
 
     def options(self, label):
         lists = [e for e in self.all("label") if e.text == label]
@@ -101,15 +119,21 @@ class Page:
         """Drag a file of the computer onto the page."""
         file = self.folder / name
         file.write_bytes(content)
-        place = self.all(".filepond--root")[0]
-        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", place)
-        at = place.rect
-        scrolled = self.driver.execute_script("return scrollY")
-        where = {"x": at["x"] + at["width"] / 2, "y": at["y"] - scrolled + at["height"] / 2}
         data = {"items": [], "files": [str(file)], "dragOperationsMask": 1}
-        for kind in ("dragEnter", "dragOver", "drop"):
-            self.driver.execute_cdp_cmd("Input.dispatchDragEvent", {"type": kind, **where, "data": data})
-            time.sleep(0.2)
+        for _ in range(3):  # the page may move below the pointer
+            place = self.all(".filepond--root")[0]
+            where = self.driver.execute_script(
+                "arguments[0].scrollIntoView({block: 'center'}); const at = arguments[0].getBoundingClientRect();"
+                "return {x: at.x + at.width / 2, y: at.y + at.height / 2}",
+                place,
+            )
+            for kind in ("dragEnter", "dragOver", "drop"):
+                self.driver.execute_cdp_cmd("Input.dispatchDragEvent", {"type": kind, **where, "data": data})
+                time.sleep(0.2)
+            for _ in range(40):
+                if any(name in text for text in [*self.alerts(), *self.texts("div[role=status]")]):
+                    return
+                time.sleep(0.1)
 
     def downloaded(self, words, name):
         self.click(words)

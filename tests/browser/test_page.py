@@ -2,6 +2,7 @@
 
 import http.client
 import re
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -42,9 +43,8 @@ def test_every_slider_of_every_start_moves_by_keyboard(open_page, start):
         page.until(lambda: page.texts("div.knob label") != before or start == "load cycle", 60)
         page.until(lambda: " ms" in page.status(), 240)
     for label in (name for name in page.sliders() if name != "row of the path"):
-        slider = next(e for name, e in page.sliders().items() if name == label)
         text = page.box(label).get_attribute("value")
-        page.press(slider, Keys.ARROW_LEFT, 5)
+        page.move(label, Keys.ARROW_LEFT * 5)
         page.until(lambda label=label, text=text: page.box(label).get_attribute("value") != text)
     assert page.alerts() == []
 
@@ -227,11 +227,11 @@ def test_the_page_is_dark_where_that_is_chosen(open_page, theme):
 def test_nobody_without_the_token_is_answered(server):
     host = server.address.split("/")[2]
     for path in ("/", "/ws", "/autoload.js", "/?token=wrong", "/?token="):
-        connection = http.client.HTTPConnection(host, timeout=20)
-        connection.request("GET", path)
-        answer = connection.getresponse()
-        assert answer.status in (302, 400, 403), (path, answer.status)
-        assert b"steel" not in answer.read()
+        with closing(http.client.HTTPConnection(host, timeout=20)) as connection:
+            connection.request("GET", path)
+            with connection.getresponse() as answer:
+                assert answer.status in (302, 400, 403), (path, answer.status)
+                assert b"steel" not in answer.read()
     port = int(host.split(":")[1])
     addresses = {
         c.laddr.ip for c in psutil.net_connections() if c.status == "LISTEN" and c.laddr.port == port
