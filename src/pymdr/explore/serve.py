@@ -11,6 +11,7 @@ from typing import Any
 import panel as pn
 from bokeh.server.auth_provider import AuthProvider
 from tornado.web import RequestHandler
+from tornado.websocket import WebSocketHandler
 
 from pymdr.explore.model import Choice
 from pymdr.explore.page import Page
@@ -54,7 +55,8 @@ class _Token(AuthProvider):
         def user(handler: Any) -> str | None:
             given = handler.get_query_argument("token", None)
             if given is not None and hmac.compare_digest(given.encode(), self._token.encode()):
-                if not handler._headers_written and hasattr(handler, "set_cookie"):
+                # a socket has sent its headers by then
+                if not isinstance(handler, WebSocketHandler):
                     handler.set_cookie(self._name, self._token, httponly=True, samesite="Strict")
                 return "owner"
             kept = handler.get_cookie(self._name, "")
