@@ -40,4 +40,4 @@ assert abs(per_turn / (2 * math.pi * radius * force) - 1) < 5e-4
 # %%
 # The force lags behind the shift.
 
-large.plot()
+figure = large.plot()

@@ -23,7 +23,7 @@ depth = depth + np.where(force > 0.6e-3, 8e-9, 0.0) + 1e-10 * np.random.default_
 record = mdr.MeasuredCurve(indentation=depth, force=force)
 pop_in = mdr.first_pop_in(record, contact)
 print(pop_in)
-pop_in.plot()
+figure = pop_in.plot()
 
 # %%
 # The stress at that load, in the crystal and in the tip: the largest shear stress lies on the axis at half a contact radius.
@@ -33,7 +33,7 @@ shear = result["largest_shear"]
 print(
     f"largest shear stress {float(shear[-1]) / 1e9:.1f} GPa, {float(shear[-1]) / tungsten.shear:.3f} G, at z = {float(shear.z[-1]) * 1e9:.0f} nm"
 )
-result.plot("stress")
+figure = result.plot("stress")
 # Huber (1904): 0.31 of the largest pressure where nu = 0.3
 assert abs(float(shear[-1] / result["peak_pressure"][-1]) - 0.3148) < 2e-4
 # the record shows the load at which the jump begins

@@ -21,7 +21,7 @@ result = mdr.solve(joint, path)
 bulk = 80e6 * result["tangential_force"] / 150.0
 worst = mdr.fatigue(result, criterion=mdr.SmithWatsonTopper(), superposed={"xx": bulk})
 print(worst)
-worst.plot()
+figure = worst.plot()
 assert abs(abs(worst.x) / float(result["contact_radius"][-1]) - 1) < 1e-3
 assert abs(worst.plane[0]) > 0.999
 
@@ -36,5 +36,5 @@ for added in (None, {"xx": bulk}):
 # The damage parameter of Ruiz on the surface: inside the slip annulus, where tension, shear and slip meet.
 
 ruiz = mdr.fatigue(result, criterion=mdr.RuizDamage(), superposed={"xx": bulk})
-ruiz.plot()
+figure = ruiz.plot()
 assert np.hypot(ruiz.x, ruiz.y) < float(result["contact_radius"][-1])

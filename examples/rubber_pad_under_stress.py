@@ -32,4 +32,4 @@ assert abs(float(mises[-1] / slow[0]) - 1) < 1e-6
 # %%
 # The stress at the end of the stroke, in section.
 
-result.plot("stress", step=9)
+figure = result.plot("stress", step=9)
