@@ -3,11 +3,17 @@
 import json
 import time
 
-from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
+from selenium.common.exceptions import (
+    ElementNotInteractableException,
+    NoSuchElementException,
+    StaleElementReferenceException,
+)
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+_REPLACED = (ElementNotInteractableException, NoSuchElementException, StaleElementReferenceException)
+"""What a part of the page raises that has just been replaced."""
 _ALL = """
 const found = []
 const visit = (root) => {
@@ -86,7 +92,7 @@ class Page:
         for _ in range(50):
             try:
                 return act()
-            except (StaleElementReferenceException, NoSuchElementException, LookupError):
+            except (*_REPLACED, LookupError):
                 time.sleep(0.1)
         return act()
 
