@@ -61,6 +61,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("effective_work", "\\gamma_\\mathrm{eff}", "J/m^2", "effective work of adhesion"),
         Quantity("preload", "F_0", "N", "force before the retraction"),
         Quantity("speed", "v", "m/s", "speed of the retraction"),
+        Quantity("edge_speed", "V", "m/s", "speed of the receding edge"),
         Quantity("dwell", "t_0", "s", "time at rest before the retraction"),
         Quantity("stress_intensity", "K_I", "Pa*m^0.5", "stress intensity of the edge"),
         Quantity("jumped", "j", "", "jumped in this step"),

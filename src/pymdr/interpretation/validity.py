@@ -149,6 +149,10 @@ SOURCES: dict[str, str] = {
     ),
     "jkr": "Johnson, Kendall and Roberts (1971), Proc. R. Soc. A 324, 301-313, doi:10.1098/rspa.1971.0141",
     "savkoor-briggs": "Savkoor and Briggs (1977), Proc. R. Soc. A 356, 103-114, doi:10.1098/rspa.1977.0123",
+    "schapery": (
+        "Schapery (1975), Int. J. Fract. 11, 141-159, doi:10.1007/BF00034721, for a crack; here by the load of the springs at the edge, in the limit of a "
+        "short zone of Haiat and Barthel (2003)"
+    ),
     "menisci": (
         "Maugis and Gauthier-Manuel (1994), J. Adhes. Sci. Technol. 8, 1311-1322; any rising profile "
         "by superposition on the line"

@@ -12,7 +12,7 @@ from pymdr.problem.materials import Material, Rigid, common_exponent
 from pymdr.problem.plasticity import ElasticPlastic
 from pymdr.problem.profiles import ForceCurve, Paraboloid, Profile, Shape, Sphere
 from pymdr.problem.values import Value
-from pymdr.units import shown
+from pymdr.units import metres, shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +89,11 @@ class Contact(Value):
             self._refuse_beyond_yield(self.plastic)
         if self.is_viscoelastic and self.layered is None:
             self._refuse_memory()
+        elif isinstance(self.adhesion, JKR) and self.adhesion.range is not None:
+            raise ProblemError(
+                f"Contact: JKR.range = {metres(self.adhesion.range)} has no effect on bodies without memory, whose adhesion of short range does not depend "
+                "on it; leave it out, or use MaugisDugdale(work, range=...)"
+            )
         if self.layered is not None:
             self._refuse_beyond_layers()
         if exponent != 0.0 and self.friction is not None:
@@ -236,11 +241,13 @@ class Contact(Value):
     def _refuse_memory(self) -> None:
         if self.adhesion is None or self._is_cohesive:
             return
+        if isinstance(self.adhesion, JKR) and self.adhesion.range is not None:
+            return
         name = type(self.adhesion).__name__
         raise ProblemError(
             f"Contact: {name} of a viscoelastic body has no limit of short range: the pull grows without bound as the range of the "
             "attraction decreases; use MaugisDugdale(work, range=...) with the range of the surfaces (0.3 nm to some um for polymers), "
-            "or Elastic with the stiffness at one time"
+            "JKR(work, range=...) where that is short, or Elastic with the stiffness at one time"
         )
 
 

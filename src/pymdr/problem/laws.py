@@ -44,11 +44,14 @@ class JKR(AdhesionLaw):
     work_receding : quantity, optional
         Work per area in J/m^2 that a receding edge takes, at least `work`, which is the default. Between both works
         the edge rests.
+    range : quantity, optional
+        Range of the attraction in m, above 0, which the rate of adhesion depends on: needed by `Viscoelastic` bodies, and only for them. Not
+        with work_receding.
 
     Raises
     ------
     ProblemError
-        If work is not above 0, or work_receding is below it.
+        If a value is not above 0, work_receding is below work, or given with range.
 
     See Also
     --------
@@ -81,12 +84,19 @@ class JKR(AdhesionLaw):
     work_receding: OptionalSIField = OptionalSIField(
         "J/m^2", above=0.0, description="work of adhesion of a receding edge"
     )
+    range: OptionalSIField = OptionalSIField(
+        "m", above=0.0, description="range of the attraction, for bodies with memory"
+    )
 
     def __post_init__(self) -> None:
         if self.work_receding is not None and self.work_receding < self.work:
             raise ProblemError(
                 f"JKR.work_receding = {written(self.work_receding, 'J/m^2')}: it must be at least work = "
                 f"{written(self.work, 'J/m^2')}, because separation takes at least the work that contact gains"
+            )
+        if self.work_receding is not None and self.range is not None:
+            raise ProblemError(
+                "JKR: work_receding and range are two laws of hysteresis, one of any rate and one of the memory of the bodies; give one of them"
             )
 
     @property

@@ -72,6 +72,16 @@ def hysteretic_plots(result: Result, row: int) -> Plots:
     return Plots(data, adhesive_overview, adhesive_figures)
 
 
+def short_plots(result: Result, row: int) -> Plots:
+    """Figures of bodies with memory under adhesion of short range, whose fields are not computed."""
+    from pymdr.presentation.plot import FigureData, Plots, short_overview, soft_figures
+
+    data = FigureData(
+        data=result.data, row=row, field=None, gap=result.contact.profile.gap, bands={}, on_line=False
+    )
+    return Plots(data, short_overview, soft_figures)
+
+
 def zone_plots(result: Result, row: int) -> Plots:
     """Figures of bodies with memory under a cohesive zone."""
     from pymdr.presentation.plot import Plots, zone_figures, zone_overview

@@ -236,6 +236,14 @@ def _soft() -> Law:
     return Law(solve_soft, Reading(SURFACE_FIELDS, LINE_FIELDS, zone_surface, zone_plots, _WITHOUT_FRICTION))
 
 
+def _small_zone() -> Law:
+    from pymdr.solving.drawing import short_plots
+    from pymdr.solving.small_zone import WITHOUT_FIELDS, no_fields, solve_small_zone
+
+    elsewhere = dict.fromkeys((*SURFACE_FIELDS, *LINE_FIELDS), WITHOUT_FIELDS)
+    return Law(solve_small_zone, Reading((), (), no_fields, short_plots, elsewhere))
+
+
 def _frictional_memory() -> Law:
     from pymdr.interpretation.memory_friction import SHEARED_LINE_FIELDS
     from pymdr.solving.drawing import frictional_memory_plots
@@ -323,6 +331,14 @@ LAWS = (
     Row(lambda contact, solver, path: isinstance(contact.profile, Shape), _shape),
     Row(lambda contact, solver, path: solver is not None and contact.is_viscoelastic, _memory_by_rings),
     Row(lambda contact, solver, path: solver is not None, _by_rings),
+    Row(
+        lambda contact, solver, path: (
+            contact.is_viscoelastic
+            and contact.adhesion is not None
+            and contact.adhesion.cohesive_stress is None
+        ),
+        _small_zone,
+    ),
     Row(lambda contact, solver, path: contact.is_viscoelastic and contact.adhesion is not None, _soft),
     Row(
         lambda contact, solver, path: contact.is_viscoelastic and contact.friction is not None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -137,12 +137,7 @@ def _line_at(task: Task, setting: ZoneSetting, starts: Sequence[Channels], row: 
 def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
     """The springs, and the largest zone, of the relaxed contact at the largest target of the path."""
     contact = task.contact
-    if math.isinf(relaxation.glassy) or not relaxation.rubbery > 0.0:
-        what = "flows at rest" if relaxation.rubbery == 0.0 else "is rigid at once"
-        raise ProblemError(
-            f"solve: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
-            "Prony with an equilibrium modulus"
-        )
+    refuse_flow(relaxation)
     law = contact.adhesion
     assert law is not None
     assert law.cohesive_stress is not None
@@ -159,6 +154,31 @@ def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
             raise ProblemError(f"solve: {error}") from error
         states = line.equilibria.states(np.array([track.curve.stop]))
         widest = max(widest, float(states.cohesive_radius[0]))
+    refuse_edge(line, _GROWTH * 1.2 * widest)
+    return ZoneSetting(relaxation, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
+
+
+def refuse_flow(relaxation: Relaxation) -> None:
+    """Refuse bodies that are no solids with an instantaneous modulus."""
+    if math.isinf(relaxation.glassy) or not relaxation.rubbery > 0.0:
+        what = "flows at rest" if relaxation.rubbery == 0.0 else "is rigid at once"
+        raise ProblemError(
+            f"solve: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
+            "Prony with an equilibrium modulus"
+        )
+
+
+def refuse_edge(line: AdhesiveLine, radius: float) -> None:
+    """Refuse zones up to a radius in m that would reach the sharp edge of the profile."""
+    if line.line.edge < radius:
+        raise ProblemError(
+            f"solve: the zone would reach the sharp edge of the profile at r = {metres(line.line.edge)}, which is not covered with memory; use a "
+            "wider profile or a smaller load"
+        )
+
+
+def springs_of(line: AdhesiveLine) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+    """g(x) in m and its integral from 0 in m^2."""
     elastic = line.line
     assert isinstance(elastic, ElasticLine)
 
@@ -168,12 +188,7 @@ def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
         # F0 = 2 E (a g - int g)
         return g, inside * g - elastic.force(inside) / (2.0 * elastic.modulus)
 
-    if elastic.edge < _GROWTH * 1.2 * widest:
-        raise ProblemError(
-            f"solve: the zone would reach the sharp edge of the profile at r = {metres(elastic.edge)}, which is not covered with memory; use a "
-            "wider profile or a smaller load"
-        )
-    return ZoneSetting(relaxation, law.cohesive_stress, law.work, profile, _GROWTH * widest)
+    return profile
 
 
 def _step(
@@ -185,20 +200,7 @@ def _step(
 ) -> tuple[ZoneRows, tuple[ZoneSprings, ...], Channels]:
     """Step 2: springs and zone, and fewer nodes and longer steps for the error."""
     assert kept is None
-    time, control, k = _controls(stretch, stiffness)
-    known = not math.isnan(stretch.start[0])
-    sudden = (np.diff(time) == 0.0) & (np.diff(control) != 0.0)
-    # a free body may start anywhere
-    sudden[0] &= not levels[0].free
-    if sudden.any():
-        raise PathError(
-            "a row of the path moves in zero time, which adhesion with memory does not cover; give every move a duration or a rate"
-        )
-    if k == 0.0 and known and levels[0].free and control[1] < 0.0:
-        raise PathError(
-            f"normal_force = {newtons(float(control[1]))}: a body out of contact cannot be pulled; make contact first, for example with "
-            "load('0 N', duration='1 s') >> ..."
-        )
+    time, control, k = controls_of(stretch, stiffness, levels[0].free)
     fine, coarse = (one.follow(time, control, k) for one in levels)
     free = fine["cohesive_radius"] == 0.0
     if k == 0.0:
@@ -208,6 +210,26 @@ def _step(
             rows["normal_force"] = np.where(lost, math.nan, control[1:])
     d, force = float(fine["indentation"][-1]), float(fine["normal_force"][-1])
     return ZoneRows(fine, coarse, np.full(free.size, k)), levels, channels_at(d, force, stiffness)
+
+
+def controls_of(
+    stretch: Stretch, stiffness: float | None, free: bool
+) -> tuple[FloatArray, FloatArray, float]:
+    """As `_controls`, after refusing moves in zero time and pulls on a free body."""
+    time, control, k = _controls(stretch, stiffness)
+    sudden = (np.diff(time) == 0.0) & (np.diff(control) != 0.0)
+    # a free body may start anywhere
+    sudden[0] &= not free
+    if sudden.any():
+        raise PathError(
+            "a row of the path moves in zero time, which adhesion with memory does not cover; give every move a duration or a rate"
+        )
+    if k == 0.0 and not math.isnan(stretch.start[0]) and free and control[1] < 0.0:
+        raise PathError(
+            f"normal_force = {newtons(float(control[1]))}: a body out of contact cannot be pulled; make contact first, for example with "
+            "load('0 N', duration='1 s') >> ..."
+        )
+    return time, control, k
 
 
 def _controls(stretch: Stretch, stiffness: float | None) -> tuple[FloatArray, FloatArray, float]:

@@ -61,6 +61,8 @@ from .shared import FigureData as FigureData
 from .shared import LayersDrawn as LayersDrawn
 from .shared import Plots as Plots
 from .shared import with_unmet as with_unmet
+from .soft import short_overview as short_overview
+from .soft import soft_figures as soft_figures
 from .soft import zone_figures as zone_figures
 from .soft import zone_overview as zone_overview
 from .studies import columns_study as columns_study

@@ -32,7 +32,21 @@ _COLOURS = {
     "contact_radius": BLUE,
     "cohesive_radius": GREEN,
     "dissipated_energy": ORANGE,
+    "edge_speed": ORANGE,
 }
+
+
+def short_overview(data: FigureData) -> Figure:
+    """Force against depth and time, the radii, and the speed of the edge, in one figure."""
+    with styled():
+        figure = new_figure(9.6, 6.4)
+        loop, force, radii, speed = np.ravel(figure.subplots(2, 2))
+        _draw(loop, data, _across(data), ("normal_force",))
+        _draw(force, data, "time", ("normal_force",))
+        _draw(radii, data, "time", ("contact_radius", "cohesive_radius"))
+        _draw(speed, data, "time", ("edge_speed",))
+        letter_panels(figure)
+    return figure
 
 
 def soft_figures(data: FigureData) -> dict[str, Figure]:
@@ -41,7 +55,7 @@ def soft_figures(data: FigureData) -> dict[str, Figure]:
         loop, radius, history = new_figure(5.6, 4.2), new_figure(5.6, 4.2), new_figure(9.6, 3.4)
         _draw(loop.subplots(), data, _across(data), ("normal_force",))
         _draw(radius.subplots(), data, _across(data), ("contact_radius", "cohesive_radius"))
-        names = (("normal_force",), ("contact_radius", "cohesive_radius"), ("dissipated_energy",))
+        names = (("normal_force",), ("contact_radius", "cohesive_radius"), (_last(data),))
         for axes, each in zip(history.subplots(1, 3), names, strict=True):
             _draw(axes, data, "time", each)
         letter_panels(history)
@@ -68,6 +82,10 @@ def zone_overview(data: FigureData) -> Figure:
 def zone_figures(data: FigureData) -> dict[str, Figure]:
     """``section``, ``loop``, ``radius``, ``history`` and ``fields``."""
     return {"section": section(data), **soft_figures(data), "fields": adhesive_fields(data)}
+
+
+def _last(data: FigureData) -> str:
+    return "dissipated_energy" if "dissipated_energy" in data.data else "edge_speed"
 
 
 def _across(data: FigureData) -> str:

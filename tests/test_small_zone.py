@@ -1,0 +1,178 @@
+"""Adhesion of short range with memory: the zone of a moving edge against double integrals, limits, scaling, and the full law."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad, quad
+
+import pymdr as mdr
+from pymdr.errors import NotValidError, PathError, ProblemError
+from pymdr.line.soft.small_zone import SmallZone
+from pymdr.workbench.casefile import read_case
+
+RUBBER = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1.0), poisson=0.5)
+"""E* relaxes from 10 to 1 Pa in 1 s; its retardation time is 10 s."""
+SERIES = mdr.Viscoelastic(mdr.Prony(0.25, [0.5, 1.0], [1.0, 0.1]), poisson=0.5)
+BALL = mdr.Paraboloid(1.0)
+
+
+def short(sigma, body=RUBBER, profile=BALL):
+    return mdr.Contact(profile, body, adhesion=mdr.JKR(1.0, range=1.0 / sigma))
+
+
+def at_rest(depth=1.0, hold=1e4):
+    return mdr.indent(depth, duration=1e3, steps=5) >> mdr.hold(hold, steps=1)
+
+
+@pytest.mark.parametrize("body", [RUBBER, SERIES])
+@pytest.mark.parametrize("passing", [0.03, 1.0, 40.0])
+def test_the_work_of_a_moving_edge_is_its_double_integral(body, passing):
+    relaxation = mdr.relaxation_of(body)
+    zone = SmallZone(relaxation, work=2.0, strength=5.0)
+    amplitudes, rates = zone.creep
+    fast = relaxation.rubbery / relaxation.glassy
+    assert 1.0 - amplitudes.sum() == pytest.approx(fast, rel=1e-12)
+
+    def creep(t):
+        return 1.0 - float(amplitudes @ np.exp(-rates * t))
+
+    mean = 2.0 * dblquad(lambda v, u: creep(passing * (v * v - u * u)), 0.0, 1.0, lambda u: u, 1.0)[0]
+    release = 2.0 / mean
+    length = math.pi * release * relaxation.rubbery / (4.0 * 25.0)
+    assert float(zone.zone_length(release)) == pytest.approx(length, rel=1e-12)
+    assert zone.speed(release) == pytest.approx(-length / passing, rel=2e-5)
+    assert float(zone.work_at(length / passing)) == pytest.approx(release, rel=5e-6)
+
+    def reached(y):
+        return quad(lambda u: creep(passing * (y - u * u)), 0.0, math.sqrt(y), epsabs=1e-12)[0]
+
+    last = reached(1.0)
+    M = quad(lambda v: 2.0 * (last - reached(v * v)), 0.0, 1.0, epsabs=1e-11)[0]
+    release, length = 2.0 * last**2 / M, math.pi * 2.0 * relaxation.rubbery / (4.0 * 25.0 * M)
+    assert float(zone.zone_length(release)) == pytest.approx(length, rel=1e-5)
+    assert zone.speed(release) == pytest.approx(length / passing, rel=2e-5)
+    assert float(zone.work_at(-length / passing)) == pytest.approx(release, rel=5e-6)
+
+
+@pytest.mark.parametrize("name", ["s6_v0.1", "s6_v10"])
+def test_the_least_force_is_that_of_the_full_law_within_the_zone(references, name):
+    entry = references[f"visco_md_{name}"]
+    v, expected = entry["inputs"]["v"], entry["expected"]
+    length = 8.0 if v < 1.0 else 1.2
+    away = mdr.indent(1.0 - length, duration=length / v, steps=160)
+    result = mdr.solve(short(6.0), at_rest() >> away)
+    force = result["normal_force"].values
+    row = int(np.argmin(force))
+    claim = result.claims["normal_force"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    assert abs(force[row] / expected["F_min"] - 1.0) < min(float(claim.error[row]), 0.05)
+    assert result.status is mdr.Status.PULLED_OFF
+
+
+def test_a_slow_edge_is_elastic():
+    """At rest and far slower than the relaxation the contact is JKR of the relaxed body."""
+    body = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1e-9), poisson=0.5)
+    path = mdr.indent(1.0, duration=1.0, steps=2) >> mdr.indent(-1.2, duration=1.0, steps=5)
+    slow = mdr.solve(short(20.0, body), path)
+    elastic = mdr.solve(mdr.Contact(BALL, mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(1.0)), path)
+    assert slow["contact_radius"].values == pytest.approx(elastic["contact_radius"].values, rel=1e-4)
+    assert slow["normal_force"].values == pytest.approx(elastic["normal_force"].values, abs=1e-3)
+
+
+def test_controls_agree():
+    """The forces and travels of a retraction, prescribed in turn, give its radii."""
+    rest, k = at_rest(hold=1e3), 3.0
+    by_depth = mdr.solve(short(20.0), rest >> mdr.indent(-1.0, duration=20.0, steps=40), machine_stiffness=k)
+    steps = slice(6, 30)
+    time, a = by_depth["time"].values[steps], by_depth["contact_radius"].values[steps]
+    for channel, rel in (("normal_force", 2e-3), ("travel", 2e-3)):
+        leg = mdr.Path(time=time, **{channel: by_depth[channel].values[steps]})
+        again = mdr.solve(short(20.0), rest >> leg, machine_stiffness=k)
+        assert again["contact_radius"].values[6:] == pytest.approx(a, rel=rel)
+        assert again["indentation"].values[6:] == pytest.approx(
+            by_depth["indentation"].values[steps], abs=5e-3
+        )
+
+
+def test_nanometres_and_metres_are_alike():
+    small = mdr.Viscoelastic(mdr.StandardSolid(0.25e9, 2.25e9, 1e-3), poisson=0.5)
+    unit = 1e-9
+    law = mdr.JKR(1e9 * unit, range=unit / 20.0)
+    tiny = mdr.Contact(mdr.Paraboloid(unit), small, adhesion=law)
+    away = mdr.indent(-1.0, duration=10.0, steps=8)
+    one = mdr.solve(short(20.0), at_rest() >> away)
+    rest = mdr.indent(unit, duration=1.0, steps=5) >> mdr.hold(10.0, steps=1)
+    other = mdr.solve(tiny, rest >> mdr.indent(-unit, duration=1e-2, steps=8))
+    assert other["contact_radius"].values / unit == pytest.approx(one["contact_radius"].values, rel=1e-5)
+    assert other["normal_force"].values / unit == pytest.approx(
+        one["normal_force"].values, rel=1e-4, abs=1e-4
+    )
+
+
+def test_forces_differ_from_the_full_law_by_less_than_claimed():
+    for sigma, v in ((6.0, 1.0), (6.0, 10.0), (12.0, 0.3), (12.0, 1.0)):
+        path = mdr.indent(1.0, duration=200.0, steps=20) >> mdr.hold(1e3, steps=2)
+        path = path >> mdr.indent(-2.0, duration=3.0 / v, steps=100)
+        full = mdr.Contact(BALL, RUBBER, adhesion=mdr.MaugisDugdale(1.0, strength=sigma))
+        one, other = mdr.solve(short(sigma), path), mdr.solve(full, path)
+        force, exact = one["normal_force"].values, other["normal_force"].values
+        both = (one["contact_radius"].values > 0.0) & (other["contact_radius"].values > 0.0)
+        claimed = one.claims["normal_force"].error
+        assert np.all(np.abs(force - exact)[both] <= (claimed * np.abs(exact).max())[both])
+
+
+def test_the_case_file_and_the_figures(tmp_path, shell):
+    case = tmp_path / "short.toml"
+    case.write_text(
+        '[profile]\nkind = "paraboloid"\nradius = "1 mm"\n[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "standard_solid", equilibrium = "10 kPa", modulus = "30 kPa", time = "1 s" }\n'
+        '[adhesion]\nkind = "jkr"\nwork = "50 mJ/m^2"\nrange = "20 nm"\n'
+        '[[path]]\nkind = "indent"\nindentation = "20 um"\nduration = "100 s"\nsteps = 4\n'
+        '[[path]]\nkind = "indent"\nindentation = "-20 um"\nduration = "100 s"\nsteps = 8\n'
+    )
+    problem = read_case(case)
+    result = mdr.solve(problem.contact, problem.path)
+    result.save(tmp_path / "short.nc")
+    assert (
+        mdr.open_result(tmp_path / "short.nc")["edge_speed"].values.tolist()
+        == result["edge_speed"].values.tolist()
+    )
+    assert set(result.figures()) == {"loop", "radius", "history"}
+    code, out, _ = shell("run", case, "--no-figures")
+    assert code == 0
+    assert "short compared with the contact" in out
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "words"),
+    [
+        (lambda: mdr.JKR(1.0, work_receding=2.0, range=0.1), ProblemError, "give one of them"),
+        (lambda: mdr.JKR(1.0, range=0.0), ProblemError, "above 0"),
+        (
+            lambda: mdr.Contact(BALL, mdr.Elastic(1.0, 0.5), adhesion=mdr.JKR(1.0, range=0.1)),
+            ProblemError,
+            "no effect on bodies without memory",
+        ),
+        (lambda: mdr.Contact(BALL, RUBBER, adhesion=mdr.JKR(1.0)), ProblemError, "JKR.work, range="),
+        (lambda: mdr.solve(short(1.0), at_rest()), ProblemError, "more than 0.2 of the contact"),
+        (lambda: mdr.solve(short(20.0, profile=mdr.FlatPunch(1.0)), at_rest()), ProblemError, "sharp edge"),
+        (lambda: mdr.solve(short(20.0), mdr.load(-1.0, duration=1.0)), PathError, "cannot be pulled"),
+        (
+            lambda: mdr.solve(
+                short(20.0), at_rest(0.1) >> mdr.indent(-9.0, duration=1.0) >> mdr.indent(0.1, duration=1.0)
+            ),
+            PathError,
+            "touch again",
+        ),
+        (lambda: mdr.solve(short(20.0), at_rest()).field("pressure", [0.0]), NotValidError, "MaugisDugdale"),
+        (
+            lambda: mdr.pull_off(short(20.0), preload=1.0, speed=1.0),
+            ProblemError,
+            "give MaugisDugdale",
+        ),
+    ],
+)
+def test_what_short_range_with_memory_refuses(make, error, words):
+    with pytest.raises(error, match=words):
+        make()
