@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -170,7 +171,8 @@ def followed_tests(
     finest = solved(range(len(tests)), finer)
     # rows too close for the resolution of time: those of the first pass remain, with their distance as error
     results = [
-        rough[i] if isinstance(one, ConvergenceError) else _answer(one) for i, one in enumerate(finest)
+        _with_coarse_rows(rough[i]) if isinstance(one, ConvergenceError) else _answer(one)
+        for i, one in enumerate(finest)
     ]
     return results, relaxation.rubbery
 
@@ -179,6 +181,11 @@ def _answer(one: Result | PymdrError) -> Result:
     if isinstance(one, PymdrError):
         raise one
     return one
+
+
+def _with_coarse_rows(result: Result) -> Result:
+    note = "closer rows about the largest pull could not be followed: the numbers are those of evenly spaced rows"
+    return replace(result, notes=(*result.notes, note))
 
 
 def _even(length: float) -> FloatArray:
