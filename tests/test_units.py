@@ -243,7 +243,7 @@ def test_the_table_of_quantities(name):
     assert q.symbol
     assert q.label == f"{q.long_name} ${q.symbol}$"
     assert to_si(UREG.Quantity(2.0, q.unit), q.unit) == 2.0
-    assert set(q.dims) <= {"step", "r", "x", "z", "component", "time", "angular_frequency", "cycles"}
+    assert set(q.dims) <= {"step", "r", "x", "z", "component", "time", "angular_frequency", "cycles", "body"}
 
 
 def test_units_of_the_table():

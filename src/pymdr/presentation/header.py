@@ -259,11 +259,11 @@ static inline void @_law(double d, double *force, double *stiffness, double *rad
     const double x = known && d > 0.0 ? d * %(per_unit)s : 0.0;
     const double pressing = %(force)s;
     if (force)
-        *force = !known ? NAN : x > 0.0 ? pressing%(off)s : 0.0;
+        *force = !known ? (double)NAN : x > 0.0 ? pressing%(off)s : 0.0;
     if (stiffness)
-        *stiffness = !known ? NAN : x > 0.0 ? %(power)s * pressing / d : 0.0;
+        *stiffness = !known ? (double)NAN : x > 0.0 ? %(power)s * pressing / d : 0.0;
     if (radius)
-        *radius = !known ? NAN : x > 0.0 ? %(radius)s : 0.0;
+        *radius = !known ? (double)NAN : x > 0.0 ? %(radius)s : 0.0;
 }
 """
 _FUNCTIONS = """\
