@@ -201,6 +201,60 @@ def test_balances_of_random_problems(seed: int) -> None:
     assert k / mu * np.sum(np.diff(n) * (work[1:] + work[:-1]) / 2.0) == pytest.approx(volume[-1], rel=0.03)
 
 
+def random_wear(seed: int) -> tuple[mdr.Contact, mdr.LoadingPath, dict[str, object]]:
+    """Profiles, bodies, laws, controls and amplitudes, partial and gross slip, from 10 nm to 1 m."""
+    rng = np.random.default_rng(7000 + seed)
+    size, slope = 10.0 ** rng.uniform(-8.0, 0.0), 10.0 ** rng.uniform(-4.0, -1.2)
+    depth, inner = slope * size, size * rng.uniform(0.2, 0.8)
+    profiles = (
+        mdr.PowerLaw(rng.uniform(1.3, 5.0), depth, size),
+        mdr.Paraboloid(size**2 / depth),
+        mdr.Cone(slope=slope),
+        mdr.Sphere(size**2 / depth),
+        mdr.TruncatedCone(slope=slope, flat_radius=inner),
+        mdr.RoundedFlat(flat_radius=inner, edge_radius=size**2 / depth),
+    )
+    body = mdr.Elastic(10.0 ** rng.uniform(5.0, 12.0), rng.uniform(0.0, 0.5))
+    soft = mdr.Elastic(body.young * 10.0 ** rng.uniform(-1.0, 1.0), rng.uniform(0.0, 0.5))
+    other, mu = (mdr.Rigid(), soft)[rng.integers(2)], 10.0 ** rng.uniform(-1.5, 0.2)
+    contact = mdr.Contact(profiles[seed % 6], body, other, friction=mdr.Coulomb(mu))
+    pressed = mdr.solve(mdr.Contact(contact.profile, body, other), mdr.indent(depth))
+    force, radius = float(pressed["normal_force"][0]), float(pressed["contact_radius"][0])
+    moduli = mdr.effective_moduli(body, other)
+    slides = mu * moduli.normal / moduli.tangential * depth
+    shift = (
+        slides * rng.uniform(0.05, 0.98) if seed % 4 else min(slides * rng.uniform(1.5, 2.5), 0.09 * radius)
+    )
+    path = (mdr.load(force) if rng.random() < 0.5 else mdr.indent(depth)) >> mdr.cycle(shift=shift)
+    cycles, law = 10.0 ** rng.uniform(2.0, 8.0), ("archard", "energy")[rng.integers(2)]
+    worn = 10.0 ** rng.uniform(-1.5, 1.0) * depth * math.pi * radius**2
+    k = worn / (cycles * 4.0 * slides * force * (mu if law == "energy" else 1.0))
+    return contact, path, {"coefficient": k, "cycles": cycles, "law": law}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(36))
+def test_random_wear_is_that_of_rings_within_the_claim(seed: int) -> None:
+    """The claim bounds the error of the method; half the rings and blocks measure that of the rings."""
+    contact, path, given = random_wear(seed)
+    study = mdr.wear(contact, path, **given)
+    both = mdr.verify(contact, path, wear=given, elements=100, steps=6)
+    rows = np.searchsorted(study["cycles"].values, both.data["cycles"].values)
+    for name in ("worn_volume", "indentation"):
+        error = study.claims[name].error[rows] + both.halved
+        assert np.all(np.abs(both.data[f"{name}_difference"].values) <= error), name
+
+
+def test_gross_slip_that_ends_is_refused() -> None:
+    """The flat wears most at its edge, so that under load its middle begins to stick."""
+    body = mdr.Elastic("12.6 GPa", 0.41)
+    flat = mdr.Contact(mdr.RoundedFlat("31 um", "63 mm"), body, friction=mdr.Coulomb(0.142))
+    path = mdr.load("38 mN") >> mdr.cycle(shift="5.2 nm")
+    assert mdr.wear(flat, path, coefficient="2e-9 m^2/N", cycles=50.0)["stick_radius"].max() == 0.0
+    with pytest.raises(mdr.ProblemError, match="gross slip at constant load becomes partial slip"):
+        mdr.wear(flat, path, coefficient="2e-9 m^2/N", cycles=[2000.0])
+
+
 def test_lengths_scale(at_depth: mdr.solving.wear.Wear) -> None:
     """A thousand times larger: the same cycles, a thousandth of the coefficient over the size of nothing else."""
     large = mdr.Contact(mdr.Paraboloid("10 m"), BODY, BODY, friction=mdr.Coulomb(0.5))

@@ -217,8 +217,8 @@ def wear(
     Raises
     ------
     ProblemError
-        If a value is not above 0, the path is no such cycle, the amplitude of gross slip is above a tenth of the contact radius, or the
-        contact has adhesion, memory, grading, layers, a force curve or a sharp edge.
+        If a value is not above 0, the path is no such cycle, the amplitude of gross slip is above a tenth of the contact radius, gross
+        slip becomes partial slip, or the contact has adhesion, memory, grading, layers, a force curve or a sharp edge.
     ConvergenceError
         If a block of cycles has no solution.
 

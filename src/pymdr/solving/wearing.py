@@ -32,6 +32,7 @@ _ROOM = 1.3
 _FAINT = 1e-9
 """Pressure over E* d/a below which the bodies only touch."""
 _HALVINGS = 80
+_ROUNDING = 1e-9
 _INNER, _ALIKE = 80, 1e-9
 """Points of a force curve within the first stick radius, and relative difference of depths below which points are one."""
 
@@ -217,7 +218,7 @@ def followed(
     Raises
     ------
     ProblemError
-        If gross slip is too wide, or the contact outgrows the profile.
+        If gross slip is too wide or comes to an end, or the contact outgrows the profile.
     """
     if case.gross and case.request.amplitude > SMALL * case.radius:
         raise ProblemError(
@@ -240,6 +241,7 @@ def followed(
             cells=_CELLS,
         )
         history = march(wearing, rows, _TOLERANCE, progress)
+        _refuse_stick(case, wearing, history, rows)
         if case.request.normal_force is None or contact_edge(*history.states[-1]) < _FULL * wearing.end:
             return history, wearing
         if end >= farthest:
@@ -248,6 +250,19 @@ def followed(
     raise ProblemError(
         f"wear: after {rows[-1]:g} cycles the contact reaches r = {metres(end)}, up to which the profile is known; give fewer cycles"
     )
+
+
+def _refuse_stick(case: WearCase, wearing: Wearing, history: History, rows: FloatArray) -> None:
+    """Refuse gross slip whose middle begins to stick: the indentation at constant load grows with wear, and with it the shift of sliding."""
+    if not case.gross:
+        return
+    middle = np.array([state.springs[0] for _, state in history.states])
+    sticks = np.flatnonzero(middle > wearing.amplitude * (1.0 + _ROUNDING))
+    if sticks.size:
+        raise ProblemError(
+            f"wear: before {rows[sticks[0]]:g} cycles gross slip at constant load becomes partial slip, because the middle of the worn "
+            "contact begins to stick, and this is not followed; give fewer cycles or a larger amplitude"
+        )
 
 
 def _half_load(case: WearCase) -> float:

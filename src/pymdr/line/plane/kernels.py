@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from pymdr.compiling import Fused
@@ -25,6 +26,8 @@ _STICKS = 1e-12
 """Distance from Coulomb's limit, relative to it, from which on a spring counts as sticking."""
 _AT_LIMIT = 1e-15
 """Distance of the square of a spring from that of its limit, relative to it, that is rounding."""
+_SERIES = 0.25
+"""Slip in units of the limit up to which its lost part is a series: w is below it."""
 _ENDLESS = 340.0
 """Slip in units of the limit after which a spring lies along the row, and exp(-2 tau) is not 0 yet."""
 _ITERATIONS = 200
@@ -106,12 +109,17 @@ def lost(tau: float, start: float, forward: bool, m: float, alpha: float) -> tup
 
 
 @inlined
-def _turned(along: float, across: float, move: Move, length: float, low: float) -> Spring:
-    """As `slipped` at a constant limit for tau up to 1: tanh(tau / 2) = p / q as a continued fraction, to rounding."""
+def _arc(along: float, across: float, length: float, low: float) -> tuple[float, float, float]:
+    """
+    A spring at a constant limit after a slip of tau up to 1, along and across the row, and w of `_lost_share`.
+
+    Tanh(tau / 2) = p / q as a continued fraction, to rounding. Without branches, so that loops over springs are vectorized.
+    """
     large = low + abs(along)
     inverse = 1.0 / (low * large)
     tau, small = length * large * inverse, across * across * low * inverse
-    near, far = (large, small) if along >= 0.0 else (small, large)
+    near = large if along >= 0.0 else small
+    far = small if along >= 0.0 else large
     half = 0.5 * tau
     square = half * half
     p = half * (135135.0 + square * (17325.0 + square * (378.0 + square)))
@@ -121,18 +129,71 @@ def _turned(along: float, across: float, move: Move, length: float, low: float) 
     far *= (q - p) * (q - p)
     whole = near + far
     inverse = 1.0 / (whole * (whole + grown))
-    w = grown * whole * inverse
-    # log((1 + w) / (1 - w)) is the integral of (1 - cos(theta)) dtau
-    if w < 0.1:
-        v = w * w
-        series = 1.0 / 9.0 + v * (1.0 / 11.0 + v / 13.0)
-        lost_part = 2.0 * w * (1.0 + v * (1.0 / 3.0 + v * (0.2 + v * (1.0 / 7.0 + v * series))))
-    else:
-        lost_part = math.log((1.0 + w) / (1.0 - w))
-    slid = max(length - low * lost_part, 0.0)
     scale = low * (whole + grown) * inverse
-    cosine, sine = scale * (near - far), scale * 2.0 * (q - p) * (q + p) * across
+    return scale * (near - far), scale * 2.0 * (q - p) * (q + p) * across, grown * whole * inverse
+
+
+@inlined
+def _lost_share(w: float) -> float:
+    """Log((1 + w) / (1 - w)), the integral of (1 - cos(theta)) dtau, for w up to 0.25 by its series."""
+    v = w * w
+    s = 1.0 / 17.0 + v * (1.0 / 19.0 + v * (1.0 / 21.0 + v * (1.0 / 23.0 + v / 25.0)))
+    s = 1.0 / 9.0 + v * (1.0 / 11.0 + v * (1.0 / 13.0 + v * (1.0 / 15.0 + v * s)))
+    return 2.0 * w * (1.0 + v * (1.0 / 3.0 + v * (0.2 + v * (1.0 / 7.0 + v * s))))
+
+
+@inlined
+def _turned(along: float, across: float, move: Move, length: float, low: float) -> Spring:
+    """As `slipped` at a constant limit for tau up to 1."""
+    cosine, sine, w = _arc(along, across, length, low)
+    lost_part = _lost_share(w) if w < _SERIES else math.log((1.0 + w) / (1.0 - w))
+    slid = max(length - low * lost_part, 0.0)
     return Spring(cosine * move.e_x - sine * move.e_y, cosine * move.e_y + sine * move.e_x, low * slid, slid)
+
+
+@inner
+def _level(
+    labels: FloatArray, held: FloatArray, first: int, last: int, move: Move, after: FloatArray
+) -> None:
+    """
+    Springs from one up to another after a row of constant depth, without branches.
+
+    Parameters
+    ----------
+    after : (3, n + 1)
+        Filled with their vectors and the distances they slip, which are negative where slip is too long for the series.
+    """
+    square = move.length * move.length
+    # indices without sign cannot count from the end, which would keep the loop from being vectorized
+    for i in range(np.uintp(first), np.uintp(last)):
+        low = move.after - labels[i]
+        x, y = held[0, i], held[1, i]
+        end_x, end_y = x + move.x, y + move.y
+        b = x * move.x + y * move.y
+        c = min(x * x + y * y - low * low, 0.0)
+        c = 0.0 if c >= -_AT_LIMIT * low * low else c
+        root = math.sqrt(b * b - square * c)
+        begin = (-c if b > 0.0 else root - b) / (b + root if b > 0.0 else square)
+        sticks = (end_x * end_x + end_y * end_y <= low * low) | (begin >= 1.0)
+        x, y = x + begin * move.x, y + begin * move.y
+        rest = move.length * (1.0 - begin)
+        cosine, sine, w = _arc(x * move.e_x + y * move.e_y, move.e_x * y - move.e_y * x, rest, low)
+        slid = max(rest - low * _lost_share(w), 0.0)
+        slid = slid if rest <= _SERIES * low else -1.0
+        after[0, i] = end_x if sticks else cosine * move.e_x - sine * move.e_y
+        after[1, i] = end_y if sticks else cosine * move.e_y + sine * move.e_x
+        after[2, i] = 0.0 if sticks else slid
+
+
+@inner
+def _first_beyond(labels: FloatArray, held: FloatArray, touching: int, move: Move) -> int:
+    """The first spring that a row of constant depth moves beyond its limit, or their number."""
+    for i in range(touching):
+        low = move.after - labels[i]
+        x, y = held[0, i] + move.x, held[1, i] + move.y
+        if x * x + y * y > low * low:
+            return i
+    return touching
 
 
 @inlined
@@ -356,11 +417,11 @@ def stick_border(
 def _run(
     line: FloatArray,
     held: FloatArray,
-    depth: FloatArray,
-    edge: FloatArray,
+    pressed: FloatArray,
     target: FloatArray,
     begin: FloatArray,
     rows: FloatArray,
+    ahead: FloatArray,
     slips: bool,
 ) -> None:
     """
@@ -372,7 +433,7 @@ def _run(
         Labels y and places x of the springs, rising; the first is that of the middle and has no weight.
     held : (2, n + 1)
         Their vectors.
-    depth, edge : (m,)
+    pressed : (2, m)
         Depth and contact radius of every row.
     target : (m, 2)
         Shifts, in the units of `rows`.
@@ -380,10 +441,12 @@ def _run(
         Depth, shift along x and y, slip work and distance of full sliding before the first row.
     rows : (m, 8)
         Columns, filled.
+    ahead : (3, n + 1)
+        Memory for springs at constant depth.
     slips : bool
         Whether springs slip.
     """
-    labels, places = line[0], line[1]
+    labels, places, depth, edge = line[0], line[1], pressed[0], pressed[1]
     before, at_x, at_y, work, slid = begin[0], begin[1], begin[2], begin[3], begin[4]
     for row in range(depth.size):
         after = depth[row]
@@ -391,8 +454,19 @@ def _run(
         at_x, at_y = target[row, 0], target[row, 1]
         move = move_of(x, y, before, after)
         f_x = f_y = stored = 0.0
+        # rows at constant depth: springs inside stick, and those up to the edge are advanced together
+        inside = touching = 0
+        if slips and before == after and move.length > 0.0:
+            touching = np.searchsorted(labels, after)
+            inside = _first_beyond(labels, held, touching, move)
+            _level(labels, held, inside, touching, move, ahead)
         for i in range(labels.size):
-            spring = advanced(held[0, i], held[1, i], labels[i], move, slips)
+            if i < inside:
+                spring = Spring(held[0, i] + x, held[1, i] + y, 0.0, 0.0)
+            elif i < touching and ahead[2, i] >= 0.0:
+                spring = Spring(ahead[0, i], ahead[1, i], (after - labels[i]) * ahead[2, i], ahead[2, i])
+            else:
+                spring = advanced(held[0, i], held[1, i], labels[i], move, slips)
             held[0, i], held[1, i] = spring.x, spring.y
             if i == 0:
                 slid += spring.slid

@@ -223,7 +223,8 @@ def _moved(
     held = state.vector.copy()
     so_far = (state.slip_work, state.slip_distance)
     begin = np.array([max(state.indentation, 0.0), *state.shift, *so_far])
-    k.run(line, held, np.array(depth), np.array(radius), np.array(shift), begin, rows, slips)
+    ahead = np.empty((3, line.shape[1]))
+    k.run(line, held, np.stack([depth, radius]), np.array(shift), begin, rows, ahead, slips)
     last = rows[-1]
     return PlaneState(
         held,
