@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -30,8 +31,8 @@ from pymdr.solving.fits.touching import BoolArray, first_guess_of_contact, scale
 from pymdr.units import FloatArray
 
 _TRIALS, _RUNGS, _KEPT = 21, 12, 2
-_SOFT_TRIALS, _SCALES = 7, np.geomspace(0.3, 1e4, 9)
-"""For machines softer than the contact: contact points, and stiffnesses relative to that with the largest force at the whole depth."""
+_SOFT_TRIALS, _SOFT_RUNGS, _SCALES = 7, 6, np.geomspace(0.3, 1e4, 9)
+"""For machines softer than the contact: contact points, members, and stiffnesses relative to that with the largest force at the whole depth."""
 _PRESSED, _FRACTION, _FAR = 8, 0.05, 0.2
 """Smallest number of samples in contact, their smallest force relative to the largest, and the fraction of places without contact."""
 _ASIDE = 1.0
@@ -196,26 +197,27 @@ def _starts_on_machine(
     batch: Batch, wanted: Wanted, family: FamilyTable, known: FloatArray, engine: Engine
 ) -> FloatArray:
     """
-    The best starts of a family of one member at some stiffnesses, without the depths of the samples; NaN without contact.
+    The best starts on some members of a family at some stiffnesses, without the depths of the samples; NaN without contact.
 
     The depth of a sample is its travel less its deflection. If a machine is much softer than the contact, that difference is noise.
     """
     count, least = len(batch.place), np.full(len(batch.place), math.inf)
-    unit = (batch.force.max(axis=1) - batch.force.min(axis=1)) / np.abs(family.forces[0]).max()
+    span = batch.force.max(axis=1) - batch.force.min(axis=1)
+    rungs = np.arange(0, family.folds.size, max(family.folds.size // _SOFT_RUNGS, 1))
     points = _points_along(batch.place, known[:, POINT], wanted, _SOFT_TRIALS)
     best, used = np.full((count, NUMBERS), math.nan), np.ones(batch.place.shape, dtype=np.bool_)
     base = np.eye(NUMBERS)[[BASE]] if wanted.free[BASE] else np.zeros((0, NUMBERS))
-    for part in _SCALES if wanted.free[SCALE] else [1.0]:
-        for point in points.T:
-            trial = known.copy()
-            with np.errstate(divide="ignore"):
-                trial[:, SCALE] = np.log(unit * part) if wanted.free[SCALE] else wanted.known[SCALE]
-            trial[:, SHAPE], trial[:, POINT], trial[:, TILT] = family.first, point, 0.0
-            if wanted.free[BASE]:
-                trial[:, BASE] = batch.force.mean(axis=1)
-            ends = engine.descents(batch, base, family, trial, used, (3, 0.0))
-            better = ends.touches.any(axis=1) & (unit > 0.0) & (ends.misfit < least)
-            least[better], best[better] = ends.misfit[better], ends.theta[better]
+    for rung, part, point in product(rungs, _SCALES if wanted.free[SCALE] else [1.0], points.T):
+        trial = known.copy()
+        with np.errstate(divide="ignore"):
+            unit = np.log(part * span / np.abs(family.forces[rung]).max())
+        trial[:, SCALE] = unit if wanted.free[SCALE] else wanted.known[SCALE]
+        trial[:, SHAPE], trial[:, POINT], trial[:, TILT] = family.first + family.step * rung, point, 0.0
+        if wanted.free[BASE]:
+            trial[:, BASE] = batch.force.mean(axis=1)
+        ends = engine.descents(batch, base, family, trial, used, (3, 0.0))
+        better = ends.touches.any(axis=1) & (span > 0.0) & (ends.misfit < least)
+        least[better], best[better] = ends.misfit[better], ends.theta[better]
     return best
 
 
@@ -277,7 +279,7 @@ def starts_at_tilts(
     base = level.mean(axis=1, keepdims=True) if wanted.free[BASE] else wanted.known[BASE]
     without = ((level - base) ** 2).sum(axis=1)
     unseen = ~np.isfinite(least) | (without <= least * (1.0 + SEEN / level.shape[1]))
-    unseen &= (batch.softness > 0.0) & (family.folds.size == 1) & (not wanted.tied)
+    unseen &= (batch.softness > 0.0) & (not wanted.tied) & (family.folds.size == 1 or wanted.free[SHAPE])
     if unseen.any():
         rest = np.flatnonzero(unseen)
         trial = _starts_on_machine(Batch(*(c[rest] for c in half)), wanted, family, known[rest], engine)
