@@ -23,6 +23,7 @@ from pymdr.interpretation.memory import (
     spring_load,
     surface_load,
 )
+from pymdr.interpretation.on_normal import OnNormal
 from pymdr.interpretation.stress import Loads
 from pymdr.interpretation.validity import (
     SOURCES,
@@ -152,29 +153,12 @@ def uncoupled(claims: Mapping[str, Claim], contact: Contact, coupling: float) ->
 
 
 @dataclass(frozen=True, eq=False)
-class ShearedSurface:
+class ShearedSurface(OnNormal[MemorySurface]):
     """Surface and line of a contact with memory and friction."""
 
-    normal: MemorySurface
     tangential: Relaxation
     friction: float
     shift: FloatArray
-
-    def gap_function(self, r: FloatArray) -> FloatArray:
-        """The profile f(r)."""
-        return self.normal.gap_function(r)
-
-    def default_radii(self, step: int) -> FloatArray:
-        """As that of the normal contact."""
-        return self.normal.default_radii(step)
-
-    def marks(self, step: int) -> Sequence[float]:
-        """As those of the normal contact."""
-        return self.normal.marks(step)
-
-    def edge_amplitude(self, step: int) -> float:
-        """As that of the normal contact."""
-        return self.normal.edge_amplitude(step)
 
     @property
     def revolves(self) -> bool:

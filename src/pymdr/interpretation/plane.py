@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.interpretation.friction import TANGENTIAL_QUANTITIES, frictional_claims
+from pymdr.interpretation.on_normal import OnNormal
 from pymdr.interpretation.surface import Surface
-from pymdr.interpretation.traction import shear_traction, tangential_displacement
+from pymdr.interpretation.traction import tangential_field
 from pymdr.interpretation.validity import TANGENTIAL_FIELDS, BoolArray, Claim, Level
 from pymdr.line.foundation import ElasticLine
-from pymdr.line.friction import FrictionState, spring_shifts
+from pymdr.line.friction import FrictionState
 from pymdr.line.plane import PlaneLaw, PlaneState, Springs
 from pymdr.mapping.moduli import EffectiveModuli
 from pymdr.problem.contact import Contact
@@ -130,10 +131,9 @@ def along(state: FrictionState, direction: FloatArray) -> tuple[FrictionState, F
 
 
 @dataclass(frozen=True)
-class PlaneSurface:
+class PlaneSurface(OnNormal[Surface]):
     """Normal fields of a contact, and tangential fields with components along x and y."""
 
-    normal: Surface
     states: Callable[[int], tuple[FrictionState, FrictionState]]
     """The stacks that carry the tractions of a step along x and y."""
 
@@ -142,36 +142,10 @@ class PlaneSurface:
         """The line of the contact."""
         return self.normal.springs
 
-    def gap_function(self, r: FloatArray) -> FloatArray:
-        """The profile f(r)."""
-        return self.normal.gap_function(r)
-
-    def default_radii(self, step: int) -> FloatArray:
-        """As that of the normal contact."""
-        return self.normal.default_radii(step)
-
-    def marks(self, step: int) -> tuple[float, ...]:
-        """As those of the normal contact."""
-        return self.normal.marks(step)
-
-    def edge_amplitude(self, step: int) -> float:
-        """As that of the normal contact."""
-        return self.normal.edge_amplitude(step)
-
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field at radii (or positions on the line) in one step; (2, n) for tangential ones."""
         if name not in (*TANGENTIAL_FIELDS, "spring_shift"):
             return self.normal.field(name, position, step)
-        return np.array([self._component(name, position, step, one) for one in self.states(step)])
-
-    def _component(self, name: str, position: FloatArray, step: int, state: FrictionState) -> FloatArray:
-        if name == "shear_traction":
-            return shear_traction(self.line, state, position)
-        if name == "spring_shift":
-            g = self.normal.field("equivalent_profile", position, step)
-            return np.where(np.isfinite(g), spring_shifts(state, np.where(np.isfinite(g), g, 0.0)), 0.0)
-        u = tangential_displacement(self.line, state, position)
-        if name == "tangential_displacement":
-            return u
-        a = self.normal.states.contact_radius[step]
-        return np.where((np.abs(position) <= a) & (a > 0.0), state.shift - u, math.nan)
+        return np.array(
+            [tangential_field(self.normal, one, name, position, step) for one in self.states(step)]
+        )

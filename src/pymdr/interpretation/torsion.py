@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pymdr.interpretation.on_normal import OnNormal
 from pymdr.interpretation.stress import LineLoad, Loads, Punches
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
@@ -103,10 +104,9 @@ def measured_error(torque: FloatArray, largest: FloatArray, excess: FloatArray) 
 
 
 @dataclass(frozen=True)
-class TorsionSurface:
+class TorsionSurface(OnNormal[Surface]):
     """Normal and torsional fields of a contact, step by step."""
 
-    normal: Surface
     line: TwistedLine
     replay: Callable[[], tuple[TwistState, ...]]
     """The state in every step, computed again on demand."""
@@ -115,22 +115,6 @@ class TorsionSurface:
     def states(self) -> tuple[TwistState, ...]:
         """The state in every step."""
         return self.replay()
-
-    def gap_function(self, r: FloatArray) -> FloatArray:
-        """The profile f(r)."""
-        return self.normal.gap_function(r)
-
-    def default_radii(self, step: int) -> FloatArray:
-        """As that of the normal contact."""
-        return self.normal.default_radii(step)
-
-    def marks(self, step: int) -> tuple[float, ...]:
-        """As those of the normal contact."""
-        return self.normal.marks(step)
-
-    def edge_amplitude(self, step: int) -> float:
-        """As that of the normal contact."""
-        return self.normal.edge_amplitude(step)
 
     @property
     def revolves(self) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.interpretation.disk_sums import pressure_integrals, stretches_of
 from pymdr.interpretation.fields import pressure
+from pymdr.interpretation.on_normal import OnNormal
 from pymdr.interpretation.shear_load import shear_load, steps_of
 from pymdr.interpretation.stress import Loads
 from pymdr.interpretation.surface import Surface
@@ -172,11 +173,27 @@ def tangential_displacement(line: ElasticLine, state: FrictionState, r: ArrayLik
     return u
 
 
+def tangential_field(
+    normal: Surface, state: FrictionState, name: str, position: FloatArray, step: int
+) -> FloatArray:
+    """Values of a tangential field of one axis, or of the shift of its springs, at radii (or positions on the line) in one step."""
+    line = normal.springs
+    if name == "shear_traction":
+        return shear_traction(line, state, position)
+    if name == "spring_shift":
+        g = normal.field("equivalent_profile", position, step)
+        return np.where(np.isfinite(g), spring_shifts(state, np.where(np.isfinite(g), g, 0.0)), 0.0)
+    u = tangential_displacement(line, state, position)
+    if name == "tangential_displacement":
+        return u
+    a = normal.states.contact_radius[step]
+    return np.where((np.abs(position) <= a) & (a > 0.0), state.shift - u, math.nan)
+
+
 @dataclass(frozen=True)
-class FrictionSurface:
+class FrictionSurface(OnNormal[Surface]):
     """Normal and tangential fields of a contact with friction, step by step."""
 
-    normal: Surface
     replay: Replay
     rows: np.ndarray
     """Row of the replay for each step of the result."""
@@ -185,22 +202,6 @@ class FrictionSurface:
     def line(self) -> ElasticLine:
         """The line of the contact."""
         return self.normal.springs
-
-    def gap_function(self, r: FloatArray) -> FloatArray:
-        """The profile f(r)."""
-        return self.normal.gap_function(r)
-
-    def default_radii(self, step: int) -> FloatArray:
-        """As that of the normal contact."""
-        return self.normal.default_radii(step)
-
-    def marks(self, step: int) -> tuple[float, ...]:
-        """As those of the normal contact."""
-        return self.normal.marks(step)
-
-    def edge_amplitude(self, step: int) -> float:
-        """As that of the normal contact."""
-        return self.normal.edge_amplitude(step)
 
     @property
     def revolves(self) -> bool:
@@ -218,17 +219,7 @@ class FrictionSurface:
         """Values of a field at radii (or positions on the line) in one step."""
         if name not in (*TANGENTIAL_FIELDS, *TANGENTIAL_LINE_FIELDS):
             return self.normal.field(name, position, step)
-        state = self.replay.state(int(self.rows[step]))
-        if name == "shear_traction":
-            return shear_traction(self.line, state, position)
-        if name == "spring_shift":
-            g = self.normal.field("equivalent_profile", position, step)
-            return np.where(np.isfinite(g), spring_shifts(state, np.where(np.isfinite(g), g, 0.0)), 0.0)
-        u = tangential_displacement(self.line, state, position)
-        if name == "tangential_displacement":
-            return u
-        a = self.normal.states.contact_radius[step]
-        return np.where((np.abs(position) <= a) & (a > 0.0), state.shift - u, math.nan)
+        return tangential_field(self.normal, self.replay.state(int(self.rows[step])), name, position, step)
 
 
 def friction_surface(
