@@ -1,7 +1,8 @@
 """How accurate results are, and whether they say so: random problems against references of another kind.
 
-``python -m tests.accuracy --count 10000`` draws fresh problems, a fifth of each kind: profiles, bodies with memory, layers, force
-curves and fits (reference/random_problems.py says against what they are compared); ``--kinds memory`` draws one kind alone.
+``python -m tests.accuracy --count 10000`` draws fresh problems, a tenth of each kind: profiles, bodies with memory, layers, force
+curves, fits, friction, adhesion, torsion, stress and impacts (reference/random_problems.py and random_histories.py say against what
+they are compared); ``--kinds memory`` draws one kind alone.
 Profiles are solved at depths and forces over twelve decades of the radius; contact radius, force, energy, indentation, stiffness
 and pressure are compared with reference/quadrature.py. A value violates its claim if
 
@@ -46,7 +47,9 @@ def reference_module(name):
 quadrature = reference_module("quadrature")
 random_profiles = reference_module("random_profiles")
 random_problems = reference_module("random_problems")
-KINDS = ("profiles", *random_problems.FAMILIES)
+random_histories = reference_module("random_histories")
+FAMILIES = {**random_problems.FAMILIES, **random_histories.FAMILIES}
+KINDS = ("profiles", *FAMILIES)
 
 LONG = np.longdouble
 YOUNG, POISSON = 1.0e9, 0.3
@@ -170,7 +173,7 @@ def one_problem(job):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            for found in random_problems.FAMILIES[kind](rng, mdr, effort.full):
+            for found in FAMILIES[kind](rng, mdr, effort.full):
                 add_comparison(outcome, found)
     except mdr.errors.PymdrError as error:
         outcome.refusals.append(without_numbers(error))
