@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.errors import ProblemError
+from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import Works, edge_states
@@ -26,6 +26,7 @@ from pymdr.line.lines import unit_line_of
 from pymdr.line.memory import RelaxingContacts
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts, PlaneLaw, Springs
+from pymdr.line.plastic import DEEPEST, GrowingBall, GrowingContacts, YieldingContacts
 from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent, ramp
@@ -35,9 +36,10 @@ from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.hysteretic import HystereticLine
 from pymdr.solving.memory import powers_of, surfaces_of
+from pymdr.solving.plastic import ball_of
 from pymdr.solving.reach import map_to_springs, refuse_unreachable
 from pymdr.solving.viscoelastic import SPRINGS
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _ROWS = 65
 """Rows of the path by which a contact with adhesion is pressed in, and of that by which it is pulled off."""
@@ -64,6 +66,8 @@ def moving_of(contact: Contact, deepest: float, count: int, springs: int | None 
     _refuse_unknown(contact)
     if contact.is_viscoelastic:
         return _relaxing(contact, deepest, count, SPRINGS if springs is None else springs)
+    if contact.plastic is not None and springs is None:
+        return _yielding(contact, deepest, count)
     if springs is not None:
         return _in_plane(contact, deepest, count, springs)
     if contact.adhesion is None:
@@ -89,7 +93,6 @@ def _refuse_unknown(contact: Contact) -> None:
             bool(powers_of(contact)),
             "a power of time is no sum of exponentials without known times; give Prony, fitted over the times of the motion",
         ),
-        (contact.plastic is not None, "bodies that yield are not available; impact(...) integrates them"),
         (
             contact.layered is not None and contact.adhesion is None and not contact.is_viscoelastic,
             "layered bodies are not available without adhesion; give the force_curve() of solve(...) as the profile of half-spaces",
@@ -133,6 +136,21 @@ def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Mov
     part = 0.1 * deepest
     path = indent(deepest) >> ramp(shift=(part, 0.0)) >> ramp(shift=(part, part))
     return Moving(PlaneContacts(law, Springs.along(mapped.line, radius, springs), normal), path)
+
+
+def _yielding(contact: Contact, deepest: float, count: int) -> Moving:
+    ball, body, adhesion = ball_of(contact), contact.plastic, contact.adhesion
+    assert body is not None
+    if deepest > DEEPEST * ball.radius:
+        raise PathError(
+            f"Stepper: max_indentation = {metres(deepest)}; the model of a body that yields ends at {metres(DEEPEST * ball.radius)}, "
+            f"{DEEPEST:g} of the radius of the ball"
+        )
+    there_and_back = indent(deepest, steps=_ROWS) >> indent(0.0, steps=_ROWS)
+    if body.apparent_radius:
+        return Moving(GrowingContacts(GrowingBall(ball), count), there_and_back)
+    work = 0.0 if adhesion is None else adhesion.work
+    return Moving(YieldingContacts(ball, work, count), there_and_back)
 
 
 def _relaxing(contact: Contact, deepest: float, count: int, springs: int) -> Moving:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from pymdr.result import Result
 from pymdr.solving.moving import moving_of
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
+
+if TYPE_CHECKING:
+    from pymdr.line.programs import CompiledStep
 
 _CLAIMED = (
     "normal_force",
@@ -84,7 +87,7 @@ class Stepper:
     ----------
     contact : Contact
         Without adhesion: elastic half-spaces, homogeneous or transversely isotropic, with :class:`Coulomb` friction of any coefficient, also
-        infinite, or without; the profile may be a :class:`ForceCurve`. :class:`Viscoelastic` bodies without friction. With a law of adhesion: any elastic bodies, without friction.
+        infinite, or without; the profile may be a :class:`ForceCurve`. `Viscoelastic` and `ElasticPlastic` bodies without friction. With a law of adhesion: any elastic bodies, without friction.
     max_indentation : quantity
         Largest indentation in m of all steps, above 0.
     count : int
@@ -96,7 +99,7 @@ class Stepper:
     Raises
     ------
     ProblemError
-        If a body yields, has memory with friction or adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
+        If a body has memory with friction or adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
     RefusedError
         If the contact is not a disk at every indentation.
 
@@ -215,6 +218,50 @@ class Stepper:
         forces = self._forces(*self._moved.advance_all(d, shift, duration))
         self._undoable = True
         return forces
+
+    def compiled(self, *, room: int = 64) -> CompiledStep:
+        """
+        The step as a function that numba compiles into other functions, such as the loop of an integrator.
+
+        ``step(body, states, i, indentation, shift)`` moves contact i and returns ``(ending, normal, tangential)``; in the plane `shift` and
+        `tangential` are pairs. An ending of 0 is a step; 1 refuses a value that is not finite or too deep; 2 leaves the step to
+        :meth:`advance`, because a stack has no room or an edge rests in an unstable state. The contact then keeps its state.
+
+        Parameters
+        ----------
+        room : int
+            Turning points for which stacks of friction along a line get room; random histories fill up to 60.
+
+        Returns
+        -------
+        CompiledStep
+            (step, body, states). `states` are the arrays of this stepper, whose properties show the new state; ask again after
+            :meth:`advance`, :meth:`undo` and :meth:`restore`, which may replace them.
+
+        Raises
+        ------
+        ProblemError
+            If bodies have memory or yield, or `room` is not from 8 to 65536.
+
+        Examples
+        --------
+        >>> import pymdr as mdr
+        >>> steel = mdr.Elastic("210 GPa", 0.3)
+        >>> ball = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+        >>> stepper = mdr.Stepper(ball, "10 um", count=2)
+        >>> step, body, states = stepper.compiled()
+        >>> ending, normal, tangential = step(body, states, 1, 5e-6, 0.0)
+        >>> ending, bool(normal == stepper.normal_force[1])
+        (0, True)
+        """
+        from pymdr.line.programs import compiled_of
+
+        if type(room) is not int or not 8 <= room <= 65536:
+            raise ProblemError(
+                f"Stepper.compiled: room = {shown(room)}; a whole number from 8 to 65536 is needed"
+            )
+        self._undoable = True
+        return compiled_of(self._moved, self._deepest, room)
 
     def undo(self) -> None:
         """

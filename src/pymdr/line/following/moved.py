@@ -116,18 +116,18 @@ class Branches(WithoutShift, Moved):
     def __init__(self, rows: FloatArray, states_of: StatesOf, count: int) -> None:
         from pymdr.line.following import steps
 
-        self._rows, self._states_of = rows, states_of
+        self.rows, self._states_of = rows, states_of
         self._step, self._step_all = steps.step, steps.step_all
         self.arrays = (_free(count, at.PLAIN),)
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation in m; F_N in N, and 0."""
-        return float(self._step(self._rows, self.arrays[0][0], depth)), 0.0
+        return float(self._step(self.rows, self.arrays[0][0], depth)), 0.0
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts."""
         force = np.empty(depth.shape)
-        self._step_all(self._rows, self.arrays[0], depth, force)
+        self._step_all(self.rows, self.arrays[0], depth, force)
         return force, np.zeros(depth.shape)
 
     @property
@@ -218,19 +218,19 @@ class RestingBranches(Branches):
         from pymdr.line.following import steps
 
         super().__init__(rows[0], states_of, count)
-        self._tracks, self._both = tracks, (*rows, np.array([tracks.rim, tracks.per_area]))
+        self._tracks, self.both = tracks, (*rows, np.array([tracks.rim, tracks.per_area]))
         self._step, self._step_all = steps.step_resting, steps.step_all_resting
         self.arrays = (_free(count, at.SPENT + 1),)
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation in m; F_N in N, and 0."""
-        ending, force = self._step(*self._both, self.arrays[0][0], depth, at.NOWHERE, 0.0)
+        ending, force = self._step(*self.both, self.arrays[0][0], depth, at.NOWHERE, 0.0)
         return (force if ending == at.COMPLETE else self._from_unstable(0, depth)), 0.0
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts."""
         force, first = np.empty(depth.shape), 0
-        while (first := self._step_all(*self._both, self.arrays[0], depth, force, first)) < depth.size:
+        while (first := self._step_all(*self.both, self.arrays[0], depth, force, first)) < depth.size:
             force[first] = self._from_unstable(first, float(depth[first]))
             first += 1
         return force, np.zeros(depth.shape)
@@ -241,7 +241,7 @@ class RestingBranches(Branches):
         track = self._tracks.advancing if depth > now[at.RESTS_TO] else self._tracks.receding
         history = follow(track, [depth], float(now[at.AT]))
         reached, lost = float(history.branch[-1]), float(history.dissipated.sum())
-        return float(self._step(*self._both, self.arrays[0][i], depth, reached, lost)[1])
+        return float(self._step(*self.both, self.arrays[0][i], depth, reached, lost)[1])
 
 
 def _free(count: int, columns: int) -> FloatArray:

@@ -46,47 +46,54 @@ class Stacks(WithoutAdhesion, Moved):
         Number of contacts.
     """
 
+    moves: float
+    """1 with friction, else 0."""
+    body: tuple[FloatArray, FloatArray]
+    """The line and the scales, as compiled steps read them."""
+    slips: bool
+    """Whether springs may slip."""
+
     def __init__(self, curves: ElasticCurves, start: FrictionState, moves: bool, count: int) -> None:
         from pymdr.line.friction import kernels, steps
 
-        self._moves = float(moves)
+        self.moves = float(moves)
         scales = np.array([start.traction_scale, start.energy_scale, start.shift_scale])
-        self._body = curves.rows, scales
+        self.body = curves.rows, scales
         self._stiffness = 2.0 * curves.modulus
-        self._tangential_stiffness = self._moves * self._stiffness / start.modulus_ratio
-        slips = math.isfinite(start.friction)
-        self._step = steps.step if slips else steps.step_stuck
-        self._step_all = steps.step_all if slips else steps.step_all_stuck
+        self._tangential_stiffness = self.moves * self._stiffness / start.modulus_ratio
+        self.slips = math.isfinite(start.friction)
+        self._step = steps.step if self.slips else steps.step_stuck
+        self._step_all = steps.step_all if self.slips else steps.step_all_stuck
         vertices = np.zeros((count, 2, _CAPACITY), dtype=kernels.VERTEX)
         vertices["low"][:, :, 0], vertices["high"][:, :, 0] = -math.inf, math.inf
         self.arrays = (vertices, np.zeros((count, 2, TOP + 1)))
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation and a shift in m; F_N and F_x in N."""
-        (line, scales), (stacks, memory) = self._body, self.arrays
-        moved = self._moves * shift
+        (line, scales), (stacks, memory) = self.body, self.arrays
+        moved = self.moves * shift
         code, normal, tangential = self._step(line, scales, stacks[0], memory[0], depth, moved)
         if code == COMPLETE:
-            return normal, self._moves * tangential
+            return normal, self.moves * tangential
         if code != STACK_FULL:
             raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
-        self._grow()
+        self.grow(self._room + 1)
         return self.advance(depth, shift, duration)
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """Go with all contacts to indentations and shifts in m; F_N and F_x in N alike."""
         given = np.empty((2, self.count))
-        given[0], given[1] = depth, np.multiply(shift, self._moves)
+        given[0], given[1] = depth, np.multiply(shift, self.moves)
         finite = np.isfinite(given[1])
         if not finite.all():
             raise PathError(f"Stepper.advance: shift = {given[1][~finite][0]:g} m; a finite value is needed")
-        forces, first, (line, scales) = np.empty(given.shape), 0, self._body
+        forces, first, (line, scales) = np.empty(given.shape), 0, self.body
         while first < self.count:
             stacks, memory = self.arrays
             code, first = self._step_all(line, scales, stacks, memory, given, forces, first)
             if code == STACK_FULL:
-                self._grow()
-        return forces[0], self._moves * forces[1]
+                self.grow(self._room + 1)
+        return forces[0], self.moves * forces[1]
 
     @property
     def indentation(self) -> FloatArray:
@@ -96,12 +103,12 @@ class Stacks(WithoutAdhesion, Moved):
     @property
     def shift(self) -> FloatArray:
         """Shifts in m."""
-        return np.asarray(self._now(SHIFT) * self._body[1][SHIFT_SCALE])
+        return np.asarray(self._now(SHIFT) * self.body[1][SHIFT_SCALE])
 
     @property
     def dissipated_energy(self) -> FloatArray:
         """Energy in J dissipated by slip so far, without slip released by separating springs."""
-        return np.asarray(self._moves * self._now(SLIP_WORK) * self._body[1][ENERGY_SCALE])
+        return np.asarray(self.moves * self._now(SLIP_WORK) * self.body[1][ENERGY_SCALE])
 
     @property
     def normal_force(self) -> FloatArray:
@@ -111,7 +118,7 @@ class Stacks(WithoutAdhesion, Moved):
     @property
     def tangential_force(self) -> FloatArray:
         """F_x in N."""
-        return np.asarray(self._moves * self._last("pull") * self._body[1][FORCE_SCALE])
+        return np.asarray(self.moves * self._last("pull") * self.body[1][FORCE_SCALE])
 
     @property
     def elastic_energy(self) -> FloatArray:
@@ -121,7 +128,7 @@ class Stacks(WithoutAdhesion, Moved):
     @property
     def stored_tangential_energy(self) -> FloatArray:
         """Energy in J stored by the shift."""
-        return np.asarray(self._moves * np.maximum(self._last("energy"), 0.0) * self._body[1][ENERGY_SCALE])
+        return np.asarray(self.moves * np.maximum(self._last("energy"), 0.0) * self.body[1][ENERGY_SCALE])
 
     @property
     def contact_radius(self) -> FloatArray:
@@ -132,7 +139,7 @@ class Stacks(WithoutAdhesion, Moved):
     def stick_radius(self) -> FloatArray:
         """In m; that of the vertex below one that slips."""
         slips = (np.abs(self._last("slope")) == 1.0) & (self._now(TOP) > 0)
-        return np.asarray(self._moves * self._last("radius", below=slips))
+        return np.asarray(self.moves * self._last("radius", below=slips))
 
     @property
     def normal_stiffness(self) -> FloatArray:
@@ -153,9 +160,15 @@ class Stacks(WithoutAdhesion, Moved):
         values = self.arrays[0][np.arange(self.count), NOW, at][name]
         return np.where(self.indentation > 0.0, values, 0.0)
 
-    def _grow(self) -> None:
-        """Twice the room for vertices."""
+    @property
+    def _room(self) -> int:
+        return int(self.arrays[0].shape[2])
+
+    def grow(self, room: int) -> None:
+        """Room for at least a number of vertices, by doubling."""
         n, both, capacity = self.arrays[0].shape
-        larger = np.zeros((n, both, 2 * capacity), dtype=self.arrays[0].dtype)
-        larger[:, :, :capacity] = self.arrays[0]
-        self.arrays = (larger, self.arrays[1])
+        doublings = max(0, math.ceil(math.log2(room / capacity)))
+        if doublings:
+            larger = np.zeros((n, both, capacity << doublings), dtype=self.arrays[0].dtype)
+            larger[:, :, :capacity] = self.arrays[0]
+            self.arrays = (larger, self.arrays[1])

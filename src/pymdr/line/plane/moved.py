@@ -36,10 +36,11 @@ class PlaneContacts(WithoutAdhesion, Moved):
     def __init__(self, law: PlaneLaw, springs: Springs, normal: Moved) -> None:
         from pymdr.line.plane import steps
 
-        self._law, self._springs, self._normal = law, springs, normal
-        self._slips = math.isfinite(law.friction)
-        self._labels, self._places = springs.label.copy(), springs.place.copy()
-        self._scales = np.array([2.0 * law.scale * law.modulus * springs.spacing, law.shift_scale])
+        self._law, self._springs, self.normal = law, springs, normal
+        self.slips = math.isfinite(law.friction)
+        self._places = springs.place.copy()
+        scales = np.array([2.0 * law.scale * law.modulus * springs.spacing, law.shift_scale])
+        self.body = springs.label.copy(), scales
         self._steps: Any = steps
         count, size = normal.count, springs.label.size
         self._own = (np.zeros((count, 2, 2, size)), np.zeros((count, 2, at.WORK + 1)))
@@ -47,17 +48,17 @@ class PlaneContacts(WithoutAdhesion, Moved):
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All that the contacts remember."""
-        return (*self._own, *self._normal.arrays)
+        return (*self._own, *self.normal.arrays)
 
     @arrays.setter
     def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
         held, memory, *normal = arrays
-        self._own, self._normal.arrays = (held, memory), tuple(normal)
+        self._own, self.normal.arrays = (held, memory), tuple(normal)
 
     def copied(self) -> Self:
         """The same contacts, which move on their own."""
         other = super().copied()
-        other._normal = self._normal.copied()
+        other.normal = self.normal.copied()
         return other
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float, float]:
@@ -67,10 +68,8 @@ class PlaneContacts(WithoutAdhesion, Moved):
         if not (math.isfinite(x) and math.isfinite(y)):
             raise PathError(f"Stepper.advance: shift = ({x:g}, {y:g}) m; finite values are needed")
         held, memory = self._own
-        normal, _ = self._normal.advance(depth, 0.0, None)
-        f_x, f_y = self._steps.step(
-            self._labels, self._scales, held[0], memory[0], (depth, x, y), self._slips
-        )
+        normal, _ = self.normal.advance(depth, 0.0, None)
+        f_x, f_y = self._steps.step(*self.body, held[0], memory[0], (depth, x, y), self.slips)
         return normal, f_x, f_y
 
     def advance_all(
@@ -85,8 +84,8 @@ class PlaneContacts(WithoutAdhesion, Moved):
             raise PathError(
                 f"Stepper.advance: shift = ({targets[1, i]:g}, {targets[2, i]:g}) m; finite values are needed"
             )
-        normal, _ = self._normal.advance_all(depth, 0.0, None)
-        self._steps.step_all(self._labels, self._scales, *self._own, targets, self._slips, forces)
+        normal, _ = self.normal.advance_all(depth, 0.0, None)
+        self._steps.step_all(*self.body, *self._own, targets, self.slips, forces)
         return normal, forces[0], forces[1]
 
     def rotate(self, angle: Any) -> None:
@@ -106,7 +105,7 @@ class PlaneContacts(WithoutAdhesion, Moved):
     @property
     def indentation(self) -> FloatArray:
         """Indentations in m."""
-        return self._normal.indentation
+        return self.normal.indentation
 
     @property
     def shift(self) -> FloatArray:
@@ -116,7 +115,7 @@ class PlaneContacts(WithoutAdhesion, Moved):
     @property
     def normal_force(self) -> FloatArray:
         """F_N in N."""
-        return self._normal.normal_force
+        return self.normal.normal_force
 
     @property
     def tangential_force(self) -> FloatArray:
@@ -126,20 +125,20 @@ class PlaneContacts(WithoutAdhesion, Moved):
     @property
     def contact_radius(self) -> FloatArray:
         """In m."""
-        return self._normal.contact_radius
+        return self.normal.contact_radius
 
     @property
     def stick_radius(self) -> FloatArray:
         """Radius in m of the springs below their limit; without slip the contact radius."""
         radius = self.contact_radius.copy()
-        if self._slips:
-            self._steps.stick_borders(self._labels, self._places, *self._own, radius)
+        if self.slips:
+            self._steps.stick_borders(self.body[0], self._places, *self._own, radius)
         return radius
 
     @property
     def normal_stiffness(self) -> FloatArray:
         """Tangent stiffness in N/m."""
-        return self._normal.normal_stiffness
+        return self.normal.normal_stiffness
 
     @property
     def tangential_stiffness(self) -> FloatArray:
@@ -151,23 +150,23 @@ class PlaneContacts(WithoutAdhesion, Moved):
         """
         vectors, limit = self._touching
         square = np.sum(vectors * vectors, axis=1)
-        slides = np.logical_and(self._slips, np.sqrt(square) >= _AT_LIMIT * limit)
+        slides = np.logical_and(self.slips, np.sqrt(square) >= _AT_LIMIT * limit)
         with np.errstate(divide="ignore", invalid="ignore"):
             along = np.where(slides & (square > 0.0), 1.0 / square, 0.0)
         each = np.eye(2)[:, :, None] * (limit > 0.0)[:, None, None, :]
         each = each - np.einsum("nik,njk,nk->nijk", vectors, vectors, along)
-        return np.asarray(self._scales[at.PER_FORCE] / self._scales[at.PER_SHIFT] * each.sum(axis=3))
+        return np.asarray(self.body[1][at.PER_FORCE] / self.body[1][at.PER_SHIFT] * each.sum(axis=3))
 
     @property
     def elastic_energy(self) -> FloatArray:
         """Energy in J stored by the indentation."""
-        return self._normal.elastic_energy
+        return self.normal.elastic_energy
 
     @property
     def stored_tangential_energy(self) -> FloatArray:
         """Energy in J stored by the shift."""
         vectors, _ = self._touching
-        scale = 0.5 * self._scales[at.PER_FORCE] * self._scales[at.PER_SHIFT]
+        scale = 0.5 * self.body[1][at.PER_FORCE] * self.body[1][at.PER_SHIFT]
         return np.asarray(scale * np.sum(vectors * vectors, axis=(1, 2)))
 
     @property
@@ -179,7 +178,7 @@ class PlaneContacts(WithoutAdhesion, Moved):
     def _touching(self) -> tuple[FloatArray, FloatArray]:
         """Vectors of the springs that carry, (n, 2, springs), and their limits, (n, springs)."""
         held, memory = self._own
-        limit = np.maximum(memory[:, NOW, at.DEPTH, None] - self._labels[1:], 0.0)
+        limit = np.maximum(memory[:, NOW, at.DEPTH, None] - self.body[0][1:], 0.0)
         return held[:, NOW, :, 1:], limit
 
 

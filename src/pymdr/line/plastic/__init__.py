@@ -4,5 +4,17 @@ from pymdr.line.plastic.adhesion import Edge, follow_edge, start_of_edge
 from pymdr.line.plastic.ball import DEEPEST, Ball
 from pymdr.line.plastic.ellipse import Ellipse
 from pymdr.line.plastic.growth import GrowingBall, Growth
+from pymdr.line.plastic.moved import GrowingContacts, YieldingContacts
 
-__all__ = ["DEEPEST", "Ball", "Edge", "Ellipse", "GrowingBall", "Growth", "follow_edge", "start_of_edge"]
+__all__ = [
+    "DEEPEST",
+    "Ball",
+    "Edge",
+    "Ellipse",
+    "GrowingBall",
+    "GrowingContacts",
+    "Growth",
+    "YieldingContacts",
+    "follow_edge",
+    "start_of_edge",
+]

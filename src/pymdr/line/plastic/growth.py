@@ -101,7 +101,7 @@ class GrowingBall:
             pressure = 4.0 * own.modulus * math.sqrt(depth) / (3.0 * math.pi * math.sqrt(radius))
             if pressure > yield_pressure(own.strength, largest / radius):
                 constant = math.pi * (depth**2 - depth * radius)
-        height, width, offset, scale = _line(own, radius, largest, constant)
+        height, width, offset, scale = line_of(own, radius, largest, constant)
         within = (depth - offset) / scale
         bare = ellipse_force(height, width, own.modulus, within)
         force = bare
@@ -176,8 +176,8 @@ class GrowingBall:
         return replace(state, radius=state.radius + mean, mean_growth=mean)
 
 
-def _line(ball: Ball, radius: float, largest: float, constant: float) -> tuple[float, float, float, float]:
-    """Height and width of the line, the indentation at which its force vanishes, and the scale of its indentation."""
+def line_of(ball: Ball, radius: float, largest: float, constant: float) -> tuple[float, float, float, float]:
+    """Height and width of the line, the indentation at which its force vanishes, and the scale of its indentation; `constant` is NaN before yield."""
     if math.isnan(constant):
         return 4.0 * radius, 2.0 * radius, 0.0, 1.0
     pressure = float(yield_pressure(ball.strength, largest / radius))

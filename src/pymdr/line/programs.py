@@ -1,0 +1,162 @@
+"""Steps of contacts for the compiled code of other programs, with one signature for every kind of memory. Loads numba."""
+
+from __future__ import annotations
+
+import math
+from functools import singledispatch
+from typing import Any, NamedTuple
+
+from pymdr.compiling import Fused
+from pymdr.errors import ProblemError
+from pymdr.line import following, friction, plane
+from pymdr.line.following import Branches, RestingBranches
+from pymdr.line.following import layout as at
+from pymdr.line.following import steps as branches
+from pymdr.line.friction import Stacks
+from pymdr.line.friction import steps as stacks
+from pymdr.line.friction.layout import COMPLETE, STACK_FULL
+from pymdr.line.moved import Moved
+from pymdr.line.plane import PlaneContacts
+from pymdr.line.plane import steps as springs
+from pymdr.numerics import table_reading
+from pymdr.numerics.graded import reading
+from pymdr.units import FloatArray
+
+TAKEN, REFUSED, LEFT = range(3)
+"""How a step ended: taken; refused, because a value is not finite or too deep; left to the stepper itself. All but TAKEN keep the state."""
+
+_fused = Fused(
+    __file__, following.__file__, friction.__file__, plane.__file__, table_reading.__file__, reading.__file__
+)
+_Line = tuple[float, float, FloatArray, FloatArray]
+_States = tuple[Any, FloatArray]
+
+
+class CompiledStep(NamedTuple):
+    """A compiled step with its arguments."""
+
+    step: Any
+    """``step(body, states, i, indentation, shift)`` of contact i, which returns ``(ending, normal, tangential)``."""
+    body: tuple[Any, ...]
+    """What all contacts share."""
+    states: tuple[Any, ...]
+    """What the contacts remember, which steps change."""
+
+
+@_fused.compiled
+def along_line(body: _Line, states: _States, i: int, depth: float, shift: float) -> tuple[int, float, float]:
+    """A step of a stack."""
+    deepest, moves, line, scales = body
+    if not depth <= deepest:
+        return REFUSED, 0.0, 0.0
+    ending, normal, tangential = stacks.step(line, scales, states[0][i], states[1][i], depth, moves * shift)
+    if ending == COMPLETE:
+        return TAKEN, normal, moves * tangential
+    return (LEFT if ending == STACK_FULL else REFUSED), 0.0, 0.0
+
+
+@_fused.compiled
+def without_slip(
+    body: _Line, states: _States, i: int, depth: float, shift: float
+) -> tuple[int, float, float]:
+    """A step of a stack without slip."""
+    deepest, _, line, scales = body
+    if not depth <= deepest:
+        return REFUSED, 0.0, 0.0
+    ending, normal, tangential = stacks.step_stuck(line, scales, states[0][i], states[1][i], depth, shift)
+    if ending == COMPLETE:
+        return TAKEN, normal, tangential
+    return (LEFT if ending == STACK_FULL else REFUSED), 0.0, 0.0
+
+
+@_fused.compiled
+def in_plane(
+    body: tuple[_Line, FloatArray, FloatArray, bool],
+    states: tuple[FloatArray, FloatArray, Any, FloatArray],
+    i: int,
+    depth: float,
+    shift: tuple[float, float],
+) -> tuple[int, float, tuple[float, float]]:
+    """A step of springs in the plane."""
+    line, labels, scales, slips = body
+    if not (math.isfinite(shift[0]) and math.isfinite(shift[1])):
+        return REFUSED, 0.0, (0.0, 0.0)
+    ending, normal, _ = along_line(line, (states[2], states[3]), i, depth, 0.0)
+    if ending != TAKEN:
+        return ending, 0.0, (0.0, 0.0)
+    target = depth, shift[0], shift[1]
+    return TAKEN, normal, springs.step(labels, scales, states[0][i], states[1][i], target, slips)
+
+
+@_fused.compiled
+def on_branches(
+    body: tuple[float, FloatArray], states: tuple[FloatArray], i: int, depth: float, shift: float
+) -> tuple[int, float, float]:
+    """A step on the branches of a curve."""
+    deepest, rows = body
+    if not -math.inf < depth <= deepest:
+        return REFUSED, 0.0, 0.0
+    return TAKEN, branches.step(rows, states[0][i], depth), 0.0
+
+
+@_fused.compiled
+def on_resting_branches(
+    body: tuple[float, FloatArray, FloatArray, FloatArray],
+    states: tuple[FloatArray],
+    i: int,
+    depth: float,
+    shift: float,
+) -> tuple[int, float, float]:
+    """A step on the branches of two curves, between which the edge rests."""
+    deepest, advancing, receding, edge = body
+    if not -math.inf < depth <= deepest:
+        return REFUSED, 0.0, 0.0
+    ending, force = branches.step_resting(advancing, receding, edge, states[0][i], depth, at.NOWHERE, 0.0)
+    return (TAKEN if ending == at.COMPLETE else LEFT), force, 0.0
+
+
+@singledispatch
+def compiled_of(contacts: Moved, deepest: float, room: int) -> CompiledStep:
+    """
+    The compiled step of contacts.
+
+    Parameters
+    ----------
+    contacts : Moved
+    deepest : float
+        The largest indentation in m.
+    room : int
+        Turning points for which every stack gets room.
+
+    Raises
+    ------
+    ProblemError
+        If steps of these contacts are not compiled.
+    """
+    raise ProblemError(
+        "Stepper.compiled: contacts of bodies with memory and of bodies that yield have no compiled step; call advance, with count= for "
+        "many contacts at once"
+    )
+
+
+@compiled_of.register
+def _(contacts: Stacks, deepest: float, room: int) -> CompiledStep:
+    contacts.grow(room)
+    step = along_line if contacts.slips else without_slip
+    return CompiledStep(step, (deepest, contacts.moves, *contacts.body), contacts.arrays)
+
+
+@compiled_of.register
+def _(contacts: PlaneContacts, deepest: float, room: int) -> CompiledStep:
+    normal = compiled_of(contacts.normal, deepest, room)
+    return CompiledStep(in_plane, (normal.body, *contacts.body, contacts.slips), contacts.arrays)
+
+
+@compiled_of.register
+def _(contacts: Branches, deepest: float, room: int) -> CompiledStep:
+    return CompiledStep(on_branches, (deepest, contacts.rows), contacts.arrays)
+
+
+@compiled_of.register
+def _(contacts: RestingBranches, deepest: float, room: int) -> CompiledStep:
+    return CompiledStep(on_resting_branches, (deepest, *contacts.both), contacts.arrays)
