@@ -1,17 +1,21 @@
 """Motion of machines with contacts: closed forms, limits, conservation, other solvers."""
 
+import json
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 import pymdr as mdr
 from drawing import examples
 from legibility import faults
 from pymdr.line.motion import follow_motion
+from pymdr.problem.codec import machine_adapter
 from pymdr.solving.machines.assembling import map_contact, system_of
 from pymdr.solving.machines.interpreting import residual_of
 from pymdr.solving.machines.value import ENERGIES
@@ -371,6 +375,33 @@ def test_a_case_file_is_the_machine(tmp_path):
         decode_machine({key: value for key, value in case.items() if key != "machine"})
 
 
+def test_a_new_case_is_valid_and_as_the_schema_has_it(tmp_path, shell):
+    status, text, _ = shell("new", "machine")
+    assert status == 0
+    (tmp_path / "m.toml").write_text(text)
+    assert shell("check", str(tmp_path / "m.toml"))[0] == 0
+    machine_adapter().validate_python(tomllib.loads(text))
+    status, plain, _ = shell("schema", "--machine")
+    assert status == 0
+    assert {"mass", "rotor", "drive", "spring", "joint", "force"} <= set(json.loads(plain)["$defs"])
+    for wrong in ("stps = 1000", "steps = 1.5"):
+        with pytest.raises(ValueError, match="validation error"):
+            machine_adapter().validate_python(tomllib.loads(text.replace("steps = 1000", wrong)))
+
+
+def test_the_springs_of_a_joint_in_motion(tmp_path):
+    motion = mdr.move(pulled(2e-3, 2e3), 0.1, steps=50)
+    motion.animate(tmp_path / "pad.gif", rows=[0, 25, -1])
+    with Image.open(tmp_path / "pad.gif") as animation:
+        assert animation.n_frames == 3
+    with pytest.raises(mdr.FileError, match="is a GIF"):
+        motion.animate(tmp_path / "pad.png")
+    with pytest.raises(mdr.QuantityError, match="known are contact"):
+        motion.animate(tmp_path / "pad.gif", joint="pad")
+    with pytest.raises(mdr.QuantityError):
+        motion.animate(tmp_path / "pad.gif", rows=[51])
+
+
 CASE = """
 [profile]
 kind = "paraboloid"
@@ -396,10 +427,16 @@ normal = "ball"
 def test_the_shell_moves_a_case(tmp_path, shell, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "ball.toml").write_text(CASE)
-    status, out, _ = shell("move", "ball.toml", "-o", "out")
+    status, out, _ = shell("move", "ball.toml", "-o", "out", "--animate")
     assert status == 0
     assert "largest at contact" in out
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["move.csv", "move.png"]
+    assert "move.gif" in out
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["move.csv", "move.gif", "move.png"]
+    assert (tmp_path / "out" / "move.gif").read_bytes()[:4] == b"GIF8"
+    assert shell("move", "ball.toml", "--animate")[0] == 2
+    status, out, _ = shell("check", "ball.toml")
+    assert status == 0
+    assert "1 body and 1 link" in out
     status, _, error = shell("run", "ball.toml")
     assert status != 0
     assert "use pymdr move" in error

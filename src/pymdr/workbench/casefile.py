@@ -347,6 +347,24 @@ def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
         raise CaseError(f"{source}: {error}") from error
 
 
+def is_of_machine(file: str | os.PathLike[str]) -> bool:
+    """
+    Whether a case file has the table ``[machine]``.
+
+    Parameters
+    ----------
+    file : path
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read.
+    CaseError
+        If it is no TOML.
+    """
+    return "machine" in _tables(named_file(file, "read"))
+
+
 def _tables(source: Path) -> dict[str, Any]:
     """The tables of a TOML file."""
     text = read_text(source, _LARGEST, "case file")

@@ -305,6 +305,58 @@ kind = "elastic"
 young = "70 GPa"
 poisson = 0.22
 """
+_MACHINE = """\
+# A pymdr case of a machine. Check it with: pymdr check CASE.toml; move it with: pymdr move CASE.toml -o OUT
+# Quantities are texts with units, or plain numbers in SI units.
+title = "My machine"
+
+[profile]                   # all joints are this contact
+kind = "sphere"
+radius = "10 mm"
+
+[body]
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+
+[counterbody]               # rigid, if you leave this table out
+kind = "elastic"
+young = "210 GPa"
+poisson = 0.3
+
+[friction]                  # frictionless, if you leave this table out
+kind = "coulomb"
+coefficient = 0.3
+
+[machine]
+duration = "0.2 s"
+steps = 1000                # rows after the first
+# accuracy = 1e-3           # largest change of a position by halving the steps
+
+[[machine.bodies]]          # mass, rotor or drive
+kind = "mass"
+name = "slider"
+mass = "1 kg"
+
+[[machine.bodies]]          # a point that is moved
+kind = "drive"
+name = "stage"
+velocity = "2 mm/s"
+# amplitude = "1 um"        # and shaken
+# frequency = "20 kHz"
+
+[[machine.links]]           # spring, joint or force
+kind = "spring"
+between = ["stage", "slider"]
+stiffness = "2 kN/m"
+# damping = "1 N*s/m"
+
+[[machine.links]]
+kind = "joint"
+name = "pad"
+tangential = "slider"       # what shifts the contact; normal = "..." adds to its indentation
+indentation = "1 um"
+"""
 _CONTACTS = {
     "gel": _GEL,
     "joint": _SIMILAR + _JOINT,
@@ -314,8 +366,9 @@ _CONTACTS = {
     "switch": _SWITCH,
 }
 """What stands between profile and path."""
-_SURFACES = {"rough": _ROUGH, "press": _PRESS}
-KINDS = (*_PATHS, *_SURFACES)
+_WHOLE = {"rough": _ROUGH, "press": _PRESS, "machine": _MACHINE}
+"""Cases without a path."""
+KINDS = (*_PATHS, *_WHOLE)
 
 
 def template(kind: str) -> str:
@@ -326,7 +379,7 @@ def template(kind: str) -> str:
     ----------
     kind : str
         One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction), ``cycle``,
-        ``rubber`` and ``creep`` (bodies with memory), ``layers``, ``switch`` (conduction), ``rough`` and ``press``.
+        ``rubber`` and ``creep`` (bodies with memory), ``layers``, ``switch`` (conduction), ``rough``, ``press`` and ``machine``.
 
     Returns
     -------
@@ -347,8 +400,8 @@ def template(kind: str) -> str:
         near = difflib.get_close_matches(kind, KINDS, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(KINDS)}"
         raise CaseError(f"unknown kind of case {kind!r}; {hint}")
-    if kind in _SURFACES:
-        return _SURFACES[kind]
+    if kind in _WHOLE:
+        return _WHOLE[kind]
     head = (
         "# A pymdr case. Check it with: pymdr check CASE.toml; solve it with: pymdr run CASE.toml\n"
         "# Quantities are texts with units, or plain numbers in SI units.\n"

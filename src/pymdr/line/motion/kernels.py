@@ -173,7 +173,7 @@ def _mean(work: float, way: float, before: float, after: float, stored: float) -
     return 0.5 * (before + after)
 
 
-@fused.inner
+@fused.merged
 def _pull_back(body: Body, state: State, h: float) -> int:
     """Add the mean forces of springs and joints in the trial step to those applied."""
     position, force = state.position, state.force
@@ -218,7 +218,7 @@ def _pull_back(body: Body, state: State, h: float) -> int:
     return COMPLETE
 
 
-@fused.inlined
+@fused.merged
 def _apply(body: Body, state: State, t: float, h: float) -> None:
     """The mean of the applied forces, the driven positions at the end, and the stiffness of every coordinate."""
     n = body.mass.size
@@ -260,7 +260,7 @@ def _add(sums: FloatArray, k: int, term: float) -> None:
     sums[0, k] = total
 
 
-@fused.inlined
+@fused.merged
 def _accept(body: Body, state: State, h: float) -> None:
     """Count the work of the step and keep its end."""
     n = body.mass.size
@@ -324,7 +324,7 @@ def step(body: Body, state: State, t: float, h: float) -> int:
     return NOT_CONVERGED
 
 
-@fused.inlined
+@fused.merged
 def write_row(body: Body, state: State, row: FloatArray) -> None:
     """Positions, velocities, joints, energies and sums of the present state."""
     n, count, joints = body.mass.size, state.position.shape[1], body.normal.shape[0]
@@ -352,7 +352,7 @@ def write_row(body: Body, state: State, row: FloatArray) -> None:
         row[at + 4 + k] = state.sums[0, k]
 
 
-@fused.inlined
+@fused.merged
 def _begin(body: Body, state: State) -> int:
     """The joints where a motion begins, straight from a touch."""
     for j in range(body.normal.shape[0]):
@@ -360,17 +360,15 @@ def _begin(body: Body, state: State) -> int:
         shift = _dot(body.tangential, j, 0, state.position, 0)
         if not depth <= body.lines[body.ends[j, 0], MAX] * BEYOND:
             return TOO_DEEP
-        if body.slips[j]:
-            _respond(body, state, j, 0.0, shift)
-            _keep(state, j)
-        _respond(body, state, j, depth, shift)
+        for target in (0.0, depth):
+            _respond(body, state, j, target, shift)
+            if body.slips[j]:
+                _keep(state, j)
         for i in range(6):
             state.joints[j, 0, i] = state.joints[j, 1, i]
         for i in range(3):
             state.energies[j, 0, i] = state.energies[j, 1, i]
         state.energies[j, :, SLIPPED] = 0.0
-        if body.slips[j]:
-            _keep(state, j)
     return COMPLETE
 
 

@@ -31,7 +31,9 @@ from .interior import stress_figure as stress_figure
 from .interior import stress_section as stress_section
 from .interior import write_stress_animation as write_stress_animation
 from .layers import thickness_study as thickness_study
+from .machines import LineInMotion as LineInMotion
 from .machines import motion_figure as motion_figure
+from .machines import write_motion_animation as write_motion_animation
 from .measured import measured_curves as measured_curves
 from .memory import memory_figures as memory_figures
 from .memory import memory_overview as memory_overview

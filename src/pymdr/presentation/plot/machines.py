@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from pymdr.presentation.plot.shared import (
     BLUE,
     GREEN,
     GREY,
+    LIGHT,
     ORANGE,
     axis_label,
     draw_zero,
@@ -126,4 +128,77 @@ def _draw_energies(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: st
     axes.plot(time, brought, color="black", lw=0.8, ls="--", label="at the start, and work")
     axes.set_xlabel(axis_label("time", time_unit))
     axes.set_ylabel(f"energy ({unit})")
+    legend_above(axes)
+
+
+class LineInMotion(NamedTuple):
+    """The springs of one joint in motion."""
+
+    data: xr.Dataset
+    """Over ``step`` with ``time``: ``indentation``, ``contact_radius``, forces, and perhaps ``stick_radius``."""
+    position: FloatArray
+    """x >= 0 of the springs in m."""
+    profile: FloatArray
+    """g(x) in m."""
+    slips: bool
+    """Whether there is friction."""
+
+
+def write_motion_animation(line: LineInMotion, rows: FloatArray, file: Path) -> None:
+    """
+    The line of springs under its profile beside the forces against time, row by row, as a GIF.
+
+    Parameters
+    ----------
+    line : LineInMotion
+    rows : ndarray of int
+        The row of every frame.
+    file : path
+        Ends with ``.gif``.
+    """
+    from matplotlib.animation import PillowWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    data = line.data.expand_dims("joint", axis=1)
+    time_unit = good_unit(line.data["time"].values, "s")
+    time = scaled(line.data["time"].values, "time", time_unit)
+    with styled():
+        figure = new_figure(9.0, 3.6)
+        FigureCanvasAgg(figure)
+        left, right = figure.subplots(1, 2)
+        _draw_forces(right, data, time, time_unit)
+        moment = right.axvline(time[rows[0]], color=ORANGE, lw=1.2)
+        writer = PillowWriter(fps=12)
+        with writer.saving(figure, str(file), dpi=90):
+            for row in rows:
+                left.clear()
+                _draw_springs(left, line, row)
+                moment.set_xdata([time[row], time[row]])
+                writer.grab_frame()
+
+
+def _draw_springs(axes: Axes, line: LineInMotion, row: int) -> None:
+    """The springs of one row: those in contact are pressed by the profile, and with friction stick or slip."""
+    depth = line.data["indentation"].values
+    deepest = float(np.max(np.abs(depth))) or 1.0
+    x_unit, z_unit = good_unit(line.position, "m"), good_unit(np.array([deepest]), "m")
+    x = np.concatenate([-line.position[:0:-1], line.position])
+    g = np.concatenate([line.profile[:0:-1], line.profile])
+    body, across = scaled(g - depth[row], "indentation", z_unit), scaled(x, "contact_radius", x_unit)
+    touches = np.abs(x) < float(line.data["contact_radius"][row])
+    sticks = touches
+    if line.slips:
+        sticks = np.abs(x) < float(line.data["stick_radius"][row])
+    top = np.where(touches, np.minimum(body, 0.0), 0.0)
+    base = -1.5 * float(scaled(np.array([deepest]), "indentation", z_unit)[0])
+    for chosen, color, label in (
+        (~touches, LIGHT, "free"),
+        (sticks, BLUE, "sticks" if line.slips else "pressed"),
+        *(((touches & ~sticks, ORANGE, "slips"),) if line.slips else ()),
+    ):
+        axes.vlines(across[chosen], base, top[chosen], color=color, lw=2.0, label=label)
+    axes.plot(across, body, color="black", lw=1.2)
+    axes.set_ylim(base, -base)
+    axes.set_xlabel(f"position on the line $x$ ({x_unit})")
+    axes.set_ylabel(f"height $z$ ({z_unit})")
     legend_above(axes)

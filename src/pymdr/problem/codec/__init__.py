@@ -17,6 +17,7 @@ from pymdr.problem.codec.machines import decode_machine as decode_machine
 from pymdr.problem.codec.models import case_adapter as case_adapter
 from pymdr.problem.codec.models import case_schema as case_schema
 from pymdr.problem.codec.models import forget_models as forget_models
+from pymdr.problem.codec.models import machine_adapter as machine_adapter
 from pymdr.problem.codec.models import press_adapter as press_adapter
 from pymdr.problem.codec.models import rough_adapter as rough_adapter
 from pymdr.problem.codec.registering import import_kinds as import_kinds

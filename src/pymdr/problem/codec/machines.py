@@ -8,13 +8,12 @@ from typing import Any
 
 from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec.cases import decode_contact
+from pymdr.problem.codec.tables import MACHINE_BODIES, MACHINE_LINKS
 from pymdr.problem.contact import Contact
-from pymdr.problem.machines import Drive, Force, Joint, Machine, Mass, Rotor, Spring
+from pymdr.problem.machines import Machine
 from pymdr.problem.naming import nearest
 from pymdr.units import shown
 
-BODIES: dict[str, type] = {"mass": Mass, "rotor": Rotor, "drive": Drive}
-LINKS: dict[str, type] = {"spring": Spring, "joint": Joint, "force": Force}
 _KEYS = ("duration", "steps", "accuracy", "bodies", "links")
 
 
@@ -66,8 +65,8 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
     if "duration" not in table:
         raise CaseError("[machine] duration is missing; give a time, such as '1 s'")
     title, contact = decode_contact({key: value for key, value in plain.items() if key != "machine"})
-    bodies = _entries(table, "bodies", BODIES)
-    links = _entries(table, "links", LINKS, contact)
+    bodies = _entries(table, "bodies", MACHINE_BODIES)
+    links = _entries(table, "links", MACHINE_LINKS, contact)
     try:
         machine = Machine(bodies, links)
     except PymdrError as error:

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from functools import lru_cache
 from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pymdr.problem.codec.outputs import output_tables
-from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, ORBIT_LEGS, PROFILES, TABLES
+from pymdr.problem.codec.tables import (
+    MACHINE_BODIES,
+    MACHINE_LINKS,
+    ONE_CHANNEL_LEGS,
+    ORBIT_LEGS,
+    PROFILES,
+    TABLES,
+)
 from pymdr.problem.layers import BONDS, Layer, Layered
+from pymdr.problem.machines import CoordinateField, WavesField
 from pymdr.problem.paths import CHANNELS, Ramp
 from pymdr.problem.profiles import ForceCurve, Shape, Sum, Worn
 from pymdr.problem.profiles.shapes import MOST_SIDES
@@ -149,6 +158,45 @@ def press_adapter() -> TypeAdapter[Any]:
     return TypeAdapter(model)
 
 
+def machine_adapter() -> TypeAdapter[Any]:
+    """The pydantic adapter of a case of a machine."""
+    from pydantic import ConfigDict, Field, TypeAdapter, create_model
+
+    closed = ConfigDict(extra="forbid")
+    number: Any = int | float | str
+    bodies, links = (_any_of(kinds) for kinds in (MACHINE_BODIES, MACHINE_LINKS))
+    table: Any = create_model(
+        "machine",
+        __config__=closed,
+        __doc__="Masses, rotors and drives, and what acts between them.",
+        duration=(number, Field(..., description="of the motion; text with unit, or number in s")),
+        steps=(int, Field(1000, description="rows after the first", ge=2, strict=True)),
+        accuracy=(float, Field(1e-3, description="largest change by the last halving of the steps")),
+        bodies=(_list_of(bodies), Field(..., min_length=1)),
+        links=(_list_of(links), Field([])),
+    )
+    model = create_model(
+        "machine_case",
+        __config__=ConfigDict(extra="forbid", title="pymdr case of a machine"),
+        __doc__="A machine whose joints are one contact.",
+        title=(str, Field("", description="printed above the summary")),
+        profile=(_union("profile"), ...),
+        body=(_union("material"), ...),
+        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        friction=(_union("friction"), Field(None, description="frictionless unless given")),
+        machine=(table, ...),
+    )
+    return TypeAdapter(model)
+
+
+def _any_of(kinds: Mapping[str, type]) -> Any:
+    """Values of some kinds."""
+    from pydantic import Field
+
+    models = tuple(_model(kind, cls) for kind, cls in kinds.items())
+    return Annotated[Union[models], Field(discriminator="kind")]  # noqa: UP007  (a runtime value)
+
+
 def forget_models() -> None:
     """Clear the derived models after a table has changed."""
     for derived in (_model, _layer_model, _union, case_adapter, rough_adapter, press_adapter):
@@ -208,7 +256,8 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
 
     columns: dict[str, Any] = {"kind": (Literal[kind], ...)}
     for f in fields(cls):
-        if only is None or f.name in only:
+        # all joints of a case are its contact
+        if (only is None or f.name in only) and f.name != "contact":
             columns[f.name] = _field_type(cls, f)
     if "shear" in columns:
         text = "relaxation in tension, instead of shear; needs poisson"
@@ -289,6 +338,15 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if isinstance(descriptor, OptionalPlaneArrayField):
         note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}, or pairs (x, y) of them"
         return _checked(list[number] | list[list[number]] | None, descriptor), Field(None, description=note)
+    if isinstance(descriptor, WavesField):
+        note = (
+            f"{descriptor.description}; one for each wave, texts with units or numbers in {descriptor.unit}"
+        )
+        return _checked(number | list[number], descriptor), Field([], description=note)
+    if isinstance(descriptor, CoordinateField):
+        kinds: Any = str | list[str] | dict[str, float]
+        text = f"{descriptor.description}: a body, a pair (first minus second), or a table of factors"
+        return kinds, Field(... if descriptor.needed else [], description=text)
     if isinstance(descriptor, OptionalArrayField):
         note = f"{descriptor.description}; texts with units or numbers in {descriptor.unit}"
         return _checked(list[number] | None, descriptor), Field(None, description=note)
@@ -302,6 +360,10 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
             return _checked(number | None, descriptor), Field(None, description=note)
         return _checked(number, descriptor), Field(
             ... if descriptor.default is None else descriptor.default, description=note
+        )
+    if f.name == "name":
+        return str, Field(
+            ... if f.default is MISSING else f.default, description="of this part", min_length=1
         )
     if f.name == "parts":
         return _list_of(_union("part")), Field(..., description="profiles to be added", min_length=1)

@@ -9,6 +9,7 @@ from pymdr.problem.capillary import Capillary
 from pymdr.problem.fractional import PowerLawRheology
 from pymdr.problem.laws import DMT, JKR, Coulomb, MaugisDugdale
 from pymdr.problem.layers import Layered
+from pymdr.problem.machines import Drive, Force, Joint, Mass, Rotor, Spring
 from pymdr.problem.materials import Elastic, Graded, Rigid, TransverselyIsotropic, Viscoelastic
 from pymdr.problem.orbits import circle, lissajous
 from pymdr.problem.paths import Cycle, Hold, Path, Ramp
@@ -162,3 +163,7 @@ def unknown_kinds(case: Mapping[str, Any]) -> list[str]:
         elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
             pending += reversed(value)
     return unknown
+
+
+MACHINE_BODIES: dict[str, type] = {"mass": Mass, "rotor": Rotor, "drive": Drive}
+MACHINE_LINKS: dict[str, type] = {"spring": Spring, "joint": Joint, "force": Force}

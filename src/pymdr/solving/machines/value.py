@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.errors import QuantityError
+from pymdr.errors import FileError, QuantityError
 from pymdr.problem.machines import Machine
+from pymdr.result.rows import row_indices
+from pymdr.solving.reach import map_to_springs
 from pymdr.solving.study import Study
 from pymdr.units import FloatArray, shown
 
@@ -17,6 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+_FRAMES, _DRAWN, _WIDER = 60, 41, 1.4
+"""Frames of an animation, springs on one side of it, and its width over the largest contact."""
 ENERGIES = (
     "kinetic_energy",
     "spring_energy",
@@ -100,6 +105,51 @@ class Motion(Study):
             name,
             array.attrs,
         )
+
+    def animate(
+        self, file: str | os.PathLike[str], *, joint: str | None = None, rows: Sequence[int] | None = None
+    ) -> None:
+        """
+        Write the line of a joint in motion as a GIF: the pressed springs, those that stick and slip, beside the forces.
+
+        Parameters
+        ----------
+        file : path
+            For example "pad.gif".
+        joint : str, optional
+            By default the first.
+        rows : sequence of int, optional
+            One per frame; by default 60, evenly spaced in time.
+
+        Raises
+        ------
+        FileError
+            If the name of the file does not end with .gif, or it cannot be written.
+        QuantityError
+            If there is no such joint or row.
+        """
+        from pymdr.presentation.files import named_file, write_atomically
+        from pymdr.presentation.plot import LineInMotion, write_motion_animation
+
+        target = named_file(file, "write")
+        if target.suffix.lower() != ".gif":
+            raise FileError(f"cannot write {target}: an animation is a GIF; end its name with .gif")
+        joints = {one.name: one for one in self.machine.joints}
+        name = next(iter(joints), None) if joint is None else joint
+        if name not in joints:
+            raise QuantityError(
+                f"animate: there is no joint {shown(joint)}; known are {', '.join(joints) or 'none'}"
+            )
+        count = self.data.sizes["step"]
+        taken = np.linspace(0, count - 1, min(_FRAMES, count)).round() if rows is None else rows
+        frames = np.asarray(row_indices(list(map(int, taken)), count))
+        contact = joints[name].contact
+        radius = float(np.max(self.data["contact_radius"].sel(joint=name)))
+        line = map_to_springs(contact).line
+        x = np.linspace(0.0, min(_WIDER * radius, line.edge) if radius > 0.0 else 1.0, _DRAWN)
+        slips = contact.friction is not None
+        drawn = LineInMotion(self.data.sel(joint=name), x, line.depth(x), slips)
+        write_atomically(target, lambda temporary: write_motion_animation(drawn, frames, temporary))
 
     def _figure(self) -> Figure:
         """Phase plane, forces against time, the spectrum of one of them, and the flow of energy."""

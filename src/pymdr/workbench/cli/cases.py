@@ -17,6 +17,7 @@ from pymdr.workbench.cli.folders import (
     write_stress,
     write_study,
 )
+from pymdr.workbench.cli.machines import check_machine
 from pymdr.workbench.cli.options import CaseFile, Json, Output, Quiet
 from pymdr.workbench.cli.reporting import (
     FAILED,
@@ -168,9 +169,12 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
     """Validate a case and print its claims; write nothing."""
     from pymdr.quantities import quantity
     from pymdr.solving.assessing import assess
-    from pymdr.workbench.casefile import read_case
+    from pymdr.workbench.casefile import is_of_machine, read_case
 
     with failures_as_json("check", case, as_json):
+        if is_of_machine(case):
+            check_machine(case, quiet, as_json)
+            return
         problem = read_case(case)
         assessment = assess(problem.contact, problem.path, **problem.options)
     status = assessment.status.name

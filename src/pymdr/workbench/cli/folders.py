@@ -102,8 +102,11 @@ def write_figures(
     return files
 
 
-def write_study(study: Answer, output: Path | None, name: str, figures: bool = True) -> list[Path]:
+def write_study(
+    study: Answer, output: Path | None, name: str, figures: bool = True, animate: bool = False
+) -> list[Path]:
     """Write the table and the figure of a study, if a folder is given and figures are wanted."""
+    from pymdr.solving.machines import Motion
     from pymdr.solving.press import PressedSurface
 
     if output is None:
@@ -113,6 +116,9 @@ def write_study(study: Answer, output: Path | None, name: str, figures: bool = T
         written = [folder / f"{name}.csv"]
         if figures:
             written.append(write_figure(study.plot(), folder / f"{name}.png"))
+        if animate and isinstance(study, Motion):
+            study.animate(folder / f"{name}.gif")
+            written.append(folder / f"{name}.gif")
         if isinstance(study, PressedSurface):
             study.save(folder / f"{name}.nc")
             written.append(folder / f"{name}.nc")

@@ -244,11 +244,12 @@ def report_study(
     output: Path | None,
     quiet: bool,
     as_json: bool,
+    animate: bool = False,
 ) -> None:
     """Make a study with the title of its case, write and report it."""
     with failures_as_json(command, case, as_json):
         title, study = make()
-        written = write_study(study, output, command)
+        written = write_study(study, output, command, animate=animate)
     if as_json:
         plain = report(
             command,

@@ -22,7 +22,7 @@ def new(
         typer.Argument(
             autocompletion=kinds_starting,
             help="ball, cone, worn (truncated), punch, tip (measured), gel (adhesion), joint (friction), cycle, rubber, creep, "
-            "layers, switch (conduction), rough or press.",
+            "layers, switch (conduction), rough, press or machine.",
         ),
     ] = "ball",
     output: Annotated[
@@ -48,15 +48,23 @@ def new(
 def schema(
     of_rough: Annotated[bool, typer.Option("--rough", help="Schema of cases for pymdr rough.")] = False,
     of_press: Annotated[bool, typer.Option("--press", help="Schema of cases for pymdr press.")] = False,
+    of_machine: Annotated[bool, typer.Option("--machine", help="Schema of cases for pymdr move.")] = False,
 ) -> None:
     """Print the JSON schema of case files."""
-    from pymdr.problem.codec import case_schema, import_plugins, press_adapter, rough_adapter
+    from pymdr.problem.codec import (
+        case_schema,
+        import_plugins,
+        machine_adapter,
+        press_adapter,
+        rough_adapter,
+    )
 
-    if of_rough and of_press:
-        raise typer.BadParameter("give either --rough or --press")
+    wanted = ((of_rough, rough_adapter), (of_press, press_adapter), (of_machine, machine_adapter))
+    adapters = [adapter for asked, adapter in wanted if asked]
+    if len(adapters) > 1:
+        raise typer.BadParameter("give one of --rough, --press and --machine")
     import_plugins()
-    adapter = rough_adapter if of_rough else press_adapter
-    plain = adapter().json_schema() if of_rough or of_press else case_schema()
+    plain = adapters[0]().json_schema() if adapters else case_schema()
     typer.echo(json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **plain}, indent=2))
 
 
