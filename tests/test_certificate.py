@@ -239,9 +239,12 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
     depths = np.array([d - v, d])
     alone = mdr.solve(bare, mdr.Path(indentation=depths))
     force = alone["normal_force"].values
-    assert float(found["tangential_force"][-1]) == pytest.approx(mu * (force[1] - force[0]), rel=1e-11)
-    assert float(found["normal_force"][-1]) == pytest.approx(force[1], rel=1e-12)
     claim, known = found.claims["tangential_force"], alone.claims["normal_force"]
+    # where slip ends at the kink, the table of the line is as accurate as the claim says
+    at_kink = abs(float(alone["contact_radius"][0]) - radius) < 1e-6 * radius
+    within = float(claim.error[-1]) if at_kink else 1e-11
+    assert float(found["tangential_force"][-1]) == pytest.approx(mu * (force[1] - force[0]), rel=within)
+    assert float(found["normal_force"][-1]) == pytest.approx(force[1], rel=1e-12)
     assert claim.level is mdr.Level.APPROXIMATE
     assert "next to the concave kink" in claim.reason
     assert float(claim.error[0]) >= float(known.error[-1]) > 0.0

@@ -76,7 +76,7 @@ def test_two_surfaces_and_one_exponent(tmp_path):
     assert low <= found.coefficient * 1.2
     assert high >= found.coefficient / 1.2
     # the share of the springs is no area
-    with pytest.raises(NotValidError, match="no area"):
+    with pytest.raises(NotValidError, match="not an area"):
         found["line_fraction"]
     over = (data["line_fraction"] / data["area"]).values
     assert over.min() > 2.0

@@ -260,6 +260,13 @@ def test_every_claim_has_a_reason_and_a_source():
     assert "edge_amplitude" in solved(mdr.FlatPunch(1.0), mdr.indent(0.1)).claims
 
 
+def test_a_claim_prints_in_one_line():
+    claim = Claim(
+        mdr.Level.APPROXIMATE, "springs", "Popov", np.array([True, False, True]), np.array([1e-3, 5.0, 2e-3])
+    )
+    assert repr(claim) == "<Claim APPROXIMATE in 2 of 3 steps, error up to 0.002: springs [Popov]>"
+
+
 def test_a_claim_that_holds_nowhere_cannot_be_read():
     nowhere = Claim(mdr.Level.EXACT, "why", "who", np.zeros(3, dtype=bool))
     assert not nowhere.readable

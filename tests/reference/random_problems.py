@@ -116,8 +116,9 @@ def _kernel(rng, mdr, scale):
 def _graded(low, high, power=0.0):
     """Nodes, weights and distances from the upper end, graded to both ends; with (high - s)^-power in the weights where power is not 0."""
     middle = 0.5 * (low + high)
-    steps = 2.0 ** -np.arange(0.0, 55.0)
-    edges = np.concatenate([[0.0], steps[::-1]])
+    # the power u^(1 / (1 - power)) is steep next to 1
+    steep = np.linspace(0.0, 1.0, 2 + round(1.0 / (1.0 - power)))
+    edges = np.union1d(2.0 ** -np.arange(0.0, 55.0), steep)
     u = edges[:-1, None] + np.diff(edges)[:, None] * (1 + _NODES) / 2
     w = np.diff(edges)[:, None] * _WEIGHTS / 2
     u, w = u.ravel(), w.ravel()

@@ -60,7 +60,7 @@ class Level(enum.Enum):
     NOT_VALID = "not valid"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Claim:
     """Validity of one quantity."""
 
@@ -94,6 +94,12 @@ class Claim:
     def readable(self) -> bool:
         """Whether the quantity may be read at all."""
         return self.level is not Level.NOT_VALID and bool(self.where.any())
+
+    def __repr__(self) -> str:
+        steps = f"{int(np.sum(self.where))} of {np.size(self.where)} steps"
+        known = self.error is not None and bool(np.any(self.where))
+        largest = f", error up to {np.max(self.error, where=self.where, initial=0.0):.2g}" if known else ""  # type: ignore[arg-type]
+        return f"<Claim {self.level.name} in {steps}{largest}: {self.reason} [{self.source}]>"
 
     def _repr_html_(self) -> str:
         """The claim for notebooks."""

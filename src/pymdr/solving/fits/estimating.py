@@ -42,6 +42,8 @@ from pymdr.units import FloatArray
 
 _UNFELT = 1e-6
 """Rate of the residuals over an origin, relative to the largest, below which the origin has no effect."""
+_INDISTINCT, _PART = 1e-6, 0.1
+"""Ratio to the largest singular value below which a combination has no effect, and its smallest part that counts."""
 _ROUNDED = 1e-12
 """Ratio to the largest singular value below which one is a rounding error."""
 _WIDER = 1.1
@@ -147,23 +149,29 @@ def _with_errors(
     size = n / means.size
     white = noise / math.sqrt(size)
     scale = np.linalg.norm(slopes, axis=0)
-    felt = scale > _UNFELT * scale.max()
-    left, singular, rows = np.linalg.svd(slopes[:, felt] / scale[felt], full_matrices=False)
+    seen = scale > _UNFELT * scale.max()
+    left, singular, rows = np.linalg.svd(slopes[:, seen] / scale[seen], full_matrices=False)
     # undetermined combinations have huge errors, limited by rounding
     scaled = rows / np.maximum(singular, _ROUNDED * singular.max())[:, None]
     spectra = noise_spectra(means[None], left.T[None], lengths, keep=True)
     variances = np.einsum("ki,kl,li->i", scaled, spectra.covariance[0], scaled)
     with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise
         factors = np.sqrt(variances) / (white * np.linalg.norm(scaled, axis=0))
-    correlated = _correlated(factors[: np.count_nonzero(felt[: len(search.unknowns)])])
+    correlated = _correlated(factors[: np.count_nonzero(seen[: len(search.unknowns)])])
     independent = n / correlated
     refuse_noisy(search, best, slopes, white * math.sqrt(correlated))
     errors, width = np.full(p, math.nan), np.full(p, math.nan)
-    errors[felt] = np.sqrt(variances) / scale[felt]
-    width[felt] = spectra.quantile(scaled.T)
+    errors[seen] = np.sqrt(variances) / scale[seen]
+    width[seen] = spectra.quantile(scaled.T)
     moved = np.zeros(p)
-    moved[felt] = np.abs(scaled.T @ left.T) @ np.abs(forces) / scale[felt]
+    moved[seen] = np.abs(scaled.T @ left.T) @ np.abs(forces) / scale[seen]
     errors = np.where(wide > _WIDER * errors, wide, errors)
+    # a combination without an effect: each of its numbers can be anything
+    unbounded = np.flatnonzero(seen)[
+        np.any(np.abs(rows[singular <= _INDISTINCT * singular.max()]) > _PART, axis=0)
+    ]
+    felt = seen.copy()
+    felt[unbounded], errors[unbounded] = False, math.nan
     decided = bool(spectra.white[0] < DECIDED)
     waves = waves_of(residuals[None, :], np.array([span]), spectra.slow if decided else 0.0)
     inner, _ = search.from_free(best)
@@ -181,8 +189,8 @@ def _with_errors(
         correlated,
         dict(
             zip(
-                np.array(search.names)[felt].tolist(),
-                (factors * width[felt] / _NORMAL_95).tolist(),
+                np.array(search.names)[seen].tolist(),
+                (factors * width[seen] / _NORMAL_95).tolist(),
                 strict=True,
             )
         ),

@@ -204,7 +204,7 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
         for name in at_bounds(search, estimate.best)
     )
     notes += tuple(
-        f"{name} has no effect on the record"
+        f"the record does not determine {name}"
         for name, is_felt in zip(search.names, estimate.felt, strict=True)
         if not is_felt
     )

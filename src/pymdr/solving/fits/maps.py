@@ -60,6 +60,7 @@ if TYPE_CHECKING:
 
 _CORRELATED = 2.25
 """Number of samples equivalent to one from which on the correlation of residuals is noted."""
+GOOD = "good"
 _SHOWN_REFUSALS = 5
 """Largest number of refusals in the notes."""
 
@@ -129,7 +130,7 @@ class FittedMap(Study):
         )
         if math.isfinite(of_limit):
             good &= data[OF_LIMIT] <= of_limit
-        return good.rename("good")
+        return good.rename(GOOD)
 
     def __repr__(self) -> str:
         return f"<pymdr.FittedMap {', '.join(self.names)}; {self._remarks()[0]}>"
@@ -255,7 +256,10 @@ def fit_map(
     if request.axes is not None:
         first = depth_ranges(records.read(0, 1))[0]
         store.complete(OF_LIMIT, of_limits(request, request.axes, store.columns(), float(first)))
-    return _interpreted(request, records, FittedStretch(store.columns(), store.refusals()))
+    found = _interpreted(request, records, FittedStretch(store.columns(), store.refusals()))
+    if isinstance(store, Kept):
+        store.keep_mask(found.data[GOOD])
+    return found
 
 
 def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -> FittedMap:
@@ -328,7 +332,7 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         units="",
         long_name="fitted, with enough samples in contact and small residuals and rise of the baseline",
     )
-    return replace(fitted_map, data=data.assign(good=good))
+    return replace(fitted_map, data=data.assign({GOOD: good}))
 
 
 def _solve_deepest(request: FitRequest, columns: Columns, i: int) -> Result:

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from pymdr.solving.fits.records import Records, zarr
 from pymdr.solving.fits.request import ENDINGS, NOT_YET, Columns, FitRequest, FittedStretch, empty_columns
 from pymdr.units import FloatArray
 from pymdr.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _STARTED, _MARK, _REFUSALS = "pymdr_begun", "pymdr_work", "pymdr_refusals"
 _LONG_NAMES = {
@@ -161,6 +164,13 @@ class Kept:
     def complete(self, name: str, values: FloatArray) -> None:
         """Write a whole column."""
         self._group[name][...] = values.reshape(self._shape)
+
+    def keep_mask(self, good: xr.DataArray) -> None:
+        """Write the mask of good curves, once all are fitted."""
+        attributes = dict(self._group.attrs)
+        good.drop_vars(good.coords).to_dataset().assign_attrs(attributes).to_zarr(
+            self._group.store, mode="a", consolidated=False
+        )
 
     def columns(self) -> Columns:
         """All columns."""
