@@ -183,3 +183,25 @@ def test_a_state_beyond_the_limit_leaves_the_contact():
             stepper.advance(depth)
     assert stepper.indentation == 1e-6
     assert stepper.claims["normal_force"].level is mdr.Level.EXACT
+
+
+def test_a_repeated_row_has_the_stiffness_of_the_row_before():
+    """Also where the edge recedes: in the last row of a motion, to rounding, it would else be at rest."""
+    contact = gel(mdr.Paraboloid("1 mm"), mdr.JKR(0.02, work_receding=0.06))
+    depth = np.repeat([5e-6, 1e-5, -5e-6, -2e-5, -4e-6, 8e-6], 2)
+    stepper, found = mdr.Stepper(contact, "20 um"), []
+    for d in depth:
+        stepper.advance(d)
+        found.append(stepper.normal_stiffness)
+    solved = mdr.solve(contact, mdr.Path(indentation=depth))["normal_stiffness"].values
+    assert found == pytest.approx(solved, rel=1e-12)
+    assert found[::2] == found[1::2]
+
+
+def test_a_zone_that_has_not_grown_has_no_table():
+    """The first states of a search are all at the edge of the table, whose width is then 0."""
+    law = mdr.MaugisDugdale(0.006128911150823574, strength=369.6341367687448)
+    contact = mdr.Contact(
+        mdr.Paraboloid(0.005666071540462577), mdr.Elastic(63692.39500933277, 0.3), adhesion=law
+    )
+    assert mdr.Stepper(contact, 1.2936499679221672e-06).advance(1e-6).normal < 0.0

@@ -218,9 +218,9 @@ class MaugisDugdale:
         if table is None or high > table.high[-1]:
             computed = self._computed.get(branch, 0) + s.size
             self._computed[branch] = computed
-            if computed <= _FEW:
-                return None
             start = 0.0 if branch == _APPROACH else self.ends[_AT_EDGE]
+            if computed <= _FEW or high <= start:
+                return None
             most = min(start + _BEYOND * (high - start), self.ends[branch])
             top = max(most, high)
             marks = np.array([start, *sorted({k for k in self.knots if start < k < top}), top])

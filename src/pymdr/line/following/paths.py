@@ -271,14 +271,21 @@ class Exits:
 
     def __init__(self, values: FloatArray) -> None:
         self.values = values
-        up = np.diff(values) >= 0.0
-        self.ends = np.append(np.flatnonzero(up[1:] != up[:-1]) + 1, values.size - 1)
+        self.up = self._directions(values)
+        self.ends = np.append(np.flatnonzero(self.up[1:] != self.up[:-1]) + 1, values.size - 1)
         self.levels = values[self.ends]
+
+    @staticmethod
+    def _directions(values: FloatArray) -> NDArray[np.bool_]:
+        """Whether the path goes up to each next row; a repeated row continues as before, and up at the start."""
+        moves = np.diff(values)
+        last = np.maximum.accumulate(np.where(moves != 0.0, np.arange(moves.size), 0))
+        return np.asarray(moves[last] >= 0.0)
 
     def turn(self, step: int, *, upward: bool) -> int:
         """Return the index after the rows from `step` on that continue in one direction."""
         # the row itself may be the end, or a first row the start, of a run in the other direction
-        if step + 1 == self.values.size or (self.values[step + 1] >= self.values[step]) != upward:
+        if step + 1 == self.values.size or self.up[step] != upward:
             return step + 1
         return int(self.ends[self.ends.searchsorted(step + 1)]) + 1
 

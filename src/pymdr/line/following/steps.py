@@ -205,7 +205,8 @@ def step_resting(
     if low <= depth <= high:
         _keep(memory)
         now = memory[NOW]
-        now[DEPTH], now[MOVES] = depth, 0.0
+        if depth != now[DEPTH]:
+            now[DEPTH], now[MOVES] = depth, 0.0
         if attached:
             now[NORMAL] = now[BASE_FORCE] + now[PER_DEPTH] * (depth - now[BASE_DEPTH])
         return COMPLETE, float(now[NORMAL])
