@@ -260,7 +260,8 @@ def wear(
     with one_thread():  # systems of a few hundred unknowns are slower in several threads
         history, wearing = followed(case, rows, progress)
         coarse = coarser(case, wearing, history, rows)
-    columns, errors = _extrapolated(columns_of(case, wearing, history), coarse, history)
+    columns = columns_of(case, wearing, history)
+    errors = _errors(columns, coarse, history)
     constants = {"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
     return Wear(
         data=_labelled(rows, columns, constants | limit_of(case)),
@@ -336,25 +337,22 @@ def _counted(cycles: ArrayQuantityLike) -> FloatArray:
     return np.unique(np.append(0.0, np.where(spaced > _COUNTED, np.round(spaced), spaced)))
 
 
-def _extrapolated(
-    fine: Mapping[str, FloatArray], coarse: Coarser, history: History
-) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+def _errors(fine: Mapping[str, FloatArray], coarse: Coarser, history: History) -> dict[str, FloatArray]:
     """
-    Columns with a worn volume for cells without length, and relative errors, by half the cells and half the blocks.
+    Relative errors by a half and a quarter of the cells and half the blocks.
 
-    Cells of the volume are of second order, so that its correction is its error; other quantities change by more than their errors.
+    The edge of contact falls unevenly between the nodes, so that the differences change sign: the largest up to a row counts.
     """
-    columns, errors = dict(fine), {}
+    errors = {}
     for name, values in fine.items():
-        cells = values - coarse.cells[name]
-        blocks = np.abs(coarse.cells[name] - coarse.blocks[name]) / 3.0
-        if name == "worn_volume":
-            cells = cells / 3.0
-            columns[name] = values + cells
-        with np.errstate(divide="ignore", invalid="ignore"):
-            own, of_blocks = (np.abs(part) / np.abs(columns[name]) for part in (cells, blocks))
-        errors[name] = np.where(columns[name] == 0.0, 0.0, own + np.fmax(of_blocks, history.missed))
-    return columns, errors
+        known = values != 0.0
+        size = np.where(known, np.abs(values), 1.0)
+        half, quarter = coarse.cells[name], coarse.quarter[name]
+        cells = np.fmax(np.abs(values - half), np.abs(half - quarter) / 4.0)
+        blocks = np.abs(half - coarse.blocks[name]) / 3.0
+        cells = np.maximum.accumulate(np.where(known, cells / size, 0.0))
+        errors[name] = np.where(known, cells + np.fmax(blocks / size, history.missed), 0.0)
+    return errors
 
 
 def _notes(case: WearCase, history: History) -> tuple[str, ...]:

@@ -307,21 +307,32 @@ def _flat_of(case: WearCase, volume: float) -> float:
 
 
 class Coarser(NamedTuple):
-    """The columns of a case on half the cells, by the same blocks and by half as many."""
+    """The columns of a case on half and a quarter of the cells by the same blocks, and on half the cells by half as many blocks."""
 
     cells: dict[str, FloatArray]
+    quarter: dict[str, FloatArray]
     blocks: dict[str, FloatArray]
 
 
 def coarser(case: WearCase, wearing: Wearing, history: History, rows: FloatArray) -> Coarser:
-    """The same history on half the cells; where half as many blocks do not converge, they are the same blocks."""
-    half = replace(wearing, cells=wearing.cells // 2)
-    same = columns_of(case, half, march(half, rows, _TOLERANCE, blocks=np.array(history.blocks)))
-    try:
-        longer = march(half, rows, _TOLERANCE, blocks=np.array(history.blocks[1::2]))
-    except ConvergenceError:
-        return Coarser(same, same)
-    return Coarser(same, columns_of(case, half, longer))
+    """The same history on coarser cells and blocks; where these do not converge, those of half the cells take their place."""
+
+    def columns(cells: int, ends: list[float]) -> dict[str, FloatArray]:
+        fewer = replace(wearing, cells=cells)
+        return columns_of(case, fewer, march(fewer, rows, _TOLERANCE, blocks=np.array(ends)))
+
+    def tried(cells: int, ends: list[float]) -> dict[str, FloatArray]:
+        try:
+            return columns(cells, ends)
+        except ConvergenceError:
+            return same
+
+    same = columns(wearing.cells // 2, history.blocks)
+    return Coarser(
+        same,
+        tried(wearing.cells // 4, history.blocks),
+        tried(wearing.cells // 2, history.blocks[1::2]),
+    )
 
 
 def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, FloatArray]:

@@ -332,8 +332,3 @@ def contact_edge(mesh: Mesh, state: State) -> float:
         return outer
     edge = r[last] + (r[last] - r[last - 1]) * p[last] / (p[last - 1] - p[last])
     return float(min(edge, outer))
-
-
-def halved_cells(wearing: Wearing) -> Wearing:
-    """The same contact with half the cells, whose difference measures the error of the mesh."""
-    return replace(wearing, cells=wearing.cells // 2)

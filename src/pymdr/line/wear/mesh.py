@@ -97,10 +97,15 @@ class Mesh:
 
     @cached_property
     def pressing(self) -> FloatArray:
-        """Pressure p = -(1/pi) int_r^a w' / sqrt(x^2 - r^2) dx of unit springs, shape (rings, springs)."""
-        x, r = self.nodes, self.rings[:, None]
-        root = np.sqrt(np.maximum((x - r) * (x + r), 0.0))
-        per_rise = -2.0 / math.pi * np.diff(root, axis=1) / np.diff(x**2)
+        """
+        Mean pressure of the rings by unit springs, shape (rings, springs).
+
+        The load beyond r is -2 int_r^a w' sqrt(x^2 - r^2) dx, so that the rings carry the load of the springs.
+        """
+        squares = self.nodes**2
+        powers = np.maximum(squares - squares[:, None], 0.0) ** 1.5
+        beyond = -4.0 / 3.0 * np.diff(powers, axis=1) / np.diff(squares)
+        per_rise = -np.diff(beyond, axis=0) / self.areas[:, None]
         return _spread(per_rise, np.zeros_like(per_rise))
 
     @cached_property
@@ -173,10 +178,7 @@ def mesh_between(stick: float, end: float, cells: int, gap: Curve, kinks: tuple[
     if stick > 0.0:
         nodes = graded(stick, end, cells)
     else:
-        part = np.linspace(0.0, 1.0, cells + 1)
-        # the first contact, of radius 1, has a third of the cells or more
-        stretch = _stretch(end)
-        nodes = end * (np.sinh(stretch * part) / math.sinh(stretch) if stretch > 0.0 else part)
+        nodes = _graded_about(max((k for k in kinks if k < 1.0), default=0.0), end, cells)
     nodes[-1] = end
     none = Stuck(np.array([stick]), np.zeros(1), np.zeros(1))
     if stick > 0.0:
@@ -191,10 +193,17 @@ def graded(stick: float, end: float, cells: int) -> FloatArray:
     return np.asarray(nodes)
 
 
-def _stretch(end: float) -> float:
-    """S with end sinh(s/3) = sinh(s), so that a third of the nodes lies within 1; 0 for ends within 3."""
-    # sinh(3 y) = sinh(y) (4 sinh(y)^2 + 3)
-    return 3.0 * math.asinh(math.sqrt(max(end - 3.0, 0.0)) / 2.0)
+def _graded_about(kink: float, end: float, cells: int) -> FloatArray:
+    """
+    Nodes from 0 to the end, close together next to a kink within 1, beyond which g grows like a root; the tip of a cone is one at 0.
+
+    A third of the nodes beyond the kink, or more, lies within 1, the radius of the first contact.
+    """
+    inner = cells // 4 if kink > 0.0 else 0
+    power = max(_GRADED, math.log((end - kink) / (1.0 - kink)) / math.log(3.0))
+    below = kink * (1.0 - np.linspace(1.0, 0.0, inner + 1) ** _GRADED)
+    above = kink + (end - kink) * np.linspace(0.0, 1.0, cells - inner + 1) ** power
+    return np.concatenate([below[:-1], above])
 
 
 def inner_integral(r: FloatArray, stick: float, gap: Curve, kinks: tuple[float, ...]) -> FloatArray:
