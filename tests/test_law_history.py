@@ -109,6 +109,61 @@ CASES = [
 ]
 
 
+IN_PLANE = (
+    "law_advance(&s, d[i], u[2 * i], u[2 * i + 1])",
+    "out[4 * i] = s.normal_force; out[4 * i + 1] = s.force[0]; out[4 * i + 2] = s.force[1]; out[4 * i + 3] = s.t[0][0];",
+)
+
+
+@needs_c
+@pytest.mark.parametrize("case", first_of([*CASES[:4], CASES[6]]))
+@pytest.mark.parametrize("compiler", first_of(["cc", "c++"]))
+def test_histories_in_the_plane_in_c_are_those_of_the_stepper(case, compiler, tmp_path):
+    contact, n = ball(*case), 2000
+    law = mdr.export_law(contact, DEEPEST, tangential=True, springs=16)
+    depth, x = random_moves(3, n)
+    y = random_moves(4, n)[1]
+    for values in (depth, x, y):  # the same place again, and the same line
+        values[100:120], values[200:220] = values[100], 0.3 * DEEPEST * np.linspace(0.1, 1.0, 20)
+    code = InC(law, tmp_path, IN_PLANE, compiler)
+    found = np.zeros((n, 4))
+    assert code.run(code.bytes, depth, np.ascontiguousarray(np.column_stack([x, y]).ravel()), found, n) == n
+    stepper = mdr.Stepper(contact, DEEPEST, springs=16)
+    moves = zip(depth.tolist(), x.tolist(), y.tolist(), strict=True)
+    expected = np.array([stepper.advance(d, (u, v)) for d, u, v in moves])
+    size = np.abs(expected).max()
+    assert found[:, 0] == pytest.approx(expected[:, 0], abs=law.errors["normal_force"] * size)
+    assert found[:, 1:3] == pytest.approx(expected[:, 1:], abs=1e-12 * np.abs(expected[:, 1:]).max())
+    assert len(code.bytes.raw) == 48 + 16 * 16
+
+
+@needs_c
+def test_a_plane_that_turns_in_c(tmp_path):
+    calls = (
+        "law_advance(&s, d[i], u[i], 0.0)",
+        "law_rotate(&s, 0.5); out[4 * i] = s.force[0]; out[4 * i + 1] = s.force[1];",
+    )
+    code = InC(mdr.export_law(ball(*CASES[0]), DEEPEST, tangential=True, springs=16), tmp_path, calls)
+    depth, shift = random_moves(5, 200)
+    found = code.advance(depth, shift)
+    stepper = mdr.Stepper(ball(*CASES[0]), DEEPEST, springs=16)
+    expected = []
+    for move in zip(depth.tolist(), shift.tolist(), strict=True):
+        stepper.advance(move[0], (move[1], 0.0))
+        stepper.rotate(0.5)
+        expected.append(stepper.tangential_force)
+    assert found[:, :2] == pytest.approx(np.array(expected), abs=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"springs": 32}, "give tangential=True"), ({"springs": 4, "tangential": True}, "from 8 to 4096")],
+)
+def test_springs_that_are_refused(options, words):
+    with pytest.raises(mdr.ProblemError, match=words):
+        mdr.export_law(ball(*CASES[0]), DEEPEST, **options)
+
+
 @needs_c
 @pytest.mark.parametrize("case", first_of(CASES))
 def test_histories_in_c_are_those_of_the_stepper(case, tmp_path):

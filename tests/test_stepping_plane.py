@@ -188,3 +188,18 @@ def test_claims_state_the_error_of_the_springs():
 def test_refusals(make, words):
     with pytest.raises(mdr.PymdrError, match=words):
         make()
+
+
+def test_values_do_not_change_with_later_steps():
+    stepper = mdr.Stepper(
+        mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3), friction=mdr.Coulomb(0.3)),
+        "10 um",
+        springs=8,
+        count=2,
+    )
+    stepper.advance(5e-6, (1e-6, 0.0))
+    force, depth = stepper.tangential_force, stepper.indentation
+    kept = force.copy()
+    stepper.advance(2e-6, (0.0, 1e-6))
+    assert (force == kept).all()
+    assert (depth == 5e-6).all()

@@ -1,4 +1,4 @@
-"""What contacts remember, in C: the stack of friction along a line, and the touch of adhesion."""
+"""What contacts remember, in C: the stack of friction along a line, springs in the plane, and the touch of adhesion."""
 
 from __future__ import annotations
 
@@ -72,7 +72,166 @@ class TouchInC:
         return _TOUCH
 
 
-HistoryInC = StackInC | TouchInC
+@dataclass(frozen=True)
+class SpringsInC:
+    """Friction in the plane, of half-spaces without adhesion: every spring carries a vector."""
+
+    touches: tuple[float, ...]
+    """Indentations in m at which the springs touch, rising."""
+    per_force: float
+    """Force in N over the sum of the vectors in m."""
+    per_shift: float
+    """Shift in m over its normalised value in m."""
+
+    @property
+    def constants(self) -> dict[str, tuple[float, str]]:
+        """Value and unit by name."""
+        return {"PER_SHIFT": (1.0 / self.per_shift, ""), "PER_FORCE": (self.per_force, "N/m")}
+
+    @property
+    def usage(self) -> str:
+        """How the state is used."""
+        return (
+            "@_advance(&state, d, u_x, u_y) goes straight to the indentation d and the shift (u_x, u_y) in m and writes the forces into the "
+            "state, which begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or a value is not "
+            "finite. @_rotate(&state, angle) turns shift, force and springs by an angle in rad, for contacts whose plane turns. The state has "
+            "no pointers: copied or saved bytes continue. The error of the springs is not in the errors above."
+        )
+
+    @property
+    def body(self) -> str:
+        """Type and functions, with @ for the name and @@ for the name in capitals."""
+        rows = ",\n".join(f"    {touch!r}" for touch in self.touches)
+        return _SPRINGS.replace("COUNT_", str(len(self.touches))).replace("TOUCHES_", rows)
+
+
+HistoryInC = StackInC | SpringsInC | TouchInC
+
+_SPRINGS = """\
+#define @@_SPRINGS COUNT_
+
+/* Indentations in m at which the springs touch. */
+static const double @_touches_[@@_SPRINGS] = {
+TOUCHES_
+};
+
+/* A spring that touches at the indentation y carries the vector t, |t| <= d - y, times PER_FORCE. */
+typedef struct {
+    double indentation;  /* m */
+    double shift[2];     /* m */
+    double normal_force; /* N */
+    double force[2];     /* N, resists the shift */
+    double t[@@_SPRINGS][2]; /* m */
+} @_state;
+
+/* A spring whose limit goes from low to high while the shift goes by length along e. It sticks until |t| is at its limit; from there it
+ * slips along t, and tan(theta / 2) falls as exp(-tau), dtau = ds / limit, with the angle theta of t to e. */
+static inline void @_spring_(double t[2], double low, double high, const double e[2], double length)
+{
+    double change, along, across, a, b, c, begin = INFINITY, until = 1.0;
+    if (low <= 0.0) {
+        double bears = 0.0;
+        if (high > 0.0) { /* it touches where the shift is then */
+            bears = length * (high / (high - low));
+            if (bears > high)
+                bears = high;
+        }
+        t[0] = bears * e[0];
+        t[1] = bears * e[1];
+        return;
+    }
+    if (high <= 0.0) { /* it parts */
+        t[0] = t[1] = 0.0;
+        return;
+    }
+    along = t[0] * e[0] + t[1] * e[1];
+    across = t[1] * e[0] - t[0] * e[1];
+    change = high - low;
+    a = (length - change) * (length + change);
+    b = along * length - low * change;
+    c = along * along + across * across - low * low;
+    if (c > 0.0)
+        c = 0.0;
+    if ((along + length) * (along + length) + across * across > high * high) {
+        if (b > 0.0 && c >= -1e-15 * low * low) {
+            begin = 0.0;
+        } else if (b > 0.0) {
+            const double inside = b * b - a * c;
+            if (inside >= 0.0)
+                begin = -c / (b + sqrt(inside));
+        } else if (a > 0.0) {
+            begin = (sqrt(b * b - a * c) - b) / a;
+        }
+    }
+    if (begin < until)
+        until = begin;
+    along += until * length;
+    low += until * change;
+    if (until < 1.0) {
+        const double left = length * (1.0 - until), rest = high - low;
+        const double tau = rest == 0.0 ? left / low : left * log1p(rest / low) / rest;
+        const double turned = exp(-tau), size = sqrt(along * along + across * across);
+        double near = size + fabs(along), far = across * across / near, sum;
+        if (along < 0.0) {
+            const double other = near;
+            near = far;
+            far = other;
+        }
+        sum = near + far * turned * turned;
+        if (sum > 0.0) { /* else it lies against the shift */
+            along = high * (near - far * turned * turned) / sum;
+            across = high * 2.0 * across * turned / sum;
+        } else {
+            along = -high;
+        }
+    }
+    t[0] = along * e[0] - across * e[1];
+    t[1] = along * e[1] + across * e[0];
+}
+
+static inline int @_advance(@_state *s, double d, double u_x, double u_y)
+{
+    const double v_x = (u_x - s->shift[0]) * @@_PER_SHIFT, v_y = (u_y - s->shift[1]) * @@_PER_SHIFT;
+    const double length = sqrt(v_x * v_x + v_y * v_y);
+    const double before = s->indentation > 0.0 ? s->indentation : 0.0, after = d > 0.0 ? d : 0.0;
+    double e[2] = {1.0, 0.0};
+    int i;
+    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u_x) || !isfinite(u_y))
+        return 1;
+    if (length > 0.0) {
+        e[0] = v_x / length;
+        e[1] = v_y / length;
+    }
+    s->force[0] = s->force[1] = 0.0;
+    for (i = 0; i < @@_SPRINGS && @_touches_[i] < (before > after ? before : after); ++i) {
+        @_spring_(s->t[i], before - @_touches_[i], after - @_touches_[i], e, length);
+        s->force[0] += @@_PER_FORCE * s->t[i][0];
+        s->force[1] += @@_PER_FORCE * s->t[i][1];
+    }
+    s->indentation = d;
+    s->shift[0] = u_x;
+    s->shift[1] = u_y;
+    s->normal_force = @_force(d);
+    return 0;
+}
+
+static inline void @_turn_(double p[2], double cosine, double sine)
+{
+    const double x = p[0];
+    p[0] = cosine * x - sine * p[1];
+    p[1] = sine * x + cosine * p[1];
+}
+
+static inline void @_rotate(@_state *s, double angle)
+{
+    const double cosine = cos(angle), sine = sin(angle);
+    int i;
+    @_turn_(s->shift, cosine, sine);
+    @_turn_(s->force, cosine, sine);
+    for (i = 0; i < @@_SPRINGS; ++i)
+        @_turn_(s->t[i], cosine, sine);
+}
+"""
 
 _TOUCH = """\
 typedef struct {

@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.errors import PathError, ProblemError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.line.moved import Moved
+from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.values import within_range
@@ -145,10 +146,7 @@ class Stepper:
             raise ProblemError(f"Stepper: max_indentation = {shown(max_indentation)}; it must be above 0 m")
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
-        if springs is not None and not (type(springs) is int and 8 <= springs <= 4096):
-            raise ProblemError(
-                f"Stepper: springs = {shown(springs)}; a whole number from 8 to 4096 is needed, such as 32"
-            )
+        _check_springs(springs, "Stepper")
         require_contact(contact, "Stepper")
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
@@ -453,7 +451,10 @@ class Stepper:
         return f"<pymdr.Stepper up to {metres(self._deepest)}{several}>"
 
     def _one(self, values: FloatArray) -> Any:
-        return values if self.count > 1 else values[0] if values.ndim > 1 else float(values[0])
+        # copies: the arrays of the contacts change with the next step
+        if self.count > 1:
+            return values.copy()
+        return values[0].copy() if values.ndim > 1 else float(values[0])
 
 
 def _refused(indentation: float, deepest: float) -> PathError:
@@ -464,3 +465,34 @@ def _refused(indentation: float, deepest: float) -> PathError:
         f"Stepper.advance: indentation = {metres(indentation)} is deeper than max_indentation = {metres(deepest)}; make a stepper with "
         "a larger one"
     )
+
+
+def _check_springs(springs: Any, where: str) -> None:
+    if springs is not None and not (type(springs) is int and 8 <= springs <= 4096):
+        raise ProblemError(
+            f"{where}: springs = {shown(springs)}; a whole number from 8 to 4096 is needed, such as 32"
+        )
+
+
+def plane_body(contact: Contact, deepest: float, springs: int) -> tuple[FloatArray, FloatArray]:
+    """
+    Labels in m and scales of springs in the plane, as compiled steps read them.
+
+    Parameters
+    ----------
+    contact : Contact
+        With friction.
+    deepest : float
+        The largest indentation in m.
+    springs : int
+        Their number.
+
+    Raises
+    ------
+    ProblemError
+        If the contact or the number is outside its limits.
+    """
+    _check_springs(springs, "export_law")
+    moved = moving_of(contact, deepest, 1, springs).contacts
+    assert isinstance(moved, PlaneContacts)
+    return moved.body

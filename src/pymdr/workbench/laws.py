@@ -16,7 +16,7 @@ from pymdr.workbench.casefile import read_case, read_contact
 
 
 def law_of_case(
-    case: Path, to: str | None, tolerance: float, tangential: bool = False
+    case: Path, to: str | None, tolerance: float, tangential: bool = False, springs: int | None = None
 ) -> tuple[str, ContactLaw]:
     """
     The title of a case and the law of its contact.
@@ -29,6 +29,8 @@ def law_of_case(
         The largest indentation; the deepest of the path unless given.
     tangential : bool
         Whether the header has friction along a line.
+    springs : int or None
+        Number of springs for friction in the plane.
 
     Raises
     ------
@@ -39,7 +41,7 @@ def law_of_case(
     """
     if to is not None:
         title, contact = read_contact(case)
-        return title, export_law(contact, to, tolerance=tolerance, tangential=tangential)
+        return title, export_law(contact, to, tolerance=tolerance, tangential=tangential, springs=springs)
     request = read_case(case)
     check_lawful(request.contact, tolerance)
     deepest = assess(request.contact, request.path, **request.options).largest.get("indentation", 0.0)
@@ -47,7 +49,9 @@ def law_of_case(
         raise CaseError(
             f"{case}: its path never presses the bodies together; give the largest indentation with --to '1 um'"
         )
-    return request.title, export_law(request.contact, deepest, tolerance=tolerance, tangential=tangential)
+    return request.title, export_law(
+        request.contact, deepest, tolerance=tolerance, tangential=tangential, springs=springs
+    )
 
 
 def name_for(case: Path, name: str | None) -> str:

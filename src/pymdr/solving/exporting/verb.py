@@ -14,7 +14,7 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.numerics.panels import IndexArray
-from pymdr.presentation.history_header import StackInC, TouchInC
+from pymdr.presentation.history_header import SpringsInC, StackInC, TouchInC
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath, Path, indent
@@ -26,6 +26,7 @@ from pymdr.solving.exporting.knots import adapted
 from pymdr.solving.exporting.sources import Fold, Form, source_of
 from pymdr.solving.exporting.value import LAW_QUANTITIES, SAFETY, ContactLaw, Table
 from pymdr.solving.pulloff import PullOff, elastic_pull_off
+from pymdr.solving.stepping import plane_body
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
@@ -46,7 +47,12 @@ _OF_A_PATH = ("jumped into contact", "bands are")
 
 
 def export_law(
-    contact: Contact, to: QuantityLike, *, tolerance: float = 1e-6, tangential: bool = False
+    contact: Contact,
+    to: QuantityLike,
+    *,
+    tolerance: float = 1e-6,
+    tangential: bool = False,
+    springs: int | None = None,
 ) -> ContactLaw:
     """
     The normal force, stiffness and contact radius over the indentation, as a table with a stated error.
@@ -70,6 +76,8 @@ def export_law(
         size plus the stiffness at the fixed radius of the pull-off.
     tangential : bool
         Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a finite coefficient above 0.
+    springs : int, optional
+        With `tangential`: number of springs, 8 to 4096, for friction in the plane instead of along a line.
 
     Returns
     -------
@@ -98,7 +106,9 @@ def export_law(
     """
     deepest = _depth(to)
     check_lawful(contact, tolerance)
-    stack = _stack_of(contact) if tangential else None
+    if springs is not None and not tangential:
+        raise ProblemError("export_law: springs are those of friction in the plane; give tangential=True too")
+    stack = _friction_of(contact, deepest, springs) if tangential else None
     alone = replace(contact, friction=None)
     plain = _solved(alone, np.geomspace(1e-9, 1.0, _FEW) * deepest)
     source = source_of(alone, deepest, tolerance)
@@ -134,14 +144,17 @@ def export_law(
     )
 
 
-def _stack_of(contact: Contact) -> StackInC:
-    """The constants of friction along a line."""
+def _friction_of(contact: Contact, deepest: float, springs: int | None) -> StackInC | SpringsInC:
+    """The constants of friction along a line, or in the plane."""
     friction = None if contact.friction is None else contact.friction.coefficient
     if friction is None or not 0.0 < friction < math.inf:
         raise ProblemError(
             "export_law: tangential=True: a finite coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
         )
     moduli = effective_moduli(contact.body, contact.counterbody)
+    if springs is not None:
+        labels, (per_force, per_shift) = plane_body(contact, deepest, springs)
+        return SpringsInC(tuple(labels[1:].tolist()), float(per_force), float(per_shift))
     return StackInC(friction, moduli.tangential / moduli.normal)
 
 

@@ -30,6 +30,10 @@ def law(
     tangential: Annotated[
         bool, typer.Option("--tangential", help="Friction along a line in the C header, with its memory.")
     ] = False,
+    springs: Annotated[
+        int | None,
+        typer.Option(help="With --tangential: number of springs, such as 32, for friction in the plane."),
+    ] = None,
     name: Annotated[
         str | None,
         typer.Option(help="Prefix of files and C names; by default the name of the case."),
@@ -49,7 +53,7 @@ def law(
         Tables(csv=True, xlsx=xlsx).check()
         prefix = name_for(case, name)
         with ready_folder(output or named_after(case)) as folder:
-            title, exported = law_of_case(case, to, tolerance, tangential)
+            title, exported = law_of_case(case, to, tolerance, tangential, springs)
             written = write_law(exported, folder, prefix, xlsx)
             written.append(write_figure(exported.plot(), folder / f"{prefix}.png"))
     if as_json:
