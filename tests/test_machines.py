@@ -205,6 +205,36 @@ def test_oblique_impacts_are_those_of_impact(angle, spin):
     assert float(motion["dissipated_energy"][-1]) == pytest.approx(known.energy_lost, rel=1e-5)
 
 
+def after_impact(normal, along, spin):
+    """Velocities after `impact`, which counts the angle from 0 on."""
+    sign = math.copysign(1.0, along)
+    speed, angle = math.hypot(normal, along), math.atan2(abs(along), normal)
+    hit = mdr.impact(RUBBING, mass=0.033, speed=speed, angle=angle, spin=sign * spin)
+    return hit.rebound_speed, sign * hit.tangential_speed, sign * hit.spin
+
+
+def test_a_ball_bounces_between_two_plates_with_partial_slip():
+    """Every bounce is that of `impact` (Garwin's ball under a table, 1969); under the upper plate the spin acts the other way."""
+    gap, spin = 2e-5, 40.0
+    bodies = [
+        mdr.Mass("z", 0.033, velocity=1.0),
+        mdr.Mass("x", 0.033, velocity=0.6),
+        mdr.Rotor("ball", 0.4 * 0.033 * 0.01**2, 0.01, spin=spin),
+    ]
+    links = [
+        mdr.Joint(RUBBING, "z", {"x": 1, "ball": 1}, name="floor"),
+        mdr.Joint(RUBBING, {"z": -1}, {"x": 1, "ball": -1}, indentation=-gap, name="ceiling"),
+    ]
+    lasts = contact_time() * (MODULUS / PAIR.normal) ** 0.4
+    motion = mdr.move(mdr.Machine(bodies, links), 2.0 * lasts + 1.5 * gap, steps=100, accuracy=1e-7)
+    normal, along, spin = after_impact(1.0, 0.6, spin)
+    normal, along, back = after_impact(normal, along, -spin)
+    z, x, rim = motion["velocity"].values[-1]
+    assert z == pytest.approx(normal, rel=1e-9)
+    assert [x, rim / 0.01] == pytest.approx([along, -back], abs=1e-5)
+    assert float(motion["normal_force"][-1].max()) == 0.0
+
+
 def on_a_track(amplitude, frequency, load=50.0, mass=0.033, start=0.0):
     depth = (load / (4 / 3 * MODULUS * 0.1)) ** (2 / 3)
     bodies = [mdr.Mass("ball", mass, depth, start), mdr.Drive("track", 0, 0, amplitude, frequency)]

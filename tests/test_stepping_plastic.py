@@ -38,7 +38,7 @@ KINDS = [
 @given(
     seed=st.integers(0, 1000), size=st.floats(-9.0, 0.0).map(lambda x: 10.0**x), kind=st.sampled_from(KINDS)
 )
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_steps_are_those_of_solve(seed, size, kind):
     contact, d = ball(size, **kind), depths(seed, 60, size)
     stepper, rows = mdr.Stepper(contact, 0.2 * size), []
