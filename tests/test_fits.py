@@ -603,3 +603,18 @@ def test_forces_on_a_machine_are_those_at_the_depths_of_its_travels(size, modulu
     force, _ = mounted.at(travel)
     there, _ = bare.at(travel - compliance * force)
     assert np.abs(force - there).max() < 1e-8 * np.ptp(force)
+
+
+def test_an_adhesive_hyperboloid_on_a_soft_machine_starts_from_its_family():
+    """A machine of 0.07 of Young's modulus times the radius, on which the depths of samples are noise."""
+    radius, young, work, spring = 1.2178844857087664e-6, 6995.6, 3.5329e-5, 6.1742e-4
+    tip = mdr.Hyperboloid(radius, half_angle="65 deg")
+    true = mdr.Contact(tip, mdr.Elastic(young, 0.5), adhesion=mdr.JKR(work))
+    start = mdr.Contact(tip, mdr.Elastic(3.0 * young, 0.5), adhesion=mdr.JKR(0.16 * work))
+    travel = np.concatenate([np.linspace(-1.7e-7, 3.5e-7, 150), np.linspace(3.5e-7, -1.3e-6, 150)])
+    force = mdr.solve(true, mdr.Path(travel=travel), machine_stiffness=spring)["normal_force"].values
+    force = force + 1.8e-11 * np.random.default_rng(4).normal(size=travel.size)
+    curve = mdr.MeasuredCurve(force=force, travel=travel, spring_constant=spring)
+    fit = mdr.fit(start, curve, ["body.young", "adhesion.work"])
+    for name, value in (("body.young", young), ("adhesion.work", work)):
+        assert fit[name].low < value < fit[name].high

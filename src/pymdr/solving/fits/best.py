@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from pymdr.solving.fits.request import (
     FitRequest,
     fewest_in_contact,
 )
-from pymdr.solving.fits.searching import Minimum, Modelled, Search, minimize_from
+from pymdr.solving.fits.searching import TOLERANCE, Minimum, Modelled, Search, minimize_from
 from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -36,15 +36,13 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray, written
 
-if TYPE_CHECKING:
-    pass
-
-
 _STARTS, _COARSE, _FINE = 4, 14, 12
 _CROSSINGS = 4
 """Largest number of searches for contact points beyond other samples."""
 _SLIGHTLY = 1e-4
 """Relative decrease of the sum of squares with which a search across samples goes on."""
+_FINE_ENOUGH = 1e-3
+"""Tolerance of a sum of squares that is compared with a limit, relative to that limit."""
 _AS_WELL = 1e-11
 """Relative difference below which two sums of squares are equal."""
 
@@ -59,8 +57,8 @@ class End(NamedTuple):
     """Standard errors of the free numbers where the distance of equally good ends exceeds the curvature's; else 0."""
 
 
-def best_end(search: Search) -> End:
-    """The smallest misfit of searches from several starts; approximate for bodies with memory."""
+def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
+    """The smallest misfit of searches from several starts, to a relative tolerance; approximate for bodies with memory."""
     quick = _quick_start(search)
     nearby = None if quick is not None else starts_from_limits(search, lambda one: best_end(one)[:2])
     monotone = _with_monotone_records(search)
@@ -79,7 +77,8 @@ def best_end(search: Search) -> End:
     for rank in range(max(map(len, starts_by_curve))):
         chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
-        ends.append(minimize_from(followed, followed.to_free(chosen[0].values.tolist(), places)))
+        start = followed.to_free(chosen[0].values.tolist(), places)
+        ends.append(minimize_from(followed, start, tolerance=tolerance))
     if followed.jumps:
         ends.append(_across_samples(followed, min(ends, key=lambda end: end.misfit)))
     least = min(end.misfit for end in ends)
@@ -265,11 +264,15 @@ def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         else replace(search.contact, adhesion=None)
     )
     bare = replace(search, contact=contact, unknowns=without)
+    samples = search.residuals(best).size
     try:
-        larger = best_end(bare).misfit if bare.names else float((bare.residuals(np.zeros(0)) ** 2).sum())
+        larger = (
+            best_end(bare, _FINE_ENOUGH * SEEN / samples).misfit
+            if bare.names
+            else float((bare.residuals(np.zeros(0)) ** 2).sum())
+        )
     except ProblemError:  # the record shows the pull only
         return
-    samples = search.residuals(best).size
     grows = (larger / misfit - 1.0) * samples
     if grows < SEEN:
         instead = (

@@ -27,7 +27,7 @@ from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.residuals import DECIDED, waves_of
 from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search, minimize_from, refuse_unsettled, samples_off_jumps
-from pymdr.solving.fits.spectrum import NoiseSpectra, noise_spectra
+from pymdr.solving.fits.spectrum import WHITE_PRIOR, NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.touching import BoolArray
 from pymdr.solving.fits.unknowns import (
@@ -48,8 +48,6 @@ _ROUNDED = 1e-12
 """Ratio to the largest singular value below which one is a rounding error."""
 _WIDER = 1.1
 """Ratio from which on errors of the search over a family, which account for a pull of a few samples, replace others."""
-_UNDECIDED = 0.5
-"""Probability of white noise from which on residuals are not called correlated."""
 _NORMAL_95 = 1.959963984540054
 _RAISED = 1.44
 """Density at low frequencies relative to the variance from which on residuals are called correlated."""
@@ -215,9 +213,10 @@ def _correlation_length(spectra: NoiseSpectra, white: float, size: float) -> flo
     """
     The correlation length of residuals in samples, 0 of white noise, from the spectrum of means of so many samples.
 
-    One that is short enough to look white at low frequencies raises their density by twice the length.
+    Residuals are correlated if they make white noise less probable than it is without data. A length that is short enough to look white
+    at low frequencies raises their density by twice itself.
     """
-    if spectra.white[0] < _UNDECIDED:
+    if spectra.white[0] < WHITE_PRIOR:
         return float(spectra.length[0]) * size
     low = float(spectra.density[0, : spectra.bands.low].min())
     return 0.5 * low / white**2 if low > _RAISED * white**2 else 0.0

@@ -182,6 +182,11 @@ class AdhesiveForces:
         depth = self.fold + root**2
         travels = depth + compliance * force
         rises = np.append(True, np.diff(np.maximum.accumulate(travels)) > 0.0)
+        if np.count_nonzero(rises) < _LEAST:
+            raise ProblemError(
+                f"fit: the search reached an adhesive contact that is unstable at every depth of the record on the machine of "
+                f"{written(1.0 / compliance, 'N/m', 4)}; check spring_constant and the units of the record, or start nearer to its modulus and work"
+            )
         return AdhesiveForces(travels[rises], force[rises], self.radius(depth[rises]))
 
 

@@ -29,7 +29,7 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.units import FloatArray
 
 _STEP, _FORWARD = 1e-4, 1e-6
-_TOLERANCE, _TRIALS = 1e-8, 400
+TOLERANCE, _TRIALS = 1e-8, 400
 _POOR = 10.0
 """Residual relative to the range of the force where the model cannot be solved."""
 
@@ -228,7 +228,9 @@ class Minimum(NamedTuple):
     message: str
 
 
-def minimize_from(search: Search, start: FloatArray, fixed: int | None = None) -> Minimum:
+def minimize_from(
+    search: Search, start: FloatArray, fixed: int | None = None, tolerance: float = TOLERANCE
+) -> Minimum:
     """Least squares by Levenberg and Marquardt from one start, within bounds by trust regions; one free number may be fixed."""
     from scipy.optimize import least_squares
 
@@ -263,8 +265,8 @@ def minimize_from(search: Search, start: FloatArray, fixed: int | None = None) -
         bounds=(low[moving], high[moving]),
         method="trf" if bounded else "lm",
         x_scale="jac",
-        ftol=_TOLERANCE,
-        xtol=_TOLERANCE,
+        ftol=tolerance,
+        xtol=TOLERANCE,
         gtol=1e-15,
         max_nfev=_TRIALS,
     )

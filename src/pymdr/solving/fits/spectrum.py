@@ -15,8 +15,10 @@ _FEWEST = 8
 """Modes beyond the free numbers from which a spectrum is determined."""
 _LOWEST, _HIGHEST, _STEPS, _LENGTHS = 0.1, 1e8, 19, 7
 """Range of the density of the slow part at frequency 0 relative to that of the white one, and sizes of the first grid."""
-_INNER, _LIKELY, _WHITE = (13, 11), 9.0, 0.5
-"""Size of the second grid, logarithm of the likelihood ratio of its ends, and probability of white noise without data."""
+_INNER, _LIKELY = (13, 11), 9.0
+"""Size of the second grid, and logarithm of the likelihood ratio of its ends."""
+WHITE_PRIOR = 0.2
+"""Probability of white noise without data: the 95 % bound by 14 baselines of eight measured files, of which none is white."""
 _ADEQUATE = 0.05
 """Probability of white noise from which on the first grid is fine enough: the likelihood is broad there."""
 _BISECTIONS, _FRACTIONS = 60, 400
@@ -78,7 +80,7 @@ def noise_spectra(
     tangents: FloatArray,
     lengths: Sequence[int] = (),
     *,
-    prior: float | None = _WHITE,
+    prior: float | None = WHITE_PRIOR,
     keep: bool = False,
 ) -> NoiseSpectra:
     """
@@ -93,8 +95,8 @@ def noise_spectra(
     lengths : sequence of int, optional
         Numbers of samples of the curves that a record consists of; one curve by default.
     prior : float, optional
-        Probability of white noise without data; one half, or that of :func:`white_priors`. With None the records are of one instrument, and the
-        others determine it.
+        Probability of white noise without data, `WHITE_PRIOR` or that of :func:`white_priors`. With None the records are of one instrument, and
+        the others determine it.
     keep : bool
         Whether all spectra are returned, which :meth:`NoiseSpectra.quantile` needs.
 
@@ -124,10 +126,10 @@ def noise_spectra(
     [1.0, 36.0]
     """
     bands = bands_of(residuals, tangents, lengths)
-    return _averaged(bands, _WHITE if prior is None else prior, keep, pooled=prior is None)
+    return _averaged(bands, 0.5 if prior is None else prior, keep, pooled=prior is None)
 
 
-def white_priors(white: FloatArray) -> FloatArray:
+def white_priors(white: FloatArray, expected: float = WHITE_PRIOR) -> FloatArray:
     """
     Prior probabilities of white noise of the records of one instrument, each from all others.
 
@@ -135,23 +137,26 @@ def white_priors(white: FloatArray) -> FloatArray:
     ----------
     white : ndarray, shape (records,)
         Probabilities by :func:`noise_spectra` with the prior 1/2.
+    expected : float
+        Expected fraction of records with white noise without data, that of a single record. The fraction has the beta distribution of
+        1 and 1/expected - 1, which is uniform for 1/2.
 
     Returns
     -------
     ndarray, shape (records,)
-        The expected fraction of records with white noise, which is uniform on 0 to 1 without data; 1/2 of a single record.
+        The expected fraction.
 
     Examples
     --------
     >>> import numpy as np
     >>> white_priors(np.array([0.8])).round(3).tolist()
-    [0.5]
+    [0.2]
     >>> white_priors(np.full(16, 0.8)).round(2).tolist()[0]
-    0.92
+    0.82
     """
     fraction = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
     own = np.log(np.outer(white, fraction) + np.outer(1.0 - white, 1.0 - fraction))
-    others = own.sum(axis=0) - own
+    others = own.sum(axis=0) - own + (1.0 / expected - 2.0) * np.log1p(-fraction)
     weights = np.exp(others - others.max(axis=1, keepdims=True))
     return np.asarray(weights @ fraction / weights.sum(axis=1))
 

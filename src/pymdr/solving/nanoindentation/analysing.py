@@ -90,7 +90,7 @@ def common_priors(
     for i, record in enumerate(listed, 1):
         rows = unloading_of(record, frame, limits, f"{who}, indent {i}")
         white.append(fitted_power(rows, f"{who}, indent {i}").errors.white)
-    return white_priors(np.array(white))
+    return white_priors(np.array(white), 0.5)
 
 
 def evaluated(record: Record, settings: Settings, who: str, prior: float = 0.5) -> Indent:
