@@ -4,13 +4,14 @@ import ctypes
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 import pymdr as mdr
 from benchmarks.timing import Ratio, median_times
+from pymdr.solving.exporting import ContactLaw
 
 DEPTHS = 100_000
 TIP = mdr.Contact(mdr.RoundedCone("50 nm", half_angle="65 deg"), mdr.Elastic("70 GPa", 0.2))
@@ -23,10 +24,89 @@ void forces(const double *d, double *f, size_t n)
         f[i] = tip_force(d[i]);
 }
 """
+COLLISIONS, SPEED, MASS, RADIUS = 20_000, 0.1, 0.033, 0.01
+STEEL = mdr.Elastic("210 GPa", 0.3)
+PAIR = mdr.Contact(mdr.Paraboloid(RADIUS), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+COLLISION = """#include "grain.h"
+double collide(double vz, double vx, double h, double m);
+double collide(double vz, double vx, double h, double m)
+{
+    double z = 0.0, x = 0.0, fn = 0.0, fx = 0.0;
+    STATE
+    do {
+        vz -= 0.5 * h * fn / m;
+        vx -= 3.5 * 0.5 * h * fx / m;
+        z += h * vz;
+        x += h * vx;
+        FORCES
+        vz -= 0.5 * h * fn / m;
+        vx -= 3.5 * 0.5 * h * fx / m;
+    } while (z > 0.0);
+    return vx;
+}
+double collisions(double vz, double vx, double h, double m, int n);
+double collisions(double vz, double vx, double h, double m, int n)
+{
+    double sum = 0.0;
+    int i;
+    for (i = 0; i < n; ++i)
+        sum += collide(vz, vx * (i % 64) / 32.0, h, m);
+    return sum;
+}
+"""
+BY_HAND = (
+    "double here = 0.0;",
+    """const double a = z > 0.0 ? sqrt(z * RADIUS) : 0.0;
+        fn = 4.0 / 3.0 * NORMAL * a * z;
+        fx += 2.0 * TANGENTIAL * a * (x - here);
+        fx = fx > 0.3 * fn ? 0.3 * fn : fx < -0.3 * fn ? -0.3 * fn : fx;
+        here = x;""",
+)
+ALONG = ("grain_state s = {0};", "grain_advance(&s, z, x); fn = s.normal_force; fx = s.tangential_force;")
+PLANE = ("grain_state s = {0};", "grain_advance(&s, z, x, 0.0); fn = s.normal_force; fx = s.force[0];")
+
+
+def collisions(law: ContactLaw, code: tuple[str, str], folder: Path) -> Callable[..., float]:
+    """Collisions by velocity Verlet, compiled with the forces of a law."""
+    folder.mkdir()
+    law.to_c(folder / "grain.h")
+    moduli = mdr.effective_moduli(STEEL, STEEL)
+    constants = {"RADIUS": RADIUS, "NORMAL": moduli.normal, "TANGENTIAL": moduli.tangential}
+    defined = "".join(f"#define {name} {value!r}\n" for name, value in constants.items())
+    (folder / "c.c").write_text(defined + COLLISION.replace("STATE", code[0]).replace("FORCES", code[1]))
+    library = folder / "c.so"
+    subprocess.run(["cc", "-O2", "-shared", "-fPIC", folder / "c.c", "-o", library, "-lm"], check=True)
+    function = ctypes.CDLL(str(library)).collisions
+    function.argtypes, function.restype = [ctypes.c_double] * 4 + [ctypes.c_int], ctypes.c_double
+    return function
+
+
+def grains() -> Iterator[Ratio]:
+    """Oblique collisions of the exported law against a law written by hand, which forgets."""
+    deepest = 1.2 * mdr.impact(PAIR, mass=MASS, speed=SPEED).largest_indentation
+    step = mdr.impact(PAIR, mass=MASS, speed=SPEED).contact_time / 100
+    line = mdr.export_law(PAIR, deepest, tangential=True)
+    plane = mdr.export_law(PAIR, deepest, tangential=True, springs=32)
+    with tempfile.TemporaryDirectory() as name:
+        kinds = ((line, BY_HAND), (line, ALONG), (plane, PLANE))
+        run = [collisions(law, code, Path(name) / str(i)) for i, (law, code) in enumerate(kinds)]
+        calls = [(lambda f=f: f(SPEED, 0.2 * SPEED, step, MASS, COLLISIONS), 5) for f in run]
+        by_hand, along, across = median_times(*calls)
+    words = "Hertz-Mindlin by hand in C, one spring with a slider"
+    kinds_of_friction = (
+        (along, "along a line", "aim 2 times"),
+        (across, "in the plane, 32 springs", "no aim"),
+    )
+    for time, kind, aim in kinds_of_friction:
+        each = f"{time / COLLISIONS * 1e6:.1f} us each"
+        text = f"{COLLISIONS:.0e} collisions of the law with friction {kind}, {each}"
+        yield Ratio(text, words, time, by_hand, aim)
 
 
 def ratios() -> Iterator[Ratio]:
-    """Forces at many depths."""
+    """Forces at many depths, and collisions."""
+    if shutil.which("cc") is not None:
+        yield from grains()
     law = mdr.export_law(TIP, "1 um")
     d = 10.0 ** np.random.default_rng(0).uniform(-10, -6, DEPTHS)
     path = mdr.Path(indentation=d)
