@@ -114,6 +114,20 @@ def test_a_number_that_is_cut_off_is_not_another_number(tmp_path, cut):
         mdr.read_curves(file, spring_constant=SPRING)
 
 
+@pytest.mark.parametrize(("decimal", "separator", "name"), [(".", ",", "a.csv"), (",", "\t", "a.txt")])
+def test_a_text_of_a_microscope_that_ends_in_a_number_is_refused(tmp_path, decimal, separator, name):
+    """A file of AFM workshop, with decimals of another width in its header, and one of NT-MDT."""
+    pytest.importorskip("afmformats")
+    rows = np.random.default_rng(0).uniform(1.0, 2.0, (40, 4 if name == "a.csv" else 3))
+    lines = [separator.join(f"{x:.4f}".replace(".", decimal) for x in row) for row in rows]
+    if name == "a.csv":
+        columns = "Extend Z-Sense(nm),Extend T-B(V),Retract Z-Sense(nm),Retract T-B(V)"
+        lines = ["Force-Distance Curve", "X, um:\t25.000000", "", columns, *lines]
+    (tmp_path / name).write_text("\r\n".join(lines)[:-2], newline="")
+    with pytest.raises(CaseError, match="cut off in its last line"):
+        mdr.read_curves(tmp_path / name, spring_constant="0.1 N/m", sensitivity="50 nm/V")
+
+
 def test_archives_that_do_not_decompress_are_refused(tmp_path):
     file = written(tmp_path / "a.csv", "travel [um],load [nN]", *np.array(pressed(200)) * 1e6)
     with zipfile.ZipFile(tmp_path / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:

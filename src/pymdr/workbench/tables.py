@@ -514,17 +514,17 @@ def lines_of(source: Path) -> list[str]:
         return filled[0] if filled else []
     text = read_measured_text(source, _LARGEST, "table")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    _refuse_cut_number(source, lines)
+    refuse_cut_number(source, lines)
     return lines
 
 
-def _refuse_cut_number(source: Path, lines: Sequence[str]) -> None:
+def refuse_cut_number(source: Path, lines: Sequence[str], decimals: re.Pattern[str] = _DECIMALS) -> None:
     """Refuse a text whose last line has no end and fewer decimals in its last number than all other lines: a cut-off exponent would be another number."""
     if not lines[-1] or lines[-1].startswith("#"):
         return
-    rows = [match for line in lines[:-1] if (match := _DECIMALS.search(line))]
+    rows = [match for line in lines[:-1] if (match := decimals.search(line))]
     widths = {len(match[0]) for match in rows}
-    last = _DECIMALS.search(lines[-1])
+    last = decimals.search(lines[-1])
     if len(rows) >= _FIXED and len(widths) == 1 and (len(last[0]) if last else 0) < widths.pop():
         raise CaseError(
             f"{source}: the file is cut off in its last line, {lines[-1][-40:]!r}: copy it again from the instrument, or delete that line; if the "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,10 +13,14 @@ import numpy as np
 
 from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError
 from pymdr.units import FloatArray
+from pymdr.workbench.inputs import read_measured_text
 from pymdr.workbench.readers.record import Calibration, ForceRecord, check_slope
+from pymdr.workbench.tables import refuse_cut_number
 
 SUFFIXES = (".h5", ".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".zip")
 """What only afmformats reads."""
+_TEXTS, _NUMBERS, _LARGEST = (".csv", ".txt"), "+-0123456789", 500 * 2**20
+_DECIMALS = re.compile(r"[.,][0-9]+$", re.ASCII)
 _HEIGHTS = ("height (measured)", "height (piezo)")
 _WORKSHOP, _CHIARO = b"Force-Distance Curve", b"Chiaro"
 _IN_VOLTS = ("sensitivity", "spring constant")
@@ -35,6 +40,10 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
         afmformats.errors.AFMFileFormatError,
         MetaDataMissingError,
     )
+    if source.suffix.lower() in _TEXTS:
+        lines = read_measured_text(source, _LARGEST, "force curve").split("\n")
+        rows = [line.rstrip("\r") for line in lines if line[:1] in _NUMBERS]
+        refuse_cut_number(source, rows or [""], _DECIMALS)
     maker = maker_of(source)
     check_slope(str(source), maker, calibration, "m/A" if "NT-MDT" in maker else "m/V")
     try:
