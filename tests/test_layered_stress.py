@@ -284,6 +284,32 @@ def test_a_thin_coat_leaves_the_base_as_it_is_but_for_its_thickness():
     assert np.max(np.abs(limit - exact)) < 0.2 * errors[0]
 
 
+@given(st.floats(-1.0, 3.0), st.floats(-3.0, 3.0), st.floats(-9.0, 0.0), st.integers(0, 3), st.booleans())
+@settings(max_examples=examples(3), deadline=None)
+def test_tractions_of_thin_thick_soft_and_stiff_coats(thickness, contrast, metre, kind, elastic_ball):
+    a = 10.0**metre
+    h = a * 10.0**thickness
+    profile, depth = (
+        (mdr.Paraboloid(30.0 * a), a / 30.0),
+        (mdr.Cone(slope=0.1), 0.1 * a),
+        (mdr.TruncatedCone(slope=0.1, flat_radius=0.6 * a), 0.05 * a),
+        (mdr.FlatPunch(a), 0.01 * a),
+    )[kind]
+    body = coat(1e6 * 10.0**contrast, 0.3, h, base=mdr.Elastic(1e6, 0.4))
+    others = [mdr.Elastic(1e7, 0.2)] if elastic_ball else []
+    result = mdr.solve(mdr.Contact(profile, body, *others), mdr.indent(depth))
+    r = float(result["contact_radius"][-1]) * np.array([0.2, 0.7, 1.2, 5.0])
+    field = result.field("stress", r=r, z=[0.0, 0.5 * h, h, h, 2.0 * h])
+    pressure = result.field("pressure", r=r).values
+    axial, shear = (field.sel(component=name).values for name in ("zz", "rz"))
+    size = 1e-8 * pressure.max()
+    assert np.all(np.isfinite(field.values))
+    assert axial[0] == pytest.approx(-pressure, abs=size)
+    assert shear[0] == pytest.approx(0.0, abs=size)
+    for traction in (axial, shear):
+        assert traction[2] == pytest.approx(traction[3], abs=size)
+
+
 @settings(max_examples=examples(3), deadline=None)
 @given(st.floats(-8.0, 3.0), st.floats(-9.0, 9.0))
 def test_units_do_not_matter(metre, pascal):

@@ -124,6 +124,33 @@ def test_fields_of_a_fast_indentation_are_elastic(scale, pressing, poisson, bond
     np.testing.assert_allclose(stress, known, rtol=0, atol=1e-5 * expected.max())
 
 
+@given(
+    scale=st.floats(-9.0, 0.0).map(lambda x: 10.0**x),
+    pressing=st.floats(0.1, 2.0),
+    poisson=st.sampled_from([0.0, 0.3, 0.5]),
+    slow=st.booleans(),
+)
+@settings(max_examples=examples(4), deadline=None)
+def test_largest_stresses_of_fast_and_slow_indentations_are_elastic(scale, pressing, poisson, slow):
+    body = mdr.Layered([layer(poisson, thickness=scale)])
+    profile, depth = mdr.Paraboloid(30.0 * scale), pressing * scale / 60.0
+    result = mdr.solve(ball(body, profile), mdr.indent(depth, duration=1e8 if slow else 1e-12))
+    same = mdr.solve(ball(elastic(body, 1.0 if slow else 4.0), profile), mdr.indent(depth))
+    size = float(same["peak_pressure"][-1])
+    for name in ("von_mises", "tresca", "interface_shear"):
+        found, known = (one.largest(name, step=-1) for one in (result, same))
+        assert float(found) == pytest.approx(float(known), abs=1e-5 * size)
+    assert float(result["largest_mises"][-1]) == pytest.approx(float(result.largest("von_mises", step=-1)))
+    with pytest.raises(mdr.NotValidError, match="in a body with memory it depends on the whole history"):
+        result.field("interior_displacement", r=[0.0], z=[scale / 2.0])
+
+
+def test_yield_of_layers_with_memory_is_refused():
+    for verb in (mdr.first_yield, mdr.shakedown):
+        with pytest.raises(mdr.NotValidError, match="in bodies with memory it depends on the history"):
+            verb(ball(mdr.Layered([layer()])), strength="1 MPa")
+
+
 def test_fields_of_a_history_are_those_of_rings():
     body = mdr.Layered([layer(), layer(0.3, SOLID.scaled(2.0), "0.5 mm")], bond="frictionless")
     by_springs = mdr.solve(ball(body), UP_AND_DOWN)
