@@ -229,7 +229,7 @@ def test_rings_agree_along_a_history():
     depths, twists = zip(*rows, strict=True)
     result = mdr.solve(contact, mdr.Path(indentation=depths, twist=twists))
     edges = np.linspace(0.0, 1.0001e-2, 201)
-    rings = follow_torsion(edges, ring_limit(edges, 1.0, 1.0, 0.3), 0.5, depths, twists)
+    rings = follow_torsion(edges, ring_limit(edges, 1.0, 1.0, 0.3), 0.5, depths, twists, edges[:-1] ** 2)
     assert result.claims["torque"].level is mdr.Level.EXACT
     largest = np.max(np.abs(rings.torque))
     np.testing.assert_allclose(result["torque"].values, rings.torque, atol=3e-5 * largest)
@@ -246,11 +246,48 @@ def test_an_inner_ring_that_slips_is_no_longer_exact():
     claim = result.claims["torque"]
     assert claim.level is mdr.Level.APPROXIMATE
     edges = np.linspace(0.0, 1.0001e-2, 201)
-    rings = follow_torsion(edges, ring_limit(edges, 1.0, 1.0, 0.3), 0.5, depths, twists)
+    rings = follow_torsion(edges, ring_limit(edges, 1.0, 1.0, 0.3), 0.5, depths, twists, edges[:-1] ** 2)
     torque = result["torque"].values
     differs = np.abs(torque - rings.torque)[1:] / np.abs(torque[1:])
     assert differs[-1] > 1e-3
     assert np.all(differs <= claim.error[1:] + 1e-4)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(10))
+def test_random_histories_are_those_of_rings_within_the_claim(seed):
+    """
+    Load and twist together, from the first touch on too, or one at a time, from nm to m.
+
+    Half the rings show the error of the rings, over the limit of the largest load so far.
+    """
+    rng = np.random.default_rng(7100 + seed)
+    radius, strain = 10.0 ** rng.uniform(-8.0, 1.0), 10.0 ** rng.uniform(-4.0, -1.5)
+    friction, young = 10.0 ** rng.uniform(-1.5, 0.2), 10.0 ** rng.uniform(5.0, 12.0)
+    body = mdr.Elastic(young, rng.uniform(0.0, 0.5))
+    contact = mdr.Contact(mdr.Paraboloid(radius), body, friction=mdr.Coulomb(friction))
+    deepest = strain**2 * radius
+    depths = deepest * (np.sort(rng.uniform(0.1, 1.0, 6)) if seed % 3 == 1 else rng.uniform(0.15, 1.0, 6))
+    twists = unit_twist(contact, deepest) * rng.uniform(-1.2, 1.2, 6)
+    if seed % 3 == 2:
+        depths[1::2], twists[2::2] = depths[:-1:2], twists[1:-1:2]
+    result = mdr.solve(contact, mdr.Path(indentation=depths, twist=twists))
+    modulus = effective_moduli(body, mdr.Rigid()).normal
+    followed = []
+    for count in (20, 40):
+        edges = np.linspace(0.0, 1.0001 * math.sqrt(radius * depths.max()), count + 1)
+        limit = ring_limit(edges, modulus, radius, friction)
+        followed.append(
+            follow_torsion(edges, limit, body.shear, depths, twists, edges[:-1] ** 2 / radius).torque
+        )
+    force = np.maximum.accumulate(result["normal_force"].values * result["contact_radius"].values)
+    full = 3.0 * math.pi / 16.0 * friction * force
+    torque, error = result["torque"].values, result.claims["torque"].error
+    claimed = np.zeros(6) if error is None else error
+    own = np.maximum.accumulate(np.abs(followed[0] - followed[1]) / full)
+    rest = np.abs(torque - followed[1]) - claimed * np.abs(torque)
+    assert np.all(rest <= 2.0 * full * own)
+    assert np.max(own) < 0.05
 
 
 def test_bodies_add_their_compliances():

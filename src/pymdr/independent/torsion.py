@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import ellipe, ellipkm1
@@ -85,6 +86,7 @@ def follow_torsion(
     shear: float,
     depths: Sequence[float],
     twists: Sequence[float],
+    entries: FloatArray,
     parts: int = 16,
 ) -> TorsionRows:
     """
@@ -100,8 +102,11 @@ def follow_torsion(
         G in Pa; 1/G is the sum over both bodies.
     depths, twists : sequence of float
         Rows of indentation in m and twist in rad, straight between them from 0.
+    entries : ndarray, shape (n,)
+        Indentation in m at which the contact reaches the inner border of every ring.
     parts : int
-        Parts of every row in which the indentation changes.
+        Parts of every row in which the indentation changes. Where the twist changes too, parts also end where a ring comes into contact:
+        it is moved by the rest of the row only.
 
     Returns
     -------
@@ -124,11 +129,14 @@ def follow_torsion(
     tau, at, turned = np.zeros(r.size), 0.0, 0.0
     tractions, slips = [], []
     for depth, twist in zip(depths, twists, strict=True):
-        count = parts if depth != at else 1
+        fractions = np.linspace(0.0, 1.0, parts + 1) if depth != at else np.array([0.0, 1.0])
+        if depth > at and twist != turned:
+            entering = (entries[(entries > at) & (entries < depth)] - at) / (depth - at)
+            fractions = np.union1d(fractions, entering)
         zones = np.zeros(r.size)
-        for k in range(1, count + 1):
-            most = limit(at + (depth - at) * k / count)
-            tau, zones = _advanced(compliance, tau, most, r * (twist - turned) / count)
+        for before, now in pairwise(fractions):
+            most = limit(at + (depth - at) * now)
+            tau, zones = _advanced(compliance, tau, most, r * (twist - turned) * (now - before))
         at, turned = depth, twist
         tractions.append(tau)
         slips.append(np.abs(zones) == 1.0)

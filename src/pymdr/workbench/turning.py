@@ -14,6 +14,7 @@ from pymdr.independent.rings import Rings
 from pymdr.independent.rings.solution import pressure_at
 from pymdr.independent.torsion import TorsionRows, follow_torsion
 from pymdr.interpretation.torsion import torsional_modulus
+from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
@@ -162,7 +163,10 @@ def _followed(
         means = (weights * pressure_at(solution, places)).reshape(-1, _NODES.size).sum(axis=1) / areas
         return np.asarray(friction * means)
 
-    return follow_torsion(edges, limit, torsional_modulus(contact), depths.tolist(), twists.tolist(), _PARTS)
+    inner = np.minimum(edges[:-1], contact.profile.max_radius)
+    entries = equivalent_profile(contact.profile).g(inner)
+    shear = torsional_modulus(contact)
+    return follow_torsion(edges, limit, shear, depths.tolist(), twists.tolist(), entries, _PARTS)
 
 
 def _table(mdr: Result, other: TorsionRows) -> xr.Dataset:
