@@ -70,8 +70,8 @@ def test_the_study_is_drawn_and_written(study, tmp_path):
 
 def test_a_history_goes_straight_from_row_to_row(tmp_path):
     depth, shift = np.array([1e-6, 3e-6, 2e-6]), np.array([0.0, 1e-6, -2e-6])
-    told = program(tmp_path, "row 0 1\nrow -2 3\nrow 4 2")
-    there = lammps.moved(told, "hertz/material 1e9 0 0.3", BALL, depth, shift)
+    printed = program(tmp_path, "row 0 1\nrow -2 3\nrow 4 2")
+    there = lammps.moved(printed, "hertz/material 1e9 0 0.3", BALL, depth, shift)
     assert there.normal.tolist() == [1.0, 3.0, 2.0]
     assert there.tangential.tolist() == [0.0, 2.0, -4.0]
     script = (tmp_path / "script").read_text()
@@ -80,7 +80,7 @@ def test_a_history_goes_straight_from_row_to_row(tmp_path):
     assert np.cumsum(-ways[:, 1]) * 1e-4 == pytest.approx(depth, rel=1e-12)
 
 
-def test_an_error_of_the_program_is_told(tmp_path):
+def test_an_error_of_the_program_is_shown(tmp_path):
     with pytest.raises(mdr.ConvergenceError, match=r"ended with status 0: ERROR: Unknown pair style"):
         lammps.version_of(program(tmp_path, "LAMMPS\nERROR: Unknown pair style"))
 

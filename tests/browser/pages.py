@@ -2,6 +2,7 @@
 
 import json
 import time
+from contextlib import suppress
 
 from selenium.common.exceptions import (
     ElementNotInteractableException,
@@ -36,11 +37,14 @@ class Page:
         self.until(lambda: " ms" in self.status(), 120)
 
     def until(self, holds, seconds=30.0):
+        """Wait for a state of the page; parts that are just replaced are read again."""
         end = time.monotonic() + seconds
-        while not (value := holds()):
+        while True:
+            with suppress(*_REPLACED, LookupError):
+                if value := holds():
+                    return value
             assert time.monotonic() < end, f"in vain for {seconds} s; the page says {self.status()!r}"
             time.sleep(0.05)
-        return value
 
     def all(self, selector):
         return self.driver.execute_script(_ALL, selector)

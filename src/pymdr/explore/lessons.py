@@ -106,9 +106,9 @@ def pressed_springs(shape: str, count: int, pressed: float) -> tuple[tuple[Chart
     ends = x + 0.5 * springs.spacing
     drops = np.diff(force, append=0.0) * -1.0
     at = x[x < radius]
-    apart = ends[None, :] ** 2 - at[:, None] ** 2
+    squares = ends[None, :] ** 2 - at[:, None] ** 2
     with np.errstate(invalid="ignore", divide="ignore"):
-        pressure = np.sum(np.where(apart > 0.0, drops / (math.pi * np.sqrt(apart)), 0.0), axis=1)
+        pressure = np.sum(np.where(squares > 0.0, drops / (math.pi * np.sqrt(squares)), 0.0), axis=1)
     field = exact.field("pressure")
     p = np.where(np.isfinite(field.values), field.values, np.nan)
     third = Chart(

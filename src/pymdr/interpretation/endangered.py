@@ -65,14 +65,14 @@ def most_endangered(rating: Rating, cycle: StressCycle) -> Site:
         return Site(0.0, math.nan, math.nan, math.nan, np.full(3, math.nan))
     peaks = np.argwhere(_is_peak(values) & (values >= top * (1.0 - _RIVALS)))
     order = np.argsort([-values[tuple(peak)] for peak in peaks])[:_STARTS]
-    begun = [
+    candidates = [
         _nearer(rating, cycle, start, _CLOSE)
         for start in _starts(rating, net, [tuple(p) for p in peaks[order]])
     ]
-    begun.sort(key=lambda one: -one[0].value)
-    best_site = begun[0][0]
+    candidates.sort(key=lambda one: -one[0].value)
+    best_site = candidates[0][0]
     last: list[Site] = []
-    for site, half in begun:
+    for site, half in candidates:
         known = any(_same(site, other, radius) for other in last)
         if site.value >= best_site.value * (1.0 - _CLOSER) and not known:
             last.append(_nearer(rating, cycle, (site, half), _PLACE)[0])

@@ -120,7 +120,7 @@ class Mass(Body):
 @dataclass(frozen=True, eq=False)
 class Rotor(Body):
     """
-    A body that turns about one axis; its position is the way of its rim, radius times angle.
+    A body that turns about one axis; its position is the displacement of its rim, radius times angle.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ class Rotor(Body):
 @dataclass(frozen=True, eq=False)
 class Drive(Body):
     """
-    A point that is moved: x(t) = position + velocity t + sum A_i sin(2 pi f_i t + phase_i).
+    A point with a prescribed motion: x(t) = position + velocity t + sum A_i sin(2 pi f_i t + phase_i).
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class Link(Value, ABC):
 @dataclass(frozen=True, eq=False)
 class Spring(Link):
     """
-    A linear spring with a damper beside it, with the force k e + c de/dt.
+    A linear spring in parallel with a damper, with the force k e + c de/dt.
 
     Parameters
     ----------

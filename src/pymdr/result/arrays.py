@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Claim
-from pymdr.quantities import AXES, quantity
+from pymdr.quantities import AXES, Quantity, quantity
 from pymdr.units import FloatArray, from_si, shown
 
 if TYPE_CHECKING:
@@ -69,6 +69,20 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
     if any(len(dims) == 2 for dims, _, _ in variables.values()):
         coords["axis"] = list(AXES)
     return xr.Dataset(variables, coords=coords)
+
+
+def field_axes(axis: Quantity, places: FloatArray, rows: Sequence[int]) -> dict[str, Any]:
+    """
+    Coordinates of a field.
+
+    Notes
+    -----
+    They are indices already: to make an index of an array xarray imports pint.
+    """
+    from pandas import Index
+
+    words = {"units": "m", "long_name": axis.long_name}
+    return {axis.name: (axis.name, Index(places), words), "step": ("step", Index(rows))}
 
 
 def by_component(data: xr.Dataset) -> xr.Dataset:

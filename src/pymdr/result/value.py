@@ -34,6 +34,7 @@ from pymdr.quantities import AXES, POSITION, RADIUS, one_name, quantity
 from pymdr.result.arrays import (
     by_component,
     error_with_band,
+    field_axes,
     labelled,
     locked_claim,
     locked_data,
@@ -326,10 +327,9 @@ class Result:
         if drop is not None or flow is not None:
             unit, factor = driven(name, drop, flow, partial(self._column_values, chosen), len(chosen))
             values, long_name = values * factor[:, None], long_name.split(" per ")[0]
-        coords: dict[str, Any] = {axis.name: (axis.name, radii, {"units": "m", "long_name": axis.long_name})}
+        coords = field_axes(axis, radii, chosen)
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen]) * factor
         edged = {"units": f"{unit}*m^0.5"} if name == "pressure" or carried is not None else None
-        coords["step"] = ("step", np.array(chosen))
         if edged is not None:
             coords["edge_amplitude"] = ("step", amplitude, edged)
         attrs = {"units": unit, "long_name": long_name, "symbol": row.symbol}

@@ -301,6 +301,6 @@ def _at(time: FloatArray, method: Impact, name: str) -> FloatArray:
 
 
 def _area(force: FloatArray, along: FloatArray) -> float:
-    """The integral of a force over its way."""
-    ways, sums = np.diff(along, prepend=0.0), force + np.concatenate([[0.0], force[:-1]])
-    return float(np.sum(0.5 * sums * ways))
+    """The integral of a force over its path."""
+    steps, sums = np.diff(along, prepend=0.0), force + np.concatenate([[0.0], force[:-1]])
+    return float(np.sum(0.5 * sums * steps))
