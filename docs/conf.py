@@ -191,6 +191,7 @@ def draw_figures(app):
         "sliding_friction",
         "rough",
         "conductance",
+        "wear",
     ):
         text = (HERE / f"{page}.md").read_text(encoding="utf-8")
         space = {"__name__": page}
