@@ -8,6 +8,7 @@ import pytest
 
 import pymdr as mdr
 from pymdr.errors import ProblemError
+from pymdr.workbench.case_studies import pull_off_of
 from pymdr.workbench.casefile import read_case
 
 BALL = mdr.Paraboloid(1.0)
@@ -86,6 +87,29 @@ def test_a_curve_lies_between_its_limits():
     assert "effective work" in curve.summary()
 
 
+def test_the_work_of_the_edge_is_that_of_a_short_zone_where_the_zone_is_short_and_steady():
+    """The formula of a short zone does not know the springs of the full law."""
+    body = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
+    probe = mdr.Contact(mdr.Paraboloid("1 mm"), body, adhesion=mdr.MaugisDugdale(0.05, range="2 um"))
+    test = mdr.pull_off(probe, pressed_to="10 um", dwell="60 s", speed="1 um/s", approach_speed="10 um/s")
+    edge = test.edge
+    V, G, formula, receded = (
+        edge[name].values for name in ("edge_speed", "energy_release_rate", "short_zone_work", "receded")
+    )
+    fraction = (edge["zone_length"] / edge["contact_radius"]).values
+    steady = (receded > 2.0) & (fraction < 0.04)
+    assert steady.sum() > 20
+    assert np.abs(formula / G - 1.0)[steady].max() < 0.04
+    assert V[steady].max() > 2.0 * V[steady].min()
+    assert G[steady].max() > 1.2 * G[steady].min()
+    # the whole range of work that memory allows
+    assert (G[edge["holds"].values] < 1.2 * float(edge["fast_limit"])).all()
+    assert float(edge["fast_limit"]) == pytest.approx(0.2, rel=1e-12)
+    assert 0.0 < float(edge["lowest_speed"]) < float(edge["highest_speed"])
+    assert "after the edge has receded by a length of its zone" in edge.summary()
+    edge.plot()
+
+
 def test_bodies_without_memory_take_a_preload():
     gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
     pulled = mdr.pull_off(gel, preload="1 mN", machine_stiffness=0)
@@ -122,6 +146,8 @@ def test_what_bodies_without_memory_refuse():
     for name, value in (("speed", 1.0), ("dwell", 1.0), ("approach_speed", 1.0)):
         with pytest.raises(ProblemError, match=f"{name} = 1.0, but the bodies have no memory"):
             mdr.pull_off(gel, **{name: value})
+    with pytest.raises(ProblemError, match="does not depend on its speed"):
+        pull_off_of(gel, edge=True)
     with pytest.raises(ProblemError, match="call pull_off"):
         mdr.pull_off_curve(gel, speed=[1.0], preload=1.0)
     liquid = mdr.Contact(BALL, mdr.Viscoelastic(mdr.Maxwell(1.0, 1.0), poisson=0.5), adhesion=gel.adhesion)
@@ -139,6 +165,10 @@ def test_the_command_and_the_table(tmp_path, shell):
     given = {"preload": "0.2 mN", "dwell": "1 s", "approach_speed": "20 um/s"}
     one = mdr.pull_off(contact, speed="10 um/s", **given)
     assert json.loads(out)["study"]["largest_pull"]["values"] == [pytest.approx(one.largest_pull)]
+    code, out, _ = shell("pull-off", case, *options, "--speed", "10 um/s", "--edge", "--json")
+    assert code == 0
+    edge = json.loads(out)["study"]["energy_release_rate"]["values"]
+    assert edge == pytest.approx(one.edge["energy_release_rate"].values.tolist())
     folder = tmp_path / "curve"
     code, out, _ = shell("pull-off", case, *options, "--speed", "10 um/s, 100 um/s", "-o", folder)
     assert code == 0

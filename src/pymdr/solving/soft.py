@@ -19,6 +19,7 @@ from pymdr.line.foundation import mean_pressure
 from pymdr.line.soft.springs import COARSE, FINE, ZoneLine, ZoneSetting, ZoneSprings
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.schedule import Stretch, planned, total_rows
 from pymdr.result import Result, Status
@@ -142,20 +143,27 @@ def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
     assert law is not None
     assert law.cohesive_stress is not None
     alike = replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid())
-    line = AdhesiveLine(alike)
-    widest = 0.0
+    largest: dict[float, float] = {}
     for leg in planned(task.path):
         target = np.ravel(np.asarray(getattr(leg.leg, leg.controls.normal, 0.0), dtype=float))
         k = _CONTROL.get(leg.controls.normal, task.machine_stiffness or math.inf)
-        top = max(float(np.max(target, initial=0.0)), 0.0)
+        largest[k] = max(float(np.max(target, initial=0.0)), largest.get(k, 0.0))
+    line, widest = _relaxed_line(alike, tuple(sorted(largest.items())))
+    refuse_edge(line, _GROWTH * 1.2 * widest)
+    return ZoneSetting(relaxation, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
+
+
+def _relaxed_line(contact: Contact, targets: tuple[tuple[float, float], ...]) -> tuple[AdhesiveLine, float]:
+    """The line of a contact without memory, and the largest radius of its zone in m at targets in m or N under machines in N/m."""
+    line, widest = AdhesiveLine(contact), 0.0
+    for k, top in targets:
         try:
             track = line.track(k, top)
         except ConvergenceError as error:
             raise ProblemError(f"solve: {error}") from error
         states = line.equilibria.states(np.array([track.curve.stop]))
         widest = max(widest, float(states.cohesive_radius[0]))
-    refuse_edge(line, _GROWTH * 1.2 * widest)
-    return ZoneSetting(relaxation, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
+    return line, widest
 
 
 def refuse_flow(relaxation: Relaxation) -> None:

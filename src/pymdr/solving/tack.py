@@ -16,7 +16,9 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.laws import MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.result import Result
+from pymdr.solving.edge_work import EdgeWork, edge_work_of
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.memory import relaxation_along
 from pymdr.solving.pulloff import PullOff, adhesive, elastic_pull_off, single
 from pymdr.solving.retraction import (
     ROWS,
@@ -32,7 +34,7 @@ from pymdr.units import QuantityLike
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_TRIES = 40
+_TRIES, _NEAREST = 40, 6
 _WORK_TOLERANCE = 1e-7
 
 
@@ -66,6 +68,11 @@ class TackPullOff(PullOff):
             },
             "test": {name: float(self.data[name]) for name in whole},
         }
+
+    @property
+    def edge(self) -> EdgeWork:
+        """Energy release rate of the receding edge over its speed, beside the formula of a short zone."""
+        return edge_work_of([self.result], relaxation_along(self.result.contact, self.result.path))
 
     def _figure(self) -> Figure:
         from pymdr.presentation.plot import pull_off_figure
@@ -323,7 +330,7 @@ class ElasticPulls:
 
     def work(self, pull: float) -> float:
         """
-        Work of adhesion in J/m^2 of a lowest force in N, below 0, by secants of logarithms between the nearest that are known.
+        Work of adhesion in J/m^2 of a lowest force in N, below 0, by inverse interpolation between logarithms.
 
         Raises
         ------
@@ -335,14 +342,29 @@ class ElasticPulls:
         goal = math.log(-pull)
         self.logarithm(math.log(law.work))
         for _ in range(_TRIES):
-            near = sorted(self.known, key=lambda at: abs(self.known[at] - goal))
-            first = near[0]
-            excess = self.known[first] - goal
-            if abs(excess) < _WORK_TOLERANCE:
-                return math.exp(first)
-            slope = (self.known[near[1]] - self.known[first]) / (near[1] - first) if len(near) > 1 else 1.0
-            # F grows like a power of the work between 1/2 and 2
-            self.logarithm(first - excess / min(max(slope, 0.4), 2.5))
+            guess, missed = self._interpolated(goal)
+            if missed < _WORK_TOLERANCE:
+                return math.exp(guess)
+            self.logarithm(guess)
         raise ConvergenceError(
-            f"the effective work of adhesion did not converge (last {math.exp(first):.6g} J/m^2); check the magnitudes of the speed and the relaxation times"
+            f"the effective work of adhesion did not converge (last {math.exp(guess):.6g} J/m^2); check the magnitudes of the speed and the relaxation times"
         )
+
+    def _interpolated(self, goal: float) -> tuple[float, float]:
+        """Logarithm of the work at a logarithm of the pull, by Neville's polynomial through the nearest known ones, and its last change."""
+        near = sorted(self.known, key=lambda at: abs(self.known[at] - goal))[:_NEAREST]
+        distance = [self.known[at] - goal for at in near]
+        if distance[0] == 0.0:
+            return near[0], 0.0
+        if len(near) == 1:
+            # F grows about like the work
+            return near[0] - distance[0], math.inf
+        row, last = list(near), near[0]
+        for order in range(1, len(near)):
+            last = row[0]
+            row = [
+                (distance[i + order] * row[i] - distance[i] * row[i + 1])
+                / (distance[i + order] - distance[i])
+                for i in range(len(row) - 1)
+            ]
+        return row[0], abs(row[0] - last)

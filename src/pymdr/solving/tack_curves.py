@@ -13,6 +13,7 @@ from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.problem.contact import Contact
 from pymdr.solving.arguments import refuse_unknown
+from pymdr.solving.edge_work import EdgeWork, edge_work_of
 from pymdr.solving.memory import relaxation_along
 from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
 from pymdr.solving.retraction import TackTest, dwell_of_test, speed_of_test, stiffness_of_test
@@ -66,6 +67,8 @@ class PullOffCurve(Study):
     Over ``speed`` (m/s) and ``dwell`` (s): largest_pull (N), largest_pull_indentation and largest_pull_radius (m), effective_work
     (J/m^2), external_work (J), and the last stable state; ``slow_limit`` (N) of the relaxed body, and ``fast_limit`` (N) over ``dwell``.
     """
+    edge: EdgeWork
+    """Energy release rate of the receding edge over its speed in all tests, beside the formula of a short zone."""
     subject: ClassVar = "a curve of pull-off"
     columns: ClassVar[Mapping[str, Column]] = {
         "speed": Column("speed", "m/s"),
@@ -175,6 +178,7 @@ def pull_off_curve(
     widest = max(answers, key=lambda one: max((each.measure for each in one.assumptions), default=0.0))
     return PullOffCurve(
         data=data,
+        edge=edge_work_of([one.result for one in answers], relaxation),
         claims=claims,
         assumptions=widest.assumptions,
         notes=(f"every test begins with the same approach at {approach:.4g} m/s",),

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pymdr.errors import ProblemError
+
 if TYPE_CHECKING:
     from pymdr.problem.contact import Contact
     from pymdr.result import Result
@@ -40,17 +42,28 @@ def contact_studies(case: Case) -> dict[str, Study]:
     return studies
 
 
-def pull_off_of(contact: Contact, **given: Any) -> Study:
+def pull_off_of(contact: Contact, *, edge: bool = False, **given: Any) -> Study:
     """
     The pull-off of a contact, or its curve over several speeds or dwells.
 
     Parameters
     ----------
     contact : Contact
+    edge : bool
+        Whether the work of the receding edge over its speed is given instead; only for bodies with memory.
     **given
         Arguments of :func:`pymdr.pull_off`; those that are None are left out, and `speed` and `dwell` may be lists.
+
+    Raises
+    ------
+    ProblemError
+        If bodies without memory are asked for the work of their edge, which does not depend on its speed.
     """
-    from pymdr.solving.tack import pull_off
+    if edge and not contact.is_viscoelastic:
+        raise ProblemError(
+            "pull_off: edge: the bodies have no memory, and the work of their edge does not depend on its speed; leave edge out, or give a Viscoelastic body"
+        )
+    from pymdr.solving.tack import TackPullOff, pull_off
     from pymdr.solving.tack_curves import pull_off_curve
 
     wanted: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
@@ -59,8 +72,10 @@ def pull_off_of(contact: Contact, **given: Any) -> Study:
             wanted[name] = wanted[name][0]
     several = any(isinstance(wanted.get(name), list | np.ndarray) for name in ("speed", "dwell"))
     if not several or not contact.is_viscoelastic or "speed" not in wanted:
-        return pull_off(contact, **wanted)
-    return pull_off_curve(contact, **wanted)
+        study = pull_off(contact, **wanted)
+        return study.edge if edge and isinstance(study, TackPullOff) else study
+    curve = pull_off_curve(contact, **wanted)
+    return curve.edge if edge else curve
 
 
 def fatigue_of(case: Case, result: Result) -> Study:

@@ -71,6 +71,7 @@ from .studies import columns_study as columns_study
 from .studies import conditions_study as conditions_study
 from .studies import loop_study as loop_study
 from .sweeps import sweep_curves as sweep_curves
+from .tack import edge_work_figure as edge_work_figure
 from .tack import pull_off_speeds as pull_off_speeds
 from .topography import bump_study as bump_study
 from .topography import spectrum_study as spectrum_study

@@ -1,4 +1,4 @@
-"""The figure of pull-off over speeds and dwells."""
+"""The figures of pull-off over speeds and dwells, and of the work of an edge over its speed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pymdr.presentation.plot.shared import (
     BLUE,
     GREEN,
     GREY,
+    LIGHT,
     MARKED_ROWS,
     ORANGE,
     axis_label,
@@ -90,3 +91,61 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
     axes.set_xlabel(axis_label(along, x_unit))
     axes.set_ylabel(f"largest pull $-F_N$ ({unit})" if pulls else axis_label(name, unit))
     legend_above(axes)
+
+
+def edge_work_figure(data: xr.Dataset) -> Figure:
+    """
+    Energy release rate over the speed of the edge, and the formula of a short zone with its limits; its difference over the length of the zone.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        Of the study of the work of an edge, over ``row``, with its single numbers.
+    """
+    V, G, formula = (data[name].values for name in ("edge_speed", "energy_release_rate", "short_zone_work"))
+    holds, test = data["holds"].values, data["test"].values
+    v_unit, unit = good_unit(V, "m/s"), good_unit(formula, "J/m^2")
+    x, rates, expected = from_si(V, "m/s", v_unit), from_si(G, "J/m^2", unit), from_si(formula, "J/m^2", unit)
+    rest, fast = (float(from_si(float(data[name]), "J/m^2", unit)) for name in ("work", "fast_limit"))
+    fraction = data["zone_length"].values / data["contact_radius"].values
+    with styled():
+        figure = new_figure(9.6, 4.0)
+        left, right = figure.subplots(1, 2)
+        for number in np.unique(test).tolist():
+            own = test == number
+            left.plot(x[own], rates[own], color=LIGHT, lw=1.2)
+        left.plot(
+            x[~holds], rates[~holds], ls="", marker="o", ms=2.5, color=GREY, mfc="none", label="other rows"
+        )
+        left.plot(x[holds], rates[holds], ls="", marker="o", ms=2.5, color=BLUE, label="within 10 %")
+        order = np.argsort(x)
+        left.plot(x[order], expected[order], color=ORANGE, lw=1.4, label="short zone")
+        left.axhline(rest, color=GREY, ls="--", lw=1.0, label="at rest")
+        left.axhline(fast, color=GREY, ls=":", lw=1.0, label="fast limit")
+        left.set(xscale="log", yscale="log", ylim=(0.4 * rest, 2.5 * fast))
+        left.set_xlabel(axis_label("edge_speed", v_unit))
+        left.set_ylabel(axis_label("energy_release_rate", unit))
+        difference = np.abs(data["difference"].values)
+        steady = data["receded"].values >= 1.0
+        for chosen, colour, label in (
+            (~steady, GREY, "receded by less than its zone"),
+            (steady, BLUE, "by more"),
+        ):
+            right.plot(
+                fraction[chosen],
+                difference[chosen],
+                ls="",
+                marker="o",
+                ms=2.5,
+                mfc="none",
+                color=colour,
+                label=label,
+            )
+        right.axhline(0.1, color=GREY, ls="--", lw=1.0)
+        right.set(xscale="log", yscale="log", ylim=(1e-3, 2.0))
+        right.set_xlabel("length of the zone over the contact radius")
+        right.set_ylabel("difference of the formula from G")
+        for axes in (left, right):
+            legend_above(axes)
+        letter_panels(figure)
+    return figure

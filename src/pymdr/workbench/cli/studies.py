@@ -196,6 +196,9 @@ def pull_off(
     machine_stiffness: Annotated[
         str | None, typer.Option(help="Such as '5 N/m'; by default infinite; 0 is a dead load.")
     ] = None,
+    edge: Annotated[
+        bool, typer.Option("--edge", help="With memory: work of the edge over its speed instead.")
+    ] = False,
     points: Points = None,
     output: Table = None,
     quiet: Quiet = False,
@@ -215,6 +218,7 @@ def pull_off(
             speed=None if speed is None else spread(speed, points, "m/s", "speed"),
             dwell=None if dwell is None else values_of(dwell),
             approach_speed=approach_speed,
+            edge=edge,
         ),
         output,
         quiet,
