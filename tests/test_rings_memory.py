@@ -188,7 +188,7 @@ def test_side_by_side():
     assert "time" in text
     assert found.history is not None
     assert found.history.sizes["row"] == 26
-    assert len(found.plot().axes) == 4
+    assert len(found.plot().axes) == 6
     rings = mdr.solve(ball, path, solver=Rings(60))
     assert rings.status is mdr.Status.BY_RINGS
     assert rings.claims["pressure"].level is mdr.Level.APPROXIMATE

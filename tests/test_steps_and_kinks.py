@@ -307,7 +307,7 @@ def test_what_was_saved_of_a_callable_refuses_radii_beyond_it(tmp_path):
             result.field("gap", r=[1.5 * a, 1.99 * a]).values, rel=1e-9
         )
         assert np.isfinite(known.field("gap").values).all()
-        with pytest.raises(mdr.ProblemError, match=r"gap at r = .* callable, of which a saved .* up to r = "):
+        with pytest.raises(mdr.ProblemError, match=r"gap at r = .* callable; a saved .* up to r = "):
             known.field("gap", r=9.0 * a)
     # what is still callable goes on
     assert np.isfinite(result.field("gap", r=9.0 * a).values).all()

@@ -96,7 +96,7 @@ def test_what_is_not_known_of_a_body_is_not_judged():
     assert abs(shallow.largest_difference) < 1e-3
     assert math.isnan(deep.largest_difference)
     assert np.isnan(deep.data["normal_force_engine"]).all()
-    assert "not known" in str(deep)
+    assert "the contact reaches the unknown part of the body" in str(deep)
     assert deep.plot().axes
 
 

@@ -178,9 +178,9 @@ def depth_ranges(stretch: Stretch) -> FloatArray:
 
 def _errors(fits: CurveFits, noise: FloatArray, unknowns: int) -> tuple[FloatArray, FloatArray]:
     """Standard errors of the free numbers, and how many samples are equivalent to one, from the unknowns of the contact."""
-    white = noise[:, None] ** 2 * np.abs(np.einsum("ijj->ij", fits.covariances))
     own = np.abs(np.einsum("ijj->ij", fits.spectral))
     with np.errstate(invalid="ignore", divide="ignore"):  # a constant record has no noise
+        white = noise[:, None] ** 2 * np.abs(np.einsum("ijj->ij", fits.covariances))
         ratios = np.where(white[:, :unknowns] > 0.0, own[:, :unknowns] / white[:, :unknowns], 1.0)
     correlated = ratios.max(axis=1, initial=1.0)
     return np.sqrt(np.where(own > 0.0, own, white) + correlated[:, None] * fits.asides**2), correlated

@@ -285,7 +285,7 @@ def _fit_rows(search: _Search, batch: Batch, known: FloatArray, fits: CurveFits)
     if n < 2 * len(search.wanted.directions) + 2:
         return
     starts, sizes = _first_places(search, batch, known)
-    has_start = np.isfinite(starts).all(axis=1)
+    has_start = np.isfinite(starts).all(axis=1) & (np.ptp(batch.force, axis=1) > 0.0)
     fits.ended[:] = NO_CONTACT
     if not has_start.all():
         rest = np.flatnonzero(has_start)

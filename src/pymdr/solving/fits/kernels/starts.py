@@ -74,7 +74,9 @@ class Engine(NamedTuple):
     ) -> Ends:
         """The ends of the descents of curves from some starts."""
         ends = ends_from(starts, batch.place.shape[1], len(directions))
-        self.descend_all(batch, directions, family, used, limits, ends)
+        # as compiled kernels do: what overflows is no better end
+        with np.errstate(over="ignore", invalid="ignore"):
+            self.descend_all(batch, directions, family, used, limits, ends)
         return ends
 
 
@@ -209,14 +211,13 @@ def _starts_on_machine(
     base = np.eye(NUMBERS)[[BASE]] if wanted.free[BASE] else np.zeros((0, NUMBERS))
     for rung, part, point in product(rungs, _SCALES if wanted.free[SCALE] else [1.0], points.T):
         trial = known.copy()
-        with np.errstate(divide="ignore"):
-            unit = np.log(part * span / np.abs(family.forces[rung]).max())
+        unit = np.log(part * span / np.abs(family.forces[rung]).max())
         trial[:, SCALE] = unit if wanted.free[SCALE] else wanted.known[SCALE]
         trial[:, SHAPE], trial[:, POINT], trial[:, TILT] = family.first + family.step * rung, point, 0.0
         if wanted.free[BASE]:
             trial[:, BASE] = batch.force.mean(axis=1)
         ends = engine.descents(batch, base, family, trial, used, (3, 0.0))
-        better = ends.touches.any(axis=1) & (span > 0.0) & (ends.misfit < least)
+        better = ends.touches.any(axis=1) & (ends.misfit < least)
         least[better], best[better] = ends.misfit[better], ends.theta[better]
     return best
 
@@ -280,6 +281,7 @@ def starts_at_tilts(
     without = ((level - base) ** 2).sum(axis=1)
     unseen = ~np.isfinite(least) | (without <= least * (1.0 + SEEN / level.shape[1]))
     unseen &= (batch.softness > 0.0) & (not wanted.tied) & (family.folds.size == 1 or wanted.free[SHAPE])
+    unseen &= np.ptp(level, axis=1) > 0.0
     if unseen.any():
         rest = np.flatnonzero(unseen)
         trial = _starts_on_machine(Batch(*(c[rest] for c in half)), wanted, family, known[rest], engine)
