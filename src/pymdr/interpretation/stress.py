@@ -33,6 +33,8 @@ _END = 4.0
 _AGREEMENT = 3e-8
 """Relative difference of two levels below which the finer one is accepted; its error is about the square of the
 difference."""
+_ENOUGH = 1e-11
+"""Difference of the last two levels, relative to a typical stress, that is accepted."""
 _ROUNDING = 1e-15
 """Difference of two levels that counts as rounding, over the typical stress."""
 _SURFACE = 1e-30
@@ -271,10 +273,10 @@ def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, size
     radius, depth = np.ravel(r), np.ravel(z)
     depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius))
     total = np.zeros((sizes.size, radius.size))
-    noise = load.noise * load.scale * sizes
+    limits = np.outer([load.noise, _ENOUGH], load.scale * sizes)
     if load.radius > 0.0:
         for piece in itertools.chain.from_iterable(piece.parts() for piece in load.pieces):
-            total += _integrated(piece, radius, depth, punch, noise)
+            total += _integrated(piece, radius, depth, punch, limits)
         total += _of_rings(load, radius, depth, punch)
     return total.reshape(-1, *np.shape(r))
 
@@ -332,9 +334,15 @@ class _Parts(NamedTuple):
         return _Parts(*(values[some] for values in self))
 
 
-def _integrated(piece: Punches, r: FloatArray, z: FloatArray, punch: Kernel, noise: FloatArray) -> FloatArray:
-    """The closed forms integrated over the punches of a piece, at points of shape (n,); `noise` is the error that is rounding."""
-    answer = np.zeros((noise.size, r.size))
+def _integrated(
+    piece: Punches, r: FloatArray, z: FloatArray, punch: Kernel, limits: FloatArray
+) -> FloatArray:
+    """
+    The closed forms integrated over the punches of a piece, at points of shape (n,).
+
+    The limits are the errors that are rounding, and those that are accepted where the load itself changes on lengths that no rule resolves.
+    """
+    answer = np.zeros((limits.shape[1], r.size))
     ends = piece.anchor - r, (piece.anchor - r) + piece.extent
     start, stop = ends if piece.extent > 0.0 else ends[::-1]
     for low, high in ((start, np.minimum(stop, 0.0)), (np.maximum(start, 0.0), stop)):
@@ -342,19 +350,21 @@ def _integrated(piece: Punches, r: FloatArray, z: FloatArray, punch: Kernel, noi
         for some in np.array_split(inside, max(1, inside.size * _nodes(1).shape[1] // _BLOCK)):
             if some.size:
                 parts = _Parts(r, z, start, low, high, stop).take(some)
-                answer[:, some] += _converged(piece, parts, punch, noise)
+                answer[:, some] += _converged(piece, parts, punch, limits)
     return answer
 
 
-def _converged(piece: Punches, parts: _Parts, punch: Kernel, noise: FloatArray) -> FloatArray:
+def _converged(piece: Punches, parts: _Parts, punch: Kernel, limits: FloatArray) -> FloatArray:
     """The integral over parts of a piece, by a double exponential rule of rising level."""
+    noise, enough = limits[:, :, None]
     answer = np.empty((noise.size, parts.r.size))
     left = np.arange(parts.r.size)
     total, size = _rule(piece, parts, punch, 0)
     for level in range(1, len(_LEVELS)):
         more, sizes = _rule(piece, parts.take(left), punch, level)
         finer, size = 0.5 * total + more, 0.5 * size + sizes
-        agreed = np.all(np.abs(finer - total) <= _AGREEMENT * size + noise[:, None], axis=0)
+        least = noise if level < len(_LEVELS) - 1 else enough
+        agreed = np.all(np.abs(finer - total) <= _AGREEMENT * size + least, axis=0)
         answer[:, left[agreed]] = finer[:, agreed]
         left, total, size = left[~agreed], finer[:, ~agreed], size[:, ~agreed]
         if left.size == 0:
