@@ -335,7 +335,7 @@ def test_results_made_by_hand_are_whole_or_refused(saved, data, name):
     result.cite()
 
 
-@pytest.mark.parametrize("kind", sorted({*KINDS} - {"tip", "rough", "press"}))
+@pytest.mark.parametrize("kind", sorted({*KINDS} - {"tip", "rough", "press", "machine"}))
 def test_every_other_template_runs_as_written(tmp_path, shell, kind):
     file = tmp_path / "case.toml"
     assert shell("new", kind, "-o", file)[0] == 0

@@ -129,6 +129,7 @@ _SUBJECTS = {
     "line.following.": "adhesion",
     "line.friction.": "friction",
     "line.memory.": "viscoelasticity",
+    "line.motion.": "machines",
     "line.plane.": "friction in the plane",
     "line.rebound.": "impacts on viscoelastic bodies",
     "line.rough_sliding.": "rough sliding",

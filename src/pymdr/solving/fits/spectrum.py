@@ -152,7 +152,7 @@ def white_priors(white: FloatArray, expected: float = WHITE_PRIOR) -> FloatArray
     >>> white_priors(np.array([0.8])).round(3).tolist()
     [0.2]
     >>> white_priors(np.full(16, 0.8)).round(2).tolist()[0]
-    0.82
+    0.73
     """
     fraction = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
     own = np.log(np.outer(white, fraction) + np.outer(1.0 - white, 1.0 - fraction))
