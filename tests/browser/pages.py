@@ -117,8 +117,15 @@ class Page:
         self.patiently(choose)
 
     def options(self, label):
-        lists = [e for e in self.all("label") if e.text == label]
-        return [o.text for o in lists[0].find_element(By.XPATH, "..").find_elements(By.TAG_NAME, "option")]
+        """The options of a list by the words above it."""
+
+        def read():
+            lists = [e for e in self.all("label") if e.text == label]
+            return [
+                o.text for o in lists[0].find_element(By.XPATH, "..").find_elements(By.TAG_NAME, "option")
+            ]
+
+        return self.patiently(read)
 
     def click(self, words):
         element = next(e for e in self.all("button, a, .bk-tab, label, span") if e.text.strip() == words)

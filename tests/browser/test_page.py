@@ -16,6 +16,30 @@ from pymdr.workbench.casefile import read_case
 
 ROOT = Path(__file__).parents[2]
 TIP = b"r [nm], f [nm]\n0, 0\n20, 2.1\n40, 7.9\n60, 18.2\n80, 31.8\n100, 50.1\n"
+SLOW = b"""
+title = "slow"
+[profile]
+kind = "paraboloid"
+radius = "1 mm"
+[body]
+kind = "viscoelastic"
+poisson = 0.5
+shear = {kind = "prony", equilibrium = "1 MPa", moduli = ["2 MPa", "1 MPa", "0.5 MPa"], times = ["1 ms", "10 ms", "0.1 s"]}
+[friction]
+kind = "coulomb"
+coefficient = 0.3
+[[path]]
+kind = "load"
+normal_force = "10 mN"
+duration = "0.1 s"
+steps = 100
+[[path]]
+kind = "cycle"
+shift = "3 um"
+cycles = 5
+steps = 400
+duration = "1 s"
+"""
 STARTS = list(model.STARTS.values())
 
 
@@ -146,6 +170,18 @@ def test_a_bad_file_is_refused_and_the_case_stays(open_page, name, content):
     page.drop(name, content)
     page.until(lambda: any(name in text for text in page.alerts()))
     assert page.numbers()["normal force"] == "50 N"
+
+
+def test_long_work_shows_a_bar_until_it_is_done(open_page):
+    page = open_page()
+
+    def bar_is_seen():
+        return any(bar.is_displayed() for bar in page.all("progress"))
+
+    assert not bar_is_seen()
+    page.drop("slow.toml", SLOW)
+    page.until(bar_is_seen)
+    page.until(lambda: " ms" in page.status() and milliseconds(page) > 300 and not bar_is_seen(), 120)
 
 
 def test_two_sessions_do_not_touch_each_other(open_page):
