@@ -201,7 +201,7 @@ def test_profiles_are_what_users_write(drawn):
 
 
 def test_no_result_lies_further_off_than_it_claims(accuracy):
-    found = accuracy.study(seed=7, count=30, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
+    found = accuracy.study(seed=7, count=60, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
     assert not found.crashes, found.table()
     assert not found.violations, found.table()
 

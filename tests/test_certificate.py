@@ -3,6 +3,7 @@
 import importlib.util
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -242,8 +243,8 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
     claim, known = found.claims["tangential_force"], alone.claims["normal_force"]
     # where slip ends at the kink, the table of the line is as accurate as the claim says
     at_kink = abs(float(alone["contact_radius"][0]) - radius) < 1e-6 * radius
-    within = float(claim.error[-1]) if at_kink else 1e-11
-    assert float(found["tangential_force"][-1]) == pytest.approx(mu * (force[1] - force[0]), rel=within)
+    expected = pytest.approx(mu * (force[1] - force[0]), rel=float(claim.error[-1]) if at_kink else 1e-11)
+    assert float(found["tangential_force"][-1]) == expected
     assert float(found["normal_force"][-1]) == pytest.approx(force[1], rel=1e-12)
     assert claim.level is mdr.Level.APPROXIMATE
     assert "next to the concave kink" in claim.reason
@@ -254,6 +255,18 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
     history = mdr.solve(joint, mdr.Path(indentation=deep, shift=turns))["tangential_force"].values
     springs = friction_foundation(joint, deep, turns, n=4000).tangential_force
     assert np.max(np.abs(history - springs)) < 1e-4 * mu * force[1]
+
+
+@pytest.mark.xfail(
+    reason="where slip ends at the kink itself the force is 1.6e-11 off, within its claim of 3e-9",
+    strict=True,
+)
+def test_friction_whose_slip_ends_at_a_kink_has_all_digits_of_the_frictionless_force():
+    tip, similar = dented(0.00390625 * 0.5, 0.5), mdr.Elastic(1.0, 0.0)
+    joint = mdr.Contact(tip, similar, similar, friction=mdr.Coulomb(0.4))
+    found = mdr.solve(joint, mdr.indent(0.5) >> mdr.shift(0.4 * 0.25))["tangential_force"].values[-1]
+    force = mdr.solve(replace(joint, friction=None), mdr.Path(indentation=[0.25, 0.5]))["normal_force"].values
+    assert found == pytest.approx(0.4 * (force[1] - force[0]), rel=1e-11)
 
 
 def test_friction_refuses_a_wide_ring_next_to_a_kink():

@@ -264,4 +264,4 @@ def test_records_of_one_instrument_share_the_probability_of_white_noise():
         assert np.all((share(noise, None) > 0.93) & (share(noise, None) < 0.97))
     left = hidden[:1] - (hidden[:1] @ basis.T) @ basis
     alone, single = (noise_spectra(left, basis[None], prior=one).covariance for one in (None, WHITE_PRIOR))
-    np.testing.assert_allclose(alone, single, rtol=1e-5)  # an integral over fractions by 400 values
+    np.testing.assert_allclose(alone, single, rtol=1e-12)

@@ -211,12 +211,13 @@ def image_of(pieces, x):
     return float(x * total)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "case", [(kind, seed) for seed in range(9) for kind in ("quadratic", "pchip", "akima", "cubic")]
-)
-def test_splines_given_as_f_alone_claim_what_they_err(case):
-    kind, seed = case
+SPLINES = [(kind, seed) for seed in range(9) for kind in ("quadratic", "pchip", "akima", "cubic")]
+LOOSE = [("cubic", seed) for seed in (1, 2, 5, 7)]
+"""Splines of third order at some of whose knots f alone shows kinks: their slopes are claimed, and err, up to 3e-6."""
+
+
+def spline_of(kind, seed):
+    """A random spline and its end."""
     from scipy import interpolate
 
     rng = np.random.default_rng([seed, len(kind)])
@@ -227,26 +228,45 @@ def test_splines_given_as_f_alone_claim_what_they_err(case):
     if kind == "quadratic":
         whole = interpolate.PPoly.from_spline(interpolate.make_interp_spline(r, h, k=2))
         kept = np.flatnonzero(np.diff(whole.x) > 0.0)
-        pieces = interpolate.PPoly(whole.c[:, kept], np.append(whole.x[kept], whole.x[-1]))
-    elif kind == "cubic":
-        pieces = interpolate.CubicSpline(r, h, bc_type=((1, 0.0), "not-a-knot"))
-    else:
-        pieces = {"pchip": interpolate.PchipInterpolator, "akima": interpolate.Akima1DInterpolator}[kind](
-            r, h
-        )
+        return interpolate.PPoly(whole.c[:, kept], np.append(whole.x[kept], whole.x[-1])), R
+    if kind == "cubic":
+        return interpolate.CubicSpline(r, h, bc_type=((1, 0.0), "not-a-knot")), R
+    return {"pchip": interpolate.PchipInterpolator, "akima": interpolate.Akima1DInterpolator}[kind](r, h), R
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", SPLINES)
+def test_splines_given_as_f_alone_claim_what_they_err(case):
+    pieces, R = spline_of(*case)
     line = equivalent_profile(mdr.Function(lambda x: pieces(x), max_radius=R))
     x = R * np.array([0.3, 0.6, 0.95])
     miss = np.abs(line.g(x) / [image_of(pieces, float(v)) for v in x] - 1)
     error = line.error(x)
     assert np.all(miss <= 10.0 * error[:, 0] + 1e-14)
     assert np.max(error[:, 0]) < 1e-11
-    # g' is the mean over many knots of second order, which f alone does not show
-    assert np.max(error[:, 1]) < (1e-5 if kind == "cubic" else 1e-9)
     steep = mdr.Function(
         lambda x: pieces(x), derivative=pieces.derivative(), breakpoints=tuple(pieces.x[1:-1]), max_radius=R
     )
     missed = np.abs(line.slope(x) / equivalent_profile(steep).slope(x) - 1)
     assert np.all(missed <= 10.0 * error[:, 1] + 1e-12)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(
+            case, marks=pytest.mark.xfail(reason="knots of third order taken for kinks", strict=True)
+        )
+        if case in LOOSE
+        else case
+        for case in SPLINES
+    ],
+)
+def test_slopes_of_splines_given_as_f_alone_have_nine_digits(case):
+    pieces, R = spline_of(*case)
+    line = equivalent_profile(mdr.Function(lambda x: pieces(x), max_radius=R))
+    assert np.max(line.error(R * np.array([0.3, 0.6, 0.95]))[:, 1]) < 1e-9
 
 
 # --- how far maps go -------------------------------------------------------------------------------------

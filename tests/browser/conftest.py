@@ -29,8 +29,9 @@ def server():
     yield process
     process.terminate()
     rest, _ = process.communicate(timeout=30)
-    # what the server says of browsers that have been closed is its own
-    assert "pymdr/" not in rest, rest
+    # a browser that is closed while it is sent something is no fault
+    tracebacks = rest.split("Traceback (most recent call last)")[1:]
+    assert all("WebSocketClosedError" in one or "StreamClosedError" in one for one in tracebacks), rest
 
 
 @pytest.fixture

@@ -60,7 +60,7 @@ def schema(
     )
 
     wanted = ((of_rough, rough_adapter), (of_press, press_adapter), (of_machine, machine_adapter))
-    adapters = [adapter for asked, adapter in wanted if asked]
+    adapters = [adapter for is_wanted, adapter in wanted if is_wanted]
     if len(adapters) > 1:
         raise typer.BadParameter("give one of --rough, --press and --machine")
     import_plugins()
