@@ -410,6 +410,7 @@ def test_a_new_case_is_valid_and_as_the_schema_has_it(tmp_path, shell):
     assert status == 0
     (tmp_path / "m.toml").write_text(text)
     assert shell("check", str(tmp_path / "m.toml"))[0] == 0
+    assert shell("move", tmp_path / "m.toml", "-o", tmp_path / "out")[0] == 0
     machine_adapter().validate_python(tomllib.loads(text))
     status, plain, _ = shell("schema", "--machine")
     assert status == 0
