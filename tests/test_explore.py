@@ -1,5 +1,6 @@
 """The explorer: what is chosen becomes a case, its file, its lines of Python and what is seen; without a browser."""
 
+import asyncio
 import sys
 import threading
 import time
@@ -241,19 +242,18 @@ def test_bad_files_are_refused_by_name(name, content, tmp_path):
     assert str(tmp_path.parent) not in str(caught.value)
 
 
-def test_cases_of_a_folder_come_first_and_invalid_ones_are_named(tmp_path, capsys):
-    from pymdr.workbench.cli.exploring import _choices
-
+def test_cases_of_a_folder_come_first_and_invalid_ones_are_named(tmp_path):
+    left_out = []
     with pytest.raises(mdr.FileError, match="no case file"):
-        _choices(tmp_path)
+        model.choices_of(tmp_path)
     (tmp_path / "good.toml").write_text(model.toml(model.start("cone")), encoding="utf-8")
     (tmp_path / "bad.toml").write_text("profile = 1", encoding="utf-8")
-    names = list(_choices(tmp_path))
+    names = list(model.choices_of(tmp_path, left_out.append))
     assert names == ["good.toml", *model.STARTS.values()]
-    assert "bad.toml" in capsys.readouterr().err
-    assert next(iter(_choices(tmp_path / "good.toml"))) == "good.toml"
+    assert "bad.toml" in left_out[0]
+    assert next(iter(model.choices_of(tmp_path / "good.toml"))) == "good.toml"
     with pytest.raises(mdr.CaseError, match=r"bad\.toml"):
-        _choices(tmp_path / "bad.toml")
+        model.choices_of(tmp_path / "bad.toml")
 
 
 def test_without_panel_the_extra_is_named(monkeypatch):
@@ -325,3 +325,30 @@ def test_tables_escape_what_they_show():
     table = views.numbers_html("<script>", [("<b>", "1 N", "exact", "", "'<&\"")])
     assert "<script>" not in table
     assert "<b>" not in table
+
+
+@panel
+@pytest.mark.filterwarnings("ignore:Widget.name is deprecated:PendingDeprecationWarning")
+def test_a_notebook_shows_the_page_until_it_is_closed(tmp_path):
+    from tornado.httpclient import AsyncHTTPClient, HTTPClientError
+
+    from pymdr.explore.notebook import page
+
+    file = tmp_path / "own.toml"
+    file.write_text(model.toml(model.start("cone")), encoding="utf-8")
+
+    async def visit():
+        shown = page(file, height=700)
+        try:
+            frame = shown._repr_html_()
+            assert f'<iframe src="{shown.address}"' in frame
+            assert 'height="700"' in frame
+            client = AsyncHTTPClient()
+            answer = await client.fetch(shown.address)
+            assert b"pymdr explore" in answer.body
+            with pytest.raises(HTTPClientError, match="403"):
+                await client.fetch(shown.address.split("?")[0])
+        finally:
+            shown.close()
+
+    asyncio.run(visit())

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 import pymdr as mdr
 from pymdr.explore import model
+from pymdr.explore.notebook import Shown
 from pymdr.workbench.casefile import read_case
 
 ROOT = Path(__file__).parents[2]
@@ -312,3 +314,16 @@ def test_two_hundred_clicks_do_not_grow_the_memory(open_page, server):
     assert server_after - server_before < 20.0
     assert heap_after - heap_before < 8.0
     assert nodes_after < 1.3 * nodes_before
+
+
+def test_the_page_works_in_the_frame_of_a_notebook(open_page, server, tmp_path):
+    shown = Shown(server.address, 1000, None)
+    file = tmp_path / "notebook.html"
+    file.write_text(shown._repr_html_(), encoding="utf-8")
+    page = open_page()
+    page.driver.get(file.as_uri())
+    page.driver.switch_to.frame(page.driver.find_element(By.CSS_SELECTOR, "iframe[title='pymdr explore']"))
+    page.until(lambda: " ms" in page.status(), 120)
+    before = page.numbers()
+    page.move("body Young's modulus", Keys.ARROW_RIGHT)
+    page.until(lambda: page.numbers() != before)

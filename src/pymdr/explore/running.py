@@ -79,7 +79,7 @@ class Inside:
 
 FAILURES = (PymdrError, ArithmeticError, ValueError, TypeError, LookupError, MemoryError)
 """What ends a request and is shown, not the thread."""
-Asked = TypeVar("Asked")
+Wanted = TypeVar("Wanted")
 
 
 class _SupersededError(Exception):
@@ -111,7 +111,7 @@ def look(request: Request, result: Result, began: float) -> Seen:
     return Seen(request, result, "", seconds, at, quantities, fields, *charts, rows)
 
 
-class Runner(Generic[Asked]):
+class Runner(Generic[Wanted]):
     """
     A thread that answers the latest request.
 
@@ -123,15 +123,15 @@ class Runner(Generic[Asked]):
         Called in the thread with the fraction of the work that is done.
     """
 
-    def __init__(self, work: Callable[[Asked, Progress], None], advance: Callable[[float], None]) -> None:
+    def __init__(self, work: Callable[[Wanted, Progress], None], advance: Callable[[float], None]) -> None:
         self._work, self._advance = work, advance
         self._changed = threading.Condition()
-        self._next: Asked | None = None
+        self._next: Wanted | None = None
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="pymdr explore", daemon=True)
         self._thread.start()
 
-    def ask(self, request: Asked) -> None:
+    def ask(self, request: Wanted) -> None:
         """Replace the request that waits, and stop the one that runs at its next report."""
         with self._changed:
             self._next = request

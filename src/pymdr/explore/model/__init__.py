@@ -11,7 +11,17 @@ from pymdr.explore.model.choice import (
     with_path,
     with_table,
 )
-from pymdr.explore.model.files import STARTS, answer, case_of, fitted_to, of_file, python_lines, start, toml
+from pymdr.explore.model.files import (
+    STARTS,
+    answer,
+    case_of,
+    choices_of,
+    fitted_to,
+    of_file,
+    python_lines,
+    start,
+    toml,
+)
 from pymdr.explore.model.kinds import NONE, OWN, PATHS, kind_of, kinds, with_kind
 from pymdr.explore.model.knobs import Knob, dragged, fraction, knobs, text, typed
 
@@ -27,6 +37,7 @@ __all__ = [
     "Plain",
     "answer",
     "case_of",
+    "choices_of",
     "chosen",
     "dragged",
     "fitted_to",

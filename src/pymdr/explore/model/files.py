@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pymdr.errors import CaseError, PymdrError
+from pymdr.errors import CaseError, FileError, PymdrError
 from pymdr.explore.model.choice import (
     PARTS,
     Choice,
@@ -53,6 +54,40 @@ def start(kind: str) -> Choice:
     '10 mm'
     """
     return chosen(tomllib.loads(template(kind)))
+
+
+def choices_of(cases: Path | None, leave_out: Callable[[str], object] = warnings.warn) -> dict[str, Choice]:
+    """
+    The cases to choose from by name: those of a file or a folder, then :data:`STARTS`.
+
+    Parameters
+    ----------
+    cases : Path or None
+        A case file, or a folder of them.
+    leave_out : callable
+        Called with a sentence for every file of the folder that is no case.
+
+    Raises
+    ------
+    CaseError
+        If the file is no case.
+    FileError
+        If the folder holds no case.
+    """
+    found: dict[str, Choice] = {}
+    if cases is not None and cases.is_dir():
+        for file in sorted(cases.glob("*.toml")):
+            try:
+                found[file.name] = of_file(file)
+            except CaseError as error:
+                leave_out(f"left out: {error}")
+        if not found:
+            raise FileError(
+                f"{cases}: no case file (*.toml) is in this folder; give a folder of cases, or one case"
+            )
+    elif cases is not None:
+        found[cases.name] = of_file(cases)
+    return {**found, **{words: start(kind) for kind, words in STARTS.items()}}
 
 
 def of_file(file: Path) -> Choice:
