@@ -32,7 +32,7 @@ NUMBERS = {
     "number of cycles",
     "largest $F_x/F_N$",
     "contact radius over thickness $a/t$",
-    "relative error against solve",
+    "relative difference from solve",
     "claimed relative error",
     "actual relative error",
     "creepage $\\zeta$",

@@ -436,7 +436,7 @@ def hollow(tmp_path):
 def test_a_refused_contact_has_an_exit_status_of_its_own(case, hollow, tmp_path, shell):
     status, out, err = shell("run", hollow, "-o", tmp_path / "out", "--quiet")
     assert (status, out) == (3, "")
-    assert "REFUSED: the contact is a disk at no step" in err
+    assert "REFUSED: the contact is not a disk at any step" in err
     assert (tmp_path / "out" / "result.nc").exists()
     status, out, _ = shell("check", hollow)
     assert status == 3
@@ -844,7 +844,7 @@ def test_how_a_sweep_ends(case, values, status, ended, words, shell):
 def test_a_sweep_lists_the_points_that_the_method_refuses(hollow, shell):
     arguments = ("sweep", hollow, "--over", "body.young = 100 GPa, 200 GPa")
     status, out, err = shell(*arguments)
-    assert (status, "2 of 2 points REFUSED: the contact is a disk at no step" in out) == (3, True)
+    assert (status, "2 of 2 points REFUSED: the contact is not a disk at any step" in out) == (3, True)
     assert "refuses the contact at all points" in err
     assert json.loads(shell(*arguments, "--json")[1])["status"] == "REFUSED"
 

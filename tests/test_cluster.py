@@ -88,7 +88,7 @@ def test_a_killed_worker_loses_nothing(client, tmp_path):
 
 
 def test_a_part_that_kills_every_worker_is_an_error_in_words(client):
-    with pytest.raises(mdr.ProblemError, match="the cluster gave up a part of the work"):
+    with pytest.raises(mdr.ProblemError, match="the cluster abandoned a part of the work"):
         list(in_order(kills, range(1), client))
 
 

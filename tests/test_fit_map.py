@@ -561,7 +561,7 @@ def test_waves_are_reported_for_every_curve():
     assert found["waves"].values == pytest.approx([one.waves for one in single], rel=1e-3)
     assert found["waves"].values[[0, 2]].tolist() == [0.0, 0.0]
     assert found["waves"].values[1] > 1.0
-    assert any(note.startswith("1 of 3 curves leave waves") for note in found.notes)
+    assert any(note.startswith("1 of 3 curves have residual waves") for note in found.notes)
     assert any("waves" in note for note in single[1].notes)
     assert not single[0].notes
 

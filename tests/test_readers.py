@@ -444,7 +444,7 @@ def test_damaged_and_other_files_of_nanoscope_are_refused(tmp_path):
             "by a script with its own ramps",
             ProblemError,
         ),
-        (b"\\*File list\r\n" + whole, "with images, not force curves", ProblemError),
+        (b"\\*File list\r\n" + whole, "holds images, not force curves", ProblemError),
     ):
         (tmp_path / "b.spm").write_bytes(content)
         with pytest.raises(error, match=words):

@@ -68,7 +68,9 @@ def dropped(name: str, content: bytes, choice: Choice) -> Dropped:
         If it is a case file that is not valid.
     """
     if len(content) > LARGEST:
-        raise FileError(f"{name}: {len(content)} bytes; a file of at most {LARGEST} bytes can be dropped")
+        raise FileError(
+            f"{name} has {len(content)} bytes (limit {LARGEST}); drop a smaller file, or open it with pymdr on the command line"
+        )
     with TemporaryDirectory() as folder:
         file = Path(folder) / f"dropped{_suffix(name)}"
         file.write_bytes(content)
@@ -83,7 +85,7 @@ def dropped(name: str, content: bytes, choice: Choice) -> Dropped:
                 return replace(found := read(file, choice), words=f"{name}: {found.words}")
             except PymdrError as error:
                 faults.append(f"as {read.__name__.strip('_')}: {_without(str(error), file, name)}")
-    raise FileError(f"{name} is no tip, force curve or surface that can be read. " + "; ".join(faults))
+    raise FileError(f"{name} cannot be read as a tip, a force curve or a surface. " + "; ".join(faults))
 
 
 def _suffix(name: str) -> str:

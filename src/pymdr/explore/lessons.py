@@ -101,7 +101,7 @@ def pressed_springs(shape: str, count: int, pressed: float) -> tuple[tuple[Chart
         "position x (µm)",
         "force of the springs per length (N/mm)",
         (Trace("springs", _in(edges, "m", "µm"), np.repeat(force, 2) * 1e-3),),
-        text="step 2: every spring is pressed by the indentation less g(x)",
+        text="step 2: every spring is pressed by the indentation minus g(x)",
     )
     ends = x + 0.5 * springs.spacing
     drops = np.diff(force, append=0.0) * -1.0

@@ -88,8 +88,9 @@ class SpringLesson(Lesson):
     def __init__(self) -> None:
         super().__init__(
             lambda values: pressed_springs(*values),
-            "The method maps the profile f(r) onto a line of independent springs (step 1), presses every spring by the indentation less "
-            "g(x) (step 2), and maps the forces of the springs back to the pressure (step 3). More springs come closer to the exact "
+            "The method maps the profile f(r) onto a line of independent springs (step 1), presses every spring by the indentation "
+            "minus g(x) (step 2), and maps the forces of the springs back to the pressure (step 3). More springs come closer to the "
+            "exact "
             "solution.",
             ("step 1: map", "step 2: press", "step 3: map back"),
         )
@@ -98,7 +99,7 @@ class SpringLesson(Lesson):
         self._shape.param.watch(self._ask, "value")
         numbers = (
             Range("springs on a side", 3, 100, whole=True),
-            Range("indentation, of the largest", 0.02, 1.0),
+            Range("indentation over the largest", 0.02, 1.0),
         )
         self._numbers = Ranges("lesson", numbers, (12.0, 0.6), self._ask)
         self._ask()
@@ -125,7 +126,7 @@ class MachineLesson(Lesson):
         numbers = (
             Range("stiffness of the machine", *STIFFNESSES, "N/m", logarithmic=True),
             Range("work of adhesion", 0.5e-3, 1e-2, "J/m^2"),
-            Range("way of the machine: approach, then retraction", 0.0, 1.0),
+            Range("travel of the machine: approach, then retraction", 0.0, 1.0),
         )
         self._numbers = Ranges("lesson", numbers, (0.1, 2e-3, 0.6), self._ask)
         self._ask()

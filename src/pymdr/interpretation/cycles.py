@@ -91,7 +91,7 @@ def smallest_ball(points: FloatArray) -> tuple[FloatArray, FloatArray]:
             for i, row, mask in zip(some, rows, kept, strict=True):
                 carriers[i] = row[mask]
     raise ConvergenceError(
-        f"the search for the smallest sphere around {count} deviatoric stresses did not converge in {_PIVOTS} iterations; leave out rows of the cycle whose stresses are nearly equal"
+        f"the search for the smallest sphere around {count} deviatoric stresses did not converge in {_PIVOTS} iterations; omit rows of the cycle whose stresses are nearly equal"
     )
 
 

@@ -19,9 +19,9 @@ def statement(moduli: EffectiveModuli) -> tuple[Level, str, str]:
         coupling = f"; the coupling of pressure and shear of dissimilar bodies is neglected (Dundurs' beta = {moduli.dundurs_beta:.3g})"
     return (
         Level.APPROXIMATE,
-        "the law of Savkoor and Briggs for elastic half-spaces on a disk: all of the contact, also where it grows, is sheared by the shift since "
-        "it formed, and the energy of this shear counts fully in the energy release rate of the edge. This is disputed: in the other view "
-        f"uniform shear leaves the contact of JKR as it is. The stated error is the difference of both views{coupling}",
+        "the law of Savkoor and Briggs for elastic half-spaces on a disk: the complete contact, also where it grows, is sheared by the "
+        "shift since it formed, and the full energy of this shear enters the energy release rate of the edge. This is disputed: in the "
+        f"other view uniform shear does not change the contact of JKR. The stated error is the difference between the two views{coupling}",
         SOURCES["savkoor-briggs"],
     )
 

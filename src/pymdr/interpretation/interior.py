@@ -498,7 +498,7 @@ def unknown_stress(contact: Contact) -> str:
         return "the stress under a cohesive zone on a body with memory is not computed"
     if isinstance(contact.adhesion, DMT):
         remedy = "MaugisDugdale" if contact.layered is None else "JKR"
-        return f"DMT does not resolve the attraction around the contact, which loads the bodies too; use {remedy}"
+        return f"DMT does not resolve the attraction around the contact, which also loads the bodies; use {remedy}"
     if any(isinstance(body, Elastic) and body.thickness is not None for body in bodies):
         return "the stress in a sample of finite thickness is not that of a half-space"
     if any(solid_of(body) is not None for body in bodies):

@@ -70,10 +70,7 @@ def planar_claims(
         for what, name, size, of in sizes
         if name != prescribed
     ]
-    reason = (
-        f"springs with vectors in place of tractions whose direction varies over the contact. {_MEASURED}; half as "
-        f"many springs change {', '.join(shares)} at most"
-    )
+    reason = f"springs whose forces are vectors replace tractions whose direction varies over the contact. {_MEASURED}; half as many springs change at most {', '.join(shares)}"
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.fmin((slips * carried + missed["tangential_force"]) / force, 1.0)
     error[force == 0.0] = 0.0

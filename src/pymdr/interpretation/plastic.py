@@ -26,7 +26,7 @@ PLASTIC_QUANTITIES = (
 )
 NO_FIELDS = (
     "the model of a body that yields gives the force and the radius of its contact; its line is not that of the deformed body, so it "
-    "gives no pressures and displacements"
+    "gives neither pressures nor displacements"
 )
 _LIMIT = 0.5
 """Largest indentation over the radius: above it opposite contacts stiffen the ball by more than 1 %."""

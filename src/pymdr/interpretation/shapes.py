@@ -50,14 +50,11 @@ _MEASURED = (
     "-3.9, -1.8, -0.6 and -0.25 % on pyramids of 3, 4, 6 and 8 sides (boundary elements)"
 )
 _ESTIMATE = f"an estimate, not a bound, by the functional of Shield, Barber and Fabrikant: {_MEASURED}"
-_MEASURED_ON = (
-    "on 120 random bodies, smooth ones and polygons of 3 to 24 faces, for contacts without holes whose outlines differ from ellipses "
-    "at most as much"
-)
+_MEASURED_ON = "on 120 random bodies (smooth ones, and polygons of 3 to 24 faces), for contacts without holes whose outlines deviate from ellipses no more than theirs"
 _UNKNOWN = (
     "no estimate: the outline extends beyond the known part of the body, or is more than "
     f"{LONGEST_OUTLINE:g} times as long as wide, where the error was not measured, or another part of the body may touch, or the "
-    "estimate is below the lower bound; press the body by boundary elements"
+    "estimate is below the lower bound; use boundary elements: press(...)"
 )
 _CUT_OFF = 0.02
 _SMALL_SLOPE = 0.3
@@ -181,7 +178,7 @@ def _refused(given: Mapping[str, Claim], everywhere: BoolArray) -> dict[str, Cla
     none = np.zeros(everywhere.shape, dtype=bool)
     reasons = dict.fromkeys(
         OF_SHAPES,
-        "the outline of the contact and its pressures are unknown; press the body by boundary elements",
+        "the outline of the contact and its pressures are unknown; use boundary elements: press(...)",
     )
     reasons["elastic_energy"] = (
         "the estimate gives only force and stiffness; integrate normal_force over indentation"

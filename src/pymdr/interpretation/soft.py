@@ -273,7 +273,7 @@ class ZoneCheck:
             ),
             Assumption(
                 "gap beyond the zone",
-                "1 less the smallest gap beyond the zone over the range of the attraction",
+                "1 minus the smallest gap beyond the zone over the range of the attraction",
                 max(1.0 - float(np.min(self.reach)), 0.0),
                 _WITHIN,
             ),

@@ -351,7 +351,7 @@ class Path(Leg):
     relative_time: bool = field(
         default=False,
         metadata={
-            "description": "times count on from the preceding legs; so do those of a file unless this is false"
+            "description": "whether times count from the end of the preceding legs; those of a file do, unless this is false"
         },
     )
 

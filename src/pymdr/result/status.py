@@ -25,7 +25,7 @@ class Status(enum.Enum):
     YIELDED = "every step was solved; the body has yielded, and its contact keeps a residual indentation"
     ELASTIC = "every step was solved; the body has not yielded"
     OF_A_CURVE = (
-        "every step was solved on the line of a force curve, which gives no contact areas and pressures"
+        "every step was solved on the line of a force curve, which gives neither contact areas nor pressures"
     )
     PARTLY_REFUSED = "at some steps the contact is not a disk, or could not be solved: values there are NaN, and only force_lower_bound is given"
     BY_RINGS = "every step was solved by boundary elements on rings, without the method"
@@ -39,8 +39,8 @@ class Status(enum.Enum):
     ADHESION_PARTLY_REFUSED = (
         "at some steps the adhesive contact is not a disk, or could not be solved: values there are NaN"
     )
-    ADHESION_REFUSED = "the adhesive contact is a disk at no step: nothing is given"
-    REFUSED = "the contact is a disk at no step: only force_lower_bound is given"
+    ADHESION_REFUSED = "the adhesive contact is not a disk at any step: no values are given"
+    REFUSED = "the contact is not a disk at any step: only force_lower_bound is given"
 
 
 class Claims(dict[str, Claim]):

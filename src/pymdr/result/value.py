@@ -350,7 +350,9 @@ class Result:
     def _interior(self, side: str | None) -> Interior:
         self._require("stress")
         if self.reading.interior is None:
-            raise QuantityError("the stress in the bodies of this contact is not computed")
+            raise QuantityError(
+                "the stress in the bodies is not computed for this kind of contact; read the fields on the surface instead"
+            )
         return self.reading.interior(self, side)
 
     def largest(
@@ -610,7 +612,7 @@ class Result:
         rows = spread_rows(valid) if step is None else row_indices(step, valid.size)
         if not rows or not valid[rows].all():
             raise NotValidError(
-                "animate_stress: the stress is not valid, or the bodies do not touch, in these rows; give rows in contact as step="
+                "animate_stress: in these rows the stress is not valid or the bodies do not touch; choose rows in contact with step="
             )
         history = next(
             (self.data[x], self.data[y])

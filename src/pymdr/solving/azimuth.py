@@ -53,8 +53,8 @@ class AzimuthalProfile(Study):
             f"{metres(float(self.profile.height[-1]))} lower",
             f"principal radii of its cap {low} and {high}",
             f"heights at one radius scatter by {scatter} (root mean square)",
-            f"its apex is {below} below the highest height: the force on the mean profile at an indentation of d - {below} is a rigorous "
-            "lower bound of that on the bump at d below its highest height (as in press) if it does not tilt",
+            f"its apex is {below} below the highest height. If the bump does not tilt, the force on the mean profile at an indentation "
+            f"of d - {below} is a rigorous lower bound of the force on the bump at d below its highest height (as in press)",
         ]
 
     def _figure(self) -> Figure:

@@ -88,7 +88,7 @@ class LineCalibration(Study):
         attrs = self.data.attrs
         low, high = attrs["coefficients"]
         return [
-            f"H = {attrs['hurst']:g}, {attrs['bandwidth']:.4g} shortest waves in the side, {attrs['realisations']} surfaces of {attrs['pixels']} x "
+            f"H = {attrs['hurst']:g}, {attrs['bandwidth']:.4g} shortest waves per side, {attrs['realisations']} surfaces of {attrs['pixels']} x "
             f"{attrs['pixels']} pixels ({attrs['engine']}), {_LINES} lines",
             f"lambda = {self.coefficient:.3g}; of single surfaces from {low:.3g} to {high:.3g}; rms misfit {100.0 * attrs['misfit']:.2g} %, largest "
             f"{100.0 * attrs['largest_misfit']:.2g} %",

@@ -58,8 +58,7 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
     except ConvergenceError as error:
         deepest = closure_of(curve).deepest
         raise PathError(
-            f"the path cannot be followed on a force curve that ends at an indentation of {metres(deepest)} and is not "
-            f"extrapolated: {error}"
+            f"the force curve ends at an indentation of {metres(deepest)} and is not extrapolated, so the path cannot be followed: {error}"
         ) from error
     data = result.data
     again = (

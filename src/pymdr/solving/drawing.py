@@ -305,7 +305,7 @@ def _branches_of_edge(result: Result, line: Line) -> Branches | None:
     if rows is None:
         return None
     if not result.claims["contact_radius"].where.all():
-        raise ProblemError("some rows were refused")
+        raise ProblemError("some rows have no solution; give a path whose contact is a disk in every row")
     line = line.under(finite(line.equivalent))
     curves = ShortRange(line, law.works[0]), ShortRange(line, law.works[1])
     rim = line.edge if line.edge <= line.max_radius else math.inf

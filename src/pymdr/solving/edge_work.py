@@ -188,15 +188,12 @@ def _claims(rows: Mapping[str, FloatArray], result: Result) -> dict[str, Claim]:
 
     return {
         "energy_release_rate": claim(
-            "that which force and radius give an edge whose zone is short compared with the contact; the errors are those of force and radius, and the "
-            "distance of rows",
+            "from force and contact radius, for a cohesive zone that is short compared with the contact; the errors are those of force and radius, and of the spacing of rows",
             rows["rate_error"],
         ),
-        "edge_speed": claim(
-            "the mean between two rows; the error is that of their radii", rows["speed_error"]
-        ),
+        "edge_speed": claim("mean between two rows; the error is that of their radii", rows["speed_error"]),
         "short_zone_work": claim(
-            "the formula of a short zone that moves steadily; the error is the measured difference",
+            "formula of a short zone that moves steadily; the error is the measured difference",
             np.abs(rows["difference"]),
             SOURCES["schapery"],
         ),

@@ -275,7 +275,7 @@ def _stress_of(result: Result, criterion: FatigueCriterion, side: str | None) ->
         result.claims["slip"].require(f"{type(criterion).__name__} of slip")
     if result.reading.interior is None:
         raise NotValidError(
-            "fatigue is not valid here: the stress in the bodies of this contact is not computed"
+            "fatigue is not valid here: the stress in the bodies is not computed for this kind of contact"
         )
     return result.reading.interior(result, side)
 

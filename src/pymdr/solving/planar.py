@@ -342,7 +342,7 @@ def _interpret(
         status=Status.GLIDING if law.lost else Status.COMPLETED,
         notes=(
             *law.mapped.notes,
-            f"{law.springs.label.size - 1} springs of vectors, each followed exactly between rows",
+            f"{law.springs.label.size - 1} springs whose forces are vectors, each followed exactly between rows",
         ),
         references=("sneddon", "popov-hess", "cattaneo-mindlin"),
         starts=tuple({k: float(v) for k, v in s.items() if np.ndim(v) == 0} for s in walked.starts),

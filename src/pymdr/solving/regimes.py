@@ -213,7 +213,7 @@ def _regime_of_laws(
     single = {name: ((), value, {"units": ""}) for name, value in parameters.items()}
     numerics = [one.claims["normal_force"].error for one in pull_offs.values()]
     if error:
-        reason = "each law against MaugisDugdale, which is exact for a constant stress up to its range"
+        reason = "each law compared with MaugisDugdale, which is exact for a constant stress up to its range"
         size = [
             abs(error[name]) + (0.0 if own is None else float(own[0]))
             for name, own in zip(pull_offs, numerics, strict=True)

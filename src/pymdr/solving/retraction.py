@@ -184,7 +184,7 @@ def _answer(one: Result | PymdrError) -> Result:
 
 
 def _with_coarse_rows(result: Result) -> Result:
-    note = "closer rows about the largest pull could not be followed: the numbers are those of evenly spaced rows"
+    note = "rows refined around the largest pull did not converge: the values are those of evenly spaced rows"
     return replace(result, notes=(*result.notes, note))
 
 

@@ -134,9 +134,10 @@ def _interpret(task: Task, zone: SmallZone, walked: Walked[Rows]) -> Interpretat
     everywhere = np.ones(a.size, dtype=bool)
     claim = Claim(
         Level.APPROXIMATE,
-        "the law of a cohesive zone that is short compared with the contact and moves steadily over its own length, on viscoelastic half-spaces whose "
-        "contact has one history: it has relaxed where it grows. The error grows with the length of the zone: stated is 1.5 times the largest length so "
-        "far over the contact radius, and 0.35 times the load that springs had yet to relax where the contact grew over that of the edge, an upper bound of the differences of forces from MaugisDugdale with memory, over the largest force",
+        "the law of a cohesive zone that is short compared with the contact and moves steadily over its own length, on viscoelastic "
+        "half-spaces that have relaxed where the contact grows. The stated error, relative to the largest force, is an upper bound of "
+        "the differences from MaugisDugdale with memory: 1.5 times the largest length of the zone so far over the contact radius, plus "
+        "0.35 times the load of springs yet to relax over that of the edge, where the contact grew",
         SOURCES["schapery"],
         everywhere,
     )

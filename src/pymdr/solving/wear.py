@@ -104,7 +104,7 @@ class Wear(Study):
         """
         r, depth = self.surface["r"].values[row], self.surface["worn_depth"].values[row]
         if not depth.max() > 0.0:
-            raise ProblemError(f"wear: row {row} is without wear; use the original profile")
+            raise ProblemError(f"wear: row {row} has no wear; use the original profile")
         last = int(np.flatnonzero(depth > 0.0)[-1]) + 1
         known = np.flatnonzero(np.append(True, np.diff(r[: last + 1]) > 0.0))
         r, depth = r[known], depth[known]

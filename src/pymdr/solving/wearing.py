@@ -71,9 +71,9 @@ def refuse_unknown_wear(contact: Contact) -> None:
     profile = contact.profile
     why = ""
     if contact.adhesion is not None:
-        why = "the contact has adhesion, whose friction in partial slip is unknown; leave adhesion out"
+        why = "friction with adhesion in partial slip is unknown; leave adhesion out"
     elif contact.is_viscoelastic:
-        why = "a body has memory, and wear of a viscoelastic contact is unknown; give Elastic bodies"
+        why = "wear of bodies with memory is not available; give Elastic bodies"
     elif any(isinstance(body, Graded) or not body.homogeneous for body in bodies):
         why = "a body is graded or layered; give homogeneous bodies such as Elastic"
     elif is_curve(contact):

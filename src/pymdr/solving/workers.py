@@ -94,7 +94,7 @@ def _on_cluster(work: Callable[[Part], Answer], parts: Iterable[Part], client: A
         if isinstance(error, PymdrError) or not type(error).__module__.startswith("distributed"):
             raise
         raise ProblemError(
-            f"workers: the cluster gave up a part of the work: {error}; give its workers more memory, or call again: finished parts in "
+            f"workers: the cluster abandoned a part of the work: {error}; give its workers more memory, or call again: finished parts in "
             "a folder are not repeated"
         ) from error
 

@@ -300,7 +300,9 @@ def read_segment(file: str | os.PathLike[str], segment: str = "record", **option
         raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
     parts = read_curves(file, **options)
     if len({one.metadata["record"] for one in parts}) > 1:
-        raise ProblemError(f"{os.fspath(file)}: a file of several records; read_prepared_curves reads them")
+        raise ProblemError(
+            f"{os.fspath(file)}: the file holds several records; read them with read_prepared_curves"
+        )
     if segment == "record":
         return parts[0].join(*parts[1:])
     chosen = next((one for one in parts if one.segment == segment), None)

@@ -187,7 +187,7 @@ def _read(
     data = record.data if isinstance(record, Result) else record
     if not isinstance(data, xr.Dataset) or "shift" not in data or "tangential_force" not in data:
         raise ProblemError(
-            "fretting_log: a record with shift and tangential_force is needed; see read_record"
+            "fretting_log: a record with shift and tangential_force is needed, such as read_record returns"
         )
     shift, force = _column(data, "shift", "m"), _column(data, "tangential_force", "N")
     if machine_stiffness is not None:

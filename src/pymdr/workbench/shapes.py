@@ -247,8 +247,7 @@ def _pressed_at(
         count = min(_odd(math.ceil(larger * count)), _odd(_FINER * pixels), _MOST)
         box = wider
     raise PathError(
-        f"verify: at an indentation of {written(depth, 'm')} the contact is larger than every grid that was tried, the last "
-        f"{written(float(surface.size.max()), 'm')} wide; prescribe a smaller indentation"
+        f"verify: at an indentation of {written(depth, 'm')} the contact is larger than the largest grid, {written(float(surface.size.max()), 'm')} wide; prescribe a smaller indentation"
     )
 
 

@@ -79,7 +79,7 @@ class SlidingVerification(Comparison):
     def _remarks(self) -> list[str]:
         lines = [
             f"boundary elements with vector friction on {self.cells} x {self.cells} cells",
-            f"followed: {self.rows.size} rows of the path's {self.path_rows}, from row {self.rows[0] + 1} to row {self.rows[-1] + 1}"
+            f"solved: {self.rows.size} of {self.path_rows} rows of the path, from row {self.rows[0] + 1} to row {self.rows[-1] + 1}"
             + ("" if self.rows[-1] == self.path_rows - 1 else "; use more steps to reach its end"),
             f"extrapolation to rows of zero length changes the results by {100 * self.extrapolated:.2g} %",
             f"largest difference of the tangential force: {100 * self.largest_difference:.2g} % of its largest value",
@@ -128,7 +128,7 @@ class PlaneVerification(SlidingVerification):
         lines = [line for line in super()._remarks() if not line.startswith("tractions deviate")]
         return [
             *lines,
-            "springs with vectors are an approximation along curves: the claim states 20 % of mu F_N",
+            "springs whose forces are vectors are approximate along curved paths: the claim states an error of 20 % of mu F_N",
         ]
 
     def _figure(self) -> Figure:

@@ -18,8 +18,8 @@ class Ending(Enum):
     """How a run ended."""
 
     COMPLETE = "all rows were followed"
-    NOT_FINITE = "a row is not finite"
-    NOT_ATTAINABLE = "a row prescribes |F_x| > mu F_N, F_x without contact, or F_N < 0"
+    NOT_FINITE = "a row is not finite; give finite values"
+    NOT_ATTAINABLE = "a row prescribes |F_x| > mu F_N, F_x without contact, or F_N < 0, which friction cannot carry; reduce F_x, or prescribe the shift"
     TOO_DEEP = "a row is deeper than the table of the elastic line; build the table for the largest depth"
 
 

@@ -16,8 +16,10 @@ class PlaneEnding(Enum):
     """How a run ended."""
 
     COMPLETE = "all rows were followed"
-    NOT_ATTAINABLE = "a row prescribes a tangential force of mu F_N or more"
-    NOT_CONVERGED = "the shift at a tangential force was not found"
+    NOT_ATTAINABLE = (
+        "a row prescribes a tangential force of mu F_N or more; reduce it, or prescribe the shift"
+    )
+    NOT_CONVERGED = "the shift at a tangential force was not found; use more rows, or prescribe the shift"
 
 
 @dataclass(frozen=True, eq=False)

@@ -206,7 +206,7 @@ def _refuse_flat(profile: MeanProfile, noise: float) -> None:
         raise ProblemError(
             f"not one bump: heights at one radius scatter by {metres(wide)} (root mean square, without noise; limit {100 * ROUNDNESS:g} % of the "
             f"height {metres(tall)} from the apex at {_place(profile.centre)} to {metres(float(profile.radius[-1]))}); use power_spectrum for a rough "
-            "plane, press an oblong bump as it is"
+            "plane, or press(...) for an oblong bump"
         )
 
 
@@ -234,5 +234,5 @@ def _refuse_second(
             raise ProblemError(
                 f"not one bump: besides the summit near {_place(profile.centre)} there is another at "
                 f"{_place((float(axes[0][at[0]]), float(axes[1][at[1]])))} with a prominence of {metres(float(highest[other]) - float(level))}; "
-                "crop the patch to one of them, or press the surface as it is"
+                "crop the patch to one of them, or use press(...) for the complete surface"
             )

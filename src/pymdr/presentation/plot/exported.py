@@ -94,7 +94,7 @@ def _draw_errors(axes: Axes, checks: xr.Dataset, tolerance: float, pull_off: flo
             x, np.where(errors > 0.0, errors, np.nan), ".", ms=2.0, color=colour, label=f"of ${symbol}$"
         )
     axes.axhline(tolerance, color=GREY, lw=0.8, ls="--", label="tolerance")
-    axes.set(xscale="log", yscale="log", ylabel="relative error against solve")
+    axes.set(xscale="log", yscale="log", ylabel="relative difference from solve")
     axes.set_xlabel(
         axis_label("indentation", unit) if pull_off is None else f"indentation above the pull-off ({unit})"
     )

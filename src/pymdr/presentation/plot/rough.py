@@ -166,7 +166,7 @@ def calibration_study(data: xr.Dataset) -> Figure:
         second.set_ylim(0.5, 2.5)
         for at in _GEIKE_RANGE:
             second.axhline(at, color=GREEN, lw=0.8, ls=":")
-        second.set_ylabel("over that in three dimensions")
+        second.set_ylabel("ratio to boundary elements")
         note = "dotted: Geike's line as measured\nwith 64 and 128 waves, 0.89 to 1.44"
         second.annotate(note, (0.04, 0.9), xycoords="axes fraction", fontsize=SMALL, color=GREY)
         third.fill_between(
@@ -183,13 +183,13 @@ def calibration_study(data: xr.Dataset) -> Figure:
             lw=1.4,
             label="fraction of springs (not an area)",
         )
-        third.set_ylabel("over the area of the square")
+        third.set_ylabel("fraction of the square")
         for axes in (first, second, third):
             axes.set_xlabel("load $F/E^*Lh$")
         for axes in (first, third):
             legend_above(axes)
         second.set_title(
-            f"$H$ = {attributes['hurst']:g}, {attributes['bandwidth']:.4g} shortest waves in the side",
+            f"$H$ = {attributes['hurst']:g}, {attributes['bandwidth']:.4g} shortest waves per side",
         )
         letter_panels(figure)
     return figure

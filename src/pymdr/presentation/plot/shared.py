@@ -400,7 +400,7 @@ def show_text(axes: Axes, text: str) -> None:
 
 def show_refusal(axes: Axes, data: FigureData) -> None:
     """Show why there is nothing to draw, with the lower bound of the force if there is one."""
-    text = "Not a disk contact:\nthe method does not give this."
+    text = "Not a disk contact:\nthe method does not give this quantity."
     if "force_lower_bound" in data.data:
         bound = written(float(data.data["force_lower_bound"].values[-1]), "N")
         text += f"\nThe force is at least {bound}\n(rigorous lower bound)."

@@ -77,7 +77,7 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     if "surface" in plain:
         measured = isinstance(plain["surface"], Mapping) and "file" in plain["surface"]
         command = "pymdr press" if measured else "pymdr rough or pymdr press"
-        raise CaseError(f"[surface]: a rough surface has no profile and path; use {command}")
+        raise CaseError(f"[surface]: a rough surface has neither profile nor path; use {command}")
     if "machine" in plain:
         raise CaseError("[machine]: the motion of a machine has no path; use pymdr move")
     if isinstance(plain.get("path"), Mapping):

@@ -115,8 +115,8 @@ def check_contact(branch: Branch, rise: float, noise: float, evidence: float) ->
     size = float(np.ptp(branch.force))
     if rise <= max(_SEEN * noise, 1e-9 * size) or evidence < _EVIDENCE:
         raise ProblemError(
-            f"the curve shows no contact: over {written(float(np.ptp(branch.position)), 'm')} its force rises from a straight line by "
-            f"{written(rise, 'N')} with a noise of {written(noise, 'N')} (limit {_SEEN:g} times the noise); press "
+            f"the curve shows no contact: over {written(float(np.ptp(branch.position)), 'm')} its force deviates from a straight line by "
+            f"{written(rise, 'N')}, with a noise of {written(noise, 'N')} (limit {_SEEN:g} times the noise); press "
             "deeper, begin at a larger distance, or check the signs with curve.orient()"
         )
 

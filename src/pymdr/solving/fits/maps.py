@@ -290,7 +290,7 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         (
             WAVES,
             WAVY,
-            "leave waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
+            "have residual waves larger than their noise (waves): another law, a work of adhesion, a layer or a drift may be missing",
         ),
         (
             "correlated",

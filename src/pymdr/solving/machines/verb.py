@@ -127,11 +127,11 @@ def _halved(machine: Machine, span: float, rows: int, accuracy: float) -> tuple[
     reached = (
         "steps did not converge"
         if math.isinf(change)
-        else f"the last halving changed a position by {change:.2g} of its way"
+        else f"the last halving changed a position by {change:.2g} of its range"
     )
     raise ConvergenceError(
         f"move: {rows * parts // 2} steps over {written(span, 's')}: {reached}, above accuracy = {accuracy:g}; move for a shorter "
-        "duration, or give a larger accuracy (a chaotic motion has none)"
+        "duration, or give a larger accuracy (a chaotic motion never converges)"
     )
 
 

@@ -295,7 +295,7 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
     largest = np.array([float(np.max(record.depth)) for record in listed])
     claim = Claim(
         Level.APPROXIMATE,
-        "the rate in the hold is taken for that of the complete test; creep and recovery of the sample cannot be distinguished from drift",
+        "the rate in the hold is assumed for the complete test; creep and recovery of the sample cannot be distinguished from drift",
         SOURCES["oliver-pharr"],
         np.ones(len(holds), dtype=bool),
     )

@@ -378,7 +378,7 @@ def _study(data: _Data, fit: _Fit, body: Callable[[float], Layered], height: flo
             ),
             Assumption(
                 "influence of the film",
-                "1 - d ln E_r / d ln E of the film, the smallest; near 1 the stiffness is that of the substrate",
+                "smallest value of 1 - d ln E_r / d ln E of the film; near 1 the stiffness is that of the substrate",
                 1.0 - fit.share,
                 _WEAK,
             ),

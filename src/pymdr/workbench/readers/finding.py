@@ -118,7 +118,7 @@ def records_of(
         return list(afm.read(source, calibration)), False
     if head_of(source).startswith(bruker.IMAGE_MAGIC):
         raise ProblemError(
-            f"{source}: a file of Bruker NanoScope with images, not force curves; read_topography reads heights"
+            f"{source}: the file of Bruker NanoScope holds images, not force curves; read heights with read_topography"
         )
     if suffix not in (*TEXT, *SPREADSHEETS):
         offered = _offered(source)
