@@ -71,6 +71,8 @@ def blocks(page):
     ],
 )
 def test_blocks_run(page, tmp_path, monkeypatch):
+    if page == "scale.md":
+        pytest.importorskip("distributed", reason="distributed, of the extra cluster, is not installed")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "examples").symlink_to(DOCS.parent / "examples")
     monkeypatch.setattr(theories, "THEORIES", dict(theories.THEORIES))
