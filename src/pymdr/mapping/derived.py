@@ -161,12 +161,18 @@ class DerivedSource(SlopeSource):
 
     def kinks(self, low: float, high: float) -> list[float]:
         """Kinks of f between two radii that were not named; panels end at them from then on."""
-        located = find_kinks(self._f, low, high, of="value")
+        known = [b for b in self.knots if low < b < high]
+        # a kink is located once: its place is as sharp as the rounding of f allows, and differs with the interval
+        located = [
+            b
+            for start, end in pairwise([low, *known, high])
+            for b in find_kinks(self._f, start, end, of="value")
+        ]
         if located:
             self._detected.update(located)
             self.knots = tuple(sorted({*self.knots, *located}))
             self._forget(min(located))
-        return located
+        return sorted([*located, *(b for b in known if b in self._detected)])
 
     def _forget(self, b: float) -> None:
         """Drop the series on panels of the grid that a new breakpoint may cut or move: they are no longer than half of it."""

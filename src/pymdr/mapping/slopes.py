@@ -322,8 +322,11 @@ def _with_onsets(made: Slopes, before: Slopes | None, detected: list[float], sou
             # rounding of f' to that of f
             shifted = abs(difference[k]) if starts_here else max(size[k], made.size[i])
             width = float(error[k] / shifted * panels.width[i] / 8.0) if jumping[k] else 0.0
-            height = 2.0 * source.rounding(float(panels.base[i])) if starts_here else 0.0
-            if height > 0.0:
+            height = 2.0 * source.rounding(float(panels.base[i]))
+            if not starts_here:
+                # the rounding of f hides the jump of f' over a distance
+                onset_error[i, 2:] = (height / abs(difference[k]), height) if jumping[k] else (0.0, 0.0)
+            elif height > 0.0:
                 # where f is known and 0 before, the slope is uncertain only over its hidden rise
                 seen[k], width = True, 0.0
                 onset_error[i, 2:] = _hidden_rise(made, i, height), height
