@@ -333,6 +333,14 @@ def solvers() -> Iterator[Row]:
     rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "10 MPa", "0.1 s"), poisson=0.5)
     path = mdr.indent("10 um", duration="1 s", steps=8) >> mdr.indent("2 um", duration="1 s", steps=8)
     yield verified("memory", rings, mdr.Contact(mdr.Paraboloid("10 mm"), rubber), path)
+    silicone = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
+    probe = mdr.Contact(
+        mdr.Paraboloid("1 mm"), silicone, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="5 um")
+    )
+    there = mdr.indent("20 um", duration="2 s", steps=8) >> mdr.hold("5 s", steps=2)
+    yield verified(
+        "adhesion with memory", rings, probe, there >> mdr.indent("-20 um", duration="4 s", steps=8)
+    )
     like = mdr.Elastic("1 GPa", 0.0)
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), like, like, friction=mdr.Coulomb(0.3))
     loop = mdr.indent("10 um") >> mdr.cycle(shift="2 um", steps=8)

@@ -235,3 +235,46 @@ def test_what_is_refused():
             mdr.verify(mdr.Contact(mdr.Sphere(1.0), elastic, **law), timed)
     with pytest.raises(ProblemError, match="machine"):
         mdr.solve(ball, mdr.travel(0.1, duration=1.0), solver=Rings(50), machine_stiffness=1.0)
+
+
+@pytest.mark.parametrize("speed", [0.2, 1.0, 5.0])
+def test_a_cohesive_zone_at_three_speeds(speed):
+    gel = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1.0), poisson=0.5)
+    probe = mdr.Contact(mdr.Paraboloid(1.0), gel, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+    path = (
+        mdr.indent(1.0, steps=10, duration=2.0)
+        >> mdr.hold(2.0, steps=4)
+        >> mdr.indent(-3.4, steps=88, duration=4.4 / speed)
+    )
+    found = mdr.verify(probe, path)
+    assert found.largest_difference < 1e-3
+    assert found.largest_in_history < 1e-3
+    assert found.history is not None
+    lost = [np.flatnonzero(found.history[f"normal_force_{way}"].values).max() for way in ("mdr", "rings")]
+    assert abs(lost[0] - lost[1]) <= 1
+
+
+def test_rings_of_a_cohesive_zone_have_fields_and_their_error():
+    gel = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1.0), poisson=0.5)
+    probe = mdr.Contact(mdr.Paraboloid(1.0), gel, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+    path = mdr.indent(0.2, steps=2, duration=1.0) >> mdr.indent(-0.2, steps=2, duration=1.0)
+    rings, line = (mdr.solve(probe, path, solver=solver) for solver in (Rings(80), None))
+    a, c = (float(rings[name][1]) for name in ("contact_radius", "cohesive_radius"))
+    pressure = rings.field("pressure", np.array([0.0, 0.5 * (a + c), 1.01 * c]), 1).values
+    np.testing.assert_array_equal(pressure[1:], [-2.0, 0.0])
+    expected = float(line.field("pressure", np.zeros(1), 1)[0])
+    assert pressure[0] == pytest.approx(expected, rel=5e-3)
+    assert float(rings.field("gap", np.array([c]), 1)[0]) == pytest.approx(0.5, rel=2e-2)
+    off = np.abs(rings["normal_force"].values - line["normal_force"].values).max()
+    largest = np.abs(rings["normal_force"].values).max()
+    assert off / largest < 2.0 * float(rings.claims["normal_force"].error.max()) < 0.02
+    with pytest.raises(ProblemError, match="covers"):
+        mdr.solve(probe, path, solver=Rings(20))
+
+
+def test_dead_loads_on_a_cohesive_zone_are_followed_by_rings():
+    gel = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1.0), poisson=0.5)
+    probe = mdr.Contact(mdr.Paraboloid(1.0), gel, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+    path = mdr.load(0.5, steps=2, duration=1.0) >> mdr.load(0.0, steps=2, duration=1.0)
+    rings, line = (mdr.solve(probe, path, solver=one)["indentation"].values for one in (Rings(80), None))
+    np.testing.assert_allclose(rings, line, atol=5e-3 * np.abs(line).max())

@@ -154,21 +154,21 @@ def follow_rings(
             "follow; use StandardSolid with a short relaxation time"
         )
     largest = max(float(target.max()) if by_force else 0.0, 0.0 if state is None else state.largest_force)
-    radius = _largest_radius(bodies, relaxation, time, target, by_force, largest)
+    radius = largest_radius(bodies, relaxation, time, target, by_force, largest)
     state = _extended(bodies, state, relaxation, radius, rings.n)
     if state is None:
         return MemoryLeg([None] * (target.size - 1), np.zeros(target.size - 1), None)
-    corners, mesh = _corners(bodies.profile), state.mesh
+    corners, mesh = corners_of(bodies.profile), state.mesh
     coarse, fine = state.coarse, state.fine
     solutions: list[RingSolution | None] = []
     outputs = np.zeros((2, target.size - 1))
-    for i, count in enumerate(_step_counts(time, target, parts)):
+    for i, count in enumerate(step_counts(time, target, parts)):
         times, targets = time[i : i + 2], target[i : i + 2]
         coarse, fine = (
             _followed(relaxation, mesh, corners, start, times, targets, by_force, refinement * count)
             for start, refinement in ((coarse, 1), (fine, 2))
         )
-        solved = _solution(relaxation, mesh, corners, _limit(coarse, fine))
+        solved = solution_at(relaxation, mesh, corners, _limit(coarse, fine))
         solutions.append(replace(solved, surface=bodies.surface))
         outputs[:, i] = [s.depth if by_force else float(s.pressure @ mesh.area) for s in (coarse, fine)]
         largest = max(largest, float(fine.pressure @ mesh.area))
@@ -176,7 +176,7 @@ def follow_rings(
     return MemoryLeg(solutions, change, RingMemory(mesh, coarse, fine, largest))
 
 
-def _largest_radius(
+def largest_radius(
     bodies: Bodies,
     relaxation: Relaxation,
     time: FloatArray,
@@ -195,18 +195,31 @@ def _largest_radius(
 def _extended(
     bodies: Bodies, state: RingMemory | None, relaxation: Relaxation, radius: float, n: int
 ) -> RingMemory | None:
-    """Add rings up to a radius and a few more; existing ones keep their state, new ones have no history."""
+    """Add rings up to a radius; existing ones keep their state, new ones have no history."""
+    before = None if state is None else state.mesh
+    mesh = extended(bodies, before, radius, n)
+    if mesh is before or mesh is None:
+        return state
+    if state is None:
+        none = Strained(np.zeros(0), np.zeros((relaxation.moduli.size, 0)), np.zeros(0), 0.0, (), 0.0)
+        state = RingMemory(mesh, none, none, 0.0)
+    size = mesh.centres.size
+    return RingMemory(mesh, padded(state.coarse, size), padded(state.fine, size), state.largest_force)
+
+
+def extended(bodies: Bodies, mesh: RingMesh | None, radius: float, n: int) -> RingMesh | None:
+    """A mesh with more rings, up to a radius in m and a few more; the same one if it reaches so far."""
     profile, surface = bodies
-    border = 0.0 if state is None else float(state.mesh.edges[-1])
+    border = 0.0 if mesh is None else float(mesh.edges[-1])
     end = min(radius * (1.0 + _EXTRA / n), profile.edge, profile.max_radius)
     if end <= border or (radius * (1.0 + 0.5 * _EXTRA / n) <= border):
-        return state
-    marks = [x for x in _corners(profile) if border < x < end]
+        return mesh
+    marks = [x for x in corners_of(profile) if border < x < end]
     edges, centres, panel = [np.array([border])], [np.zeros(0)], [np.zeros(0, dtype=np.intp)]
     first = 0
-    if state is not None:
-        edges, centres, panel = [state.mesh.edges], [state.mesh.centres], [state.mesh.panel]
-        first = int(state.mesh.panel[-1]) + 1
+    if mesh is not None:
+        edges, centres, panel = [mesh.edges], [mesh.centres], [mesh.panel]
+        first = int(mesh.panel[-1]) + 1
     for number, (low, high) in enumerate(pairwise([border, *marks, end]), first):
         points = _panel(low, high, radius / n, low in marks, high in marks or high == profile.edge)
         edges.append(points[1::2])
@@ -215,7 +228,7 @@ def _extended(
     a, r = np.concatenate(edges), np.concatenate(centres)
     f = np.asarray(gap_of(profile)(r), dtype=float)
     matrix = surface.displacement(r, a)
-    mesh = RingMesh(
+    return RingMesh(
         a,
         np.ones(r.size, dtype=bool),
         r,
@@ -225,13 +238,9 @@ def _extended(
         matrix,
         leading_inverses(matrix),
     )
-    if state is None:
-        none = Strained(np.zeros(0), np.zeros((relaxation.moduli.size, 0)), np.zeros(0), 0.0, (), 0.0)
-        state = RingMemory(mesh, none, none, 0.0)
-    return RingMemory(mesh, _padded(state.coarse, r.size), _padded(state.fine, r.size), state.largest_force)
 
 
-def _corners(profile: Profile) -> tuple[float, ...]:
+def corners_of(profile: Profile) -> tuple[float, ...]:
     """Radii at which the pressure may be singular."""
     inner = () if isinstance(profile, Sampled) else profile.breakpoints
     return (*inner, profile.edge) if math.isfinite(profile.edge) else tuple(inner)
@@ -254,7 +263,8 @@ def _panel(low: float, high: float, width: float, kink: bool, end: bool) -> Arra
     return points
 
 
-def _padded(known: Strained, size: int) -> Strained:
+def padded(known: Strained, size: int) -> Strained:
+    """The same state with rings without history up to a number."""
     extra = size - known.strain.size
     return known._replace(
         strain=np.pad(known.strain, (0, extra)),
@@ -263,7 +273,7 @@ def _padded(known: Strained, size: int) -> Strained:
     )
 
 
-def _step_counts(time: FloatArray, target: FloatArray, parts: int) -> list[int]:
+def step_counts(time: FloatArray, target: FloatArray, parts: int) -> list[int]:
     """Number of steps of every row, by its change of target and duration."""
     changes = [np.abs(np.diff(values)) for values in (time, target)]
     fraction = sum(values / (values.sum() or 1.0) for values in changes) / 2.0
@@ -297,14 +307,10 @@ def _step(
     target: float,
     by_force: bool,
 ) -> Strained:
-    x = duration / relaxation.times
-    moduli = relaxation.moduli * np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, x, 1.0), 1.0)
-    stiff = relaxation.equilibrium + float(moduli.sum())
-    branches = state.branches * np.exp(-x)[:, None]
-    free = state.strain - (relaxation.equilibrium * state.strain + branches.sum(axis=0)) / stiff
+    moduli, stiff, branches, free = step_of(relaxation, state, duration)
     gap = mesh.gap + product(mesh.matrix, free)
     if by_force and target <= 0.0:
-        settled = RingState(mesh, np.zeros(free.size), _touch(mesh, gap), 0.0, ())
+        settled = RingState(mesh, np.zeros(free.size), touch(mesh, gap), 0.0, ())
     else:
         depth, force = (None, target / stiff) if by_force else (target, None)
         problem = RingProblem(np.zeros_like, depth, force, corners, free.size, 1.0)
@@ -316,7 +322,22 @@ def _step(
     )
 
 
-def _touch(mesh: RingMesh, gap: Array) -> float:
+def step_of(relaxation: Relaxation, state: Strained, duration: float) -> tuple[Array, float, Array, Array]:
+    """
+    The surface over a step in which the strain is linear.
+
+    Mean moduli of the branches and their sum with that of equilibrium, by which the strain follows the pressure; the pressures of
+    the branches, and the strain without pressure, at its end.
+    """
+    x = duration / relaxation.times
+    moduli = relaxation.moduli * np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, x, 1.0), 1.0)
+    stiff = relaxation.equilibrium + float(moduli.sum())
+    branches = state.branches * np.exp(-x)[:, None]
+    free = state.strain - (relaxation.equilibrium * state.strain + branches.sum(axis=0)) / stiff
+    return moduli, stiff, branches, free
+
+
+def touch(mesh: RingMesh, gap: Array) -> float:
     """The smallest gap at the rings and, by extrapolation, on the axis."""
     inner = gap[0] - (gap[1] - gap[0]) * mesh.centres[0] / (mesh.centres[1] - mesh.centres[0])
     return float(min(gap.min(), inner))
@@ -336,9 +357,10 @@ def _limit(coarse: Strained, fine: Strained) -> Strained:
     )
 
 
-def _solution(
+def solution_at(
     relaxation: Relaxation, mesh: RingMesh, corners: tuple[float, ...], state: Strained
 ) -> RingSolution:
+    """The contact of a state, with its edges and energy."""
     force = float(state.pressure @ mesh.area)
     inside = np.zeros(mesh.centres.size, dtype=bool)
     for low, high in state.zones:

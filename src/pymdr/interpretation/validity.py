@@ -518,6 +518,20 @@ _EXTRAPOLATED = 1e-2
 """Largest acceptable change by the extrapolation to short steps, over the largest force."""
 
 
+def pulled_ring_claims(n: int, fewer: FloatArray) -> dict[str, Claim]:
+    """Claims of a boundary-element solution with memory and a cohesive zone on rings, by its change in N over the largest by fewer rings."""
+    reason = (
+        f"boundary elements on {n} rings with memory and a cohesive zone, without the method of dimensionality reduction; fewer rings and "
+        f"longer steps change the force by at most {float(np.max(fewer, initial=0.0)):.1g} of the largest"
+    )
+    claim = Claim(Level.APPROXIMATE, reason, SOURCES["haiat-barthel"], np.ones(fewer.size, dtype=bool))
+    names = {*NORMAL_QUANTITIES, "inner_contact_radius", "contact_area", "cohesive_radius", *NORMAL_FIELDS}
+    claims = dict.fromkeys(sorted(names - {"edge_amplitude", "normal_stiffness"}), claim)
+    for name in ("normal_force", "indentation"):
+        claims[name] = replace(claim, error=fewer)
+    return claims
+
+
 def ring_memory_claims(n: int, change: FloatArray, fewer: FloatArray) -> dict[str, Claim]:
     """
     Claims of a boundary-element solution with memory on rings.

@@ -12,9 +12,10 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.independent.history import RingHistory, gap_of, solve_steps
 from pymdr.independent.memory import Bodies, RingMemory, follow_rings
+from pymdr.independent.memory_zone import Attraction, Pulled, PulledSetting, follow_pulled
 from pymdr.independent.rings import HALF_SPACE, Rings, RingSolution, Surface, solve_adhesion, solve_disk
 from pymdr.independent.stacks import pair_of
-from pymdr.interpretation.validity import Assumption, ring_claims, ring_memory_claims
+from pymdr.interpretation.validity import Assumption, pulled_ring_claims, ring_claims, ring_memory_claims
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
@@ -91,9 +92,19 @@ def _checked(task: Task) -> Rings:
     contact, rings = task.contact, task.solver
     if not isinstance(rings, Rings):
         raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
-    if contact.adhesion is not None or contact.friction is not None or uses(task.path, "travel"):
+    pulled = (
+        contact.is_viscoelastic
+        and contact.adhesion is not None
+        and contact.adhesion.cohesive_stress is not None
+    )
+    if (
+        (contact.adhesion is not None and not pulled)
+        or contact.friction is not None
+        or uses(task.path, "travel")
+    ):
         raise ProblemError(
-            "solve: the rings solve frictionless contacts without adhesion and machine; leave solver=Rings() out"
+            "solve: the rings solve frictionless contacts without machine, and without adhesion but that of a cohesive zone on bodies with "
+            "memory; leave solver=Rings() out"
         )
     check_normal_path(task.path)
     return rings
@@ -163,7 +174,7 @@ def _pressed(contact: Contact) -> tuple[Surface, float]:
 @dataclass(frozen=True)
 class _Remembered:
     solutions: np.ndarray
-    """(rows,) of RingSolution, None before contact."""
+    """(rows,) of RingSolution, None without contact."""
     change: FloatArray
     """Change by the extrapolation to zero step length."""
     answer: FloatArray
@@ -184,12 +195,24 @@ def solve_memory_by_rings(task: Task) -> Result:
         for name, value in _QUANTITIES.items()
     }
     columns["indentation"] = _depths(rows)
+    fewer, length = _discretization_error(rows), None
+    if task.contact.adhesion is None:
+        claims = ring_memory_claims(rings.n, rows.change, fewer)
+        length = np.array(
+            [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
+        )
+    else:
+        claims = pulled_ring_claims(rings.n, fewer)
+        columns["cohesive_radius"] = np.array(
+            [0.0 if one is None else one.cohesive_radius for one in rows.solutions]
+        )
+        del columns["normal_stiffness"]
     return solution(
         task,
         walked,
         Interpretation(
             columns=columns,
-            claims=ring_memory_claims(rings.n, rows.change, _discretization_error(rows)),
+            claims=claims,
             assumptions=assumptions_with_memory(
                 task.contact, columns["contact_radius"], float(np.nanmax(columns["indentation"]))
             ),
@@ -197,9 +220,7 @@ def solve_memory_by_rings(task: Task) -> Result:
             notes=notes_of(task.contact.profile),
             references=("johnson",),
             is_viscoelastic=True,
-            conducting=np.array(
-                [0.0 if one is None else one.stiffness / (2.0 * one.modulus) for one in rows.solutions]
-            ),
+            conducting=length,
         ),
     )
 
@@ -219,7 +240,70 @@ def _depths(rows: _Remembered) -> FloatArray:
 
 def _walk_memory(task: Task, rings: Rings) -> Walked[_Remembered]:
     relaxation = relaxation_along(task.contact, task.path)
+    if task.contact.adhesion is not None:
+        return walk(task, None, partial(_step_pulled, task.contact, relaxation, rings))
     return walk(task, None, partial(_step_with_memory, task.contact, relaxation, rings))
+
+
+def _fewer(rings: Rings) -> Rings:
+    return Rings(max(round(_FEWER * rings.n), _FEWEST) if rings.n > _FEWEST else 2 * rings.n)
+
+
+def _step_pulled(
+    contact: Contact,
+    relaxation: Relaxation,
+    rings: Rings,
+    state: tuple[Pulled, ...] | None,
+    stretch: Stretch,
+    kept: np.ndarray | None,
+    progress: LegProgress | None,
+) -> tuple[_Remembered, tuple[Pulled, ...], Channels]:
+    """A cohesive zone with memory, with two numbers of rings and lengths of steps."""
+    law = contact.adhesion
+    assert law is not None
+    assert law.cohesive_stress is not None
+    refuse_sudden(stretch, relaxation)
+    attraction = Attraction(law.cohesive_stress, law.work / law.cohesive_stress)
+    time, target = (
+        np.append(stretch.begin, times_of(stretch)),
+        np.append(stretch.start[0], stretch.normal),
+    )
+    bodies = Bodies(contact.profile)
+    legs = [
+        follow_pulled(
+            PulledSetting(bodies, relaxation, attraction, stretch.by_force, each), time, target, one
+        )
+        for one, each in zip(state or (None, None), (rings, _fewer(rings)), strict=True)
+    ]
+    fine, coarse = (leg.solutions for leg in legs)
+    rows, here = _rows_of(stretch, fine, coarse, np.zeros(len(fine)))
+    return taken(rows, kept), tuple(leg.state for leg in legs), here
+
+
+def _rows_of(
+    stretch: Stretch,
+    fine: list[RingSolution | None],
+    coarse: list[RingSolution | None],
+    change: FloatArray,
+) -> tuple[_Remembered, Channels]:
+    """The rows of a leg by two numbers of rings, and where it ends."""
+    solutions = np.empty(stretch.normal.size, dtype=object)
+    solutions[:] = fine
+    answer, other = (
+        np.array(
+            [0.0 if one is None else (one.indentation if stretch.by_force else one.force) for one in rows]
+        )
+        for rows in (fine, coarse)
+    )
+    # rows that only one of both has in contact do not measure the error of others
+    differ = np.array([(one is None) != (two is None) for one, two in zip(fine, coarse, strict=True)])
+    prescribed = np.full(solutions.size, np.nan) if stretch.by_force else stretch.normal
+    rows = _Remembered(solutions, change, answer, np.where(differ, answer, other), prescribed)
+    here = {
+        "indentation": float(_depths(rows)[-1]),
+        "normal_force": 0.0 if fine[-1] is None else fine[-1].force,
+    }
+    return rows, here
 
 
 def _step_with_memory(
@@ -238,30 +322,13 @@ def _step_with_memory(
     start = stretch.start[0] if touched else min(stretch.start[0], 0.0)
     time, target = np.append(stretch.begin, times_of(stretch)), np.append(start, stretch.normal)
     before = (None, None) if state is None else state
-    other = Rings(max(round(_FEWER * rings.n), _FEWEST) if rings.n > _FEWEST else 2 * rings.n)
     surface = HALF_SPACE if contact.layered is None else pair_of(contact.body, contact.counterbody)
     bodies = Bodies(contact.profile, surface)
     leg, compared = (
         follow_rings(bodies, relaxation, time, target, stretch.by_force, one, each)
-        for one, each in zip(before, (rings, other), strict=True)
+        for one, each in zip(before, (rings, _fewer(rings)), strict=True)
     )
-    solutions = np.empty(stretch.normal.size, dtype=object)
-    solutions[:] = leg.solutions
-    answer, coarse = (
-        np.array(
-            [0.0 if one is None else (one.indentation if stretch.by_force else one.force) for one in rows]
-        )
-        for rows in (leg.solutions, compared.solutions)
-    )
-    rows = _Remembered(
-        solutions,
-        leg.change,
-        answer,
-        coarse,
-        np.full(solutions.size, np.nan) if stretch.by_force else stretch.normal,
-    )
-    last = leg.solutions[-1]
-    here = {"indentation": float(_depths(rows)[-1]), "normal_force": 0.0 if last is None else last.force}
+    rows, here = _rows_of(stretch, leg.solutions, compared.solutions, leg.change)
     return taken(rows, kept), (leg.state, compared.state), here
 
 

@@ -61,6 +61,15 @@ class Verification(Comparison):
     compared: ClassVar = COMPARED
     others: ClassVar = {"rings": "rings", "difference": "difference"}
 
+    @property
+    def largest_in_history(self) -> float:
+        """With memory, the largest difference of the forces in rows in contact by both, over the largest force; else NaN."""
+        if self.history is None:
+            return math.nan
+        a, b = (self.history[f"normal_force_{way}"].values for way in ("mdr", "rings"))
+        both = (a != 0.0) & (b != 0.0)
+        return float(np.nanmax(np.abs(a - b), where=both, initial=0.0) / (np.nanmax(np.abs(b)) or 1.0))
+
     def _along(self) -> tuple[str, ...]:
         return ("indentation",) if self.history is None else ("time",)
 
@@ -73,6 +82,11 @@ class Verification(Comparison):
         ]
         if self.to_largest:
             lines.append("differences of quantities are relative to their largest value in the history")
+        if self.history is not None:
+            lines.append(
+                f"largest difference of forces in {self.history.sizes['row']} rows, where both are in contact: "
+                f"{self.largest_in_history:.1e} of the largest force"
+            )
         return lines if self.subsurface is None else [*lines, *self.subsurface.remarks()]
 
     def _figure(self) -> Figure:
@@ -160,7 +174,7 @@ def verify(
         pixels = 129 if elements is None else elements
         return hold_shape(contact, touched[_spread(touched.size, steps)], pixels, engine, progress)
     solver = Rings(400 if elements is None else elements)
-    if isinstance(contact.adhesion, JKR):
+    if isinstance(contact.adhesion, JKR) and not contact.is_viscoelastic:
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
         return _verify_adhesion(_works(contact.adhesion, mdr), mdr, solver, steps, progress)
     if contact.is_viscoelastic:
@@ -188,9 +202,12 @@ def _refuse_without_solver(contact: Contact) -> None:
         raise ProblemError(
             "verify: a body is ElasticPlastic, but boundary elements here are elastic; its model has no independent solver here"
         )
-    if not isinstance(contact.adhesion, JKR | None):
+    law = contact.adhesion
+    zone = contact.is_viscoelastic and law is not None and law.cohesive_stress is not None
+    if not (zone or isinstance(law, JKR | None)):
         raise ProblemError(
-            "verify: rings solve contacts without adhesion or with JKR; other laws of adhesion have no independent solver here"
+            "verify: rings solve contacts without adhesion, with JKR, or with MaugisDugdale on bodies with memory; other laws of adhesion have "
+            "no independent solver here"
         )
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
@@ -255,7 +272,7 @@ def _verify_history(
     """Compare both histories in all rows, and all quantities in some of the rows in contact."""
     mdr = solve(contact, path)
     ring = solve(contact, path, solver=solver, progress=progress)
-    touching = np.flatnonzero(ring.data["normal_force"].values > 0.0)
+    touching = np.flatnonzero(ring.data["contact_radius"].values > 0.0)
     if touching.size == 0:
         raise PathError(
             "verify: the path makes no contact at any step; give a path that presses the bodies together"

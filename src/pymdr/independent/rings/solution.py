@@ -49,6 +49,8 @@ class RingSolution:
         Pressure that gives the same displacement for E* = 1: `pressure` over `modulus` for elastic bodies.
     surface : Surface
         Elastic surface.
+    tension, cohesive_radius : float, Pa and m
+        Tension on the disk of this radius, which `force` includes and `pressure` does not.
     """
 
     edges: Array
@@ -67,6 +69,8 @@ class RingSolution:
     modulus: float
     strain: Array
     surface: Surface = HALF_SPACE
+    tension: float = 0.0
+    cohesive_radius: float = 0.0
 
 
 def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
@@ -90,7 +94,7 @@ def displacement_at(solution: RingSolution, r: ArrayLike) -> Array:
 
 
 def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
-    """Contact pressure p(r) in Pa at radii `r` in m, of any shape; 0 outside, inf at a sharp edge and -inf at an adhesive one.
+    """Pressure p(r) in Pa at radii `r` in m, of any shape; 0 outside, inf at a sharp edge and -inf at an adhesive one.
 
     Between the edges b < a of a zone it is interpolated in θ = 2 arctan √((r - b)/(a - r)), in which
     it is smooth up to a free edge; at a sharp edge p √|r - edge| is interpolated.
@@ -130,7 +134,7 @@ def pressure_at(solution: RingSolution, r: ArrayLike) -> Array:
         smooth = Akima1DInterpolator(theta, value, extrapolate=True)(angle(x))
         with np.errstate(divide="ignore"):
             pressure[inside] = (smooth if value.min() < 0 else np.maximum(smooth, 0.0)) / weight
-    return pressure
+    return pressure - np.where(r < solution.cohesive_radius, solution.tension, 0.0)
 
 
 def solution_of(problem: RingProblem, state: RingState, modulus: float) -> RingSolution:
