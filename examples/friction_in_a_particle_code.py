@@ -13,8 +13,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 import pymdr as mdr
 
@@ -87,10 +87,11 @@ whole = mdr.impact(bead, mass=mass, speed=speed, angle=angle, radius="1 mm")
 print(f"Stepper: {-v:.6f} m/s, {w:.6f} m/s; impact: {whole.contact_point_speed:.6f} m/s")
 assert abs(w - whole.contact_point_speed) < 1e-4 * speed
 
-axes = plt.subplots(figsize=(5.6, 3.6), layout="constrained")[1]
+figure = Figure(figsize=(5.6, 3.6), layout="constrained")
+axes = figure.subplots()
 time = h * np.arange(1, len(rows) + 1) * 1e6
 axes.plot(time, path[:, 3], lw=1.2, label="tangential force")
 axes.plot(time, 0.3 * path[:, 2], "k--", lw=0.8, label="limit of sliding")
 axes.plot(time, -0.3 * path[:, 2], "k--", lw=0.8)
 axes.set(xlabel="time (µs)", ylabel="force (N)")
-axes.get_figure().legend(loc="outside upper right", ncols=2)
+figure.legend(loc="outside upper right", ncols=2)

@@ -26,7 +26,7 @@ assert abs(float(ring["peak_pressure"]) / (3 * 400e6 / (1 - 2 * 0.22)) - 1) < 2e
 # The largest principal stress at that load, in section and along the surface.
 
 result = mdr.solve(contact, mdr.load(float(ring["normal_force"])))
-result.plot_stress(name="principal_stress", side="body")
+figure = result.plot_stress(name="principal_stress", side="body")
 
 # %%
 # A ball that slides with a coefficient of friction of 0.1 cracks the glass behind it under a fraction of that load.
