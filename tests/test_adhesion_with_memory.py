@@ -301,3 +301,15 @@ def test_the_zone_of_a_slow_cone_grows_from_nothing():
     expected = elastic["normal_force"].values
     assert np.abs(expected).max() > 0.1
     assert result["normal_force"].values == pytest.approx(expected, abs=5e-4 * np.abs(expected).max())
+
+
+def test_a_long_wait_leaves_its_digits_to_a_fast_pull():
+    least = []
+    for wait in (1e4, 1e8):
+        path = (
+            mdr.indent(1.0, steps=4, duration=2.0)
+            >> mdr.hold(wait)
+            >> mdr.indent(-3.0, steps=20, duration=2e-6)
+        )
+        least.append(float(mdr.solve(contact(2.0), path)["normal_force"].min()))
+    assert least[1] == pytest.approx(least[0], rel=1e-6)

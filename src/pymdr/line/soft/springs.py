@@ -128,7 +128,7 @@ class ZoneSprings:
         x: FloatArray = spacing * np.arange(size, dtype=np.float64)
         g, area = setting.profile(x * self._unit)
         self._limits = np.array([level.largest, level.missed])
-        self._watched, self._rows = watched, 0
+        self._watched, self._rows, self._begin = watched, 0, 0.0
         self.lines: list[ZoneLine] = []
         """The springs of the watched rows so far."""
         zeros = np.zeros
@@ -213,7 +213,9 @@ class ZoneSprings:
         trial, now = self._zone.end, self._zone.now
         trial[kernels.ALPHA], trial[kernels.BETA] = (0.0, 1.0) if by_force else (1.0, softness)
         trial[kernels.RISE] = 0.0
-        now[kernels.TIME] = time[0]
+        # times count from the start of the leg, since a long wait would leave no digits to short steps
+        self._zone.node[:, -1] -= time[0] - self._begin
+        self._begin, now[kernels.TIME] = float(time[0]), 0.0
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit
         out = np.zeros((time.size - 1, driver.OUT_SPENT + 1))
@@ -225,7 +227,12 @@ class ZoneSprings:
             part = slice(first, last + 2)
             rows = out[first : last + 1].copy()
             end = driver.follow_rows(
-                self._zone, self._limits, pace, time[part].astype(float), scaled[part].copy(), rows
+                self._zone,
+                self._limits,
+                pace,
+                time[part].astype(float) - self._begin,
+                scaled[part].copy(),
+                rows,
             )
             out[first : last + 1] = rows
             if end != driver.DONE:
@@ -241,7 +248,7 @@ class ZoneSprings:
                 else "its steps became too short"
             )
             raise ConvergenceError(
-                f"the contact with memory and a cohesive zone could not be followed beyond t = {now[kernels.TIME]:.6g} s, a = "
+                f"the contact with memory and a cohesive zone could not be followed beyond t = {self._begin + now[kernels.TIME]:.6g} s, a = "
                 f"{metres(now[kernels.RADIUS] * self._unit)}: {why}; use a longer range of attraction, or a slower path"
             )
         energy = load * self._unit
