@@ -23,7 +23,7 @@ from pymdr.line.following.branches import Columns
 from pymdr.line.foundation import rises_to, states_at_depth
 from pymdr.line.friction import Stacks, virgin_state
 from pymdr.line.lines import unit_line_of
-from pymdr.line.memory import RelaxingContacts
+from pymdr.line.memory import RelaxingContacts, ShearedContacts
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts, PlaneLaw, Springs
 from pymdr.line.plastic import DEEPEST, GrowingBall, GrowingContacts, YieldingContacts
@@ -38,7 +38,7 @@ from pymdr.solving.hysteretic import HystereticLine
 from pymdr.solving.memory import powers_of, surfaces_of
 from pymdr.solving.plastic import ball_of
 from pymdr.solving.reach import map_to_springs, refuse_unreachable
-from pymdr.solving.viscoelastic import SPRINGS
+from pymdr.solving.viscoelastic import LEVELS, SPRINGS, STRAIGHT
 from pymdr.units import FloatArray, metres
 
 _ROWS = 65
@@ -81,10 +81,6 @@ def _refuse_unknown(contact: Contact) -> None:
     """Refuse contacts whose memory is of no known kind."""
     graded = contact.body.grading != 0.0 or contact.counterbody.grading != 0.0
     for refused, why in (
-        (
-            contact.is_viscoelastic and contact.friction is not None,
-            "bodies with memory are not available with friction; leave it out",
-        ),
         (
             contact.is_viscoelastic and contact.adhesion is not None,
             "bodies with memory are not available with adhesion; leave it out",
@@ -164,7 +160,15 @@ def _relaxing(contact: Contact, deepest: float, count: int, springs: int) -> Mov
     slowest = float(np.max(relaxation.times, initial=0.0)) or 1.0
     path = indent(deepest, duration=slowest) >> indent(0.5 * deepest, duration=slowest)
     contacts = RelaxingContacts(line, relaxation, deepest, springs, count)
-    return Moving(contacts, path >> indent(0.9 * deepest, duration=slowest))
+    path = path >> indent(0.9 * deepest, duration=slowest)
+    if contact.friction is None:
+        return Moving(contacts, path)
+    sideways = relaxation_of(contact.body, contact.counterbody, tangential=True)
+    division = STRAIGHT, 2 * LEVELS[0][0]
+    return Moving(
+        ShearedContacts(contacts, sideways, contact.friction.coefficient, division),
+        path >> ramp(shift=0.1 * deepest, duration=slowest),
+    )
 
 
 def _branches(contact: Contact, deepest: float, count: int) -> Moving:

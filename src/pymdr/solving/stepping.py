@@ -36,6 +36,7 @@ _CLAIMED = (
 )
 
 
+_FORCES = "normal_force", "tangential_force"
 _PLANE = ("tangential_force", "stick_radius", "stored_tangential_energy", "dissipated_energy")
 """Quantities whose errors depend on the number of springs."""
 
@@ -88,19 +89,20 @@ class Stepper:
     ----------
     contact : Contact
         Without adhesion: elastic half-spaces, homogeneous or transversely isotropic, with :class:`Coulomb` friction of any coefficient, also
-        infinite, or without; the profile may be a :class:`ForceCurve`. `Viscoelastic` and `ElasticPlastic` bodies without friction. With a law of adhesion: any elastic bodies, without friction.
+        infinite, or without; the profile may be a :class:`ForceCurve`. `Viscoelastic` half-spaces with friction or without; `ElasticPlastic` bodies
+        without. With a law of adhesion: any elastic bodies, without friction.
     max_indentation : quantity
         Largest indentation in m of all steps, above 0.
     count : int
         Number of contacts; by default one, whose values are floats. Values of several are arrays of the shape (count,).
     springs : int, optional
-        Number of springs up to the largest contact radius, 8 to 4096. With friction it is given for shifts (x, y) in the plane; by default
-        the shift is along one line, where the memory of friction is a stack. Bodies with memory have 1000.
+        Number of springs up to the largest contact radius, 8 to 4096. For elastic bodies with friction it is given for shifts (x, y) in the
+        plane; by default the shift is along one line, where the memory of friction is a stack. Bodies with memory have 1000, along one line.
 
     Raises
     ------
     ProblemError
-        If a body has memory with friction or adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
+        If a body has memory with adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
     RefusedError
         If the contact is not a disk at every indentation.
 
@@ -433,17 +435,19 @@ class Stepper:
         )
 
     def _missed(self, solved: Result) -> float:
-        """Relative difference of the last force of a path from that of `solve`, which has more springs."""
+        """Largest relative difference of the last forces of a path from those of `solve`, which has more springs."""
         contacts = moving_of(self._contact, self._deepest, 1, self._springs).contacts
-        name, shift = "normal_force", np.zeros(solved["indentation"].shape)
-        if self._forces is PlaneForces:
-            name, shift = "tangential_force", solved["shift"].values
-        time = solved["time"].values if "time" in solved.data else np.zeros(shift.shape[0])
+        still = np.zeros(solved["indentation"].shape)
+        shift = solved["shift"].values if "shift" in solved.data else still
+        time = solved["time"].values if "time" in solved.data else still
         rows = solved["indentation"].values.tolist(), list(shift), np.diff(time, prepend=0.0).tolist()
         for depth, place, duration in zip(*rows, strict=True):
             contacts.advance(depth, place, duration)
-        exact = solved[name].values[-1]
-        return float(np.linalg.norm(getattr(contacts, name)[0] - exact) / np.linalg.norm(exact))
+        exact = {name: solved[name].values[-1] for name in _FORCES if name in solved.data}
+        return max(
+            float(np.linalg.norm(getattr(contacts, name)[0] - value) / np.linalg.norm(value))
+            for name, value in exact.items()
+        )
 
     def __repr__(self) -> str:
         """The contact, and where it is."""

@@ -76,7 +76,7 @@ SPRINGS = 1000
 """Springs in the largest contact."""
 LEVELS = ((2, SPRINGS), (1, SPRINGS // 2), (1, SPRINGS // 4))
 """Parts of a step and numbers of springs by which rows and their errors are computed."""
-_STRAIGHT = 1e-3
+STRAIGHT = 1e-3
 """Largest deviation of an indentation that is not prescribed from a straight line within a part of a row, over the
 largest indentation, before the parts are refined twice more."""
 _SHALLOW = 0.1
@@ -234,7 +234,7 @@ def parts_between(
 
 def _divided(line: Line, relaxation: Relaxation, goal: Goal, state: MemoryState, loads: bool) -> Parts:
     """Parts of rows; of first ones that are far shallower than the deepest, as if they were the whole path."""
-    parts = parts_of(line, relaxation, goal, state, tolerance=_STRAIGHT, loads=loads, n=SPRINGS // 2)
+    parts = parts_of(line, relaxation, goal, state, tolerance=STRAIGHT, loads=loads, n=SPRINGS // 2)
     so_far = np.maximum.accumulate(goal.target)
     shallow = int(np.count_nonzero(so_far < _SHALLOW * so_far[-1]))
     if shallow == 0 or so_far[shallow - 1] <= 0.0 or state.deflection.any():

@@ -15,6 +15,7 @@ from pymdr.line.memory.histories import (
     virgin,
 )
 from pymdr.line.memory.moved import RelaxingContacts
+from pymdr.line.memory.sheared import ShearedContacts
 from pymdr.line.memory.springs import Springs, springs_to
 from pymdr.line.memory.tabulated import approach_and_retreat, divided, tabulated
 from pymdr.line.memory.tangential import (
@@ -33,6 +34,7 @@ __all__ = [
     "Passage",
     "RelaxingContacts",
     "Rows",
+    "ShearedContacts",
     "Springs",
     "TangentialHistory",
     "TangentialState",

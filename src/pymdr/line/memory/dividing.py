@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from pymdr.line.memory.modes import modes_of
 from pymdr.line.memory.springs import extended, next_depth, springs_to
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    from pymdr.line.memory.row_kernels import Division, Run
 
 _PARTS = 1024
 """Largest number of parts at first."""
@@ -100,7 +103,7 @@ def parts_of(
     Parts
         Whole rows where nothing is asked for or touches, or the history itself cannot be followed.
     """
-    from pymdr.line.memory import kernels, row_kernels
+    from pymdr.line.memory import row_kernels
 
     t, values, start, machine_stiffness = goal
     if (np.diff(t, prepend=state.time) < 0.0).any():  # as the history itself says
@@ -123,34 +126,47 @@ def parts_of(
     if size <= 0.0:
         return whole_rows(t.size)
     springs = extended(curve, springs, deepest)
-    strength = _means(relaxation, np.diff(t, prepend=state.time)) * _elastic(curve, size)
+    strength = mean_moduli(relaxation, np.diff(t, prepend=state.time)) * elastic_force(curve, size)
     course, division = np.stack([t, pulled, strength]), row_kernels.Division(tolerance * size, tolerance)
-    modes, most = modes_of(relaxation), _PARTS + 2 * t.size
+    modes = modes_of(relaxation)
     while True:
-        rows = np.zeros((most, kernels.COLUMNS))
         run, begin, first = prepared_run(
             springs, relaxation, modes, state, goal.machine_stiffness, first_target
         )
-        notes = np.zeros((row_kernels.NOTES, 3 if loads else 0, springs.position.size))
-        states = first, first.copy(), first.copy()
-        count = row_kernels.divide(run, course, begin, states, rows, notes, division)
+        parts = divided_rows(run, begin, first, course, division, loads)
+        if isinstance(parts, Parts):
+            return parts
+        if parts == row_kernels.STUCK:
+            return whole_rows(t.size)
+        springs = extended(curve, springs, next_depth(curve, springs))
+
+
+def divided_rows(
+    run: Run, begin: FloatArray, first: FloatArray, course: FloatArray, division: Division, loads: bool
+) -> Parts | int:
+    """The parts of rows of :func:`pymdr.line.memory.row_kernels.divide`, or why they were not divided; the state stays."""
+    from pymdr.line.memory import kernels, row_kernels
+
+    most = _PARTS + 2 * course.shape[1]
+    while True:
+        rows = np.zeros((most, kernels.COLUMNS))
+        notes = np.zeros((row_kernels.NOTES, 3 if loads else 0, first.shape[0]))
+        states = first.copy(), first.copy(), first.copy()
+        count = row_kernels.divide(run, course, begin.copy(), states, rows, notes, division)
         if count >= 0:
             return Parts(rows[:count, kernels.OWNER].astype(np.int64), rows[:count, kernels.PART].copy())
-        if count == row_kernels.STUCK:
-            return whole_rows(t.size)
-        if count == row_kernels.ENDED:
-            springs = extended(curve, springs, next_depth(curve, springs))
-        else:
-            most *= 4
+        if count != row_kernels.FULL:
+            return int(count)
+        most *= 4
 
 
-def _means(relaxation: Relaxation, time: FloatArray) -> FloatArray:
+def mean_moduli(relaxation: Relaxation, time: FloatArray) -> FloatArray:
     """The mean of E*(t) in Pa up to some times in s; 0 up to 0, where nothing is divided."""
     flow = -np.expm1(-time[:, None] / relaxation.times) * relaxation.times @ relaxation.moduli
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(time > 0.0, relaxation.equilibrium + (flow + relaxation.viscosity) / time, 0.0)
 
 
-def _elastic(curve: Curve, depth: float) -> float:
+def elastic_force(curve: Curve, depth: float) -> float:
     """The elastic force in N per unit modulus at a depth in m."""
     return float(normal_force(curve, states_at_depth(curve, [depth]))[0])

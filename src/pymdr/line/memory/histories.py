@@ -90,7 +90,7 @@ class Passage(NamedTuple):
 Watch = Callable[[Passage], None]
 """Called with rows as they are followed; the arrays over the springs are theirs only until the next rows."""
 
-_WATCHED = 512
+WATCHED = 512
 """Most rows of a passage."""
 
 
@@ -354,11 +354,11 @@ def _follow_rows(
     (t, target, machine), (rows, radii, done), springs = course, results, state.springs
     assert springs is not None
     run, start, first = prepared_run(springs, relaxation, modes, state, machine, 0.0)
-    watched = 0 if watch is None else min(_WATCHED, t.size - done) + 1
+    watched = 0 if watch is None else min(WATCHED, t.size - done) + 1
     notes = np.zeros((row_kernels.NOTES, watched, springs.position.size))
     by_load = None if math.isinf(machine) else True
     while done < t.size:
-        stop = t.size if watch is None else min(done + _WATCHED, t.size)
+        stop = t.size if watch is None else min(done + WATCHED, t.size)
         before = start.copy()
         sections = np.stack([t[done:stop], target[done:stop], np.zeros(stop - done)])
         count = row_kernels.follow(

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, Self
 
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import Curve
-from pymdr.line.memory.histories import contact_radii, prepared_run, virgin
+from pymdr.line.memory.dividing import Parts, divided_rows, elastic_force, mean_moduli
+from pymdr.line.memory.histories import WATCHED, Passage, contact_radii, prepared_run, virgin
 from pymdr.line.memory.modes import modes_of
 from pymdr.line.memory.springs import springs_to
 from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion, WithoutShift
@@ -42,58 +44,98 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
     ) -> None:
         from pymdr.line.memory import kernels, row_kernels
 
-        self._curve, self._relaxation, self._springs = curve, relaxation, springs_to(curve, deepest, springs)
+        self.curve, self.relaxation, self.springs = curve, relaxation, springs_to(curve, deepest, springs)
         self._rigid = relaxation.instantly_rigid or relaxation.viscosity > 0.0
         self._at, self._kernels = kernels, row_kernels
         self._run, start, first = prepared_run(
-            self._springs, relaxation, modes_of(relaxation), virgin(), math.inf, 0.0
+            self.springs, relaxation, modes_of(relaxation), virgin(), math.inf, 0.0
         )
-        self._scratch, self._notes = first.copy(), np.zeros((row_kernels.NOTES, 0, first.shape[0]))
+        self._scratch, self._untold = first.copy(), np.zeros((row_kernels.NOTES, 0, first.shape[0]))
+        self._size = float(self.springs.height[-1])
+        self._elastic = elastic_force(curve, self._size)
         row = np.zeros(kernels.COLUMNS)
         row[kernels.LAST] = -1.0
         self.arrays = tuple(np.tile(one, (count, 2, *([1] * one.ndim))) for one in (first, start, row))
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation in m within a duration in s; F_N in N, and 0."""
-        return self._step(0, depth, self._checked(duration)), 0.0
+        (lasting,) = self.durations([depth], duration)
+        return self._step(0, depth, lasting), 0.0
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts."""
-        lasts = np.broadcast_to(np.asarray([self._checked(each) for each in np.ravel(duration)]), depth.shape)
-        moves = enumerate(zip(depth.tolist(), lasts.tolist(), strict=True))
+        depths = depth.tolist()
+        moves = enumerate(zip(depths, self.durations(depths, duration), strict=True))
         return np.array([self._step(i, d, t) for i, (d, t) in moves]), np.zeros(depth.shape)
 
-    def _checked(self, duration: Any) -> float:
-        if duration is None or not 0.0 <= float(duration) < math.inf:
-            raise PathError(
-                f"Stepper.advance: duration = {shown(duration)}; a body with memory needs the finite duration of the step in s"
-            )
-        return float(duration)
+    def durations(self, depths: list[float], duration: Any) -> list[float]:
+        """Durations in s of steps to indentations in m, all of which can be taken."""
+        given = [duration] if np.ndim(duration) == 0 else np.ravel(duration).tolist()
+        for each in given:
+            if each is None or not 0.0 <= float(each) < math.inf:
+                raise PathError(
+                    f"Stepper.advance: duration = {shown(each)}; a body with memory needs the finite duration of the step in s"
+                )
+        lasting = [float(each) for each in np.broadcast_to(given, len(depths))]
+        if self._rigid and 0.0 in lasting:
+            for depth, here, lasts in zip(depths, self.indentation.tolist(), lasting, strict=True):
+                if lasts == 0.0 and here != depth and max(here, depth) > 0.0:
+                    raise PathError(
+                        f"Stepper.advance: indentation = {metres(depth)} in zero time, for which this rheology needs an infinite force; "
+                        "give the step a duration"
+                    )
+        return lasting
 
     def _step(self, i: int, depth: float, duration: float) -> float:
-        springs, start, row = (array[i] for array in self.arrays)
-        here, at = float(start[NOW, 1]), self._at
-        if duration == 0.0 and self._rigid and here != depth and max(here, depth) > 0.0:
-            raise PathError(
-                f"Stepper.advance: indentation = {metres(depth)} in zero time, for which this rheology needs an infinite force; give the "
-                "step a duration"
-            )
-        for array in (springs, start, row):
-            array[BEFORE] = array[NOW]
-        self._scratch[:] = springs[NOW]
-        course = np.array([[start[NOW, 0] + duration], [depth], [0.0]])
-        rows = row[NOW][None].copy()
-        done = self._kernels.follow(
-            self._run, course, start[NOW], (springs[NOW], self._scratch), rows, self._notes, None
-        )
-        if done != 1:
-            raise ConvergenceError(f"Stepper.advance: no springs are known at {metres(depth)}")
-        # times count from the last step, whose durations may be short against the whole
-        start[NOW, 0] = 0.0
-        for column in (at.WORK, at.DISSIPATED):
-            rows[0, column] += row[BEFORE, column]
-        row[NOW] = rows[0]
-        return float(rows[0, at.FORCE])
+        """Go with contact i straight to an indentation in m within a duration in s; F_N in N."""
+        self._keep(i)
+        course = np.array([[duration], [depth], [0.0]])
+        return float(self._follow(i, course, self._untold)[0, self._at.FORCE])
+
+    def step_in_parts(
+        self, i: int, depth: float, duration: float, division: tuple[float, int]
+    ) -> Iterator[tuple[FloatArray, Passage]]:
+        """
+        The same in parts on which the loads of all springs are straight; yields their ends as shares of the step, and their loads.
+
+        `division` are the tolerance, of the strength of the contact, and the number of parts into which each part is divided once more.
+        """
+        self._keep(i)
+        tolerance, times = division
+        springs, start, _ = (array[i, NOW] for array in self.arrays)
+        strength = float(mean_moduli(self.relaxation, np.array([duration]))[0]) * self._elastic
+        course = np.array([[duration], [depth], [strength]])
+        within = self._kernels.Division(tolerance * self._size, tolerance)
+        parts = divided_rows(self._run, start, springs, course, within, True)
+        assert isinstance(parts, Parts), "an indentation within the springs is always met"
+        parts = parts.halved(times)
+        time, places = parts.along(course[0], start[0]), parts.along(course[1], start[1])
+        for first in range(0, time.size, WATCHED):
+            some = slice(first, first + WATCHED)
+            t, d = np.append(start[0], time[some]), np.append(start[1], places[some])
+            notes = np.zeros((self._kernels.NOTES, t.size, springs.shape[0]))
+            rows = self._follow(i, np.stack([t[1:], d[1:], np.zeros(t.size - 1)]), notes)
+            radii = contact_radii(self.curve, self.springs, rows)
+            yield parts.share[some], Passage(self.springs, t, d, rows[:, self._at.FORCE], radii, notes)
+
+    def _keep(self, i: int) -> None:
+        """Keep the state before a step. Times count from there: its duration may be short against the whole."""
+        self.arrays[1][i, NOW, 0] = 0.0
+        for array in self.arrays:
+            array[i, BEFORE] = array[i, NOW]
+
+    def _follow(self, i: int, course: FloatArray, notes: FloatArray) -> FloatArray:
+        """Rows of a step; their work and dissipation are those so far."""
+        springs, start, row = (array[i, NOW] for array in self.arrays)
+        self._scratch[:] = springs
+        rows = np.zeros((course.shape[1], row.size))
+        done = self._kernels.follow(self._run, course, start, (springs, self._scratch), rows, notes, None)
+        if done != course.shape[1]:
+            raise ConvergenceError(f"Stepper.advance: no springs are known at {metres(course[1, -1])}")
+        for column in (self._at.WORK, self._at.DISSIPATED):
+            rows[:, column] += row[column]
+        row[:] = rows[-1]
+        return rows
 
     def copied(self) -> Self:
         """The same contacts, which move on their own."""
@@ -114,15 +156,15 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
     @property
     def contact_radius(self) -> FloatArray:
         """In m; 0 without contact."""
-        return contact_radii(self._curve, self._springs, self.arrays[2][:, NOW])
+        return contact_radii(self.curve, self.springs, self.arrays[2][:, NOW])
 
     @property
     def normal_stiffness(self) -> FloatArray:
         """Stiffness of a sudden step in N/m, of the moduli that have not relaxed; inf in contact where a dashpot resists."""
-        per_modulus = self._curve.stiffness(self.contact_radius)
+        per_modulus = self.curve.stiffness(self.contact_radius)
         if self._rigid:
             return np.where(per_modulus > 0.0, math.inf, 0.0)
-        return np.asarray(self._relaxation.glassy * per_modulus)
+        return np.asarray(self.relaxation.glassy * per_modulus)
 
     @property
     def elastic_energy(self) -> FloatArray:

@@ -113,7 +113,7 @@ def shear_springs(
     first = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
     run = kernels.Shear(steps.table_of(springs), float(friction), body, np.zeros((kernels.OWN_COLUMNS, size)))
     rows = np.zeros((target.size, kernels.COLUMNS))
-    pressed = kernels.Pressed(_row_data(curve, passage, normal), passage.notes)
+    pressed = kernels.Pressed(row_data(curve, passage, normal), passage.notes)
     control, start = (bool(forced), float(slack)), (float(state.shift), active_springs(first))
     states = first, first.copy(), first.copy()
     followed = kernels.shear(run, pressed, np.array(target), control, start, states, rows)
@@ -134,7 +134,7 @@ def shear_springs(
     )
 
 
-def _row_data(curve: Curve, passage: Passage, normal: Relaxation) -> FloatArray:
+def row_data(curve: Curve, passage: Passage, normal: Relaxation) -> FloatArray:
     """The rows of normal contact as arguments of the kernels."""
     from pymdr.line.memory import tangential_kernels as kernels
 

@@ -1,0 +1,179 @@
+"""Contacts of bodies with memory and friction that are moved step by step along a line."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Self
+
+import numpy as np
+
+from pymdr.errors import PathError
+from pymdr.line.memory.modes import active_springs, modes_of, unpacked
+from pymdr.line.memory.moved import RelaxingContacts
+from pymdr.line.memory.tangential import row_data, unsheared
+from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.units import FloatArray
+
+
+class ShearedContacts(WithoutAdhesion, Moved):
+    """
+    Contacts whose springs with memory have tangential partners, which stick or slip.
+
+    What they remember: that of the normal contact, (n, 2, springs, columns) tangential springs, and (n, 2, columns) rows of their
+    kernels.
+
+    Parameters
+    ----------
+    normal : RelaxingContacts
+        The same contacts without friction.
+    relaxation : Relaxation
+        G*(t).
+    friction : float
+        mu, from 0 to inf.
+    division : tuple
+        By how much loads may deviate from straight lines within a part of a step, of the strength of the contact; and into how
+        many parts each of these is divided.
+    """
+
+    def __init__(
+        self, normal: RelaxingContacts, relaxation: Relaxation, friction: float, division: tuple[float, int]
+    ) -> None:
+        from pymdr.line.memory import kernels as steps
+        from pymdr.line.memory import tangential_kernels as kernels
+
+        self.normal, self._relaxation, self._division = normal, relaxation, division
+        self._at = kernels
+        springs, modes, state = normal.springs, modes_of(relaxation), unsheared()
+        size = springs.position.size
+        first = unpacked(state.deflection, state.branches, state.free, size, relaxation, modes)
+        own = np.zeros((kernels.OWN_COLUMNS, size))
+        self._run = kernels.Shear(
+            steps.table_of(springs), float(friction), steps.body_of(relaxation, modes), own
+        )
+        self._scratch = first.copy(), first.copy()
+        held = (first, np.zeros(kernels.COLUMNS))
+        self._own = tuple(np.tile(one, (normal.count, 2, *([1] * one.ndim))) for one in held)
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All that the contacts remember."""
+        return (*self._own, *self.normal.arrays)
+
+    @arrays.setter
+    def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
+        held, rows, *normal = arrays
+        self._own, self.normal.arrays = (held, rows), tuple(normal)
+
+    def copied(self) -> Self:
+        """The same contacts, which move on their own."""
+        other = super().copied()
+        other.normal = self.normal.copied()
+        other._scratch = self._scratch[0].copy(), self._scratch[1].copy()
+        return other
+
+    def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
+        """Go with one contact straight to an indentation and a shift in m within a duration in s; F_N and F_x in N."""
+        place = _finite(float(shift))
+        (lasting,) = self.normal.durations([depth], duration)
+        return self._step(0, depth, place, lasting)
+
+    def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
+        """The same with all contacts."""
+        shifts = [_finite(each) for each in np.broadcast_to(shift, depth.shape).tolist()]
+        depths = depth.tolist()
+        moves = zip(range(depth.size), depths, shifts, self.normal.durations(depths, duration), strict=True)
+        normal, tangential = np.transpose([self._step(*move) for move in moves])
+        return normal, tangential
+
+    def _step(self, i: int, depth: float, shift: float, duration: float) -> tuple[float, float]:
+        at, held, row = self._at, self._own[0][i], self._own[1][i]
+        for array in (held, row):
+            array[BEFORE] = array[NOW]
+        here, normal = float(row[NOW, at.SHIFT]), 0.0
+        for share, passage in self.normal.step_in_parts(i, depth, duration, self._division):
+            rows = np.zeros((share.size, row.shape[1]))
+            for scratch in self._scratch:
+                scratch[:] = held[NOW]
+            self._run.own[:] = 0.0  # of the steps and contacts before
+            at.shear(
+                self._run,
+                at.Pressed(row_data(self.normal.curve, passage, self.normal.relaxation), passage.notes),
+                shift - (shift - here) * (1.0 - share),
+                (False, 0.0),
+                (float(row[NOW, at.SHIFT]), active_springs(held[NOW])),
+                (held[NOW], *self._scratch),
+                rows,
+            )
+            for column in (at.DISSIPATED, at.SLIP, at.WORK):
+                rows[-1, column] = row[NOW, column] + rows[:, column].sum()
+            row[NOW], normal = rows[-1], float(passage.force[-1])
+        return normal, float(row[NOW, at.FORCE])
+
+    @property
+    def indentation(self) -> FloatArray:
+        """Indentations in m."""
+        return self.normal.indentation
+
+    @property
+    def shift(self) -> FloatArray:
+        """Shifts in m."""
+        return self._now(self._at.SHIFT)
+
+    @property
+    def normal_force(self) -> FloatArray:
+        """F_N in N."""
+        return self.normal.normal_force
+
+    @property
+    def tangential_force(self) -> FloatArray:
+        """F_x in N."""
+        return self._now(self._at.FORCE)
+
+    @property
+    def contact_radius(self) -> FloatArray:
+        """In m; 0 without contact."""
+        return self.normal.contact_radius
+
+    @property
+    def stick_radius(self) -> FloatArray:
+        """In m; the contact radius where all springs stick."""
+        return np.asarray(np.minimum(self._now(self._at.STICK), self.contact_radius))
+
+    @property
+    def normal_stiffness(self) -> FloatArray:
+        """Stiffness of a sudden step in N/m."""
+        return self.normal.normal_stiffness
+
+    @property
+    def tangential_stiffness(self) -> FloatArray:
+        """Stiffness of a sudden step in N/m of the springs that stick, of the moduli that have not relaxed; inf where a dashpot resists."""
+        per_modulus = self.normal.curve.stiffness(self.stick_radius)
+        if self._relaxation.viscosity > 0.0:
+            return np.where(per_modulus > 0.0, math.inf, 0.0)
+        return np.asarray(self._relaxation.glassy * per_modulus)
+
+    @property
+    def elastic_energy(self) -> FloatArray:
+        """Energy in J of all normal springs."""
+        return self.normal.elastic_energy
+
+    @property
+    def stored_tangential_energy(self) -> FloatArray:
+        """Energy in J of all tangential springs."""
+        return self._now(self._at.STORED)
+
+    @property
+    def dissipated_energy(self) -> FloatArray:
+        """Energy in J of all dashpots and of slip so far."""
+        lost = self._now(self._at.DISSIPATED) + self._now(self._at.SLIP)
+        return np.asarray(self.normal.dissipated_energy + lost)
+
+    def _now(self, column: int) -> FloatArray:
+        return np.asarray(self._own[1][:, NOW, column])
+
+
+def _finite(shift: float) -> float:
+    if not math.isfinite(shift):
+        raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
+    return shift
