@@ -149,8 +149,8 @@ def follow_pulled(
     >>> elastic = Relaxation(1.0, np.zeros(0), np.zeros(0))
     >>> setting = PulledSetting(Bodies(Paraboloid(1.0)), elastic, Attraction(2.0, 0.5), False, Rings(100))
     >>> leg = follow_pulled(setting, np.array([0.0, 1.0]), np.array([-0.6, 0.5]), None)
-    >>> round(leg.solutions[0].contact_radius, 2)
-    1.72
+    >>> round(leg.solutions[0].force, 2)
+    -3.49
     """
     state = _with_rings(setting, state, float(target.max()))
     solutions: list[RingSolution | None] = []
