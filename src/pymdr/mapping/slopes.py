@@ -61,6 +61,8 @@ _AHEAD = 1.23
 """Largest ratio of the last panel end to the needed radius at a breakpoint."""
 _SLIGHT = 32.0
 """Largest insignificant jump at a detected kink, over its rounding error."""
+_DROWNED = 0.1
+"""Error of f', in parts of it, from which jumps between panels count as errors."""
 _LEAST_LEAP = 1e-12
 _MISSED = 1e-12
 """Relative misfit of f' above which a panel next to a breakpoint does not resolve it."""
@@ -197,14 +199,14 @@ class ResolvedSlope:
             self._handle_stop(made)
             return
         if not self.source.surveyed:
-            leaps = _jumps_between(made, self.slopes)
+            leaps, drowned = _jumps_between(made, self.slopes)
             if kinks := self._kinks_between(made, leaps):
                 if kinks[0] < self.front * (1.0 + FIRST):
                     # no sliver is left between it and the panels before
                     self.slopes, self.front = None, self.tail_radius
                 self._handle_stop(Stopped(kinks))
                 return
-            made = replace(made, jump_error=np.maximum(made.jump_error, leaps))
+            made = replace(made, jump_error=np.maximum(made.jump_error, np.maximum(leaps, drowned)))
         made = _with_onsets(made, self.slopes, [*self.undeclared, *self.source.moved], self.source)
         self.slopes = made if self.slopes is None else joined_slopes(self.slopes, made)
         # panels divided beyond the needed radius are not included
@@ -266,8 +268,8 @@ class ResolvedSlope:
             )
 
 
-def _jumps_between(made: Slopes, before: Slopes | None) -> FloatArray:
-    """Jumps of f' at the lower ends of panels that follow others, 0 where errors can explain them, shape (P,)."""
+def _jumps_between(made: Slopes, before: Slopes | None) -> tuple[FloatArray, FloatArray]:
+    """Jumps of f' at the lower ends of panels that follow others: those that errors cannot explain, and those in noise; each (P,)."""
     whole = made if before is None else joined_slopes(before.last, made)
     panels, series = whole.panels, whole.series
     # T_j is 1 at the upper and (-1)^j at the lower end
@@ -280,8 +282,13 @@ def _jumps_between(made: Slopes, before: Slopes | None) -> FloatArray:
     # where f' is close to 0 its rounding is no less than further in
     allowed += _LEAST_LEAP * np.maximum.accumulate(whole.size * panels.stop) / panels.stop
     jump_size = np.abs(first[1:] - last[:-1])
-    jump_size = np.where((jump_size > allowed[1:] + allowed[:-1]) & (panels.low[1:] > 0.0), jump_size, 0.0)
-    return np.append(np.zeros(made.panels.count - jump_size.size), jump_size)
+    jump_size = np.where(panels.low[1:] > 0.0, jump_size, 0.0)
+    explained = allowed[1:] + allowed[:-1]
+    # in noise of the size of f' the whole rise over a kink may be between panels
+    drowned = explained > _DROWNED * np.maximum(whole.size[1:], whole.size[:-1])
+    first_ones = np.zeros(made.panels.count - jump_size.size)
+    leaps, hidden = np.where(jump_size > explained, jump_size, 0.0), np.where(drowned, jump_size, 0.0)
+    return np.append(first_ones, leaps), np.append(first_ones, hidden)
 
 
 @lru_cache(maxsize=1)
