@@ -7,6 +7,6 @@ collect_ignore = (
     if find_spec("panel")
     else [
         f"src/pymdr/explore/{name}.py"
-        for name in ("files", "page", "pane", "serve", "teaching", "views", "widgets")
+        for name in ("files", "notebook", "page", "pane", "serve", "teaching", "views", "widgets")
     ]
 )
