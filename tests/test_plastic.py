@@ -379,7 +379,7 @@ def test_results_are_saved_and_drawn(tmp_path):
     assert again.contact == BALL
     assert set(result.figures()) >= {"force", "curves", "history"}
     assert result.claims["normal_force"].level is mdr.Level.APPROXIMATE
-    with pytest.raises(mdr.NotValidError, match="no pressures"):
+    with pytest.raises(mdr.NotValidError, match="neither pressures nor displacements"):
         result.field("pressure")
 
 

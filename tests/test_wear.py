@@ -315,7 +315,7 @@ def test_worn_profile_is_solved_saved_and_worn_again(at_depth: mdr.solving.wear.
     at_depth.save(tmp_path / "study.nc")
     with xr.open_dataset(tmp_path / "study.nc", engine="h5netcdf") as saved:
         assert saved["surface_profile"].shape == at_depth.surface["profile"].shape
-    with pytest.raises(mdr.ProblemError, match="is without wear"):
+    with pytest.raises(mdr.ProblemError, match="row 0 has no wear"):
         at_depth.worn(0)
 
 
