@@ -804,7 +804,10 @@ def test_refused_paths(name):
 def test_values_that_are_not_numbers_are_refused():
     with pytest.raises(mdr.UnitError, match=r"Path\.indentation\[1\]: nan is not finite"):
         mdr.Path(indentation=[0.1, math.nan])
-    with pytest.raises(mdr.ProblemError, match="rings solve frictionless contacts without machine, and without adhesion but that of a cohesive zone"):
+    with pytest.raises(
+        mdr.ProblemError,
+        match="rings solve frictionless contacts without machine, and without adhesion but that of a cohesive zone",
+    ):
         mdr.solve(contact(), mdr.indent(0.1), solver=mdr.Rings(20))
 
 

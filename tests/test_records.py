@@ -342,6 +342,8 @@ def test_bad_records_are_refused():
     loops = mdr.measured_loops(record(np.sin(t), np.sin(t + 0.1)))
     with pytest.raises(mdr.QuantityError, match="damping_ratio"):
         loops["slip"]
+    assert not any("give energy" in note for note in loops.notes)
+    assert "interchanged" in mdr.measured_loops(record(np.sin(t + 0.1), np.sin(t))).notes[-1]
     falling = mdr.measured_loops(record(np.sin(t), -np.sin(t)))
     assert np.isnan(falling["damping_ratio"]).all()
     assert " - " in falling.summary()

@@ -146,6 +146,32 @@ def test_a_kink_as_sharp_as_the_rounding_of_f_is_claimed(b, jump, away, side):
         assert claimed < 1e-11
 
 
+def test_kinks_that_an_offset_hides_are_claimed_in_the_energy():
+    # two kinks at once, over which f' rises by 2600 times its value, below an offset whose rounding is 1e-6 of the rise before
+    terms = ((1.65e-6, 0.0), (3.48e-3, 1.6337612367349963), (8.11e-4, 1.6337613966318407), (9.1e-6, 520.0))
+    line = equivalent_profile(
+        mdr.Function(lambda r: 8658.529072773103 + sum(s * np.maximum(r - b, 0.0) for s, b in terms))
+    )
+    x = np.array([3.555343286188964])
+    assert np.isfinite(line.overlap_radius(0.0167))
+
+    def image(t):
+        return sum(s * t * np.arccos(np.minimum(b / t, 1.0)) for s, b in terms)
+
+    t, w = np.polynomial.legendre.leggauss(200)
+    squared = 0.0
+    for low, high in itertools.pairwise([0.0, *(b for _, b in terms[1:3]), float(x[0])]):
+        # the root of g at a kink is taken out by a square
+        at = 0.5 * (1.0 + t)
+        where = low + (high - low) * at**2
+        squared += float(
+            np.sum(w * at * (high - low) * (image(x[0]) - image(np.maximum(where, 1e-300))) ** 2)
+        )
+    for name, k, truth in (("g", 0, image(x[0])), ("squared", 3, squared)):
+        off = abs(float(getattr(line, name)(x)[0]) / truth - 1.0)
+        assert off <= 10.0 * line.error(x)[0, k] + 1e-14
+
+
 @settings(max_examples=COUNT, deadline=None)
 @given(RADII, st.floats(-5, -1))
 def test_worn_and_rounded_flats_without_their_breakpoints(R, ratio):

@@ -7,8 +7,6 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import panel as pn
-
 from pymdr.explore.model import choices_of
 from pymdr.explore.serve import new_server
 
@@ -70,8 +68,6 @@ def page(cases: str | Path | None = None, *, height: int = 1000) -> Shown:
         If the folder holds no case.
     """
     choices = choices_of(None if cases is None else Path(cases))
-    theme = pn.config.theme
     server, address = new_server(choices)
-    pn.config.theme = theme
     server.start()
     return Shown(address, height, server)

@@ -286,9 +286,11 @@ def _jumps_between(made: Slopes, before: Slopes | None) -> tuple[FloatArray, Flo
     explained = allowed[1:] + allowed[:-1]
     # in noise of the size of f' the whole rise over a kink may be between panels
     drowned = explained > _DROWNED * np.maximum(whole.size[1:], whole.size[:-1])
-    first_ones = np.zeros(made.panels.count - jump_size.size)
-    leaps, hidden = np.where(jump_size > explained, jump_size, 0.0), np.where(drowned, jump_size, 0.0)
-    return np.append(first_ones, leaps), np.append(first_ones, hidden)
+    padding = np.zeros(made.panels.count - jump_size.size)
+    leaps, hidden = (
+        np.append(padding, np.where(mask, jump_size, 0.0)) for mask in (jump_size > explained, drowned)
+    )
+    return leaps, hidden
 
 
 @lru_cache(maxsize=1)

@@ -102,7 +102,7 @@ class Contact(Value):
                 "proportional to its normal ones, and the error of the theory of Cattaneo and Mindlin is not known; leave "
                 "friction out, or give exponent 0"
             )
-        if exponent != 0.0 and self._is_cohesive:
+        if exponent != 0.0 and self.is_cohesive:
             raise ProblemError(
                 f"Contact: {type(self.adhesion).__name__} is not derived for a graded body (exponent {exponent:g}), only for "
                 "homogeneous ones; use JKR for soft and large bodies, DMT for stiff and small ones"
@@ -131,7 +131,8 @@ class Contact(Value):
         return self.body.is_viscoelastic or self.counterbody.is_viscoelastic
 
     @property
-    def _is_cohesive(self) -> bool:
+    def is_cohesive(self) -> bool:
+        """Whether a constant stress attracts the surfaces up to a range."""
         return self.adhesion is not None and self.adhesion.cohesive_stress is not None
 
     @property
@@ -201,7 +202,7 @@ class Contact(Value):
                 "normal ones, and the error of the theory of Cattaneo and Mindlin is not known; leave friction out, or use "
                 "Elastic for the body"
             )
-        if self._is_cohesive:
+        if self.is_cohesive:
             raise ProblemError(
                 f"Contact: {type(self.adhesion).__name__} is not derived for a Layered body, only for homogeneous "
                 "ones; use JKR for soft and large bodies, DMT for stiff and small ones"
@@ -239,7 +240,7 @@ class Contact(Value):
                 )
 
     def _refuse_memory(self) -> None:
-        if self.adhesion is None or self._is_cohesive:
+        if self.adhesion is None or self.is_cohesive:
             return
         if isinstance(self.adhesion, JKR) and self.adhesion.range is not None:
             return

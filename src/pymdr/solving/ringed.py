@@ -92,13 +92,8 @@ def _checked(task: Task) -> Rings:
     contact, rings = task.contact, task.solver
     if not isinstance(rings, Rings):
         raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
-    pulled = (
-        contact.is_viscoelastic
-        and contact.adhesion is not None
-        and contact.adhesion.cohesive_stress is not None
-    )
     if (
-        (contact.adhesion is not None and not pulled)
+        (contact.adhesion is not None and not (contact.is_viscoelastic and contact.is_cohesive))
         or contact.friction is not None
         or uses(task.path, "travel")
     ):
@@ -295,10 +290,8 @@ def _rows_of(
         )
         for rows in (fine, coarse)
     )
-    # rows that only one of both has in contact do not measure the error of others
-    differ = np.array([(one is None) != (two is None) for one, two in zip(fine, coarse, strict=True)])
     prescribed = np.full(solutions.size, np.nan) if stretch.by_force else stretch.normal
-    rows = _Remembered(solutions, change, answer, np.where(differ, answer, other), prescribed)
+    rows = _Remembered(solutions, change, answer, other, prescribed)
     here = {
         "indentation": float(_depths(rows)[-1]),
         "normal_force": 0.0 if fine[-1] is None else fine[-1].force,

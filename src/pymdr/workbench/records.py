@@ -159,6 +159,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     notes = (
         *_rows_outside(displacement, first, last, u.size),
         *_open_loops(displacement, u, first, middle, last),
+        *_backward_loops(displacement, force, quantities["dissipated_per_cycle"][0]),
     )
     return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims, notes=notes)
 
@@ -199,6 +200,17 @@ def _open_loops(
     return [
         f"cycle {largest + 1}{others} at another {displacement} than at the beginning (by {metres(float(shifted[largest]))}): "
         "the amplitude is that of the first half, and a straight line closes the loop"
+    ]
+
+
+def _backward_loops(displacement: str, force: str, loss: np.ndarray) -> list[str]:
+    """Which cycles give energy, as no contact does."""
+    backward = int(np.count_nonzero(loss < 0.0))
+    if backward <= loss.size // 2:
+        return []
+    return [
+        f"{backward} of {loss.size} cycles give energy in place of dissipating it ({written(float(np.median(loss)), 'J')} per cycle): {displacement} and "
+        f"{force} are interchanged, or one of them has the opposite sign; exchange the columns or turn a sign"
     ]
 
 

@@ -202,9 +202,7 @@ def _refuse_without_solver(contact: Contact) -> None:
         raise ProblemError(
             "verify: a body is ElasticPlastic, but boundary elements here are elastic; its model has no independent solver here"
         )
-    law = contact.adhesion
-    zone = contact.is_viscoelastic and law is not None and law.cohesive_stress is not None
-    if not (zone or isinstance(law, JKR | None)):
+    if not isinstance(contact.adhesion, JKR | None) and not (contact.is_viscoelastic and contact.is_cohesive):
         raise ProblemError(
             "verify: rings solve contacts without adhesion, with JKR, or with MaugisDugdale on bodies with memory; other laws of adhesion have "
             "no independent solver here"

@@ -309,37 +309,28 @@ class MappedProfile(EquivalentProfile):
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = np.where(value > 0.0, image.size[index, k] / value, 1.0)
             errors[:, k] *= np.maximum(ratio, 1.0)
-        return (
-            errors
-            + self._next_to_breakpoints(image, index, offset)
-            + self._before_breakpoints(image, index, offset)
-        )
+        return errors + self._next_to_breakpoints(image, index, offset)
 
-    def _before_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
-        """Errors just before a located kink, which may lie further in by the distance that the rounding of f hides."""
+    def _hidden_kinks(
+        self, image: Image, index: IndexArray, offset: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """What may be added to g in m just before a located kink, which f may hide over a distance; and its inverse in 1/m."""
         ahead = np.minimum(index + 1, image.panels.count - 1)
         unseen, height = image.onset_error[ahead, 2:].T
-        distance = (image.panels.base[ahead] - image.panels.base[index]) - offset
-        answer = np.zeros((index.size, 4))
-        near = np.flatnonzero((unseen > 0.0) & (distance > 0.0) & (distance < unseen))
-        if near.size == 0:
-            return answer
-        k, unseen, height = self.exponent, unseen[near], height[near]
-        x = image.panels.base[ahead[near]]
-        g, slope, m, s = (
-            np.abs(evaluate(image.panels, image.curve(name), index[near], offset[near])) for name in CURVES
-        )
-        # what a kink adds to g until it is seen, the integral of its jump of f' with the kernel
-        effect = height * x ** (1.0 - k) * (2.0 * x * unseen) ** ((k - 1.0) / 2.0) * 2.0 / (1.0 + k)
-        rates = [1.0 / g, 1.0 / (unseen * slope), x ** (1.0 + k) / m, 2.0 / (1.0 + k) * m / s]
+        end, k = image.panels.base[ahead], self.exponent
+        distance = (end - image.panels.base[index]) - offset
+        near = (unseen > 0.0) & (distance > 0.0) & (distance < unseen)
+        inverse = np.divide(1.0, unseen, where=near, out=np.zeros(index.size))
+        # the integral of the jump of f' with the kernel
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            answer[near] = np.nan_to_num(effect[:, None] * np.stack(rates, axis=1))
-        return answer
+            added = height * end ** (1.0 - k) * (2.0 * end * unseen) ** ((k - 1.0) / 2.0) * 2.0 / (1.0 + k)
+        return np.where(near, added, 0.0), inverse
 
     def _next_to_breakpoints(self, image: Image, index: IndexArray, offset: FloatArray) -> FloatArray:
         """Errors of the curves by the uncertain exponent, or place, of the onset of a profile at a breakpoint."""
         exponent, place, unseen, height = image.onset_error[index].T
-        if not exponent.any() and not place.any():
+        added, inverse = self._hidden_kinks(image, index, offset)
+        if not exponent.any() and not place.any() and not inverse.any():
             return np.zeros((index.size, 4))
         base, k = image.panels.base[index], self.exponent
         x = base + offset
@@ -353,8 +344,9 @@ class MappedProfile(EquivalentProfile):
             square = offset * (base + x)
             kernel = x ** (1.0 - k) * square ** ((k - 1.0) / 2.0)
             effect = height * kernel * (1.0 + 2.0 * (1.0 - k) * unseen * base / square)
-            place = place + np.fmin(unseen, effect / slope)
+            place = place + np.fmin(unseen, effect / slope) + np.where(added > 0.0, added / slope, 0.0)
             steep = np.maximum(np.abs(image.slope.power[index]), np.where(unseen > 0.0, 2.0, 0.0)) / offset
+            steep = np.maximum(steep, inverse)
             rates = np.stack(
                 [slope / g, steep, x ** (1.0 + k) * slope / m, 2.0 / (1.0 + k) * m * slope / s], axis=1
             )

@@ -197,7 +197,7 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
             "function in the other program",
         ),
         (
-            contact.adhesion is not None and contact.adhesion.cohesive_stress is not None,
+            contact.is_cohesive,
             f"{type(contact.adhesion).__name__} has a cohesive zone, which a table of force, stiffness and radius does not "
             "represent; give JKR or DMT, as adhesion_regime(contact) recommends",
         ),
