@@ -843,6 +843,36 @@ def test_what_is_not_known_of_points_stays_so(tmp_path):
             mdr.ForceCurve(d, hertz(d), modulus=MODULUS, error=wrong)
 
 
+@settings(max_examples=examples(15), deadline=None)
+@given(
+    st.floats(1.1, 3.0),
+    st.floats(0.02, 0.3),
+    st.floats(-9.0, 0.0),
+    st.sampled_from([1e-4, 1e-3]),
+    st.integers(0, 2**32 - 1),
+)
+def test_below_the_first_of_noisy_points_the_error_is_that_of_a_guess(power, first, decades, noise, seed):
+    rng = np.random.default_rng(seed)
+    d = np.sort(rng.uniform(first, 1.0, 60))
+    d = np.append(0.0, d[np.append(True, np.diff(d) > 1e-6)])
+    size = 10.0**decades
+    measured = d**power + noise * rng.normal(size=d.size)
+    modulus = mdr.effective_moduli(PLAIN, mdr.Rigid()).normal
+    curve = mdr.ForceCurve(size * d, measured, modulus=modulus, contact_point=0.0)
+    depth = size * d[1] * np.geomspace(0.05, 1.0, 12)
+    result = mdr.solve(mdr.Contact(curve, PLAIN), mdr.Path(indentation=depth))
+    x = depth / size
+    truths = {"normal_force": x**power, "elastic_energy": size * x ** (power + 1.0) / (power + 1.0)}
+    for name, truth in truths.items():
+        claim = result.claims[name]
+        if not claim.readable:
+            continue
+        off = np.abs(result[name].values - truth)[claim.where]
+        assert np.all(
+            off <= 4.0 * (claim.error * np.abs(result[name].values) + noise * truths[name][-1])[claim.where]
+        )
+
+
 @settings(max_examples=examples(25), deadline=None)
 @given(
     st.integers(20, 400),

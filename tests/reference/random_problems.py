@@ -214,7 +214,9 @@ def _between(kernel, rate, times, t, low, high):
 
 
 def _creeping(rng, mdr, contact, creep, times, rows, size, m, deepest, relaxation):
-    forces = size * deepest**m * relaxation(times[-1]) * np.cumsum(rng.uniform(0.0, 1.0, times.size))
+    # forces below 1e-290 N are no load
+    largest = max(size * deepest**m * float(relaxation(times[-1])), 1e-270)
+    forces = largest * np.cumsum(rng.uniform(0.0, 1.0, times.size))
     t_at, f_at = np.array([0.0, *times]), np.array([0.0, *forces])
     rates = np.diff(f_at) / np.diff(t_at)
     result = mdr.solve(contact, mdr.Path(time=rows, normal_force=np.interp(rows, t_at, f_at)))

@@ -59,7 +59,7 @@ _NOT_IN_IT = (
     "the line is not a radius; give the shape as a profile, or solve it by boundary elements"
 )
 _UNKNOWN = (
-    "the points do not determine it at these depths: curves through every other point differ by as much as its value; press deeper, "
+    "the points do not determine it at these depths: the curves that they allow differ by as much as its value; press deeper, "
     "or measure more points there"
 )
 
@@ -142,9 +142,7 @@ def _of_curve(
         own = replace(own, where=where, reason=f"{own.reason}; not valid where {_UNKNOWN}")
     if total is None:
         return own
-    return with_errors(
-        {"": own}, {"": error}, "", "from curves through every other point, or of more segments"
-    )[""]
+    return with_errors({"": own}, {"": error}, "", "from other curves that the points allow")[""]
 
 
 def _with_given(claim: Claim, given: FloatArray, remark: str) -> Claim:

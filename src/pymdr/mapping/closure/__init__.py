@@ -16,7 +16,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.closure.fit import Fit, every_other, fit_points
-from pymdr.mapping.closure.polyline import OCTAVE, Polyline, stiffness_states
+from pymdr.mapping.closure.polyline import LAST, OCTAVE, Polyline, stiffness_states
 from pymdr.problem.profiles import ForceCurve
 from pymdr.units import FloatArray, metres, newtons
 
@@ -24,6 +24,8 @@ _NO_CURVE = 0.05
 """Largest accepted misfit of a rising stiffness, over the largest force."""
 _NO_NOISE = 2.0
 """Misfit that is always accepted, over the noise."""
+_BELOW = 6
+"""Octaves below the first noisy point in the table of errors."""
 _ROUGHEST = 1e-9
 """Least excess of the exponent of a curve over 1 in the error of the rise of its stiffness."""
 
@@ -109,7 +111,8 @@ def closure_of(curve: ForceCurve) -> Closure:
     Notes
     -----
     The errors are the largest of the differences to curves through every other point and of twice as many segments, the scatter
-    of the points, and their misfit beyond the noise, within a factor of 2 of the depth; 1 where the data determine nothing.
+    of the points, and their misfit beyond the noise, within a factor of 2 of the depth; below the first of noisy points, to a line and
+    a power of the depth; 1 where the data determine nothing.
 
     Examples
     --------
@@ -152,7 +155,8 @@ def closure_of(curve: ForceCurve) -> Closure:
 def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
     """Depths, and the relative errors of k, F, U and the rise of k there."""
     deepest = min(fit.deepest for fit in (whole, *halves))
-    number = 1 + math.ceil(OCTAVE * math.log2(deepest / whole.first)) if deepest > whole.first else 1
+    innermost = whole.first * (2.0**-_BELOW if whole.segments else 1.0)
+    number = 1 + math.ceil(OCTAVE * math.log2(deepest / innermost)) if deepest > innermost else 1
     depth = deepest * 2.0 ** -(np.arange(number)[::-1] / OCTAVE)
     others = (whole.finer, *(fit.line for fit in halves))
     # curves differ most between the points, and at the kinks of their stiffness
@@ -170,8 +174,39 @@ def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
     np.maximum.at(values.T, np.clip(np.searchsorted(depth, tried), 0, number - 1), each.T)
     padded = np.pad(values, ((0, 0), (OCTAVE, OCTAVE)), mode="edge")
     spread = np.lib.stride_tricks.sliding_window_view(padded, 2 * OCTAVE + 1, axis=1).max(axis=2)
+    if whole.segments:
+        spread = np.maximum(spread, _unmeasured(whole, depth))
     depth[-1] = whole.deepest
     return depth, np.maximum(spread, 1e-15)
+
+
+def _unmeasured(fit: Fit, depth: FloatArray) -> FloatArray:
+    """
+    Relative errors of k, F, U and the rise of k from the depths below the first point, shape (4, n).
+
+    There the curve is not measured: a line to the first point, and the power of the depth that continues the curve, are as good.
+    """
+    own = stiffness_states(fit.line, depth)
+    stiffness, force, energy = fit.line.at(np.array([fit.first]))[:, 0]
+    x = np.minimum(depth / fit.first, 1.0)
+    errors = np.zeros_like(own)
+    for power in (1.0, max(stiffness * fit.first / force, 1.0)):
+        k = power * force / fit.first * x ** (power - 1.0)
+        beginning = np.stack(
+            [
+                k,
+                force * x**power,
+                force * fit.first / (power + 1.0) * x ** (power + 1.0),
+                k * (1.0 - (1.0 - LAST) ** (power - 1.0)),
+            ]
+        )
+        distance = np.where(depth < fit.first, np.abs(beginning - own), 0.0)
+        distance[2, depth >= fit.first] = abs(force * fit.first / (power + 1.0) - energy)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            errors = np.maximum(errors, np.where(distance > 0.0, distance / own, 0.0))
+    # an entry of the table is for the depths up to it
+    errors[:, 1:] = np.maximum(errors[:, 1:], errors[:, :-1])
+    return np.minimum(errors, 1.0)
 
 
 def _scatter(fit: Fit, depth: FloatArray) -> FloatArray:

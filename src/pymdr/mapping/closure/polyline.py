@@ -23,7 +23,7 @@ _SYSTEMATIC = 5.0
 """Largest accepted misfit of a mean of neighbouring points, over its noise."""
 OCTAVE = 4
 """Entries of the table of errors in a factor of 2 of the depth."""
-_LAST = 0.05
+LAST = 0.05
 """Relative step of the depth for the rise of the stiffness."""
 
 
@@ -214,4 +214,4 @@ def missed_forces(residual: FloatArray, sigma: FloatArray) -> FloatArray:
 def stiffness_states(line: Polyline, depth: FloatArray) -> FloatArray:
     """k, F and U at depths, and the rise of k over the last 5 % of the depth, shape (4, n)."""
     at = line.at(depth)
-    return np.vstack([at, at[0] - line.at((1.0 - _LAST) * depth)[0]])
+    return np.vstack([at, at[0] - line.at((1.0 - LAST) * depth)[0]])
