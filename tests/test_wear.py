@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -160,6 +161,33 @@ def test_friction_of_a_worn_contact_to_the_end(at_depth: mdr.solving.wear.Wear) 
         assert float(result["tangential_force"].max()) == pytest.approx(
             float(at_depth["force_amplitude"][row]), rel=1e-9
         )
+
+
+@pytest.mark.parametrize(
+    ("wrong", "remedy"),
+    [
+        (lambda c: mdr.solve(c, AT_DEPTH), r"1 µm: .*: give the force curve .* force_curve\(row\)"),
+        (lambda c: mdr.solve(c, LOADED), r"µm: .*: give the force curve .* force_curve\(row\)"),
+        (lambda c: mdr.friction_loop(c, "0.1 um", indentation="1 um"), r"force_curve\(row\)"),
+        (lambda c: mdr.Stepper(c, "1 um"), r"Stepper needs .* force_curve\(row\)"),
+        (lambda c: mdr.solve(c, mdr.indent("1 um") >> mdr.twist("1 mrad")), "torsion .* row with less wear"),
+        (lambda c: mdr.wear(c, AT_DEPTH, coefficient=K, cycles=1.0), r"wear .* cycles=\[\.\.\.\]\)"),
+    ],
+)
+def test_a_worn_profile_that_is_no_disk_is_refused_with_what_serves(
+    at_depth: mdr.solving.wear.Wear, wrong: Callable[[mdr.Contact], object], remedy: str
+) -> None:
+    worn = mdr.Contact(at_depth.worn(20), BODY, BODY, friction=mdr.Coulomb(0.5))
+    with pytest.raises(mdr.RefusedError, match=remedy):
+        wrong(worn)
+
+
+def test_what_serves_instead_of_a_worn_profile(at_depth: mdr.solving.wear.Wear) -> None:
+    worn = mdr.Contact(at_depth.force_curve(20), BODY, BODY, friction=mdr.Coulomb(0.5))
+    loop = mdr.friction_loop(worn, "0.2 um", indentation="1 um")
+    solved = mdr.solve(worn, AT_DEPTH)["tangential_force"]
+    assert float(loop["force_amplitude"][0]) == pytest.approx(float(solved.max()), rel=1e-9)
+    assert mdr.Stepper(worn, "1 um")
 
 
 @pytest.mark.parametrize("radius", [1e-8, 1.0, 1e4])

@@ -94,6 +94,11 @@ _ROUNDED = 8.0 * float(np.finfo(float).eps)
 """Rounding error of the depth at which slip ends, relative to the depth."""
 _CHUNK = 2_000_000
 """Rows between two calls of `progress`."""
+_ONLY = {
+    "torsion": "the worn profile of a row with less wear",
+    "wear": "all numbers of cycles to one call, wear(..., cycles=[...])",
+}
+"""What serves instead of a worn profile where a force curve does not."""
 
 
 _Followed = dict[str, FloatArray]
@@ -182,7 +187,7 @@ class _FrictionLaw:
             self.certificate = disks_down_to(self.contact, line, deepest)
         for rows in forced:
             with rows.leg.named():
-                _refuse_lifted(line, rows.normal)
+                _refuse_lifted(self.contact, line, rows.normal)
         self.curves = curves_down_to(line, deepest)
 
     def _leg(self, stretch: Stretch) -> FrictionLeg:
@@ -339,11 +344,12 @@ def _runs(stretch: Stretch, leg: FrictionLeg) -> list[tuple[slice, bool]]:
     return [(slice(a, b), bool(together[a])) for a, b in pairwise(borders)]
 
 
-def _refuse_lifted(line: ElasticLine, force: FloatArray) -> None:
+def _refuse_lifted(contact: Contact, line: ElasticLine, force: FloatArray) -> None:
     certificate = certify_disk(line, states_at_force(line, np.array([float(np.max(force))])))
     if not certificate.disk.all():
         raise RefusedError(
             f"friction needs a contact that is a disk at every depth up to that of the load: {certificate.reason}"
+            f"{_instead(contact, 'friction')}"
         )
 
 
@@ -362,9 +368,15 @@ def disks_down_to(
     if not certificate.disk.all():
         raise RefusedError(
             f"{subject} needs a contact that is a disk at every depth up to {metres(deepest)}: "
-            f"{certificate.reason}{noise_remark(contact.profile, line.equivalent, deepest)}"
+            f"{certificate.reason}{noise_remark(contact.profile, line.equivalent, deepest)}{_instead(contact, subject)}"
         )
     return certificate
+
+
+def _instead(contact: Contact, subject: str) -> str:
+    """What serves where the contact of a profile is not a disk; empty if that is not known."""
+    serves = contact.profile.instead
+    return f"; give {_ONLY.get(subject, serves)}" if serves else ""
 
 
 def _change(coarse: FrictionHistory, fine: FrictionHistory) -> FloatArray:
@@ -517,4 +529,4 @@ def pressed_joint(
     if d <= 0.0:
         given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
         raise ProblemError(f"{prefix}: the load {given!r} must be above 0 {unit}; press the bodies together")
-    return mapped, d, mu, disks_down_to(contact, line, d)
+    return mapped, d, mu, disks_down_to(contact, line, d, "wear" if prefix == "wear" else "friction")

@@ -396,7 +396,7 @@ def _loop_integrals(
     behind a kink, and panels are halved until their halves agree with them, or differ by the rounding of d - g alone.
     """
     slipping, loss, missed = np.zeros(u.shape), np.zeros(u.shape), np.zeros(u.shape)
-    marks = np.array([0.0, *line.equivalent.kinks(a), a])
+    marks = np.unique([0.0, *line.equivalent.kinks(a), a])
     whose, part = (x.ravel() for x in np.indices((u.size, marks.size - 1)))
     begin = np.sqrt(np.clip((c[whose] - marks[part]) / np.diff(marks)[part], 0.0, 1.0))
     real = begin < 1.0

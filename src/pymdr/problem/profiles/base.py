@@ -22,6 +22,8 @@ class Profile(Value, ABC):
     """Whether it describes a complete contact, so that no profile can be added."""
     no_radius: ClassVar[str] = ""
     """Why its contacts have no radius; empty where they have one."""
+    instead: ClassVar[str] = ""
+    """What serves for friction where its contacts are not disks; empty where that is not known."""
 
     @abstractmethod
     def gap(self, r: ArrayLike) -> FloatArray:

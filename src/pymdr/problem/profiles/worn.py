@@ -54,6 +54,10 @@ class Worn(Profile):
     """
 
     whole: ClassVar[bool] = True
+    # near the end of wear the bodies touch almost without pressure, whose sign errors of the mesh decide
+    instead: ClassVar[str] = (
+        "the force curve of the row of the study, force_curve(row), or the worn profile of a row with less wear"
+    )
 
     original: Profile
     radius: ArrayField = ArrayField("m", description="radii, rising")
