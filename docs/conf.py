@@ -180,7 +180,7 @@ def link_programs(app, docname, source):
 
 
 def draw_figures(app):
-    """Save the ``figure`` that the Python blocks of a page draw next to its picture."""
+    """Save as each picture of a page the last ``figure`` that the Python blocks before it draw, or the next one after it."""
     for page in (
         "adhesion",
         "soft_adhesion",
@@ -195,13 +195,12 @@ def draw_figures(app):
     ):
         text = (HERE / f"{page}.md").read_text(encoding="utf-8")
         space = {"__name__": page}
-        picture = text.index(f"](pictures/{page}.png)")
-        with contextlib.redirect_stdout(io.StringIO()):
-            for block in re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
-                if "figure" in space and block.start() > picture:
-                    break
-                exec(compile(block[1], f"{page}.md", "exec"), space)
-        save_picture(space["figure"], page)
+        blocks = list(re.finditer(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
+        for picture in re.finditer(r"\]\(pictures/(\w+)\.png\)", text):
+            with contextlib.redirect_stdout(io.StringIO()):
+                while blocks and ("figure" not in space or blocks[0].start() < picture.start()):
+                    exec(compile(blocks.pop(0)[1], f"{page}.md", "exec"), space)
+            save_picture(space.pop("figure"), picture[1])
 
 
 def setup(app):

@@ -166,8 +166,8 @@ def test_friction_of_a_worn_contact_to_the_end(at_depth: mdr.solving.wear.Wear) 
 @pytest.mark.parametrize(
     ("wrong", "remedy"),
     [
-        (lambda c: mdr.solve(c, AT_DEPTH), r"1 µm: .*: give the force curve .* force_curve\(row\)"),
-        (lambda c: mdr.solve(c, LOADED), r"µm: .*: give the force curve .* force_curve\(row\)"),
+        (lambda c: mdr.solve(c, AT_DEPTH), r"1 µm: .*; give the force curve .* force_curve\(row\)"),
+        (lambda c: mdr.solve(c, LOADED), r"µm: .*; give the force curve .* force_curve\(row\)"),
         (lambda c: mdr.friction_loop(c, "0.1 um", indentation="1 um"), r"force_curve\(row\)"),
         (lambda c: mdr.Stepper(c, "1 um"), r"Stepper needs .* force_curve\(row\)"),
         (lambda c: mdr.solve(c, mdr.indent("1 um") >> mdr.twist("1 mrad")), "torsion .* row with less wear"),
@@ -476,7 +476,7 @@ def test_map_of_running_conditions() -> None:
     chart = mdr.running_conditions(BALL, ["10 N", "50 N", "80 N"], record=log)
     begins = float(mdr.friction_loop(BALL, "1 um", normal_force="50 N").data["sliding_shift"])
     assert float(chart["sliding_shift"][1]) == pytest.approx(begins, rel=1e-12)
-    assert chart.plot().axes
+    assert chart.plot().axes[0].get_ylim() == (10.0, 80.0)
     data = xr.Dataset(
         {"shift": ("step", np.sin(np.arange(100.0))), "tangential_force": ("step", np.cos(np.arange(100.0)))}
     )

@@ -233,7 +233,7 @@ def running_conditions_map(data: xr.Dataset, record: tuple[np.ndarray, np.ndarra
             )
             axes.legend(loc="center right")
         axes.set_xlim(0.0, right)
-        axes.set_ylim(0.0, float(np.max(from_si(all_loads, "N", force))))
+        axes.set_ylim(*(float(from_si(end, "N", force)) for end in (all_loads.min(), all_loads.max())))
         axes.set_xlabel(f"amplitude of the shift ({unit})")
         axes.set_ylabel(f"normal force ({force})")
     return figure
