@@ -270,10 +270,6 @@ def test_claims_and_remarks(laws):
 
 
 REFUSED = {
-    "viscoelastic": (
-        mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), poisson=0.5)),
-        "time",
-    ),
     "maugis": (
         mdr.Contact(mdr.Sphere("1 mm"), GEL, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="1 um")),
         "zone",

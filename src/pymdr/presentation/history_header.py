@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pymdr.presentation.memory_header import MemoryInC
+
 CAPACITY = 64
 """Vertices of a stack, the first of which is the tip."""
 
@@ -105,7 +107,7 @@ class SpringsInC:
         return _SPRINGS.replace("COUNT_", str(len(self.touches))).replace("TOUCHES_", rows)
 
 
-HistoryInC = StackInC | SpringsInC | TouchInC
+HistoryInC = StackInC | SpringsInC | TouchInC | MemoryInC
 
 _SPRINGS = """\
 #define @@_SPRINGS COUNT_

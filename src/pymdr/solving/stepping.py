@@ -148,7 +148,7 @@ class Stepper:
             raise ProblemError(f"Stepper: max_indentation = {shown(max_indentation)}; it must be above 0 m")
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
-        _check_springs(springs, "Stepper")
+        check_springs(springs, "Stepper")
         require_contact(contact, "Stepper")
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
@@ -471,7 +471,8 @@ def _refused(indentation: float, deepest: float) -> PathError:
     )
 
 
-def _check_springs(springs: Any, where: str) -> None:
+def check_springs(springs: Any, where: str) -> None:
+    """Refuse numbers of springs outside their limits."""
     if springs is not None and not (type(springs) is int and 8 <= springs <= 4096):
         raise ProblemError(
             f"{where}: springs = {shown(springs)}; a whole number from 8 to 4096 is needed, such as 32"
@@ -496,7 +497,7 @@ def plane_body(contact: Contact, deepest: float, springs: int) -> tuple[FloatArr
     ProblemError
         If the contact or the number is outside its limits.
     """
-    _check_springs(springs, "export_law")
+    check_springs(springs, "export_law")
     moved = moving_of(contact, deepest, 1, springs).contacts
     assert isinstance(moved, PlaneContacts)
     return moved.body

@@ -30,7 +30,7 @@ def law_of_case(
     tangential : bool
         Whether the header has friction along a line.
     springs : int or None
-        Number of springs for friction in the plane.
+        Number of springs with memory, or for friction in the plane.
 
     Raises
     ------

@@ -105,7 +105,8 @@ class ContactLaw(Study):
     checks: xr.Dataset
     """Measured errors between the knots and below them, over ``check``."""
     history: HistoryInC | None
-    """What contacts remember in the header: the stack of friction along a line, or with JKR whether they touch."""
+    """What contacts remember in the header: the stack of friction along a line, springs in the plane or with memory, or with JKR whether they
+    touch."""
     pull_off: PullOff | None
     """With adhesion: loss of contact under displacement control, and the state after the jump into contact."""
 
@@ -189,7 +190,7 @@ class ContactLaw(Study):
         """
         The law as a C header: ``<name>_force(d)``, ``<name>_stiffness(d)``, ``<name>_radius(d)`` and ``<name>_law(d, &F, &k, &a)``.
 
-        With friction that was asked for, and with JKR, also the type ``<name>_state`` and ``<name>_advance``.
+        With friction that was asked for, with JKR and of bodies with memory, also the type ``<name>_state`` and ``<name>_advance``.
 
         Parameters
         ----------

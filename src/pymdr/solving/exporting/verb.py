@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -12,9 +11,7 @@ import xarray as xr
 from pymdr.errors import ConvergenceError, ProblemError, RefusedError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Claim, approximated
-from pymdr.mapping.moduli import effective_moduli
 from pymdr.numerics.panels import IndexArray
-from pymdr.presentation.history_header import SpringsInC, StackInC, TouchInC
 from pymdr.presentation.text import largest_error
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath, Path, indent
@@ -22,11 +19,12 @@ from pymdr.problem.values import within_range
 from pymdr.quantities import quantity
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of
+from pymdr.solving.exporting.histories import remembered, touch_of
 from pymdr.solving.exporting.knots import adapted
-from pymdr.solving.exporting.sources import Fold, Form, source_of
+from pymdr.solving.exporting.sources import source_of
 from pymdr.solving.exporting.value import LAW_QUANTITIES, SAFETY, ContactLaw, Table
-from pymdr.solving.pulloff import PullOff, elastic_pull_off
-from pymdr.solving.stepping import plane_body
+from pymdr.solving.memory import powers_of
+from pymdr.solving.pulloff import elastic_pull_off
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
@@ -66,8 +64,8 @@ def export_law(
     Parameters
     ----------
     contact : Contact
-        Elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT. Friction has no
-        effect on the table.
+        Elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT; or `Viscoelastic` half-spaces
+        without adhesion. Friction has no effect on the table.
     to : quantity
         The largest indentation in m.
     tolerance : float
@@ -77,13 +75,15 @@ def export_law(
     tangential : bool
         Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a finite coefficient above 0.
     springs : int, optional
-        With `tangential`: number of springs, 8 to 4096, for friction in the plane instead of along a line.
+        Number of springs, 8 to 4096: with `tangential` for friction in the plane instead of along a line; of bodies with memory, 100
+        by default, each of which keeps its deflection and the forces of its relaxation times in the C header.
 
     Returns
     -------
     ContactLaw
         A table of force (N), stiffness (N/m) and radius (m) over the indentation (m), with bounds of its errors; it
-        writes a C header.
+        writes a C header. The table of bodies with memory is that of a sudden indentation, of the moduli that have not relaxed; the
+        claims of force and energies are those of the springs.
 
     Raises
     ------
@@ -106,10 +106,8 @@ def export_law(
     """
     deepest = _depth(to)
     check_lawful(contact, tolerance)
-    if springs is not None and not tangential:
-        raise ProblemError("export_law: springs are those of friction in the plane; give tangential=True too")
-    stack = _friction_of(contact, deepest, springs) if tangential else None
-    alone = replace(contact, friction=None)
+    memory = remembered(contact, deepest, tangential, springs)
+    alone = memory.table
     plain = _solved(alone, np.geomspace(1e-9, 1.0, _FEW) * deepest)
     source = source_of(alone, deepest, tolerance)
     # an error may be larger between the points of the refinement
@@ -131,38 +129,17 @@ def export_law(
         contact=contact,
         tolerance=tolerance,
         data=table.data(),
-        claims=_claims(exact, errors, knots.u.size),
+        claims=_claims(exact, errors, knots.u.size) | _spread(memory.claims, knots.u.size),
         assumptions=plain.assumptions,
-        notes=_notes(contact, plain, tangential),
+        notes=_notes(contact, plain, tangential) + ((memory.note,) if memory.note else ()),
         errors=errors,
         relative_to={name: source.form.relative_to().get(name, text) for name, text in _ITSELF.items()},
         table=table,
         checks=checks,
-        history=_touch_of(source.form, pull_off) if stack is None else stack,
+        history=memory.history or touch_of(source.form, pull_off),
         pull_off=pull_off,
         references=plain.references,
     )
-
-
-def _friction_of(contact: Contact, deepest: float, springs: int | None) -> StackInC | SpringsInC:
-    """The constants of friction along a line, or in the plane."""
-    friction = None if contact.friction is None else contact.friction.coefficient
-    if friction is None or not 0.0 < friction < math.inf:
-        raise ProblemError(
-            "export_law: tangential=True: a finite coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
-        )
-    moduli = effective_moduli(contact.body, contact.counterbody)
-    if springs is not None:
-        labels, (per_force, per_shift) = plane_body(contact, deepest, springs)
-        return SpringsInC(tuple(labels[1:].tolist()), float(per_force), float(per_shift))
-    return StackInC(friction, moduli.tangential / moduli.normal)
-
-
-def _touch_of(form: Form, pull_off: PullOff | None) -> TouchInC | None:
-    """Whether bodies with JKR touch, which their header remembers."""
-    if pull_off is None or not isinstance(form, Fold):
-        return None
-    return TouchInC(form.jump_in_loss, pull_off.dissipated_energy)
 
 
 def _depth(to: QuantityLike) -> float:
@@ -192,9 +169,16 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
         )
     for refused, why in (
         (
-            contact.is_viscoelastic,
-            "the force of a viscoelastic body depends on time; use Elastic with the modulus at one time, or implement the relaxation "
-            "function in the other program",
+            contact.is_viscoelastic and contact.layered is not None,
+            "the memory of layers is not in headers; use Stepper, or viscoelastic half-spaces",
+        ),
+        (
+            contact.is_viscoelastic and contact.adhesion is not None,
+            "the memory of bodies with adhesion is not in headers; leave the adhesion out",
+        ),
+        (
+            bool(powers_of(contact)),
+            "a power of time is no sum of exponentials without known times; give Prony, fitted over the times of the motion",
         ),
         (
             contact.is_cohesive,
@@ -288,6 +272,18 @@ def _claims(exact: Result, errors: Mapping[str, float], knots: int) -> dict[str,
         whole = {name: replace(claim, where=everywhere, error=own)}
         claims |= approximated(whole, "; as a table, whose errors are added", errors[name])
     return claims
+
+
+def _spread(claims: Mapping[str, Claim], knots: int) -> dict[str, Claim]:
+    """Claims of the largest indentation for all knots."""
+    return {
+        name: replace(
+            claim,
+            where=np.full(knots, bool(claim.where.all())),
+            error=None if claim.error is None else np.full(knots, float(claim.error.max())),
+        )
+        for name, claim in claims.items()
+    }
 
 
 def _notes(contact: Contact, result: Result, tangential: bool) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ def law(
     ] = False,
     springs: Annotated[
         int | None,
-        typer.Option(help="With --tangential: number of springs, such as 32, for friction in the plane."),
+        typer.Option(help="Springs of bodies with memory, or with --tangential of friction in the plane."),
     ] = None,
     name: Annotated[
         str | None,
