@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -194,6 +194,7 @@ class Ladder(NamedTuple):
     rungs: int
 
 
+@lru_cache(maxsize=8)
 def family_of(
     contact: Contact,
     axes: FamilyAxes,
@@ -202,7 +203,7 @@ def family_of(
     ladder: Ladder | None = None,
 ) -> Family:
     """
-    The tables of a contact.
+    The tables of a contact; fits of other records ask for the same ones.
 
     Parameters
     ----------

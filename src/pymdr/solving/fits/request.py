@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -60,6 +60,8 @@ class FitRequest:
     """Rungs of the family; all by default."""
     many: bool = False
     """Whether the search is compiled, because there are many curves."""
+    families: dict[float, Family] = field(default_factory=dict, init=False, compare=False)
+    """Tables by their largest depth."""
 
     @property
     def origins(self) -> tuple[str, ...]:
@@ -82,11 +84,6 @@ class FitRequest:
     def axes(self) -> FamilyAxes | None:
         """Axes of the family of forces if the fast search applies, else None."""
         return axes_of(self.contact, self.unknowns)
-
-    @cached_property
-    def families(self) -> dict[float, Family]:
-        """Tables by their largest depth."""
-        return {}
 
     def family(self, deepest: float) -> Family:
         """The tables for curves of a depth in m."""

@@ -154,6 +154,8 @@ def white_priors(white: FloatArray, expected: float = WHITE_PRIOR) -> FloatArray
     >>> white_priors(np.full(16, 0.8)).round(2).tolist()[0]
     0.73
     """
+    if white.size == 1:
+        return np.full(1, expected)
     nodes, shares = np.polynomial.legendre.leggauss(_FRACTIONS)
     fraction = 0.5 * (1.0 + nodes)
     own = np.log(np.outer(white, fraction) + np.outer(1.0 - white, 1.0 - fraction))
