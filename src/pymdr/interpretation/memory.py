@@ -137,6 +137,11 @@ class MemorySurface:
         state: LineState = state_at(self, step)
         return state
 
+    def deflection(self, step: int, position: FloatArray) -> FloatArray:
+        """Deflection in m of springs at positions in m, in and out of contact."""
+        state = self.line_state(step)
+        return along_line(state, state.deflection, np.abs(position))
+
     def followed_to(self, step: int) -> LineState:
         """The springs of one row, by the whole path up to it."""
         *_, state = self.states([step])

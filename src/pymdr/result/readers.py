@@ -38,3 +38,11 @@ class DirectedReader(FieldReader, Protocol):
 
     def towards(self, angle: float) -> FieldReader:
         """The reader for radii in the direction of an angle in rad from the x-axis."""
+
+
+@runtime_checkable
+class DeflectedReader(Protocol):
+    """A reader whose springs have deflections of their own, which the profile and the indentation do not determine."""
+
+    def deflection(self, step: int, position: FloatArray) -> FloatArray:
+        """Deflection in m of springs at positions in m in one step, in and out of contact."""

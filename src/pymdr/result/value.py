@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from pymdr.errors import FileError, NotValidError, QuantityError
-from pymdr.independent.rings import Rings
 from pymdr.inside import (
     Inside,
     Superposed,
@@ -52,6 +51,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from pymdr.independent.rings import Rings
     from pymdr.presentation.plot import Plots
 
 

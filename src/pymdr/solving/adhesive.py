@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
-from pymdr.interpretation.accuracy import adhesive_errors, with_errors
+from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.adhesion import (
     Visited,
     adhesive_claims,
@@ -19,6 +19,7 @@ from pymdr.interpretation.adhesion import (
     is_always_open,
     without_torn_rows,
 )
+from pymdr.interpretation.adhesive_accuracy import adhesive_errors
 from pymdr.interpretation.certificate import Certificate
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import BoolArray, approximated, with_prescribed

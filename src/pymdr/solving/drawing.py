@@ -13,6 +13,7 @@ import numpy as np
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.jumps import Branches, branches_of, branches_of_edge
+from pymdr.interpretation.on_normal import OnNormal
 from pymdr.interpretation.peaks import infinite_pressures
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
@@ -23,14 +24,13 @@ from pymdr.line.lines import line_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
-from pymdr.result import FieldReader, Result
+from pymdr.result import DeflectedReader, Result
 from pymdr.solving.equilibria import finite
 from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pymdr.interpretation.memory import MemorySurface
     from pymdr.presentation.plot import FigureData, LayersDrawn, Plots
 
 
@@ -163,12 +163,10 @@ def _figure_data(
     loading: Callable[[FloatArray], Mapping[str, FloatArray]] | None = None,
     pull: float | None = None,
 ) -> FigureData:
-    from pymdr.interpretation.memory_friction import ShearedSurface
     from pymdr.presentation.plot import FigureData
 
     refused = row < 0 and "pressure" in result.claims
-    line, surface = _line_of(result), result.surface
-    memory = surface.normal if isinstance(surface, ShearedSurface) else surface
+    line, surface, normal = _line_of(result), result.surface, _normal_surface(result)
     return FigureData(
         data=result.data,
         row=row,
@@ -182,7 +180,7 @@ def _figure_data(
         friction=friction,
         equilibria=equilibria,
         modulus=None if line is None else line.modulus,
-        deflection=_deflection_in(memory, row),
+        deflection=partial(normal.deflection, row) if isinstance(normal, DeflectedReader) else None,
         kinks=lambda: np.array([*result.contact.profile.breakpoints, *surface.marks(row)]),
         loading=loading,
         pull=pull,
@@ -198,24 +196,6 @@ def infinite_in(result: Result, step: int) -> tuple[float, ...]:
     kinks = np.array([*result.contact.profile.breakpoints, *result.surface.marks(step)])
     a = float(result.data["contact_radius"].values[step])
     return infinite_pressures(result.surface.gap_function, kinks, a)
-
-
-def _deflection_in(surface: FieldReader, row: int) -> Callable[[FloatArray], FloatArray] | None:
-    """Deflection of springs in a row; None without memory."""
-    from pymdr.interpretation.memory import MemorySurface
-    from pymdr.interpretation.soft import ZoneSurface
-
-    if isinstance(surface, ZoneSurface):
-        return partial(surface.deflection, row)
-    return partial(_deflection, surface, row) if isinstance(surface, MemorySurface) else None
-
-
-def _deflection(surface: MemorySurface, row: int, position: FloatArray) -> FloatArray:
-    """Deflection in m of springs at positions in a row, in and out of contact."""
-    from pymdr.interpretation.memory import along_line
-
-    state = surface.line_state(row)
-    return along_line(state, state.deflection, np.abs(position))
 
 
 def _layers(result: Result) -> LayersDrawn | None:
@@ -249,13 +229,14 @@ def _layers(result: Result) -> LayersDrawn | None:
     )
 
 
-def _line_of(result: Result) -> Line | None:
-    from pymdr.interpretation.plane import PlaneSurface
-    from pymdr.interpretation.traction import FrictionSurface
+def _normal_surface(result: Result) -> object:
+    """The surface of the contact without its tangential loads."""
+    return result.surface.normal if isinstance(result.surface, OnNormal) else result.surface
 
-    return (
-        result.surface.line if isinstance(result.surface, Surface | FrictionSurface | PlaneSurface) else None
-    )
+
+def _line_of(result: Result) -> Line | None:
+    normal = _normal_surface(result)
+    return normal.line if isinstance(normal, Surface) else None
 
 
 def _extent(result: Result, line: Line) -> float | None:

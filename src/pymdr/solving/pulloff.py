@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, RefusedError
-from pymdr.interpretation.accuracy import fold_errors, loss_error, with_errors
+from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
+from pymdr.interpretation.adhesive_accuracy import fold_errors, loss_error
 from pymdr.interpretation.branches import equilibrium_curve
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Claim, Level

@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
-from pymdr.interpretation.accuracy import adhesive_errors, with_errors
+from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.adhesion import is_always_open
+from pymdr.interpretation.adhesive_accuracy import adhesive_errors
 from pymdr.interpretation.full_stick import PunchTraction, difference_of_views, statement
 from pymdr.interpretation.validity import NORMAL_FIELDS, BoolArray, Claim, with_prescribed
 from pymdr.line.adhesion import ShearedJKR
