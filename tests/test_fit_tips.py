@@ -187,6 +187,18 @@ def test_groups_count_once_each():
             mdr.summarize_groups(values, groups)
 
 
+def test_medians_of_few_values_have_the_interval_of_log_normal_values_and_a_note():
+    study = mdr.summarize_groups(
+        [1e3, 2e3, 4e3, 5e3, *np.linspace(1e3, 2e3, 6)], ["a"] * 3 + ["b"] + ["c"] * 6
+    )
+    # Student's t of 2 degrees of freedom and 97.5 % is sqrt(2) 0.95/sqrt(1 - 0.95^2)
+    half = math.sqrt(2.0) * 0.95 / math.sqrt(1.0 - 0.95**2) * math.log(2.0) / math.sqrt(3.0)
+    np.testing.assert_allclose(study["median_low"], [2e3 * math.exp(-half), math.nan, 1e3], rtol=1e-9)
+    np.testing.assert_allclose(study["median_high"], [2e3 * math.exp(half), math.nan, 2e3], rtol=1e-9)
+    assert "fewer than 6 values: a (3): " in study.summary()
+    assert "one value: b (1): the median has no interval; measure 6" in study.summary()
+
+
 def test_the_shell_has_ranges_and_uncertainties(tmp_path):
     case, table = tmp_path / "case.toml", tmp_path / "curve.csv"
     case.write_text(

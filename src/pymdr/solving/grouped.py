@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.solving.study import Study, TextTable
@@ -16,7 +17,8 @@ from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array, writt
 if TYPE_CHECKING:
     import xarray as xr
 
-_NORMAL = 1.959964
+_NORMAL, _FOR_RANKS = 1.959964, 6
+"""Half width of a 95 % interval in standard deviations, and the fewest values between whose extremes a median is with 95 %."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +27,7 @@ class GroupedValues(Study):
 
     data: xr.Dataset
     """
-    Over ``group``: ``count``, ``median``, and ``median_low`` and ``median_high``, the ends of its interval, NaN with too few values;
+    Over ``group``: ``count``, ``median``, and ``median_low`` and ``median_high``, the ends of its interval, NaN with one value;
     ``typical``, ``typical_low`` and ``typical_high``, the geometric mean of the medians of all groups and its interval, and ``spread``, the standard deviation of the
     logarithms of these medians.
     """
@@ -99,7 +101,8 @@ def summarize_groups(
     Notes
     -----
     Curves of one sample are not independent samples. Within a group the interval of the median is that of order statistics, for any
-    distribution (Thompson 1936). Over groups each counts once: with y_i the logarithms of their medians, the interval is
+    distribution (Thompson 1936), which needs six values for 95 %. With 2 to 5 it is that of the mean of the logarithms by Student's t, which is the
+    interval of the median if the values are log-normal; a note names these groups. Over groups each counts once: with y_i the logarithms of their medians, the interval is
     mean(y) +- t s / sqrt(k) for k groups, with Student's t of k - 1 degrees of freedom, which contains the variation within as well as between groups (a random effect);
     a common uncertainty is added in quadrature. With one group the interval over groups is NaN.
 
@@ -138,9 +141,8 @@ def summarize_groups(
         zip(("typical", "typical_low", "typical_high", "spread"), _over_groups(median, common), strict=True)
     )
     attributes = {"units": unit}
-    notes: tuple[str, ...] = (
-        ("one group: the variation between groups is unknown",) if median.size == 1 else ()
-    )
+    notes = ("one group: the variation between groups is unknown",) if median.size == 1 else ()
+    notes += _notes_on_few(distinct, count)
     if common > 0.0:
         notes += (
             f"standard uncertainty that all {name} share: {100.0 * common:.2g} %; it is in the interval over groups, not in the intervals of "
@@ -165,15 +167,39 @@ def summarize_groups(
 
 
 def _median_of_group(values: FloatArray) -> tuple[float, float, float, float]:
-    """Number, median, and the ends of its interval by order statistics, NaN with too few values."""
+    """Number, median, and the ends of its interval: by order statistics, of few values by their logarithms, NaN with one."""
     from scipy.special import bdtr
 
     own = np.sort(values)
+    if own.size < _FOR_RANKS:
+        _, low, high, _ = _over_groups(own, 0.0)
+        return float(own.size), float(np.median(own)), low, high
     # the rank below which the number of values under the median falls with at most 2.5 %
     ranks = bdtr(np.arange(own.size // 2), own.size, 0.5)
     rank = int(np.count_nonzero(ranks <= 0.025)) - 1
-    low, high = (own[rank], own[-1 - rank]) if rank >= 0 else (math.nan, math.nan)
-    return float(own.size), float(np.median(own)), float(low), float(high)
+    return float(own.size), float(np.median(own)), float(own[rank]), float(own[-1 - rank])
+
+
+def _notes_on_few(groups: Sequence[str], count: FloatArray) -> tuple[str, ...]:
+    """Notes on groups whose medians have an interval by a log-normal distribution, or none."""
+
+    def named(chosen: NDArray[np.bool_]) -> str:
+        return ", ".join(
+            f"{group} ({int(n)})" for group, n, own in zip(groups, count, chosen, strict=True) if own
+        )
+
+    few, alone = (count > 1) & (count < _FOR_RANKS), count == 1
+    remedy = f"measure {_FOR_RANKS} or more for an interval under any distribution"
+    notes: tuple[str, ...] = ()
+    if few.any():
+        notes += (
+            f"groups of fewer than {_FOR_RANKS} values: {named(few)}: the interval of the median is by Student's t of the logarithms, for log-normal values; {remedy}",
+        )
+    if alone.any():
+        notes += (
+            f"groups of one value: {named(alone)}: the median has no interval; {remedy}, or 2 for one of log-normal values",
+        )
+    return notes
 
 
 def _over_groups(medians: FloatArray, common: float) -> tuple[float, float, float, float]:
