@@ -141,8 +141,9 @@ def summarize_groups(
         zip(("typical", "typical_low", "typical_high", "spread"), _over_groups(median, common), strict=True)
     )
     attributes = {"units": unit}
-    notes = ("one group: the variation between groups is unknown",) if median.size == 1 else ()
-    notes += _notes_on_few(distinct, count)
+    notes: tuple[str, ...] = (
+        ("one group: the variation between groups is unknown",) if median.size == 1 else ()
+    )
     if common > 0.0:
         notes += (
             f"standard uncertainty that all {name} share: {100.0 * common:.2g} %; it is in the interval over groups, not in the intervals of "
@@ -162,7 +163,7 @@ def summarize_groups(
             },
             coords={"group": ("group", distinct, {"units": ""})},
         ),
-        notes=notes,
+        notes=notes + _notes_on_few(distinct, count),
     )
 
 
