@@ -176,3 +176,17 @@ def test_the_case_file_and_the_figures(tmp_path, shell):
 def test_what_short_range_with_memory_refuses(make, error, words):
     with pytest.raises(error, match=words):
         make()
+
+
+@pytest.mark.parametrize("machine", [None, 50.0])
+@pytest.mark.parametrize("height", [0.3, 1e-3])
+def test_a_path_that_begins_off_the_surface_at_time_0_is_the_leg_to_it(machine, height):
+    channel = "indentation" if machine is None else "travel"
+    time = np.concatenate([[0.0], np.linspace(0.0, 100.0, 5)[1:], 1e4 + np.linspace(100.0, 150.0, 30)])
+    control = np.concatenate([[-height], np.linspace(-height, 1.0, 5)[1:], np.linspace(1.0, -1.0, 30)])
+    away = mdr.solve(short(20.0), mdr.Path(time=time, **{channel: control}), machine_stiffness=machine)
+    later = mdr.Path(time=time + 1.0, **{channel: control})  # moved there within 1 s
+    assert away.status is mdr.Status.ATTACHED
+    expected = mdr.solve(short(20.0), later, machine_stiffness=machine)["normal_force"].values
+    # the steps of time differ
+    np.testing.assert_allclose(away["normal_force"], expected, rtol=0, atol=1e-6 * np.abs(expected).max())

@@ -2,6 +2,7 @@
 
 import math
 from functools import reduce
+from itertools import pairwise
 from operator import rshift
 
 import numpy as np
@@ -614,3 +615,39 @@ def test_a_load_in_no_time_on_a_dashpot_rests_on_the_flat_end(profile, loads):
     assert result["contact_radius"].values[0] == pytest.approx(flat, rel=1e-12)
     assert not (flat and result.claims["pressure"].where[0])
     assert result.claims["pressure"].where[1:].all()
+
+
+@settings(max_examples=examples(20), deadline=None)
+@given(
+    st.floats(-9.0, 0.0),
+    st.floats(0.05, 0.95),
+    st.floats(0.02, 50.0),
+    st.lists(st.floats(0.1, 1.0), min_size=1, max_size=3),
+)
+def test_a_sharp_edge_that_is_reached_within_a_row_is_a_kink_of_the_force(decades, rounded, tau, rises):
+    b, depths = 10.0**decades, np.cumsum(rises)
+    dome = 10.0 * b
+    depths *= b * b / dome / (rounded * depths[-1])  # the edge is reached at a part of the largest depth
+    solid = Relaxation(4.0 * 0.3, np.array([4.0]), np.array([tau]))
+    times = np.arange(1.0, depths.size + 1.0)
+    result = pressed(
+        mdr.StandardSolid(0.3, 1.0, tau), mdr.Path(time=times, indentation=depths), mdr.DomedPunch(b, dome)
+    )
+    reached = float(np.interp(b * b / dome, np.append(0.0, depths), np.append(0.0, times)))
+
+    def rate(s, t):
+        row = min(int(s), depths.size - 1)
+        d = float(np.interp(s, np.append(0.0, times), np.append(0.0, depths)))
+        speed = float(np.diff(depths, prepend=0.0)[row])
+        return float(solid(np.array([t - s]))[0]) * 2.0 * min(math.sqrt(dome * d), b) * speed
+
+    for t, force in zip(times, result["normal_force"].values, strict=True):
+        marks = np.unique(np.clip([0.0, *times, reached], 0.0, t))
+        # a square root at first touch
+        parts = [
+            quad(
+                lambda v, t=t, low=low: 2.0 * v * rate(low + v * v, t), 0.0, math.sqrt(high - low), epsabs=0.0
+            )[0]
+            for low, high in pairwise(marks)
+        ]
+        assert force == pytest.approx(sum(parts), rel=1e-10)

@@ -305,9 +305,10 @@ def _convolved(
     if jump.any():
         rise = [normal_force(curve, states_at_depth(curve, values[jump])) for values in (d_low, d_high)]
         total[jump] = (rise[1] - rise[0])[:, None]
-    marks = curve.depth(
-        np.array([x for x in curve.breakpoints if 0.0 < x < min(curve.edge, curve.max_radius)])
-    )
+    known = min(curve.edge, curve.max_radius)
+    inside = [x for x in curve.breakpoints if 0.0 < x < known]
+    # at a sharp edge F0 becomes linear
+    marks = curve.depth(np.array([*inside, curve.edge] if curve.edge == known < math.inf else inside))
     moving = np.flatnonzero((t_high > t_low) & (d_high > d_low) & (d_high > 0.0))
     duration = (t_high - t_low)[moving]
     touch = np.maximum(-d_low[moving], 0.0) / (d_high - d_low)[moving]

@@ -212,10 +212,14 @@ class ShortSprings:
         PathError
             If the bodies touch again after they have separated.
         """
-        rows, k = [], machine_stiffness
+        rows, k, steps = [], machine_stiffness, np.diff(time)
+        if steps[0] == 0.0 and self.free:
+            # a free body may start anywhere
+            control = np.append(control[1], control[1:])
         # straight stretches of the control
-        rate = np.diff(control) / np.maximum(np.diff(time), 1e-300)
-        shaken = 1e-9 + 1e-15 * time[-1] / max(float(np.min(np.diff(time))), 1e-300)
+        lasts = steps > 0.0
+        rate = np.divide(np.diff(control), steps, out=np.zeros_like(steps), where=lasts)
+        shaken = 1e-9 + 1e-15 * time[-1] / float(np.min(steps, initial=math.inf, where=lasts))
         bends = np.flatnonzero(np.abs(np.diff(rate)) > shaken * np.max(np.abs(rate), initial=0.0)) + 1
         for first, last in pairwise([0, *bends.tolist(), time.size - 1]):
             rows += self._stretch(time[first : last + 1], control[first : last + 1], k)
