@@ -141,14 +141,6 @@ def summarize_groups(
         zip(("typical", "typical_low", "typical_high", "spread"), _over_groups(median, common), strict=True)
     )
     attributes = {"units": unit}
-    notes: tuple[str, ...] = (
-        ("one group: the variation between groups is unknown",) if median.size == 1 else ()
-    )
-    if common > 0.0:
-        notes += (
-            f"standard uncertainty that all {name} share: {100.0 * common:.2g} %; it is in the interval over groups, not in the intervals of "
-            "the medians",
-        )
     return GroupedValues(
         data=xr.Dataset(
             {
@@ -163,7 +155,7 @@ def summarize_groups(
             },
             coords={"group": ("group", distinct, {"units": ""})},
         ),
-        notes=notes + _notes_on_few(distinct, count),
+        notes=_notes_on_groups(name, distinct, count, common),
     )
 
 
@@ -181,8 +173,8 @@ def _median_of_group(values: FloatArray) -> tuple[float, float, float, float]:
     return float(own.size), float(np.median(own)), float(own[rank]), float(own[-1 - rank])
 
 
-def _notes_on_few(groups: Sequence[str], count: FloatArray) -> tuple[str, ...]:
-    """Notes on groups whose medians have an interval by a log-normal distribution, or none."""
+def _notes_on_groups(name: str, groups: Sequence[str], count: FloatArray, common: float) -> tuple[str, ...]:
+    """Notes on one group, on a common uncertainty, and on groups whose medians have an interval by a log-normal distribution, or none."""
 
     def named(chosen: NDArray[np.bool_]) -> str:
         return ", ".join(
@@ -192,6 +184,13 @@ def _notes_on_few(groups: Sequence[str], count: FloatArray) -> tuple[str, ...]:
     few, alone = (count > 1) & (count < _FOR_RANKS), count == 1
     remedy = f"measure {_FOR_RANKS} or more for an interval under any distribution"
     notes: tuple[str, ...] = ()
+    if len(groups) == 1:
+        notes += ("one group: the variation between groups is unknown",)
+    if common > 0.0:
+        notes += (
+            f"standard uncertainty that all {name} share: {100.0 * common:.2g} %; it is in the interval over groups, not in the intervals of "
+            "the medians",
+        )
     if few.any():
         notes += (
             f"groups of fewer than {_FOR_RANKS} values: {named(few)}: the interval of the median is by Student's t of the logarithms, for log-normal values; {remedy}",
