@@ -873,6 +873,18 @@ def test_below_the_first_of_noisy_points_the_error_is_that_of_a_guess(power, fir
         )
 
 
+def test_noisy_points_that_show_no_contact_yet():
+    rng = np.random.default_rng(0)
+    d = np.linspace(0.0, 1.0, 100)[1:]
+    force = np.maximum(d - 0.4, 0.0) ** 1.5 + 1e-3 * rng.normal(size=d.size)
+    modulus = mdr.effective_moduli(PLAIN, mdr.Rigid()).normal
+    curve = mdr.ForceCurve(d, force, modulus=modulus, contact_point=0.0)
+    claim = mdr.solve(mdr.Contact(curve, PLAIN), mdr.Path(indentation=[0.005, 0.3, 0.9])).claims[
+        "normal_force"
+    ]
+    assert claim.where.tolist() == [False, False, True]
+
+
 @settings(max_examples=examples(25), deadline=None)
 @given(
     st.integers(20, 400),

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import dblquad, quad
 
 import pymdr as mdr
-from pymdr.errors import NotValidError, PathError, ProblemError
+from pymdr.errors import ConvergenceError, NotValidError, PathError, ProblemError
 from pymdr.line.soft.small_zone import SmallZone
 from pymdr.workbench.casefile import read_case
 
@@ -190,3 +190,27 @@ def test_a_path_that_begins_off_the_surface_at_time_0_is_the_leg_to_it(machine, 
     expected = mdr.solve(short(20.0), later, machine_stiffness=machine)["normal_force"].values
     # the steps of time differ
     np.testing.assert_allclose(away["normal_force"], expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("channel", ["indentation", "travel", "normal_force"])
+@pytest.mark.parametrize("start", [0.0, 0.5])
+def test_a_path_that_begins_in_contact_touches_from_its_first_row_on(channel, start):
+    machine = 50.0 if channel == "travel" else None
+    first, moved = (
+        mdr.solve(short(20.0), mdr.Path(time=time, **{channel: [start, 0.6, 0.7]}), machine_stiffness=machine)
+        for time in ([0.0, 500.0, 1000.0], [1e-6, 500.0, 1000.0])
+    )
+    for name in ("contact_radius", "normal_force", "indentation"):
+        np.testing.assert_allclose(first[name][1:], moved[name][1:], rtol=1e-5)
+
+
+def test_an_equation_that_cannot_be_integrated_to_its_first_row_is_a_failure():
+    sudden = mdr.Path(time=[1e-4, 500.0], indentation=[0.5, 0.6])
+    with pytest.warns(UserWarning, match="convergence"), pytest.raises(ConvergenceError, match="beyond t = "):
+        mdr.solve(short(20.0), sudden)
+
+
+@pytest.mark.parametrize("depth", [0.0, -0.1])
+def test_one_row_out_of_contact(depth):
+    result = mdr.solve(short(20.0), mdr.Path(time=[0.0], indentation=[depth]))
+    assert result["normal_force"].values.tolist() == [0.0]

@@ -16,7 +16,6 @@ from pymdr.units import FloatArray
 
 _STRAIGHT = 0.01
 """Error of a curve up to which its inverse is linearised."""
-ROUNDED = 4.0 * float(np.finfo(float).eps)
 G, SLOPE, MOMENT, SQUARED = range(4)
 """Columns of the errors of a line: g, g', m and s."""
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.interpretation.accuracy import MOMENT, ROUNDED, SLOPE, SQUARED, G, bounded
+from pymdr.interpretation.accuracy import MOMENT, SLOPE, SQUARED, G, bounded
 from pymdr.interpretation.branches import Equilibria as Adhesive
 from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.curves import Line
 from pymdr.line.following import Jumps
 from pymdr.units import FloatArray
 
+_ROUNDED = 4.0 * float(np.finfo(float).eps)
 _DIFFERENCE = 30.0
 """Ratio of the terms of an energy to their sum above which rounding counts."""
 _NEAR = 1e-4
@@ -77,7 +78,7 @@ def adhesive_errors(
         slope = error[:, SLOPE] + radius
         release = 0.5 * line.stiffness_rate(a) * parts.opened**2
         along = np.abs(states.normal_force * rates[0]) + release
-        missed = parts.energy + np.nan_to_num((moved + 0.25 * ROUNDED * a) * along, posinf=math.inf)
+        missed = parts.energy + np.nan_to_num((moved + 0.25 * _ROUNDED * a) * along, posinf=math.inf)
     errors = {
         "contact_radius": radius,
         "cohesive_radius": radius + outer,
@@ -166,7 +167,7 @@ class _StateErrors:
             )
             # without cancellation the error is a few roundings
             differs = parts > _DIFFERENCE * np.abs(elastic)
-        missed = missed + np.where(differs, ROUNDED * (parts + np.abs(surface)), 0.0)
+        missed = missed + np.where(differs, _ROUNDED * (parts + np.abs(surface)), 0.0)
         return cls(states, error, outer, g, smooth, opened, pull, depth, force, missed)
 
 
@@ -204,7 +205,7 @@ def fold_errors(
             near = s * np.array([1.0 - _NEAR, 1.0 + _NEAR])
             by_depth, by_force = (np.diff(rate) / np.diff(near) for rate in equilibria.slopes(near))
             turn = np.abs(parts.under(k, (by_depth, by_force))[1])
-            unsure = parts.error[:, SLOPE] + ROUNDED
+            unsure = parts.error[:, SLOPE] + _ROUNDED
             rates_of_error = (
                 unsure * np.abs(rate)
                 for rate in (line.depth_rate(at), line.stiffness(at) * line.depth_rate(at))
@@ -249,7 +250,7 @@ def _loss_errors(line: Line, equilibria: Adhesive, jumps: Jumps, machine_stiffne
             soft = np.where(by_force, 1.0, k[bound])
             stored = np.where(by_force, force * d, 0.5 * force**2 / soft)
             turned = np.where(by_force, d * parts.force, force * (parts.depth + parts.force / soft))
-        total[bound] += parts.energy + turned + ROUNDED * (elastic + surface + stored)
+        total[bound] += parts.energy + turned + _ROUNDED * (elastic + surface + stored)
     return np.bincount(jumps.step, weights=total, minlength=rows).astype(float)
 
 

@@ -212,11 +212,13 @@ class ShortSprings:
         PathError
             If the bodies touch again after they have separated.
         """
-        rows, k, steps = [], machine_stiffness, np.diff(time)
-        if steps[0] == 0.0 and self.free:
+        rows, k = [], machine_stiffness
+        if time[1] == time[0] and self.free:
             # a free body may start anywhere
-            control = np.append(control[1], control[1:])
+            rows.append(_out_of_contact(float(control[1]), k))
+            time, control = time[1:], control[1:]
         # straight stretches of the control
+        steps = np.diff(time)
         lasts = steps > 0.0
         rate = np.divide(np.diff(control), steps, out=np.zeros_like(steps), where=lasts)
         shaken = 1e-9 + 1e-15 * time[-1] / float(np.min(steps, initial=math.inf, where=lasts))
@@ -234,8 +236,7 @@ class ShortSprings:
             nearing = not self.lost or control[-1] > control[0]
             touching = np.flatnonzero(control[1:] >= 0.0) if nearing else np.zeros(0, dtype=np.intp)
             done = int(touching[0]) if touching.size else time.size - 1
-            depth = control[1 : done + 1] if k != 0.0 else np.full(done, math.nan)
-            rows = [(0.0, float(d), 0.0, 0.0, 0.0) for d in depth]
+            rows = [_out_of_contact(each, k) for each in control[1 : done + 1].tolist()]
             if not touching.size:
                 return rows
             if self.lost:
@@ -285,7 +286,7 @@ class ShortSprings:
         )
         if solved.status < 0:
             raise ConvergenceError(
-                f"the equation of the contact radius could not be integrated beyond t = {float(solved.t[-1]) if solved.t.size else t0:.6g} s ({solved.message}); use MaugisDugdale(work, range=...)"
+                f"the equation of the contact radius could not be integrated beyond t = {float(solved.t[-1]) if len(solved.t) else t0:.6g} s ({solved.message}); use MaugisDugdale(work, range=...)"
             )
         radii = solved.y[0]
         open_ = np.flatnonzero(radii < 3.0 * closed)
@@ -295,9 +296,12 @@ class ShortSprings:
             rows.append((float(y[0]), d, force, load, Q - r.rubbery * d))
         if open_.size:
             self.free = self.lost = True
-            unknown = k == 0.0
-            after = control[1 + len(rows) :].tolist()
-            rows += [(0.0, math.nan if unknown else d, math.nan if unknown else 0.0, 0.0, 0.0) for d in after]
+            rows += [_out_of_contact(each, k) for each in control[1 + len(rows) :].tolist()]
         else:
             self._radius, self._lag = float(radii[-1]), solved.y[1:, -1].copy()
         return rows
+
+
+def _out_of_contact(control: float, k: float) -> tuple[float, ...]:
+    """The row of a body out of contact; under a force it is nowhere."""
+    return (0.0, math.nan, math.nan, 0.0, 0.0) if k == 0.0 else (0.0, control, 0.0, 0.0, 0.0)

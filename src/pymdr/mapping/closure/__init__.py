@@ -190,6 +190,8 @@ def _unmeasured(fit: Fit, depth: FloatArray) -> FloatArray:
     stiffness, force, energy = fit.line.at(np.array([fit.first]))[:, 0]
     x = np.minimum(depth / fit.first, 1.0)
     errors = np.zeros_like(own)
+    if not force > 0.0:  # the points show no contact yet
+        return errors
     for power in (1.0, max(stiffness * fit.first / force, 1.0)):
         k = power * force / fit.first * x ** (power - 1.0)
         beginning = np.stack(

@@ -39,12 +39,12 @@ class Remembered:
 
 def remembered(contact: Contact, deepest: float, tangential: bool, springs: int | None) -> Remembered:
     """
-    What a contact remembers up to an indentation in m, apart from touch by adhesion.
+    What a contact remembers up to an indentation in m, except the touch of adhesion.
 
     Parameters
     ----------
     tangential : bool
-        Whether friction is asked for.
+        Whether the header has friction.
     springs : int or None
         Number of springs in the plane, or with memory.
 

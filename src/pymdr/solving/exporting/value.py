@@ -190,7 +190,7 @@ class ContactLaw(Study):
         """
         The law as a C header: ``<name>_force(d)``, ``<name>_stiffness(d)``, ``<name>_radius(d)`` and ``<name>_law(d, &F, &k, &a)``.
 
-        With friction that was asked for, with JKR and of bodies with memory, also the type ``<name>_state`` and ``<name>_advance``.
+        With friction (``tangential=True``), with JKR and of bodies with memory, also the type ``<name>_state`` and ``<name>_advance``.
 
         Parameters
         ----------
