@@ -128,6 +128,28 @@ def test_a_text_of_a_microscope_that_ends_in_a_number_is_refused(tmp_path, decim
         mdr.read_curves(tmp_path / name, spring_constant="0.1 N/m", sensitivity="50 nm/V")
 
 
+def test_a_text_of_nt_mdt_that_ends_between_lines_is_refused(tmp_path):
+    """Its ramp ends at height 0, so that any block of its last rows is missed."""
+    pytest.importorskip("afmformats")
+    height = np.linspace(-990.0, 0.0, 100)
+    current = np.maximum(-0.01 * (height + 500.0), 0.0) - 1.1
+    lines = [
+        f"{z:.4f}\t{i:.4f}\t{i - 0.01:.4f}\r\n".replace(".", ",")
+        for z, i in zip(height, current, strict=True)
+    ]
+    file = tmp_path / "curve.txt"
+    options = {"spring_constant": "0.1 N/m", "sensitivity": "50 nm/nA"}
+    for kept in (*range(3, 99, 6), 99):
+        file.write_text("".join(lines[:kept]), newline="")
+        with pytest.raises(CaseError, match=rf"cut off \({100 - kept} further rows missing\)"):
+            mdr.read_curves(file, **options)
+    file.write_text("".join(lines), newline="")
+    assert sum(one.force.size for one in mdr.read_curves(file, **options)) == 200
+    file.write_text("".join(lines[::-1]), newline="")
+    with pytest.raises(CaseError, match=r"end at -990 nm .*\(further rows missing\)"):
+        mdr.read_curves(file, **options)
+
+
 def test_archives_that_do_not_decompress_are_refused(tmp_path):
     file = written(tmp_path / "a.csv", "travel [um],load [nN]", *np.array(pressed(200)) * 1e6)
     with zipfile.ZipFile(tmp_path / "a.zip", "w", zipfile.ZIP_DEFLATED) as archive:

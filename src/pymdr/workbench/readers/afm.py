@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +40,13 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
         afmformats.errors.AFMFileFormatError,
         MetaDataMissingError,
     )
+    maker = maker_of(source)
     if source.suffix.lower() in _TEXTS:
         lines = read_measured_text(source, _LARGEST, "force curve").split("\n")
         rows = [line.rstrip("\r") for line in lines if line[:1] in _NUMBERS]
         refuse_cut_number(source, rows or [""], _DECIMALS)
-    maker = maker_of(source)
+        if "NT-MDT" in maker:
+            _refuse_cut_ramp(source, [line.split("#")[0] for line in lines])
     check_slope(str(source), maker, calibration, "m/A" if "NT-MDT" in maker else "m/V")
     try:
         with warnings.catch_warnings():
@@ -95,6 +97,23 @@ def is_bare_table(head: bytes) -> bool:
         return all(len([float(cell.replace(",", ".")) for cell in line.split()]) == 3 for line in lines[:-1])
     except ValueError:
         return False
+
+
+def _refuse_cut_ramp(source: Path, lines: Sequence[str]) -> None:
+    """Refuse an export of NT-MDT Nova whose heights end before 0: the text states no number of rows, but the ramp ends at height 0."""
+    try:
+        height = np.array([float(row.split(maxsplit=1)[0].replace(",", ".")) for row in lines if row.strip()])
+    except ValueError:  # no numbers: afmformats refuses the file
+        return
+    step = float(np.median(np.abs(np.diff(height)))) if height.size > 1 else 0.0
+    if height.size < 2 or abs(height[-1]) <= 0.5 * step:
+        return
+    toward = step > 0.0 and abs(height[-1]) < abs(height[0])
+    missing = f"{round(abs(height[-1]) / step)} further rows" if toward else "further rows"
+    raise CaseError(
+        f"{source}: exported by NT-MDT Nova. Its heights end at {height[-1]:.6g} nm in steps of {step:.4g} nm, but its ramps end at 0 nm. The file is cut off "
+        f"({missing} missing): copy it again from the instrument. If the record is complete, write approach and retreat as a table with units in its header"
+    )
 
 
 def _afmformats(source: Path) -> Any:
