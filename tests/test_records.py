@@ -331,6 +331,7 @@ def test_bad_records_are_refused():
         (xr.Dataset({"shift": ("step", t)}), "the record has shift"),
         (record(t, t), "three reversals"),
         (record(0.0 * t, t), "does not change"),
+        (record(t[:1], t[:1]), "the record has one row, but a cycle needs three reversals"),
         (record(np.sin(t), 0.0 * t), "the largest tangential_force = 0 N"),
         (record(1e-300 * np.sin(t), t), "the swing of shift = 2e-300 m: it must be at least 1e-60 m"),
         (record(np.sin(t), 1e-300 * np.sin(t)), "the largest tangential_force = 1e-300 N"),

@@ -444,6 +444,35 @@ def test_log_of_a_solved_record() -> None:
     assert np.allclose(steady["model_force"], steady["force_amplitude"], rtol=1e-9)
 
 
+def test_every_cycle_has_the_loop_of_its_own_load() -> None:
+    """Of a profile with a kink, from stick to sliding; progress counts to the last cycle."""
+    pin = mdr.Contact(mdr.RoundedFlat("50 um", "10 mm"), BODY, BODY, friction=mdr.Coulomb(0.5))
+    loads, amplitudes = np.array([50.0, 20.0, 80.0, 1.0]), np.array([0.1e-6, 0.5e-6, 2.0e-6, 1.0e-9])
+    t = np.linspace(0.0, 1.0, 401)
+    cycles = [(u * np.cos(2 * np.pi * t), f + 0.0 * t) for u, f in zip(amplitudes, loads, strict=True)]
+    shift, load = (np.concatenate(column) for column in zip(*cycles, strict=True))
+    counted = []
+    data = xr.Dataset(
+        {
+            "shift": ("step", np.append(shift, 0.0)),
+            "tangential_force": ("step", np.append(np.roll(shift, -50), 0.0)),
+            "normal_force": ("step", np.append(load, 1.0)),
+        }
+    )
+    log = mdr.fretting_log(
+        data, contact=pin, least="1 nm", progress=lambda done, total: counted.append((done, total))
+    )
+    assert counted[-1] == (log.data.sizes["cycle"],) * 2
+    for i in range(log.data.sizes["cycle"]):
+        loop = mdr.friction_loop(
+            pin, float(log["amplitude"][i]), normal_force=float(log["normal_force"][i])
+        ).data
+        assert float(log["model_force"][i]) == pytest.approx(float(loop["force_amplitude"][0]), rel=1e-12)
+        assert float(log["model_dissipated"][i]) == pytest.approx(
+            float(loop["dissipated_per_cycle"][0]), rel=1e-11
+        )
+
+
 def test_machine_is_taken_off() -> None:
     test = record([2.0e-6, 2.0e-6, 2.0e-6])
     data = test.data[["shift", "tangential_force", "normal_force"]]
@@ -489,6 +518,10 @@ def test_map_of_running_conditions() -> None:
 def test_bad_records_are_refused() -> None:
     test = record([2.0e-6, 2.0e-6])
     bare = test.data[["shift", "tangential_force"]]
+    swapped = xr.Dataset(
+        {"shift": bare["tangential_force"].drop_attrs(), "tangential_force": bare["shift"].drop_attrs()}
+    )
+    in_kilonewtons = bare.assign(tangential_force=bare["tangential_force"].assign_attrs(units="kN"))
     slow = record([0.3e-6, 0.3e-6])
     free = mdr.Contact(mdr.Paraboloid("10 mm"), BODY, BODY)
     for wrong, message in (
@@ -499,6 +532,8 @@ def test_bad_records_are_refused() -> None:
         (lambda: mdr.fretting_log(bare, worn_volume="1 mm^3", cycles=0.0), "cycles"),
         (lambda: mdr.fretting_log(bare, contact=BALL), "load"),
         (lambda: mdr.fretting_log(slow, contact=free), "no cycle slides"),
+        (lambda: mdr.fretting_log(swapped), "are interchanged"),
+        (lambda: mdr.fretting_log(in_kilonewtons, normal_force="50 N"), "median friction coefficient.*500"),
     ):
         with pytest.raises(mdr.ProblemError, match=message):
             wrong()

@@ -32,7 +32,7 @@ from pymdr.problem.profiles import ForceCurve
 from pymdr.solving.bands import band_note, scatter_of, shifted
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
-from pymdr.solving.reach import map_remark
+from pymdr.solving.reach import Springs, map_remark
 from pymdr.solving.study import Column, Study
 from pymdr.units import (
     ArrayQuantityLike,
@@ -286,16 +286,9 @@ def _study(
     load = float(force_of(line, state)[0])
     sliding = factor * d
 
-    def loops(u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        inner = np.minimum(u, sliding)
-        c = states_at_depth(line, d - inner / factor).contact_radius
-        force, loss, error = _loop_integrals(line, d, a, c, inner, factor, moduli.tangential)
-        force = np.where(u >= sliding, mu * load, force)
-        return force, loss + 4.0 * mu * load * (u - inner), c, error
-
     if given is not None:
         u = given
-        force, loss, c, error = loops(u)
+        force, loss, c, error = _loops_at(mapped, mu, np.full(u.shape, d), u)
     else:
         assert pulls is not None
         if np.max(pulls) >= mu * load:
@@ -304,8 +297,9 @@ def _study(
                 f"{newtons(mu * load)}; give forces below, or amplitudes of the shift"
             )
         force = pulls
-        u = _shifts_at(pulls, mu, load, line, d, factor, lambda u: loops(u)[0])
-        _, loss, c, error = loops(u)
+        depths = np.full(pulls.shape, d)
+        u = _shifts_at(pulls, mu, load, line, d, factor, lambda u: _loops_at(mapped, mu, depths, u)[0])
+        _, loss, c, error = _loops_at(mapped, mu, depths, u)
     columns = {
         "amplitude": u,
         "force_amplitude": force,
@@ -331,6 +325,31 @@ def _study(
         why = "the area of a contact is not in its force curve; give the shape itself as a profile"
         by_name["stick_ratio"] = Claim(Level.NOT_VALID, why, SOURCES["closure"], np.zeros(u.size, dtype=bool))
     return _Study(columns, by_name, met, mapped.notes, sliding, load, d)
+
+
+def loops_at_loads(
+    contact: Contact, amplitude: FloatArray, normal_force: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Force amplitude in N and dissipation per cycle in J of loops of given amplitude in m, each at its own load in N."""
+    mapped, _, mu, _ = pressed_joint("friction_loop", "loops", contact, float(np.max(normal_force)), None)
+    depth = states_at_force(mapped.line, normal_force).indentation
+    force, loss, _, _ = _loops_at(mapped, mu, depth, amplitude)
+    return force, loss
+
+
+def _loops_at(
+    mapped: Springs, mu: float, d: FloatArray, u: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Force amplitude, dissipation, stick radius and relative error of loops of amplitudes u at depths d."""
+    line, moduli = mapped.line, mapped.moduli
+    factor = mu * moduli.normal / moduli.tangential
+    state = states_at_depth(line, d)
+    limit = mu * force_of(line, state)
+    inner = np.minimum(u, factor * d)
+    c = states_at_depth(line, d - inner / factor).contact_radius
+    force, loss, error = _loop_integrals(line, d, state.contact_radius, c, inner, factor, moduli.tangential)
+    force = np.where(u >= factor * d, limit, force)
+    return force, loss + 4.0 * limit * (u - inner), c, error
 
 
 def _shifted_study(
@@ -387,7 +406,13 @@ def _amplitudes(given: ArrayQuantityLike | None, unit: str, name: str) -> FloatA
 
 
 def _loop_integrals(
-    line: ElasticLine, d: float, a: float, c: FloatArray, u: FloatArray, factor: float, modulus: float
+    line: ElasticLine,
+    d: FloatArray,
+    a: FloatArray,
+    c: FloatArray,
+    u: FloatArray,
+    factor: float,
+    modulus: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
     Force amplitude 2 G* [u c + int_c^a t dx], loss 8 G* int_c^a t (u - t) dx, and the relative error of both.
@@ -396,19 +421,21 @@ def _loop_integrals(
     behind a kink, and panels are halved until their halves agree with them, or differ by the rounding of d - g alone.
     """
     slipping, loss, missed = np.zeros(u.shape), np.zeros(u.shape), np.zeros(u.shape)
-    marks = np.unique([0.0, *line.equivalent.kinks(a), a])
-    whose, part = (x.ravel() for x in np.indices((u.size, marks.size - 1)))
-    begin = np.sqrt(np.clip((c[whose] - marks[part]) / np.diff(marks)[part], 0.0, 1.0))
-    real = begin < 1.0
-    whose, part, low, high = whose[real], part[real], begin[real], np.ones(int(real.sum()))
+    kinks = np.unique([0.0, *line.equivalent.kinks(float(a.max())), math.inf])
+    marks = np.minimum(kinks, a[:, None])
+    widths = np.diff(marks, axis=1)
+    whose, part = np.nonzero((widths > 0.0) & (c[:, None] < marks[:, 1:]))
+    low = np.sqrt(np.clip((c[whose] - marks[whose, part]) / widths[whose, part], 0.0, 1.0))
+    real = low < 1.0
+    whose, part, low, high = whose[real], part[real], low[real], np.ones(int(real.sum()))
 
     def panels(low: FloatArray, high: FloatArray) -> FloatArray:
         node, weight = gauss(_NODES)
         s = low[:, None] + (high - low)[:, None] * node
-        width = np.diff(marks)[part]
-        x = np.minimum(marks[part][:, None] + width[:, None] * s * s, a)
+        width = widths[whose, part]
+        x = np.minimum(marks[whose, part][:, None] + width[:, None] * s * s, a[whose, None])
         top = u[whose, None]
-        t = np.clip(factor * (d - line.equivalent.g(x)), 0.0, top)
+        t = np.clip(factor * (d[whose, None] - line.equivalent.g(x)), 0.0, top)
         scale = 2.0 * width[:, None] * s * (high - low)[:, None] * weight
         return np.stack([(t * scale).sum(axis=1), (t * (top - t) * scale).sum(axis=1)])
 
@@ -424,7 +451,7 @@ def _loop_integrals(
             np.add.at(total, whose, values)
         least = np.maximum(size[:, whose], math.ulp(0.0))
         error = np.max(np.abs(integrals - whole) / least, axis=0)
-        spread = _ROUNDED * factor * d * np.diff(marks)[part] * (high - low) * (high + low)
+        spread = _ROUNDED * factor * d[whose] * widths[whose, part] * (high - low) * (high + low)
         rounded = np.max(np.stack([spread, spread * u[whose]]) / least, axis=0)
         good = (error <= np.maximum(_SETTLED, rounded)) | (level == _LEVELS - 1)
         error += rounded

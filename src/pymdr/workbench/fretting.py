@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -12,10 +13,10 @@ from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
 from pymdr.result import Result
-from pymdr.solving.loops import friction_loop
+from pymdr.solving.loops import friction_loop, loops_at_loads
 from pymdr.solving.study import Column, Study, over_rows
-from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
-from pymdr.workbench.records import measured_loops
+from pymdr.units import FloatArray, QuantityLike, newtons, shown, to_si, written
+from pymdr.workbench.records import backward_loops, measured_loops
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,8 +28,14 @@ _BAND = 0.15
 """Around the limit, relative to it: the cycles in between are mixed."""
 _STRAIGHT = 0.6
 """Part of the swing of the force over which the stiffness after a turn is fitted."""
+_GIVEN = 0.05
+"""Energy ratio of a cycle above which energy that it gives is no noise."""
+_SLIPPERY = 100.0
+"""Largest friction coefficient of a record whose units are right."""
 _FEWEST = 4
 _DRAWN = 12
+_REPORTED = 100
+"""Number of cycles between two reports of progress."""
 _NOT_SHOWN = {"normal_force": Column("load", "N"), "model_force": Column("of the model", "N")}
 
 
@@ -85,6 +92,7 @@ def fretting_log(
     worn_volume: QuantityLike | None = None,
     cycles: float | None = None,
     least: QuantityLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> FrettingLog:
     """
     Friction coefficient, tangential stiffness and slip regime of every cycle of a record.
@@ -106,6 +114,8 @@ def fretting_log(
         Number of cycles that caused the worn volume, if the record has only some of them; all are taken to dissipate their mean.
     least : quantity, optional
         As for :func:`pymdr.measured_loops`.
+    progress : callable, optional
+        Called with the number of finished cycles and their total number.
 
     Returns
     -------
@@ -115,7 +125,8 @@ def fretting_log(
     Raises
     ------
     ProblemError
-        If the record has no shift and tangential force or no whole cycle, a value is not above 0, or a contact is given without load.
+        If the record has no shift and tangential force or no whole cycle, most cycles give energy in place of dissipating it, the
+        friction coefficient is above 100, a value is not above 0, or a contact is given without load.
 
     See Also
     --------
@@ -150,16 +161,17 @@ def fretting_log(
     swing = np.array([0.5 * np.ptp(force[span]) for span in spans])
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = loss / (4.0 * swing * amplitude)
+    _refuse_given_energy(loss, ratio)
     columns = {
         "amplitude": amplitude,
         "force_amplitude": swing,
         "dissipated_per_cycle": loss,
-        "tangential_stiffness": np.array([_stiffness(shift[span], force[span]) for span in spans]),
+        "tangential_stiffness": _stiffnesses(shift, force, spans, progress),
         "energy_ratio": ratio,
     }
     load = _loads(data, normal_force, spans)
     if load is not None:
-        columns |= {"normal_force": load, "friction_coefficient": swing / load}
+        columns |= {"normal_force": load, "friction_coefficient": _coefficients(swing, load)}
     limit = _HERTZ
     if contact is not None:
         limit, model = _model(contact, amplitude, load, ratio, swing)
@@ -231,6 +243,42 @@ def _loads(data: xr.Dataset, given: QuantityLike | None, spans: list[slice]) -> 
     return loads
 
 
+def _refuse_given_energy(loss: FloatArray, ratio: FloatArray) -> None:
+    """Refuse a record whose cycles give more energy than noise does."""
+    given = backward_loops("shift", "tangential_force", loss)
+    if given and np.nanmedian(ratio) < -_GIVEN:
+        raise ProblemError(f"fretting_log: {given[0]}")
+
+
+def _coefficients(swing: FloatArray, load: FloatArray) -> FloatArray:
+    """Friction coefficients of cycles, refused where only a wrong unit explains them."""
+    coefficients = swing / load
+    median = float(np.median(coefficients))
+    if median > _SLIPPERY:
+        raise ProblemError(
+            f"fretting_log: the median friction coefficient of the cycles is {median:.4g} (limit {_SLIPPERY:g}), of forces of "
+            f"{newtons(float(np.median(swing)))} under loads of {newtons(float(np.median(load)))}; correct the unit of the force or of the load"
+        )
+    return coefficients
+
+
+def _stiffnesses(
+    shift: FloatArray,
+    force: FloatArray,
+    spans: list[slice],
+    progress: Callable[[int, int], None] | None,
+) -> FloatArray:
+    """The tangential stiffness of every cycle in N/m."""
+    stiffness = np.empty(len(spans))
+    for i, span in enumerate(spans):
+        stiffness[i] = _stiffness(shift[span], force[span])
+        if progress is not None and (i + 1) % _REPORTED == 0:
+            progress(i + 1, len(spans))
+    if progress is not None:
+        progress(len(spans), len(spans))
+    return stiffness
+
+
 def _stiffness(shift: FloatArray, force: FloatArray) -> float:
     """Slope of the force in N/m after the turns of a cycle: of parabolas of the shift over the force."""
     middle = int(np.argmax(np.abs(shift - shift[0])))
@@ -276,17 +324,7 @@ def _model(
     limit = float(
         (edge["dissipated_per_cycle"] / (4.0 * edge["force_amplitude"] * edge["amplitude"])).values[0]
     )
-    constant = np.ptp(load) == 0.0
-    if constant:
-        loop = friction_loop(contact, amplitude, normal_force=float(load[0])).data
-        losses, forces = loop["dissipated_per_cycle"].values, loop["force_amplitude"].values
-    else:
-        each = [
-            friction_loop(contact, float(u), normal_force=float(f)).data
-            for u, f in zip(amplitude, load, strict=True)
-        ]
-        losses = np.array([float(loop["dissipated_per_cycle"][0]) for loop in each])
-        forces = np.array([float(loop["force_amplitude"][0]) for loop in each])
+    forces, losses = loops_at_loads(contact, amplitude, load)
     return limit, {"model_dissipated": losses, "model_force": forces}
 
 

@@ -133,7 +133,12 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     displacement, force = _pair(data)
     _check_rows(data, [name for name in (displacement, force, "time") if name in data])
     u, pull = _finite(data, displacement, "m"), _finite(data, force, "N")
-    swing = float(np.ptp(u)) if u.size else 0.0
+    if u.size < 2:
+        rows = "one row" if u.size else "no row"
+        raise ProblemError(
+            f"measured_loops: the record has {rows}, but a cycle needs three reversals of {displacement}; give a longer record"
+        )
+    swing = float(np.ptp(u))
     threshold = _threshold(least, swing, displacement)
     within_range(swing, "m", f"measured_loops: the swing of {displacement}", size=True)
     within_range(float(np.max(np.abs(pull))), "N", f"measured_loops: the largest {force}", size=True)
@@ -159,7 +164,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     notes = (
         *_rows_outside(displacement, first, last, u.size),
         *_open_loops(displacement, u, first, middle, last),
-        *_backward_loops(displacement, force, quantities["dissipated_per_cycle"][0]),
+        *backward_loops(displacement, force, quantities["dissipated_per_cycle"][0]),
     )
     return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims, notes=notes)
 
@@ -203,7 +208,7 @@ def _open_loops(
     ]
 
 
-def _backward_loops(displacement: str, force: str, loss: np.ndarray) -> list[str]:
+def backward_loops(displacement: str, force: str, loss: np.ndarray) -> list[str]:
     """Which cycles give energy, as no contact does."""
     backward = int(np.count_nonzero(loss < 0.0))
     if backward <= loss.size // 2:

@@ -15,6 +15,7 @@ from pymdr.workbench.cli.reporting import (
     print_report,
     report,
     report_study,
+    stages,
     table_of,
     validity_of,
 )
@@ -97,15 +98,17 @@ def fretting(
 
     def studied() -> tuple[str, Study]:
         contact = None if case is None else read_contact(case)[1]
-        study = fretting_log(
-            _read_cycles(record),
-            contact=contact,
-            normal_force=normal_force,
-            machine_stiffness=machine_stiffness,
-            worn_volume=worn_volume,
-            cycles=cycles,
-            least=least,
-        )
+        with stages(quiet or as_json) as stage:
+            study = fretting_log(
+                _read_cycles(record),
+                contact=contact,
+                normal_force=normal_force,
+                machine_stiffness=machine_stiffness,
+                worn_volume=worn_volume,
+                cycles=cycles,
+                least=least,
+                progress=stage("measuring cycles"),
+            )
         if chart is not None:
             _draw_map(study, contact, chart)
         return str(record), study
