@@ -147,7 +147,7 @@ def test_a_case_its_figures_and_what_is_refused(tmp_path):
     with pytest.raises(PathError, match="cannot be pulled"):
         mdr.solve(contact(2.0), mdr.load(-1.0, duration=1.0))
     record = mdr.MeasuredCurve(force=np.arange(9.0), indentation=np.arange(9.0), time=np.arange(9.0))
-    with pytest.raises(ProblemError, match="memory is not fitted"):
+    with pytest.raises(ProblemError, match="begins in contact"):
         mdr.fit(contact(2.0), record, ["adhesion.work"])
 
 

@@ -136,6 +136,11 @@ class Contact(Value):
         return self.adhesion is not None and self.adhesion.cohesive_stress is not None
 
     @property
+    def has_edge_history(self) -> bool:
+        """Whether the edge of an adhesive contact depends on its history, by memory of the bodies or hysteresis of adhesion."""
+        return self.adhesion is not None and (self.is_viscoelastic or self.adhesion.has_hysteresis)
+
+    @property
     def layered(self) -> Layered | None:
         """The layered body, the first if both are; None without one."""
         return next((body for body in (self.body, self.counterbody) if isinstance(body, Layered)), None)

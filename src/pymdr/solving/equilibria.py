@@ -141,7 +141,7 @@ class AdhesiveLine:
         stop, track = self._tracks.get(machine_stiffness, (0.0, None))
         if track is not None and stop >= at_least and track.high[-1] >= top:
             return track
-        stop = self._stop(machine_stiffness, top, at_least)
+        stop = self.stop(machine_stiffness, top, at_least)
         # theories of cohesive zones need a profile that increases up to the end
         equilibria_of(self.law, self.contact.profile, self.line, stop)
         made = self.traced(stop, machine_stiffness)
@@ -189,8 +189,8 @@ class AdhesiveLine:
             remedy = f"the profile is known up to r = {metres(last)}: extend it, or {remedy}"
         return PathError(f"{why}; {remedy}")
 
-    def _stop(self, machine_stiffness: float, top: float, at_least: float) -> float:
-        """The parameter up to which the curve is needed."""
+    def stop(self, machine_stiffness: float, top: float, at_least: float = 0.0) -> float:
+        """The parameter in m up to which the curve is needed for :meth:`track`, which takes the same arguments and raises the same errors."""
         end = self.end
         wanted = _BEYOND * max(self.natural_radius, at_least)
         curve = under_machine(self.equilibria, wanted, machine_stiffness)

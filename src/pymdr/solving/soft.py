@@ -13,18 +13,25 @@ from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.soft import ZoneCheck, ZoneSurface, check_zone
+from pymdr.interpretation.theories import equilibria_of
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure
 from pymdr.line.soft.springs import COARSE, FINE, ZoneLine, ZoneSetting, ZoneSprings
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
-from pymdr.mapping.relaxation import Relaxation
+from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.schedule import Stretch, planned, total_rows
 from pymdr.result import Result, Status
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.memory import assumptions_with_memory, error_of, relaxation_along, times_of
+from pymdr.solving.memory import (
+    assumptions_with_memory,
+    error_of,
+    relaxation_along,
+    surfaces_of,
+    times_of,
+)
 from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.reach import notes_of
 from pymdr.solving.walk import (
@@ -96,6 +103,26 @@ def solve_soft(task: Task) -> Result:
     return solution(task, walked, _interpret(task, setting, walked, check))
 
 
+def zone_force(contact: Contact, time: FloatArray, control: FloatArray, stiffness: float) -> FloatArray:
+    """
+    Normal force in N along a record, without the error that :func:`solve_soft` measures.
+
+    Parameters
+    ----------
+    contact : Contact
+        With memory and a cohesive zone.
+    time, control : ndarray
+        Times in s, and indentations or travels in m, from a free body on.
+    stiffness : float
+        Of the machine in N/m; inf for indentations.
+    """
+    span = float(np.diff(time).min()), float(np.ptp(time))
+    relaxation = relaxation_of(*surfaces_of(contact), span=span)
+    setting = zone_setting(contact, relaxation, {stiffness: max(float(control.max()), 0.0)})
+    from_start = np.append(time[0], time), np.append(control[0], control)
+    return ZoneSprings(setting, FINE).follow(*from_start, stiffness)["normal_force"]
+
+
 def zone_surface(result: Result) -> ZoneSurface:
     """The source of fields, which follows the path again up to the requested row."""
     task = Task(result.contact, result.path, result.reading, result.machine_stiffness)
@@ -137,33 +164,40 @@ def _line_at(task: Task, setting: ZoneSetting, starts: Sequence[Channels], row: 
 
 def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
     """The springs, and the largest zone, of the relaxed contact at the largest target of the path."""
-    contact = task.contact
-    refuse_flow(relaxation)
-    law = contact.adhesion
-    assert law is not None
-    assert law.cohesive_stress is not None
-    alike = replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid())
     largest: dict[float, float] = {}
     for leg in planned(task.path):
         target = np.ravel(np.asarray(getattr(leg.leg, leg.controls.normal, 0.0), dtype=float))
         k = _CONTROL.get(leg.controls.normal, task.machine_stiffness or math.inf)
         largest[k] = max(float(np.max(target, initial=0.0)), largest.get(k, 0.0))
-    line, widest = _relaxed_line(alike, tuple(sorted(largest.items())))
+    return zone_setting(task.contact, relaxation, largest)
+
+
+def zone_setting(contact: Contact, relaxation: Relaxation, targets: Mapping[float, float]) -> ZoneSetting:
+    """
+    The springs of a contact, and the largest zone of its relaxed body.
+
+    Parameters
+    ----------
+    contact : Contact
+    relaxation : Relaxation
+        E*(t) of its bodies.
+    targets : mapping of float to float
+        Largest targets in m, or in N for 0, by the machine stiffness in N/m.
+    """
+    refuse_flow(relaxation)
+    law = contact.adhesion
+    assert law is not None
+    assert law.cohesive_stress is not None
+    line = AdhesiveLine(replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid()))
+    try:
+        stops = [line.stop(k, top) for k, top in sorted(targets.items())]
+    except ConvergenceError as error:
+        raise ProblemError(f"solve: {error}") from error
+    # theories of cohesive zones need a profile that increases up to the end
+    equilibria_of(law, contact.profile, line.line, max(stops))
+    widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
     refuse_edge(line, _GROWTH * 1.2 * widest)
     return ZoneSetting(relaxation, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
-
-
-def _relaxed_line(contact: Contact, targets: tuple[tuple[float, float], ...]) -> tuple[AdhesiveLine, float]:
-    """The line of a contact without memory, and the largest radius of its zone in m at targets in m or N under machines in N/m."""
-    line, widest = AdhesiveLine(contact), 0.0
-    for k, top in targets:
-        try:
-            track = line.track(k, top)
-        except ConvergenceError as error:
-            raise ProblemError(f"solve: {error}") from error
-        states = line.equilibria.states(np.array([track.curve.stop]))
-        widest = max(widest, float(states.cohesive_radius[0]))
-    return line, widest
 
 
 def refuse_flow(relaxation: Relaxation) -> None:

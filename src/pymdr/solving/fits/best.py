@@ -62,7 +62,9 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     quick = _quick_start(search)
     nearby = None if quick is not None else starts_from_limits(search, lambda one: best_end(one)[:2])
     monotone = _with_monotone_records(search)
-    once = not search.shears and all(map(is_pressed_once, search.measured))
+    once = search.contact.has_edge_history or (
+        not search.shears and all(map(is_pressed_once, search.measured))
+    )
     followed = search if once else monotone
     if quick is not None:
         starts_by_curve = [[quick[0]]]
@@ -70,8 +72,8 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
         starts_by_curve = nearby
     else:
         starts_by_curve = [
-            starts(monotone.contact, monotone.unknowns, curve, monotone.known, _STARTS)
-            for curve in monotone.curves
+            starts(followed.contact, followed.unknowns, curve, followed.known, _STARTS)
+            for curve in (followed if search.contact.has_edge_history else monotone).curves
         ]
     ends = []
     for rank in range(max(map(len, starts_by_curve))):

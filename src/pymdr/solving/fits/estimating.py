@@ -23,14 +23,23 @@ from pymdr.solving.fits.best import (
 )
 from pymdr.solving.fits.condensing import Blocks, condensed
 from pymdr.solving.fits.determining import refuse_noisy, refuse_undetermined
+from pymdr.solving.fits.edges import off_jumps, solve_edge
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.residuals import DECIDED, waves_of
 from pymdr.solving.fits.results import Fitted
-from pymdr.solving.fits.searching import Modelled, Search, minimize_from, refuse_unsettled, samples_off_jumps
+from pymdr.solving.fits.searching import (
+    TOLERANCE,
+    Modelled,
+    Search,
+    minimize_from,
+    refuse_unsettled,
+    samples_off_jumps,
+)
 from pymdr.solving.fits.spectrum import WHITE_PRIOR, NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.touching import BoolArray
 from pymdr.solving.fits.unknowns import (
+    CONTACT_POINT,
     ORIGINS,
     SHIFT_ORIGIN,
     Free,
@@ -40,6 +49,8 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
+_NEARBY = 1e-3
+"""Tolerance of the sum of squares of searches for an edge with a history, before the last search."""
 _UNFELT = 1e-6
 """Rate of the residuals over an origin, relative to the largest, below which the origin has no effect."""
 _INDISTINCT, _PART = 1e-6, 0.1
@@ -72,7 +83,7 @@ class Estimate(NamedTuple):
     width: FloatArray
     """Half widths of the 95 % intervals in standard errors."""
     moved: FloatArray
-    """Largest change of the free numbers by a relative error of 1 of all forces of the model."""
+    """Largest change of the free numbers by a relative error of 1 of the force of the model at each used sample or mean, shape (free numbers, samples)."""
     noise: float
     """In N."""
     correlated: float
@@ -96,19 +107,20 @@ def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[
 
 def estimated(search: Search) -> Estimate:
     """The estimate of a search; refuse what the records do not determine."""
-    few = condensed(search)
-    misfit, best, wide = best_end(few)
+    follows_edge = search.contact.has_edge_history
+    few = replace(search, used=tuple(map(off_jumps, search.measured))) if follows_edge else condensed(search)
+    misfit, best, wide = best_end(few, _NEARBY if follows_edge else TOLERANCE)
     refuse_few(few, few.models(best))
     refuse_unseen(few, misfit, best)
-    if not search.contact.is_viscoelastic:  # with memory the end is approximate
+    if not search.contact.is_viscoelastic and not follows_edge:  # with a history the end is approximate
         refuse_undetermined(few, best, few.slopes(best))
-    if few is not search:
+    if few is not search and not follows_edge:
         values, origins = few.from_free(best)
         best = moved_across_samples(search, search.to_free(values.tolist(), origins))
     sizes = [[one.force.size for one in own.curves] for own in (search, few)]
     widths = [many // means for many, means in zip(*sizes, strict=True)]
     used = search.used or samples_off_jumps(search.models(best), search, widths)
-    blocks = None if few is search else Blocks(search, few, used)
+    blocks = None if few is search or follows_edge else Blocks(search, few, used)
     if blocks is not None:
         search = blocks.search
         minimum = blocks.refined(best)
@@ -161,8 +173,8 @@ def _with_errors(
     errors, width = np.full(p, math.nan), np.full(p, math.nan)
     errors[seen] = np.sqrt(variances) / scale[seen]
     width[seen] = spectra.quantile(scaled.T)
-    moved = np.zeros(p)
-    moved[seen] = np.abs(scaled.T @ left.T) @ np.abs(forces) / scale[seen]
+    moved = np.zeros((p, means.size))
+    moved[seen] = np.abs(scaled.T @ left.T) * np.abs(forces) / scale[seen, None]
     errors = np.where(wide > _WIDER * errors, wide, errors)
     # a combination without an effect: each of its numbers can be anything
     unbounded = np.flatnonzero(seen)[
@@ -227,6 +239,8 @@ def solve_fitted(estimate: Estimate) -> Result:
     contact, curve = estimate.contact, estimate.search.curves[0]
     if isinstance(curve, ShearRecord):
         return curve.solved(contact, estimate.search.from_free(estimate.best)[1][0][SHIFT_ORIGIN])
+    if contact.has_edge_history:
+        return edges_solved(estimate, 1)[0]
     if contact.is_viscoelastic:
         assert curve.time is not None
         return solve(contact, Path(time=curve.time - curve.time[0], indentation=estimate.models[0].depth))
@@ -237,6 +251,15 @@ def solve_fitted(estimate: Estimate) -> Result:
             "record with contact"
         )
     return solve(contact, indent(estimate.deepest))
+
+
+def edges_solved(estimate: Estimate, count: int) -> list[Result]:
+    """The fitted contact of an edge with a history solved along the first records."""
+    origins = estimate.search.from_free(estimate.best)[1]
+    return [
+        solve_edge(estimate.contact, one.time, one.position - own[CONTACT_POINT], one.compliance)
+        for one, own in zip(estimate.search.measured[:count], origins, strict=False)
+    ]
 
 
 def with_intervals(

@@ -106,7 +106,7 @@ class FamilyAxes:
 
 def axes_of(contact: Contact, unknowns: Sequence[Unknown]) -> FamilyAxes | None:
     """The axes of a contact's unknowns; None if they are not one scale and one number."""
-    if contact.is_viscoelastic:
+    if contact.is_viscoelastic or contact.has_edge_history:
         return None
     law = contact.adhesion
     if law is not None and not theory_of(law).proportional(law):

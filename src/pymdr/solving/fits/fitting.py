@@ -18,6 +18,7 @@ from pymdr.solving.fits.estimating import (
     Estimate,
     at_bounds,
     checked,
+    edges_solved,
     estimated,
     solve_fitted,
     with_intervals,
@@ -248,8 +249,18 @@ def _contribution_notes(
 
 def _systematic(estimate: Estimate, claim: Claim) -> FloatArray:
     """Largest change of the free numbers by the error of the forces of the model, with the worst sign at each sample."""
+    if estimate.contact.has_edge_history:
+        solved = [one.claims["normal_force"] for one in edges_solved(estimate, len(estimate.search.curves))]
+        used = estimate.search.used or [np.ones(one.where.size, dtype=bool) for one in solved]
+        errors = [
+            np.where(one.where, 0.0 if one.error is None else one.error, 0.0)[part]
+            for one, part in zip(solved, used, strict=True)
+        ]
+        changes: FloatArray = estimate.moved @ np.concatenate(errors)
+        return changes
     error = 0.0 if claim.error is None else float(np.max(claim.error, initial=0.0, where=claim.where))
-    return (error if error > EXACT_WITHIN else 0.0) * estimate.moved
+    largest: FloatArray = estimate.moved.sum(axis=1)
+    return (error if error > EXACT_WITHIN else 0.0) * largest
 
 
 def _table(search: Search, models: Sequence[Modelled]) -> xr.Dataset:

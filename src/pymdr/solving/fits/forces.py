@@ -28,6 +28,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Profile, Shape
 from pymdr.problem.profiles.curves import cubic_spline
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.fits.edges import EdgeForces
 from pymdr.solving.fits.touching import BoolArray, in_contact
 from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, written
@@ -292,11 +293,13 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
     ProblemError
         If the contact has a memory without times, or adhesion with several stable branches.
     """
-    if contact.is_viscoelastic:
-        if time is None:
-            raise ProblemError(
-                "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
-            )
+    if contact.is_viscoelastic and time is None:
+        raise ProblemError(
+            "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
+        )
+    if contact.has_edge_history:
+        return EdgeForces(contact, time, compliance)
+    if time is not None and contact.is_viscoelastic:
         return RememberedForces(contact, time, compliance)
     bare = bare_forces(contact, deepest)
     if compliance == 0.0:

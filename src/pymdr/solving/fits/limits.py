@@ -49,7 +49,7 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
     An unknown range or strength is scanned with a fixed range, because the misfit has several minima over it.
     """
     law = search.contact.adhesion
-    if law is None or search.shears:
+    if law is None or search.shears or search.contact.has_edge_history:
         return None
     limits = [
         _limit(search, replace(search.contact, adhesion=one), ending) for one in theory_of(law).limits(law)

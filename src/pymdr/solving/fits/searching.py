@@ -14,6 +14,7 @@ from pymdr.errors import ConvergenceError, PymdrError
 from pymdr.interpretation.theories import theory_of
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.fits.edges import off_jumps
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.touching import BoolArray
@@ -311,6 +312,10 @@ def samples_off_jumps(
 
     Close to a jump the rates of the force are unbounded; the widths are the numbers of samples of each curve to either side, 1 by default.
     """
+    if search.contact.has_edge_history:
+        return tuple(
+            off_jumps(curve, one.touches) for curve, one in zip(search.measured, models, strict=True)
+        )
     used = []
     for one, width in zip(models, widths or [1] * len(models), strict=True):
         keep = np.ones(one.touches.size, dtype=bool)

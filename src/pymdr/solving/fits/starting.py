@@ -13,6 +13,7 @@ from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import with_parameters
 from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.fits.edges import onset
 from pymdr.solving.fits.forces import Forces, forces_of
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.touching import first_guess_of_contact, scale_and_baseline
@@ -30,6 +31,8 @@ from pymdr.units import FloatArray
 _SAMPLES, _POINTS, _COMBINATIONS = 256, 33, 100
 _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 """The same for bodies with memory, whose every trial solves the whole record."""
+_EDGE_STARTS = 2
+"""Largest number of searches for an edge with a history."""
 _WANDERS = 0.05
 """Largest deviation from one approach and one retreat, relative to the range of the depths."""
 _SCALES = np.geomspace(0.3, 1e4, 17)
@@ -82,6 +85,8 @@ def starts(
     """
     if isinstance(curve, ShearRecord):
         return _sheared_starts(contact, unknowns, curve, known, count)
+    if contact.has_edge_history:
+        return _edge_starts(contact, unknowns, curve, known, count)
     position, size = curve.position, float(np.ptp(curve.position))
     few = np.unique(np.linspace(0, position.size - 1, min(_SAMPLES, position.size)).astype(int))
     time = None if curve.time is None else curve.time[few]
@@ -115,6 +120,32 @@ def starts(
             f"fit: no start can be computed: {failures[-1] if failures else 'the force does not increase with the depth; check the signs with curve.orient()'}"
         )
     return sorted(best_starts, key=lambda start: start.misfit)[:count]
+
+
+def _edge_starts(
+    contact: Contact, unknowns: Sequence[Unknown], curve: MeasuredCurve, known: dict[str, float], count: int
+) -> list[Start]:
+    """Starts at the onset of the force for an edge with a history, from the own values of the contact and from a grid."""
+    point, level = onset(contact, curve)
+    point, size = known.get(CONTACT_POINT, point), float(np.ptp(curve.position))
+    few = np.unique(np.linspace(0, curve.position.size - 1, min(_SAMPLES, curve.position.size)).astype(int))
+    time = None if curve.time is None else curve.time[few]
+    span = 0.0 if time is None else float(np.ptp(time))
+    together = scales_together(contact, unknowns)
+    own = np.array([u.start for u in unknowns])
+    tried = [own, *candidates(contact, unknowns, size, span, _FOLLOWED_COMBINATIONS)]
+    known = {BASELINE: level} | known
+    best_starts: list[Start] = []
+    failures: list[PymdrError] = []
+    for values in tried:
+        try:
+            forces = forces_of(put_into(contact, unknowns, values), size, curve.compliance, time)
+            best_starts += _tried(forces, curve, few, point, known, values, unknowns, together)
+        except PymdrError as error:
+            failures.append(error)
+    if not best_starts:
+        raise ProblemError(f"fit: no start can be computed: {failures[-1]}")
+    return sorted(best_starts, key=lambda start: start.misfit)[: min(count, _EDGE_STARTS)]
 
 
 def is_pressed_once(curve: MeasuredCurve) -> bool:

@@ -52,7 +52,12 @@ def range_of_law(contact: Contact) -> tuple[str, ...]:
     """A note on the largest range of attraction for which the law of adhesion holds, if Maugis' parameter is defined."""
     law, radius = contact.adhesion, contact.profile.tip_radius
     bodies = [one for one in (contact.body, contact.counterbody) if one is not None]
-    if law is None or radius is None or not all(one.homogeneous for one in bodies):
+    if (
+        law is None
+        or radius is None
+        or contact.has_edge_history
+        or not all(one.homogeneous for one in bodies)
+    ):
         return ()
     modulus = effective_moduli(contact.body, contact.counterbody).normal
     # for a range of 1 m; it is inversely proportional to the range

@@ -83,16 +83,6 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
     ProblemError
         If none is named, the contact has no such parameter, or bounds do not increase.
     """
-    if contact.adhesion is not None and contact.adhesion.has_hysteresis:
-        raise ProblemError(
-            "fit: hysteresis of adhesion is not fitted, because its states depend on the history of the edge; fit JKR(work) to the approach "
-            "and JKR(work) to the end of the retraction, which gives work_receding"
-        )
-    if contact.adhesion is not None and contact.is_viscoelastic:
-        raise ProblemError(
-            "fit: adhesion of bodies with memory is not fitted; fit the rheology to the approach without adhesion, and compare solve(...) with "
-            "the retraction"
-        )
     if isinstance(free, str):
         free = [free]
     names = list(free)

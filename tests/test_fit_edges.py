@@ -1,0 +1,47 @@
+"""Fits of adhesion whose edge has a history: known values behind noise, and refusals of what a record does not determine."""
+
+import numpy as np
+
+import pymdr as mdr
+
+GEL = mdr.Elastic("30 kPa", 0.5)
+BALL = mdr.Paraboloid("1 mm")
+SILICONE = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
+PROBE = mdr.Contact(BALL, SILICONE, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="5 um"))
+STIFFNESS = 20.0
+
+
+def pressed(speed, approach=20e-6, dwell=5.0, counts=(40, 10, 80)):
+    """Times in s and travels in m of an approach, a dwell and a retreat at a speed in m/s."""
+    far, top, end = -20e-6, 20e-6, -250e-6
+    legs = [(far, top, (top - far) / approach), (top, top, dwell), (top, end, (top - end) / speed)]
+    times, travels, now = [0.0], [far], 0.0
+    for (start, stop, duration), count in zip(legs, counts, strict=True):
+        times += list(now + np.linspace(0.0, duration, count + 1)[1:])
+        travels += list(np.linspace(start, stop, count + 1)[1:])
+        now += duration
+    return np.array(times), np.array(travels)
+
+
+def measured(contact, speed, seed=0, noise=2e-6, **path):
+    """A record of a contact with noise in N, its contact point at 4 um and its baseline 3 uN."""
+    time, travel = pressed(speed, **path)
+    result = mdr.solve(contact, mdr.Path(time=time, travel=travel), machine_stiffness=STIFFNESS)
+    noisy = result["normal_force"].values + noise * np.random.default_rng(seed).normal(size=time.size)
+    return mdr.MeasuredCurve(force=noisy + 3e-6, travel=travel + 4e-6, time=time, spring_constant=STIFFNESS)
+
+
+def holds(found, **truth):
+    """Whether every 95 % interval contains the true value, with the name of the first that does not."""
+    for name, value in truth.items():
+        one = found[name.replace("__", ".")]
+        assert one.low < value < one.high, f"{one} without {value}"
+
+
+def test_a_loop_determines_both_works():
+    adhesive = mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2", work_receding="200 mJ/m^2"))
+    start = mdr.with_parameters(adhesive, {"adhesion.work": 0.02, "adhesion.work_receding": 0.06})
+    curve = measured(adhesive, 20e-6, counts=(30, 2, 60))
+    found = mdr.fit(start, curve, ["adhesion.work", "adhesion.work_receding"])
+    holds(found, adhesion__work=0.05, adhesion__work_receding=0.2, contact_point=4e-6, baseline=3e-6)
+    assert found["adhesion.work_receding"].error < 0.01 * 0.2
