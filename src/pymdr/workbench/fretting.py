@@ -125,8 +125,8 @@ def fretting_log(
     Raises
     ------
     ProblemError
-        If the record has no shift and tangential force or no whole cycle, most cycles give energy in place of dissipating it, the
-        friction coefficient is above 100, a value is not above 0, or a contact is given without load.
+        If the record has no shift and tangential force or no whole cycle, cycles give energy in place of dissipating it, the friction
+        coefficient is above 100, a value is not above 0, or a contact is given without load.
 
     See Also
     --------
@@ -155,20 +155,10 @@ def fretting_log(
     shift, force = clean["shift"].values, clean["tangential_force"].values
     loops = measured_loops(clean, least=least)
     measured = loops.data
-    first, last = measured["first_row"].values - 1, measured["last_row"].values - 1
-    spans = [slice(int(begin), int(end) + 1) for begin, end in zip(first, last, strict=True)]
-    amplitude, loss = measured["amplitude"].values, measured["dissipated_per_cycle"].values
-    swing = np.array([0.5 * np.ptp(force[span]) for span in spans])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = loss / (4.0 * swing * amplitude)
-    _refuse_given_energy(loss, ratio)
-    columns = {
-        "amplitude": amplitude,
-        "force_amplitude": swing,
-        "dissipated_per_cycle": loss,
-        "tangential_stiffness": _stiffnesses(shift, force, spans, progress),
-        "energy_ratio": ratio,
-    }
+    rows = zip(measured["first_row"].values.tolist(), measured["last_row"].values.tolist(), strict=True)
+    spans = [slice(first - 1, last) for first, last in rows]
+    columns = _columns(shift, force, measured, spans, progress)
+    amplitude, swing, ratio = columns["amplitude"], columns["force_amplitude"], columns["energy_ratio"]
     load = _loads(data, normal_force, spans)
     if load is not None:
         columns |= {"normal_force": load, "friction_coefficient": _coefficients(swing, load)}
@@ -179,15 +169,42 @@ def fretting_log(
     columns["regime"] = _regimes(ratio, limit)
     attrs = {"limit": limit}
     if worn_volume is not None:
-        attrs["wear_coefficient"] = _rate(worn_volume, loss, cycles)
+        attrs["wear_coefficient"] = _rate(worn_volume, columns["dissipated_per_cycle"], cycles)
     number = measured["cycle"].values
-    few = np.unique(np.linspace(0, number.size - 1, min(number.size, _DRAWN)).round().astype(int))
+    drawn = _evenly(number.size, _DRAWN)
     return FrettingLog(
         data=over_rows("cycle", number, columns, FrettingLog.columns | _NOT_SHOWN, attrs),
         contact=contact,
         notes=loops.notes,
-        loops=tuple((float(number[i]), shift[spans[i]], force[spans[i]]) for i in few),
+        loops=tuple((float(number[i]), shift[spans[i]], force[spans[i]]) for i in drawn),
     )
+
+
+def _columns(
+    shift: FloatArray,
+    force: FloatArray,
+    measured: xr.Dataset,
+    spans: list[slice],
+    progress: Callable[[int, int], None] | None,
+) -> dict[str, FloatArray]:
+    """The numbers of every cycle that need no load."""
+    amplitude, loss = measured["amplitude"].values, measured["dissipated_per_cycle"].values
+    swing = np.array([0.5 * np.ptp(force[span]) for span in spans])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = loss / (4.0 * swing * amplitude)
+    _refuse_given_energy(loss, ratio)
+    return {
+        "amplitude": amplitude,
+        "force_amplitude": swing,
+        "dissipated_per_cycle": loss,
+        "tangential_stiffness": _stiffnesses(shift, force, spans, progress),
+        "energy_ratio": ratio,
+    }
+
+
+def _evenly(count: int, most: int) -> np.ndarray:
+    """At most so many indices of `count`, evenly from the first to the last."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def _read(

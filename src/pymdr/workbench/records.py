@@ -133,11 +133,6 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     displacement, force = _pair(data)
     _check_rows(data, [name for name in (displacement, force, "time") if name in data])
     u, pull = _finite(data, displacement, "m"), _finite(data, force, "N")
-    if u.size < 2:
-        rows = "one row" if u.size else "no row"
-        raise ProblemError(
-            f"measured_loops: the record has {rows}, but a cycle needs three reversals of {displacement}; give a longer record"
-        )
     swing = float(np.ptp(u))
     threshold = _threshold(least, swing, displacement)
     within_range(swing, "m", f"measured_loops: the swing of {displacement}", size=True)
@@ -240,12 +235,17 @@ def _cycles(
 
 
 def _check_rows(data: xr.Dataset, columns: list[str]) -> None:
-    """Refuse columns that do not belong to the same rows."""
+    """Refuse columns that do not belong to the same rows, and fewer than two rows."""
     if data[columns[0]].ndim != 1 or len({data[name].dims for name in columns}) > 1:
         over = "; ".join(
             f"{name} over {', '.join(map(str, data[name].dims)) or 'nothing'}" for name in columns
         )
         raise ProblemError(f"measured_loops: {over}; all must be over the same one dimension, such as step")
+    if data[columns[0]].size < 2:
+        rows = "one row" if data[columns[0]].size else "no row"
+        raise ProblemError(
+            f"measured_loops: the record has {rows}, but a cycle needs three reversals of {columns[0]}; give a longer record"
+        )
 
 
 def _finite(data: xr.Dataset, name: str, unit: str) -> FloatArray:
