@@ -104,7 +104,7 @@ def test_the_claim_holds_against_solve(tmp_path):
     for column, name in enumerate(("normal_force", "elastic_energy", "dissipated_energy")):
         exact = result[name].values
         error = float(law.claims[name].error.max())
-        assert np.abs(found[:, column] - exact).max() < 2.0 * error * np.abs(exact).max()
+        assert np.abs(found[:, column] - exact).max() < error * np.abs(exact).max()
         assert error < 1e-3
 
 
@@ -136,7 +136,7 @@ def test_the_table_is_the_sudden_indentation():
     assert law.force(0.7 * deepest) == pytest.approx(sudden, rel=1e-5)
     assert law.stiffness(0.7 * deepest) == pytest.approx(stepper.normal_stiffness, rel=1e-5)
     assert any("follows 102 springs with memory" in note for note in law.notes)
-    assert "100 springs change the force" in law.claims["normal_force"].reason
+    assert "100 springs change it" in law.claims["normal_force"].reason
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,111 @@
+"""Errors of contacts on a number of springs that other programs move, over random motions."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from pymdr.line.memory import RelaxingContacts, ShearedContacts
+from pymdr.line.moved import Moved
+from pymdr.mapping.relaxation import Relaxation
+from pymdr.problem.contact import Contact
+from pymdr.solving.moving import moving_of
+from pymdr.units import FloatArray
+
+_STEPS = 40
+_SIZES = 0.1, 0.3, 1.0
+"""Shifts of motions, of that at which the whole contact slides."""
+_SAFE = 3.0
+"""The largest difference to half the springs, over many motions, is about the error or above."""
+_BEYOND = 1.5
+"""Decades by which motions are faster than the shortest relaxation and slower than the longest."""
+_FOLLOWED = 100
+"""Springs with memory and friction beyond which the error is taken to fall as their number, as it does where it falls slowest."""
+_NORMAL = "normal_force", "contact_radius", "elastic_energy"
+_TANGENTIAL = "tangential_force", "stick_radius", "stored_tangential_energy"
+_RADII = "contact_radius", "stick_radius"
+_FORCES = "normal_force", "tangential_force"
+
+
+class _Motion(NamedTuple):
+    """Steps: indentations and shifts in m, durations in s."""
+
+    depth: FloatArray
+    shift: FloatArray
+    duration: FloatArray
+
+
+def errors_of_springs(contact: Contact, deepest: float, springs: int) -> dict[str, float]:
+    """
+    Errors of the quantities that depend on the number of springs, relative to their largest value, of radii to that of the contact radius, in motions down to the deepest indentation.
+
+    The error is twice the largest difference to half the springs over random motions: one without memory, one for each decade of time with it.
+    That of a radius is at least the distance of two springs; with dashpots that of a force too, since it is finite at the edge.
+
+    Parameters
+    ----------
+    contact : Contact
+        With memory, or with friction in the plane.
+    deepest : float
+        The largest indentation in m.
+    springs : int
+        Their number.
+    """
+    if contact.is_viscoelastic and contact.friction is not None and springs > _FOLLOWED:
+        measured = errors_of_springs(contact, deepest, _FOLLOWED)
+        return {name: error * _FOLLOWED / springs for name, error in measured.items()}
+    own, fewer = (moving_of(contact, deepest, 1, n).contacts for n in (springs, springs // 2))
+    normal = own.normal if isinstance(own, ShearedContacts) else own
+    between: tuple[str, ...]
+    if isinstance(normal, RelaxingContacts):
+        relaxation, place = normal.relaxation, normal.springs.position
+        spacing = float(np.diff(place, prepend=0.0).max() / place[-1])
+        names = (*_NORMAL, *(() if normal is own else _TANGENTIAL), "dissipated_energy")
+        between = _RADII + _FORCES if relaxation.viscosity > 0.0 else _RADII
+    else:
+        relaxation, spacing = None, 1.0 / springs
+        names, between = ("contact_radius", *_TANGENTIAL, "dissipated_energy"), ("stick_radius",)
+    errors = np.where(np.isin(names, between), spacing, 0.0)
+    random = np.random.default_rng(0)
+    sliding = deepest * min(1.0 if contact.friction is None else contact.friction.coefficient, 1.0)
+    for time, size in product(_times(relaxation), _SIZES):
+        motion = _random_motion(random, deepest, size * sliding, own.shift.shape[1:], time)
+        fine, coarse = (_followed(contacts.copied(), motion, names) for contacts in (own, fewer))
+        largest = np.linalg.norm(fine, axis=-1).max(axis=0)
+        largest[np.isin(names, _RADII)] = largest[names.index("contact_radius")]
+        difference = np.linalg.norm(fine - coarse, axis=-1).max(axis=0)
+        relative = np.divide(difference, largest, out=np.zeros_like(largest), where=largest > 0.0)
+        errors = np.maximum(errors, _SAFE * relative)
+    return dict(zip(names, errors.tolist(), strict=True))
+
+
+def _times(relaxation: Relaxation | None) -> FloatArray:
+    """Times in s of a step, one for each decade in which bodies relax."""
+    if relaxation is None:
+        return np.ones(1)
+    dashpot = relaxation.viscosity / (relaxation.equilibrium + relaxation.moduli.sum())
+    times = np.log10(np.append(relaxation.times, dashpot or relaxation.times[:1]))
+    return np.asarray(10.0 ** np.arange(times.min() - _BEYOND, times.max() + _BEYOND + 0.5))
+
+
+def _random_motion(
+    random: np.random.Generator, deepest: float, shift: float, axes: tuple[int, ...], time: float
+) -> _Motion:
+    """Indentations to the deepest, with losses of contact, and walks along the axes by steps about a shift."""
+    depth = np.abs(random.normal(0.0, 0.4 * deepest, _STEPS)).clip(0.0, deepest)
+    depth[_STEPS // 3], depth[::7] = deepest, -0.2 * deepest
+    walk = shift * np.cumsum(random.normal(size=(_STEPS, *axes)), axis=0)
+    return _Motion(depth, walk, time * 10.0 ** random.uniform(-1.0, 1.0, _STEPS))
+
+
+def _followed(contacts: Moved, motion: _Motion, names: tuple[str, ...]) -> FloatArray:
+    """Quantities after each step, shape (steps, names, 2); what has one component has 0 as the other."""
+    values = np.zeros((_STEPS, len(names), 2))
+    for row, (depth, shift, duration) in enumerate(zip(*motion, strict=True)):
+        contacts.advance(float(depth), shift, float(duration))
+        for column, name in enumerate(names):
+            value = getattr(contacts, name)[0]
+            values[row, column, : np.size(value)] = value
+    return values
