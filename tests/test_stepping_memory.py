@@ -60,9 +60,7 @@ def test_steps_with_friction_are_those_of_solve(shear, friction):
     result = mdr.solve(contact, mdr.Path(time=np.cumsum(lasting), indentation=depth, shift=shift))
     for name, column in zip(names, np.transpose(rows), strict=True):
         exact = result[name].values
-        # what is lost also depends on the parts of a row, within its claim
-        tolerance = 1e-8 if name == "dissipated_energy" else 1e-12
-        assert column == pytest.approx(exact, abs=tolerance * np.abs(exact).max())
+        assert column == pytest.approx(exact, abs=1e-12 * np.abs(exact).max())
 
 
 def test_a_sudden_shift_has_the_stiffness_of_what_sticks():

@@ -136,6 +136,7 @@ class Stepper:
     _springs: int | None
     _forces: type[Forces] | type[PlaneForces]
     _undoable: bool
+    _several: bool
 
     def __init__(
         self, contact: Contact, max_indentation: QuantityLike, *, count: int = 1, springs: int | None = None
@@ -150,6 +151,7 @@ class Stepper:
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
         self._moved, self._path = moving_of(contact, self._deepest, count, springs)
+        self._several = count > 1
         self._springs, self._forces = springs, Forces if self._moved.shift.ndim == 1 else PlaneForces
         if contact.adhesion is not None and not (disk := self._solved().claims["contact_radius"]).where.all():
             raise RefusedError(f"Stepper: {disk.reason}")
@@ -197,12 +199,13 @@ class Stepper:
         PathError
             If a value is not finite, or deeper than `max_indentation`, or a body with memory has no duration; the contacts then keep the state before.
         """
-        if self._moved.count > 1:
+        if self._several:
             return self._advance_all(indentation, shift, duration)
         d = float(indentation)
         if not -math.inf < d <= self._deepest:
             raise _refused(d, self._deepest)
-        forces = self._forces(*self._moved.advance(d, shift, duration))
+        # the constructor of a named tuple takes as long as the step
+        forces = tuple.__new__(self._forces, self._moved.advance(d, shift, duration))
         self._undoable = True
         return forces
 

@@ -67,12 +67,14 @@ class Stacks(WithoutAdhesion, Moved):
         vertices = np.zeros((count, 2, _CAPACITY), dtype=kernels.VERTEX)
         vertices["low"][:, :, 0], vertices["high"][:, :, 0] = -math.inf, math.inf
         self.arrays = (vertices, np.zeros((count, 2, TOP + 1)))
+        self._one: tuple[Any, tuple[Any, ...]] = (None, ())
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation and a shift in m; F_N and F_x in N."""
-        (line, scales), (stacks, memory) = self.body, self.arrays
-        moved = self.moves * shift
-        code, normal, tangential = self._step(line, scales, stacks[0], memory[0], depth, moved)
+        arrays = self.arrays
+        if self._one[0] is not arrays:  # views take as long as the step
+            self._one = (arrays, (*self.body, *(array[0] for array in arrays)))
+        code, normal, tangential = self._step(*self._one[1], depth, self.moves * shift)
         if code == COMPLETE:
             return normal, self.moves * tangential
         if code != STACK_FULL:
