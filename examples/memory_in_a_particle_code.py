@@ -68,6 +68,6 @@ if shutil.which("cc"):
     print("C:      restitution", *(f"{each:.4f}" for each in in_c))
     assert np.allclose(in_c, [each.restitution for each in whole], atol=2e-4)
     for part, speed in zip(parts, speeds, strict=True):
-        axes.plot(part[:, 1] / part[:, 1].max(), part[:, 2] / part[:, 2].max(), label=f"{speed:g} m/s")
-    axes.set(xlabel="indentation over its largest", ylabel="force over its largest")
+        axes.plot(1e3 * part[:, 1], part[:, 2], label=f"{speed:g} m/s")
+    axes.set(xlabel="indentation (mm)", ylabel="normal force (N)")
     figure.legend(loc="outside upper right", ncols=3)
