@@ -15,7 +15,7 @@ from pymdr.independent.point_loads import tangential_point_load
 from pymdr.independent.torsion import follow_torsion
 from pymdr.line.curves import ElasticLine
 from pymdr.line.torsion.limits import TwistedLine
-from pymdr.line.torsion.moves import TwistState, turn
+from pymdr.line.torsion.moves import TwistState, slip_work, turn
 from pymdr.line.torsion.segments import Segment, displacement_of, traction_of
 from pymdr.mapping.moduli import effective_moduli
 
@@ -154,7 +154,8 @@ def test_segments_are_the_limit_of_many_springs(kind, power, slope, moves):
         most = line.limit(x, d)
         q = np.where(g < d, np.clip(q + 8 * line.shear * (phi - phi0) * part, -most, most), 0.0)
         d0, phi0 = d, phi
-        state, lost = turn(line, state, d, phi)
+        before, state = state, turn(line, state, d, phi)
+        lost, _ = slip_work(line, before, state)
         assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-4, abs=1e-5 * full)
         assert lost >= 0.0
 
@@ -169,14 +170,42 @@ def test_rows_may_be_divided(kind, power, slope, moves, parts):
     d0 = phi0 = 0.0
     largest = 0.0
     for d, phi in drawn_history(line, size, slope, moves):
-        whole, _ = turn(line, whole, d, phi)
+        whole = turn(line, whole, d, phi)
         for k in range(1, parts + 1):
             at = (d, phi) if k == parts else (d0 + (d - d0) * k / parts, phi0 + (phi - phi0) * k / parts)
-            divided, _ = turn(line, divided, *at)
+            divided = turn(line, divided, *at)
         d0, phi0 = d, phi
         largest = max(largest, abs(whole.torque))
         assert divided.torque == pytest.approx(whole.torque, rel=1e-9, abs=1e-11 * largest)
         assert divided.stick_radius == pytest.approx(whole.stick_radius, rel=1e-6)
+
+
+def test_work_of_slip_is_that_of_many_springs():
+    """Load and twist change together; 100 parts of a row by the middle of the force of every spring."""
+    line = drawn_line("paraboloid", 1.0, 0.1)
+    n, parts, deepest = 200, 100, 1e-3
+    top = line.radius(deepest)
+    unit = float(line.limit(np.array([0.5 * top]), deepest)[0]) / (8 * line.shear)
+    x = (np.arange(n) + 0.5) * top / n
+    g, q, state, total, known = line.line.equivalent.g(x), np.zeros(n), TwistState(), 0.0, 0.0
+    for depth, twist in [(0.6, 1.0), (1.0, -0.4), (0.9, 0.9)]:
+        end = turn(line, state, depth * deepest, twist * unit)
+        work, error = slip_work(line, state, end)
+        known += work
+        assert error <= 2e-3 * known
+        for k in range(1, parts + 1):
+            d = state.indentation + k / parts * (end.indentation - state.indentation)
+            before = state.indentation + (k - 1) / parts * (end.indentation - state.indentation)
+            change = 8 * line.shear * (end.twist - state.twist) / parts
+            most = line.limit(x, d)
+            # a spring that enters is moved by the rest of the part
+            share = 1.0 if d <= before else np.clip((d - g) / (d - before), 0.0, 1.0)
+            moved = q + change * share
+            new = np.where(g < d, np.clip(moved, -most, most), 0.0)
+            total += np.sum(x**2 * np.abs(moved - new) * np.abs(q + new) / 2) / (8 * line.shear)
+            q = new
+        state = end
+        assert 2 * total * top / n == pytest.approx(known, rel=5e-3)
 
 
 def test_energies_balance_over_a_loop():
@@ -370,7 +399,7 @@ def test_kept_fields_of_a_segment_with_entering_springs():
     line = drawn_line("paraboloid", 1.0, 0.1)
     strong = TwistedLine(line.line, line.shear, 1e6)
     d, phi = 1e-3, 1e-6
-    state, _ = turn(strong, TwistState(), d, phi)
+    state = turn(strong, TwistState(), d, phi)
     a = strong.radius(d)
     rate = 8 * line.shear * phi / d
     assert state.segments == (Segment(0.0, a, rate * d, rate=rate),)
@@ -421,7 +450,7 @@ def test_a_worn_cone_twisted_once_is_the_limit_of_many_springs():
     state = TwistState()
     rows = drawn_history(line, 1.0, 0.25, [("load", 1.0, 0.0), ("twist", 1.0, 1.0)])
     for depth, twist in rows:
-        state, _ = turn(line, state, depth, twist)
+        state = turn(line, state, depth, twist)
     depth, twist = rows[-1]
     n = 16000
     top = line.radius(depth)

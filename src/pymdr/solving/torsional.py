@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from pymdr.line.foundation import (
     states_at_travel,
 )
 from pymdr.line.torsion.limits import TwistedLine
-from pymdr.line.torsion.moves import TwistState, turn
+from pymdr.line.torsion.moves import TwistState, slip_work, turn
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import TORSIONAL_CHANNELS
 from pymdr.problem.schedule import Stretch, uses
@@ -53,10 +53,8 @@ from pymdr.solving.walk import (
 )
 from pymdr.units import FloatArray, written
 
-_PARTS = 4
-"""Parts of a row that unloads after slip, at whose ends the traction is compared with friction."""
-_MOST_PARTS = 64
-_SETTLED = 1e-9
+_WITHIN = (0.25, 0.5, 0.75)
+"""Parts of a row that unloads after slip at which the traction is compared with friction, as at its end."""
 
 
 @dataclass(frozen=True)
@@ -134,35 +132,24 @@ class TorsionLaw:
         return states.indentation
 
     def _move(self, state: TwistState, depth: float, twist: float) -> TwistState:
-        """One row, in parts where both channels move or the load falls after slip."""
-        parts = _PARTS if depth < state.indentation and any(one.sign for one in state.segments) else 1
-        both = depth != state.indentation and twist != state.twist
-        end, dissipated = self._run(state, depth, twist, parts)
-        while both:
-            parts *= 2
-            end, finer = self._run(state, depth, twist, parts)
-            change, dissipated = abs(finer - dissipated), finer
-            if change <= _SETTLED * (self.work + dissipated) or parts >= _MOST_PARTS:
-                self.missed += change
-                break
-        self.work += dissipated
-        return end
-
-    def _run(self, state: TwistState, depth: float, twist: float, parts: int) -> tuple[TwistState, float]:
-        begin, total = state, 0.0
-        for k in range(1, parts + 1):
-            part = k / parts
-            at = (
-                (depth, twist)
-                if k == parts
-                else (
-                    begin.indentation + part * (depth - begin.indentation),
-                    begin.twist + part * (twist - begin.twist),
+        """One row; where it unloads after slip, the traction is compared with friction within it too."""
+        unloads = depth < state.indentation and any(one.sign for one in state.segments)
+        end = turn(self.line, state, depth, twist)
+        if unloads and end.segments:
+            within = [
+                turn(
+                    self.line,
+                    state,
+                    state.indentation + part * (depth - state.indentation),
+                    state.twist + part * (twist - state.twist),
                 )
-            )
-            state, dissipated = turn(self.line, state, *at)
-            total += dissipated
-        return state, total
+                for part in _WITHIN
+            ]
+            end = replace(end, excess=max(one.excess for one in (*within, end)))
+        dissipated, missed = slip_work(self.line, state, end)
+        self.work += dissipated
+        self.missed += missed
+        return end
 
     def _twist_at(self, state: TwistState, depth: float, torque: float, stretch: Stretch, row: int) -> float:
         """The twist in rad at which a row has a torque."""
@@ -178,7 +165,7 @@ class TorsionLaw:
             )
 
         def excess(twist: float) -> float:
-            return turn(self.line, state, depth, twist)[0].torque - torque
+            return turn(self.line, state, depth, twist).torque - torque
 
         start = excess(state.twist)
         if start == 0.0:

@@ -66,6 +66,13 @@ class TwistedLine:
         total += self._excess(depth, a) * ellipkm1(np.minimum((x / a) ** 2, 1.0)) / a
         return np.where(x <= a, 4.0 * self.friction * self.line.modulus / math.pi * total, 0.0)
 
+    def limit_rate(self, x: FloatArray, depth: float) -> FloatArray:
+        """Derivative of :meth:`limit` over the indentation in Pa/m, at some x in m below the contact radius: (4 mu E*/pi) K(k_a)/a."""
+        from scipy.special import ellipkm1
+
+        a = self.radius(depth)
+        return np.asarray(4.0 * self.friction * self.line.modulus / (math.pi * a) * ellipkm1((x / a) ** 2))
+
     def limit_slope(self, x: FloatArray, depth: float) -> FloatArray:
         """
         Derivative of :meth:`limit` over x in Pa/m, at some x in m below the contact radius, from the right.
