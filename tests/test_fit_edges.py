@@ -1,8 +1,10 @@
 """Fits of adhesion whose edge has a history: known values behind noise, and refusals of what a record does not determine."""
 
 import numpy as np
+import pytest
 
 import pymdr as mdr
+from pymdr.errors import ProblemError
 
 GEL = mdr.Elastic("30 kPa", 0.5)
 BALL = mdr.Paraboloid("1 mm")
@@ -42,6 +44,30 @@ def test_a_loop_determines_both_works():
     adhesive = mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2", work_receding="200 mJ/m^2"))
     start = mdr.with_parameters(adhesive, {"adhesion.work": 0.02, "adhesion.work_receding": 0.06})
     curve = measured(adhesive, 20e-6, counts=(30, 2, 60))
-    found = mdr.fit(start, curve, ["adhesion.work", "adhesion.work_receding"])
-    holds(found, adhesion__work=0.05, adhesion__work_receding=0.2, contact_point=4e-6, baseline=3e-6)
+    free = ["adhesion.work", "adhesion.work_receding"]
+    found = mdr.fit(start, curve, free, contact_point=4e-6, baseline=3e-6)
+    holds(found, adhesion__work=0.05, adhesion__work_receding=0.2)
     assert found["adhesion.work_receding"].error < 0.01 * 0.2
+
+
+def test_a_retreat_determines_the_work_of_a_body_with_memory():
+    start = mdr.with_parameters(PROBE, {"adhesion.work": 0.02})
+    found = mdr.fit(start, measured(PROBE, 20e-6), ["adhesion.work"])
+    holds(found, adhesion__work=0.05, contact_point=4e-6, baseline=3e-6)
+    assert found["adhesion.work"].error < 0.02 * 0.05
+
+
+def test_two_speeds_determine_work_and_rheology():
+    unknown = {"adhesion.work": 0.03, "body.shear.modulus": 15e3, "body.shear.time": 2.0}
+    start = mdr.with_parameters(PROBE, unknown)
+    curves = [measured(PROBE, speed, seed) for seed, speed in enumerate((5e-6, 100e-6))]
+    found = mdr.fit(start, curves, list(unknown))
+    holds(found, adhesion__work=0.05, body__shear__modulus=30e3, body__shear__time=1.0)
+    assert found["body.shear.modulus"].error < 0.05 * 30e3
+
+
+def test_a_slow_retreat_does_not_determine_a_relaxation_time():
+    speed = 1e-13
+    slow = measured(PROBE, speed, approach=speed, dwell=1e8, counts=(30, 2, 60))
+    with pytest.raises(ProblemError, match="determines only the equilibrium modulus, 10 kPa"):
+        mdr.fit(PROBE, slow, ["adhesion.work", "body.shear.time"], contact_point=4e-6, baseline=3e-6)

@@ -27,7 +27,7 @@ from pymdr.solving.fits.request import (
     fewest_in_contact,
 )
 from pymdr.solving.fits.searching import TOLERANCE, Minimum, Modelled, Search, minimize_from
-from pymdr.solving.fits.starting import Start, is_pressed_once, pressed_once, starts
+from pymdr.solving.fits.starting import Start, edge_starts, is_pressed_once, pressed_once, starts
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -37,6 +37,8 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.units import FloatArray, written
 
 _STARTS, _COARSE, _FINE = 4, 14, 12
+_LIKE_NOISE = 1.0
+"""Smallest ratio of squared differences between neighbours to squared residuals of noise; 2 for white noise."""
 _CROSSINGS = 4
 """Largest number of searches for contact points beyond other samples."""
 _SLIGHTLY = 1e-4
@@ -70,10 +72,12 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
         starts_by_curve = [[quick[0]]]
     elif nearby is not None:
         starts_by_curve = nearby
+    elif search.contact.has_edge_history:
+        starts_by_curve = edge_starts(search, _STARTS)
     else:
         starts_by_curve = [
-            starts(followed.contact, followed.unknowns, curve, followed.known, _STARTS)
-            for curve in (followed if search.contact.has_edge_history else monotone).curves
+            starts(monotone.contact, monotone.unknowns, curve, monotone.known, _STARTS)
+            for curve in monotone.curves
         ]
     ends = []
     for rank in range(max(map(len, starts_by_curve))):
@@ -81,6 +85,8 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
         places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
         start = followed.to_free(chosen[0].values.tolist(), places)
         ends.append(minimize_from(followed, start, tolerance=tolerance))
+        if search.contact.has_edge_history and _is_explained(followed, ends[-1].free):
+            break  # a search takes seconds
     if followed.jumps:
         ends.append(_across_samples(followed, min(ends, key=lambda end: end.misfit)))
     least = min(end.misfit for end in ends)
@@ -94,6 +100,12 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
     return End(misfit, search.to_free(values.tolist(), origin), wide)
+
+
+def _is_explained(search: Search, free: FloatArray) -> bool:
+    """Whether residuals differ between neighbours as much as on the whole, as noise does (von Neumann 1941)."""
+    left = search.residuals(free)
+    return float((np.diff(left) ** 2).sum()) > _LIKE_NOISE * float((left**2).sum())
 
 
 def _across_samples(search: Search, minimum: Minimum) -> Minimum:

@@ -49,8 +49,8 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
-_NEARBY = 1e-3
-"""Tolerance of the sum of squares of searches for an edge with a history, before the last search."""
+_NEARBY, _FOLLOWED = 1e-3, 1e-6
+"""Tolerances of the sum of squares of the first and of the last search for an edge with a history."""
 _UNFELT = 1e-6
 """Rate of the residuals over an origin, relative to the largest, below which the origin has no effect."""
 _INDISTINCT, _PART = 1e-6, 0.1
@@ -127,7 +127,7 @@ def estimated(search: Search) -> Estimate:
     else:
         if not all(part.all() for part in used):
             search = replace(search, used=used)
-        minimum = minimize_from(search, best)
+        minimum = minimize_from(search, best, tolerance=_FOLLOWED if follows_edge else TOLERANCE)
     refuse_unsettled(minimum)
     best = minimum.free
     values, _ = search.from_free(best)

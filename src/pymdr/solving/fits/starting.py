@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,8 @@ from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.edges import onset
 from pymdr.solving.fits.forces import Forces, forces_of
 from pymdr.solving.fits.loops import ShearRecord
-from pymdr.solving.fits.touching import first_guess_of_contact, scale_and_baseline
+from pymdr.solving.fits.searching import Search
+from pymdr.solving.fits.touching import BoolArray, first_guess_of_contact, scale_and_baseline
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
@@ -31,8 +32,12 @@ from pymdr.units import FloatArray
 _SAMPLES, _POINTS, _COMBINATIONS = 256, 33, 100
 _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 """The same for bodies with memory, whose every trial solves the whole record."""
-_EDGE_STARTS = 2
-"""Largest number of searches for an edge with a history."""
+_EDGE_STARTS, _EDGE_COMBINATIONS, _AS_GOOD = 2, 9, 10.0
+"""Largest numbers of searches and of combinations for an edge with a history, and the largest ratio of their misfits at the start."""
+_OF_WORK = "J/m^2"
+_NO_CONTACT = "fit: no start of the adhesive contact resembles the record; check the signs of its columns (curve.orient())"
+_PULLS, _SAME_PULL, _SCALED_AT_ONCE = 5, 0.02, 30.0
+"""Number of scalings of works to a measured pull, their relative change at which they end, and the largest factor of one."""
 _WANDERS = 0.05
 """Largest deviation from one approach and one retreat, relative to the range of the depths."""
 _SCALES = np.geomspace(0.3, 1e4, 17)
@@ -85,8 +90,6 @@ def starts(
     """
     if isinstance(curve, ShearRecord):
         return _sheared_starts(contact, unknowns, curve, known, count)
-    if contact.has_edge_history:
-        return _edge_starts(contact, unknowns, curve, known, count)
     position, size = curve.position, float(np.ptp(curve.position))
     few = np.unique(np.linspace(0, position.size - 1, min(_SAMPLES, position.size)).astype(int))
     time = None if curve.time is None else curve.time[few]
@@ -122,30 +125,97 @@ def starts(
     return sorted(best_starts, key=lambda start: start.misfit)[:count]
 
 
-def _edge_starts(
-    contact: Contact, unknowns: Sequence[Unknown], curve: MeasuredCurve, known: dict[str, float], count: int
-) -> list[Start]:
-    """Starts at the onset of the force for an edge with a history, from the own values of the contact and from a grid."""
-    point, level = onset(contact, curve)
-    point, size = known.get(CONTACT_POINT, point), float(np.ptp(curve.position))
-    few = np.unique(np.linspace(0, curve.position.size - 1, min(_SAMPLES, curve.position.size)).astype(int))
-    time = None if curve.time is None else curve.time[few]
-    span = 0.0 if time is None else float(np.ptp(time))
+def edge_starts(search: Search, count: int) -> list[list[Start]]:
+    """
+    Starts of every record at the onset of its force, for an edge with a history; from the own values of the contact and from a grid.
+
+    Unknown works are scaled to the largest pulls of the records, with which the contact also separates near its place. All records have
+    the same values.
+    """
+    contact, unknowns, known = search.contact, search.unknowns, search.known
+    records = [_edge_record(contact, curve, known) for curve in search.measured]
+    size = max(float(np.ptp(curve.position)) for curve in search.measured)
+    span = max(0.0 if one.time is None else float(np.ptp(one.time)) for one in records)
     together = scales_together(contact, unknowns)
+    works = np.array([u.unit == _OF_WORK and not together for u in unknowns])
+    others = [u for u, is_work in zip(unknowns, works, strict=True) if not is_work]
     own = np.array([u.start for u in unknowns])
-    tried = [own, *candidates(contact, unknowns, size, span, _FOLLOWED_COMBINATIONS)]
-    known = {BASELINE: level} | known
-    best_starts: list[Start] = []
+    found: list[list[Start]] = []
     failures: list[PymdrError] = []
-    for values in tried:
+
+    def forces(values: FloatArray) -> list[Forces]:
+        candidate = put_into(contact, unknowns, values)
+        return [forces_of(candidate, size, one.curve.compliance, one.time) for one in records]
+
+    def pulls(values: FloatArray) -> FloatArray:
+        models = [of.at(one.position)[0] for of, one in zip(forces(values), records, strict=True)]
+        return np.array([-model.min() for model in models])
+
+    measured = np.array([one.level - one.curve.force.min() for one in records])
+    grids = np.array([own[~works], *candidates(contact, others, size, span, _EDGE_COMBINATIONS)])
+    for grid in np.unique(grids, axis=0):
+        values = own.copy()
+        values[~works] = grid
         try:
-            forces = forces_of(put_into(contact, unknowns, values), size, curve.compliance, time)
-            best_starts += _tried(forces, curve, few, point, known, values, unknowns, together)
+            if works.any():
+                values = _with_pulls(values, works, unknowns, measured, pulls)
+            tried = [
+                list(_tried(of, one.curve, one.few, one.point, one.known, values, unknowns, together))
+                for of, one in zip(forces(values), records, strict=True)
+            ]
         except PymdrError as error:
             failures.append(error)
-    if not best_starts:
-        raise ProblemError(f"fit: no start can be computed: {failures[-1]}")
-    return sorted(best_starts, key=lambda start: start.misfit)[: min(count, _EDGE_STARTS)]
+            continue
+        if all(tried):
+            found.append([each[0] for each in tried])
+    if not found:
+        raise ProblemError(f"fit: no start can be computed: {failures[-1]}" if failures else _NO_CONTACT)
+    totals = [sum(start.misfit for start in each) for each in found]
+    ranked = [found[i] for i in np.argsort(totals, kind="stable") if totals[i] <= _AS_GOOD * min(totals)]
+    return [list(each) for each in zip(*ranked[: min(count, _EDGE_STARTS)], strict=True)]
+
+
+class _EdgeRecord(NamedTuple):
+    """A record with few of its samples, and the guess of its origins."""
+
+    curve: MeasuredCurve
+    few: NDArray[np.intp]
+    time: FloatArray | None
+    point: float
+    level: float
+    known: dict[str, float]
+
+    @property
+    def position(self) -> FloatArray:
+        """Positions of the few samples in m from the contact point."""
+        return self.curve.position[self.few] - self.point
+
+
+def _edge_record(contact: Contact, curve: MeasuredCurve, known: dict[str, float]) -> _EdgeRecord:
+    point, level = onset(contact, curve)
+    few = np.unique(np.linspace(0, curve.position.size - 1, min(_SAMPLES, curve.position.size)).astype(int))
+    time = None if curve.time is None else curve.time[few]
+    own = {BASELINE: level} | known
+    return _EdgeRecord(curve, few, time, known.get(CONTACT_POINT, point), own[BASELINE], own)
+
+
+def _with_pulls(
+    values: FloatArray,
+    works: BoolArray,
+    unknowns: Sequence[Unknown],
+    measured: FloatArray,
+    pulls: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
+    """Values with the works scaled until the model has about the measured pulls in N, in the geometric mean."""
+    low, high = np.array([(u.low, u.high) for u in unknowns]).T
+    for _ in range(_PULLS):
+        ratios = measured / np.maximum(pulls(values), measured / _SCALED_AT_ONCE)
+        ratio = float(np.exp(np.log(np.maximum(ratios, 1.0 / _SCALED_AT_ONCE)).mean()))
+        scaled = np.where(works, np.clip(ratio * values, low, high), values)
+        if np.allclose(scaled, values, rtol=_SAME_PULL):
+            break
+        values = scaled
+    return values
 
 
 def is_pressed_once(curve: MeasuredCurve) -> bool:
