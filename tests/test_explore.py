@@ -7,6 +7,7 @@ import time
 import tomllib
 from contextlib import suppress
 from importlib.util import find_spec
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -352,3 +353,26 @@ def test_a_notebook_shows_the_page_until_it_is_closed(tmp_path):
             shown.close()
 
     asyncio.run(visit())
+
+
+@panel
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_page_that_was_closed_is_left_alone(closed, monkeypatch):
+    """A thread may finish its work after the browser has gone, when the document of the page has been destroyed."""
+    from pymdr.explore import widgets
+
+    waiting = []
+    document = SimpleNamespace(
+        session_context=SimpleNamespace(destroyed=closed), add_next_tick_callback=waiting.append
+    )
+    monkeypatch.setattr(widgets.pn, "state", SimpleNamespace(curdoc=document))
+
+    async def served():
+        call = widgets.soon()
+        worker = threading.Thread(target=call, args=(waiting.append, 1))
+        worker.start()
+        worker.join()
+        await asyncio.sleep(0)
+
+    asyncio.run(served())
+    assert len(waiting) == (0 if closed else 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -129,14 +130,20 @@ h3 { margin: .5em 0 .1em; font-size: 1em }
 
 
 def soon() -> Callable[[Callable[[Any], None], Any], None]:
-    """What calls a function with a value in the thread of the page that is built."""
+    """What calls a function with a value in the thread of the page that is built, unless the page has been closed."""
     document = pn.state.curdoc
+    if document is None:
+        return lambda function, value: function(value)
+    loop = asyncio.get_running_loop()
+
+    def add(function: Callable[[], None]) -> None:
+        context = document.session_context
+        if context is not None and not context.destroyed:
+            document.add_next_tick_callback(function)
 
     def call(function: Callable[[Any], None], value: Any) -> None:
-        if document is None:
-            function(value)
-        else:
-            document.add_next_tick_callback(partial(function, value))
+        # documents are destroyed in the thread of the loop too, never between the question and the answer
+        loop.call_soon_threadsafe(add, partial(function, value))
 
     return call
 

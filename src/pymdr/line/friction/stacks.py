@@ -67,14 +67,15 @@ class Stacks(WithoutAdhesion, Moved):
         vertices = np.zeros((count, 2, _CAPACITY), dtype=kernels.VERTEX)
         vertices["low"][:, :, 0], vertices["high"][:, :, 0] = -math.inf, math.inf
         self.arrays = (vertices, np.zeros((count, 2, TOP + 1)))
-        self._one: tuple[Any, tuple[Any, ...]] = (None, ())
+        self._one: tuple[Any, Any] = (None, ())
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation and a shift in m; F_N and F_x in N."""
         arrays = self.arrays
         if self._one[0] is not arrays:  # views take as long as the step
-            self._one = (arrays, (*self.body, *(array[0] for array in arrays)))
-        code, normal, tangential = self._step(*self._one[1], depth, self.moves * shift)
+            self._one = arrays, (*self.body, *(array[0] for array in arrays))
+        line, scales, stack, memory = self._one[1]
+        code, normal, tangential = self._step(line, scales, stack, memory, depth, self.moves * shift)
         if code == COMPLETE:
             return normal, self.moves * tangential
         if code != STACK_FULL:
