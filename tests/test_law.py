@@ -235,6 +235,48 @@ def test_any_size_with_jkr(kind, size, slope, strength, young):
     assert law.radius(d) == pytest.approx(exact[2], rel=1e-5)
 
 
+@settings(max_examples=examples(18), deadline=None)
+@given(
+    interpolation=st.sampled_from([mdr.ShapePreserving(), mdr.CubicSpline(), mdr.SmoothingSpline()]),
+    size=st.floats(-9, 0).map(lambda x: 10.0**x),
+    noise=st.sampled_from([0.0, 1e-4, 3e-3]),
+    samples=st.integers(8, 20),
+    seed=st.integers(0, 2**20),
+    work=st.sampled_from([None, 1e-5, 1e-4]),
+    tolerance=st.floats(-6, -2).map(lambda x: 10.0**x),
+)
+def test_bounds_of_measured_tips_hold_between_all_knots(
+    interpolation, size, noise, samples, seed, work, tolerance
+):
+    """Also between the two knots at a kink, where the rounding of ln F is an error of the stiffness, and the stiffness with JKR jumps."""
+    rng = np.random.default_rng(seed)
+    x = np.concatenate([[0.0], np.sort(rng.uniform(0.01, 1.0, samples))])
+    height = 0.2 * size * (x**2 + noise * rng.normal(size=x.size) * (x > 0.0))
+    scatter = 0.2 * size * max(noise, 1e-4) * (x > 0.0)
+    smoothed = isinstance(interpolation, mdr.SmoothingSpline)
+    try:
+        tip = mdr.Sampled(size * x, height, scatter if smoothed else None, interpolation=interpolation)
+        adhesion = None if work is None else mdr.JKR(work * 1e9 * size)
+        law = mdr.export_law(
+            mdr.Contact(tip, mdr.Elastic("1 GPa", 0.3), adhesion=adhesion), 0.05 * size, tolerance=tolerance
+        )
+    except (mdr.ProblemError, mdr.PathError, mdr.RefusedError, mdr.ConvergenceError):
+        assume(False)
+    u, form = law.table.knots.u, law.table.form
+    between = rng.uniform(0.0, 1.0, (u.size - 1, 6))
+    d = np.unique(
+        np.minimum(form.depth((u[:-1, None] + np.diff(u)[:, None] * between).ravel()), law.range[1])
+    )
+    d = form.checked(d, law.range[0]) if form.tip is None else d
+    ours, exact = np.array([law.force(d), law.stiffness(d), law.radius(d)]), exact_of(law.contact, d)
+    relative = np.abs(ours - exact) / (np.abs(exact) + np.array([*form.added, 0.0])[:, None])
+    at = np.searchsorted(u, form.coordinate(d), side="right") - 1
+    kinks = law.table.kinks(tolerance)[np.clip(at, 0, u.size - 2)]
+    bounds = np.array([np.full(d.size, law.errors[name]) for name in QUANTITIES])
+    bounds[1, kinks] = law.kink_error
+    assert np.all(relative <= bounds)
+
+
 def test_rescaled_contacts_have_one_table():
     small, large = (
         mdr.export_law(mdr.Contact(mdr.Hyperboloid(size, slope=0.3), mdr.Elastic(1e9, 0.3)), 5 * size)

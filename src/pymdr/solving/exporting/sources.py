@@ -21,8 +21,11 @@ from pymdr.solving.pulloff import PullOff
 from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, metres, newtons
 
-_KINK_OFFSET = 1e-9
-"""Relative distance of the knots on both sides of a kink."""
+_BESIDE_KINK = 2e-7
+"""Relative distance of the knots on both sides of a kink: the rounding of ln F, over this distance, is an error of the stiffness below 5e-8, and
+a jump of da/dd one of the radius below 5e-8."""
+_NEAR_FOLD = 1e-9
+"""Relative distance from a fold of the first state next to it."""
 _BELOW = 73
 """Depths below the first knot at which a law is checked, over twelve decades."""
 _CORNER = 1e-3
@@ -135,7 +138,7 @@ class Fold:
 
     def least(self, knots: Knots) -> float:
         """The least coordinate that is interpolated: the stiffness is unbounded at the first knot."""
-        return float(_KINK_OFFSET * knots.u[1])
+        return float(_NEAR_FOLD * knots.u[1])
 
     def before(self, d: FloatArray, knots: Knots) -> FloatArray:
         """Force, stiffness and radius before the first knot: there is no contact."""
@@ -246,7 +249,7 @@ def _from_tip(line: Line, pull: float, to: float, tolerance: float) -> Source:
     return Source(
         Tip(power, radius_power, pull),
         sample,
-        _marked(sample, (first, math.log(to)), kinks, np.full(kinks.shape, _KINK_OFFSET), tolerance),
+        _marked(sample, (first, math.log(to)), kinks, np.full(kinks.shape, _BESIDE_KINK), tolerance),
     )
 
 
@@ -331,7 +334,7 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
             np.where(fold, at_fold[1], widening),
         )
 
-    return Source(form, sample, _marked(sample, (begin, end), knots, _KINK_OFFSET * knots, tolerance))
+    return Source(form, sample, _marked(sample, (begin, end), knots, _BESIDE_KINK * knots, tolerance))
 
 
 def _slopes(curve: ShortRange, s: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -350,7 +353,7 @@ def _slopes_at_fold(curve: ShortRange, begin: float, end: float, off: float) -> 
     a sharp edge, F and a are smooth over d, and therefore flat over its root.
     """
     near = 0.05 * min(begin, end - begin)
-    at_once, far = curve.slopes(begin + near * np.array([_KINK_OFFSET, 1.0]))[0]
+    at_once, far = curve.slopes(begin + near * np.array([_NEAR_FOLD, 1.0]))[0]
     if at_once > _CORNER * far:
         return 0.0, 0.0
     best, limits = math.inf, (0.0, 0.0)

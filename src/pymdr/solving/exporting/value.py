@@ -29,6 +29,8 @@ LAW_QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")
 SAFETY = 1.02
 """Ratio of the bounds of errors to the largest measured ones."""
 _DRAWN, _DECADES_DRAWN = 1001, 1e-6
+_NARROW = 1e-6
+"""Largest width of an interval at a kink, relative to its coordinate and their range."""
 _HEADERS = (".h", ".hh", ".hpp", ".hxx")
 _SHOWN = 9
 """Rows of the summary."""
@@ -65,6 +67,21 @@ class Table:
             answers[:, inside] = self.form.physical(self.knots.at(u))[1:4]
         return answers.reshape(3, *np.shape(indentation))
 
+    def kinks(self, tolerance: float) -> np.ndarray:
+        """Whether intervals between knots are narrow and hold a kink with JKR, where the stiffness changes by more than a tolerance; without a fold it is continuous."""
+        u, slope = self.knots.u, self.knots.y_slope
+        if self.form.tip is not None:
+            return np.zeros(u.size - 1, dtype=bool)
+        narrow = np.diff(u) <= _NARROW * (np.abs(u[1:]) + u[-1] - u[0])
+        return np.asarray(narrow & (np.abs(np.diff(slope)) > tolerance * np.abs(slope[1:])))
+
+    def kink_error(self, tolerance: float) -> float:
+        """Bound of the relative error of the stiffness at kinks: its change, and a quarter by which the slope of a cubic may exceed those of its ends."""
+        kinks = self.kinks(tolerance)
+        stiffness = self.form.physical(self.knots)[2]
+        least = np.minimum(np.abs(stiffness[:-1]), np.abs(stiffness[1:])) + self.form.added[1]
+        return float(np.max(1.25 * np.abs(np.diff(stiffness)[kinks]) / least[kinks], initial=0.0))
+
     def data(self) -> xr.Dataset:
         """The knots over ``knot``, in SI units."""
         d, force, stiffness, radius, rate = self.form.physical(self.knots)
@@ -98,6 +115,8 @@ class ContactLaw(Study):
     """Limit of the errors."""
     errors: Mapping[str, float]
     """Bounds of the errors against :func:`pymdr.solve`, by quantity: 2 % above the largest measured ones; see `relative_to`."""
+    kink_error: float
+    """Bound of the relative error of the stiffness between the knots on both sides of kinks, at most 1e-6 of the range of the coordinate apart, with JKR; 0 if there are none."""
     relative_to: Mapping[str, str]
     """Text on the reference of each relative error."""
     table: Table
@@ -168,6 +187,11 @@ class ContactLaw(Study):
             rows[f"error of {name}"] = (
                 f"below {_rounded_up(self.errors[name])} relative to {self.relative_to[name]}: {SAFETY - 1.0:.0%} above the largest of "
                 f"{self.checks.sizes['check']} differences from pymdr.solve"
+            )
+        if self.kink_error:
+            count = int(np.count_nonzero(self.table.kinks(self.tolerance)))
+            rows["error of normal_stiffness"] += (
+                f"; below {_rounded_up(self.kink_error)} between the two knots at {count} kinks, closer than {_NARROW:g} of the table"
             )
         return rows
 

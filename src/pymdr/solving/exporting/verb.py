@@ -59,7 +59,8 @@ def export_law(
     below the first knot by the power law of the tip; with JKR F is interpolated over sqrt(d - d_off), from the pull-off under
     displacement control on. Intervals are halved until the errors of force, stiffness and radius are below the tolerance; the
     law is compared with :func:`pymdr.solve` between all knots, at 50 more depths in each of the intervals with the largest errors,
-    and far below the first knot. The bounds of the errors are 2 % above the largest of these differences.
+    and far below the first knot. The bounds of the errors are 2 % above the largest of these differences. With JKR the stiffness jumps, or
+    changes with a vertical tangent, at kinks; between the knots on both sides of one its error has a bound of its own, `kink_error`.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def export_law(
     for fraction in (1.0, _FINER):
         knots = adapted(source.sample, source.marks, source.form.error, fraction * tolerance)
         table = Table(source.form, knots, deepest)
-        checks, exact = _checked_against_solve(table, alone)
+        checks, exact = _checked_against_solve(table, alone, tolerance)
         errors = {name: SAFETY * float(np.max(checks[name].values)) + _ROUNDING for name in LAW_QUANTITIES}
         worst = max(errors, key=lambda name: errors[name])
         if errors[worst] <= tolerance:
@@ -133,6 +134,7 @@ def export_law(
         assumptions=plain.assumptions,
         notes=_notes(contact, plain, tangential) + ((memory.note,) if memory.note else ()),
         errors=errors,
+        kink_error=table.kink_error(tolerance),
         relative_to={name: source.form.relative_to().get(name, text) for name, text in _ITSELF.items()},
         table=table,
         checks=checks,
@@ -215,11 +217,11 @@ def _solved(contact: Contact, depths: FloatArray) -> Result:
     return result
 
 
-def _checked_against_solve(table: Table, contact: Contact) -> tuple[xr.Dataset, Result]:
+def _checked_against_solve(table: Table, contact: Contact, tolerance: float) -> tuple[xr.Dataset, Result]:
     """Errors of the law between the knots and below them, finer in the intervals with the largest ones, and the exact states."""
     u, form = table.knots.u, table.form
-    wide = np.flatnonzero(np.diff(u) > 1e-8 * (np.abs(u[1:]) + u[-1] - u[0]))
-    d = form.checked(_inner_depths(table, wide, _BETWEEN), table.first)
+    smooth = np.flatnonzero(~table.kinks(tolerance))
+    d = form.checked(_inner_depths(table, smooth, _BETWEEN), table.first)
     checks, exact = _compared_at(table, contact, np.unique(np.append(np.minimum(d, table.last), table.last)))
     at = np.searchsorted(u, form.coordinate(checks["indentation"].values), side="right") - 1
     worst = np.zeros(u.size - 1, dtype=bool)
@@ -229,7 +231,7 @@ def _checked_against_solve(table: Table, contact: Contact) -> tuple[xr.Dataset, 
         np.maximum.at(largest, at[inside], checks[name].values[inside])
         ranked = np.argsort(largest)[::-1][:_MOST_FINER]
         worst[ranked[largest[ranked] >= _NEARLY * largest.max()]] = True
-    finer = _inner_depths(table, wide[worst[wide]], _FINE)
+    finer = _inner_depths(table, smooth[worst[smooth]], _FINE)
     if form.tip is None:
         finer = form.checked(finer, table.first)
     if not finer.size:
