@@ -618,3 +618,18 @@ def test_an_adhesive_hyperboloid_on_a_soft_machine_starts_from_its_family():
     fit = mdr.fit(start, curve, ["body.young", "adhesion.work"])
     for name, value in (("body.young", young), ("adhesion.work", work)):
         assert fit[name].low < value < fit[name].high
+
+
+def test_a_search_along_a_valley_is_given_up():
+    """A pull on a machine 200 times softer than the contact: work and modulus are hardly distinct, and 400 trials took up to 20 s."""
+    radius, work, spring = 1e-6, 1e-3, 1e-3
+    contact = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.DMT(work))
+    way = np.concatenate([np.linspace(-2e-5, 2e-5, 250), np.linspace(2e-5, -2e-5, 250)])
+    force = mdr.solve(contact, mdr.Path(travel=way), machine_stiffness=spring)["normal_force"].values
+    noise = 4e-3 * np.ptp(force) * np.random.default_rng(2).normal(size=way.size)
+    curve = mdr.MeasuredCurve(force=force + noise, travel=way, spring_constant=spring)
+    start = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("3 MPa", 0.5), adhesion=mdr.DMT("0.3 mJ/m^2"))
+    with pytest.raises(
+        mdr.ConvergenceError, match=r"creeps: its last 80 trials.*body\.young and adhesion\.work; fix one"
+    ):
+        mdr.fit(start, curve, ["body.young", "adhesion.work"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -31,6 +31,8 @@ from pymdr.units import FloatArray
 
 _STEP, _FORWARD = 1e-4, 1e-6
 TOLERANCE, _TRIALS = 1e-8, 400
+_PATIENCE = 80
+"""Trials after which a search that reduces the sum of squares by less than one variance of the noise is given up: it creeps along a valley."""
 _POOR = 10.0
 """Residual relative to the range of the force where the model cannot be solved."""
 
@@ -227,6 +229,33 @@ class Minimum(NamedTuple):
     settled: bool
     trials: int
     message: str
+    creeps: bool = False
+    """Whether the search was given up in a valley, which the records hardly determine."""
+
+
+class _CreepsError(Exception):
+    """A search along a valley of the sum of squares."""
+
+
+class _Progress:
+    """The trials of a search: the best one, and whether they still gain."""
+
+    def __init__(self, residuals: Callable[[FloatArray], FloatArray]) -> None:
+        self._residuals = residuals
+        self.least: list[float] = []
+        """Least sum of squares after each trial."""
+        self.best = np.empty(0)
+
+    def __call__(self, x: FloatArray) -> FloatArray:
+        left = self._residuals(x)
+        misfit = float(left @ left)
+        if not self.least or misfit < self.least[-1]:
+            self.best = x.copy()
+        self.least.append(min(misfit, *self.least[-1:]) if self.least else misfit)
+        variance = self.least[-1] / max(left.size - x.size, 1)
+        if len(self.least) > _PATIENCE and self.least[-1 - _PATIENCE] - self.least[-1] < variance:
+            raise _CreepsError
+        return left
 
 
 def minimize_from(
@@ -259,18 +288,25 @@ def minimize_from(
     if not moving.size:
         return Minimum(free, float((search.residuals(free) ** 2).sum()), True, 1, "")
     bounded = bool(np.isfinite([*low[moving], *high[moving]]).any())
-    solution = least_squares(
-        residuals,
-        free[moving],
-        slopes,
-        bounds=(low[moving], high[moving]),
-        method="trf" if bounded else "lm",
-        x_scale="jac",
-        ftol=tolerance,
-        xtol=TOLERANCE,
-        gtol=1e-15,
-        max_nfev=_TRIALS,
-    )
+    progress = _Progress(residuals)
+    try:
+        solution = least_squares(
+            progress,
+            free[moving],
+            slopes,
+            bounds=(low[moving], high[moving]),
+            method="trf" if bounded else "lm",
+            x_scale="jac",
+            ftol=tolerance,
+            xtol=TOLERANCE,
+            gtol=1e-15,
+            max_nfev=_TRIALS,
+        )
+    except _CreepsError:
+        free[moving] = progress.best
+        names = " and ".join(u.name for u in search.unknowns)
+        text = f"its last {_PATIENCE} trials reduced the sum of squares by less than one variance of the noise, so the record hardly determines {names}"
+        return Minimum(free, progress.least[-1] * unit**2, False, len(progress.least), text, True)
     free[moving] = solution.x
     return Minimum(
         free,
@@ -334,6 +370,10 @@ def refuse_unsettled(minimum: Minimum) -> None:
     ------
     ConvergenceError
     """
+    if minimum.creeps:
+        raise ConvergenceError(
+            f"fit: the search creeps: {minimum.message}; fix one of them, or give bounds in free"
+        )
     if not minimum.settled:
         raise ConvergenceError(
             f"fit: the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "
