@@ -17,6 +17,7 @@ ALL = (
     "adhesion",
     "friction",
     "memory",
+    "soft_adhesion",
     "first_use",
     "impact",
     "rough",

@@ -313,3 +313,11 @@ def test_a_long_wait_leaves_its_digits_to_a_fast_pull():
         )
         least.append(float(mdr.solve(contact(2.0), path)["normal_force"].min()))
     assert least[1] == pytest.approx(least[0], rel=1e-6)
+
+
+def test_a_move_that_numbers_do_not_resolve_is_refused():
+    path = mdr.indent(1.0, steps=4, duration=2.0) >> mdr.hold(1e8) >> mdr.indent(0.5, duration=1e-9)
+    with pytest.raises(PathError, match=r"row at t = 1e\+08 s moves in zero time.*above 1e-08 s"):
+        mdr.solve(contact(2.0), path)
+    with pytest.raises(PathError, match=r"entries 1 and 2.*differ by 1e-08 s"):
+        mdr.Path(time=[1e8, 1e8 + 1e-9], indentation=[1.0, 0.5])

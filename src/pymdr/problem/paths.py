@@ -381,7 +381,8 @@ class Path(Leg):
             i = int(np.argmax(np.diff(time) <= 0.0))
             raise PathError(
                 f"Path.time must rise strictly, but entries {i + 1} and {i + 2} are {time[i]:.12g} s and "
-                f"{time[i + 1]:.12g} s; sort the rows and average those of equal time"
+                f"{time[i + 1]:.12g} s; sort the rows and average those of equal time (numbers of this size differ by "
+                f"{np.spacing(time[i + 1]):.1g} s)"
             )
         if self.relative_time and size < 2:
             raise PathError(

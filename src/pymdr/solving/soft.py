@@ -263,8 +263,10 @@ def controls_of(
     # a free body may start anywhere
     sudden[0] &= not free
     if sudden.any():
+        end = float(time[1 + int(np.argmax(sudden))])
         raise PathError(
-            "a row of the path moves in zero time, which adhesion with memory does not cover; give every move a duration or a rate"
+            f"the row at t = {end:.6g} s moves in zero time, which adhesion with memory does not cover; give every move a duration or a "
+            f"rate, which near this time is above {np.spacing(end):.1g} s, the resolution of numbers"
         )
     if k == 0.0 and not math.isnan(stretch.start[0]) and free and control[1] < 0.0:
         raise PathError(

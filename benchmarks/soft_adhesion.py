@@ -1,0 +1,61 @@
+"""Adhesion of bodies with memory: curves of load, dwell and retraction against the same rows without memory, a short range against a zone, and 100 speeds."""
+
+from collections.abc import Iterator
+from math import pi
+
+import numpy as np
+
+import pymdr as mdr
+from benchmarks.timing import Ratio, median_times
+
+RADIUS, WORK, RELAXED = 1e-3, 0.1, 1e6
+"""Radius in m, work in J/m^2 and relaxed E* in Pa."""
+SERIES = mdr.Prony("0.25 MPa", ["1 MPa", "0.75 MPa", "0.5 MPa"], ["0.05 s", "0.5 s", "5 s"])
+RUBBER, SLOW = mdr.Viscoelastic(SERIES, poisson=0.5), mdr.Elastic(0.75 * RELAXED, poisson=0.5)
+SPEEDS = np.geomspace(1e-7, 1e-3, 100)
+
+
+def strength(parameter: float) -> float:
+    """Strength in Pa of Maugis' parameter sigma0 (9 R/(2 pi w E*^2))^(1/3)."""
+    return float(parameter / (9.0 * RADIUS / (2.0 * pi * WORK * RELAXED**2)) ** (1.0 / 3.0))
+
+
+def ball(law: mdr.MaugisDugdale | mdr.JKR, body: mdr.Viscoelastic | mdr.Elastic = RUBBER) -> mdr.Contact:
+    """A ball on a body."""
+    return mdr.Contact(mdr.Sphere(RADIUS), body, adhesion=law)
+
+
+def ratios() -> Iterator[Ratio]:
+    """Curves of 500 rows, from long to short zones; then a pull-off at each of 100 speeds."""
+    there = mdr.indent("20 um", steps=150, duration="1 s") >> mdr.hold("2 s", steps=100)
+    path = there >> mdr.indent("-30 um", steps=250, duration="3 s")
+    for parameter in (0.1, 0.5, 2.0, 5.0, 20.0):
+        law = mdr.MaugisDugdale(WORK, strength=strength(parameter))
+        result = mdr.solve(ball(law), path)
+        force, error = result["normal_force"].values, result.claims["normal_force"].error
+        claimed = float(np.nanmax(np.abs(error * force)) / np.abs(force).max())
+        soft, elastic = median_times(
+            (lambda law=law: mdr.solve(ball(law), path), 5),
+            (lambda law=law: mdr.solve(ball(law, SLOW), path), 5),
+        )
+        yield Ratio(
+            f"500 rows with three terms, Maugis' parameter {parameter:g}, claimed to {claimed:.0e} of the largest force",
+            "elastic bodies along the same rows",
+            soft,
+            elastic,
+            "aim 0.5 s at 1e-4, 2 s at 1e-5",
+        )
+    zone = mdr.MaugisDugdale(WORK, strength=strength(5.0))
+    short = mdr.JKR(WORK, range=WORK / strength(5.0))
+    quick, slow = median_times(
+        (lambda: mdr.solve(ball(short), path), 5), (lambda: mdr.solve(ball(zone), path), 3)
+    )
+    yield Ratio("500 rows of short range", "the zone of that length", quick, slow, "aim 0.04 s")
+
+    def pulled(speeds: np.ndarray, workers: int = 1) -> object:
+        return mdr.pull_off_curve(
+            ball(zone), speed=speeds, dwell="5 s", preload="2 mN", approach_speed="10 um/s", workers=workers
+        )
+
+    all_speeds, one = median_times((lambda: pulled(SPEEDS, 2), 1), (lambda: pulled(SPEEDS[50:51]), 3))
+    yield Ratio("pull-off at 100 speeds on two cores", "one speed on one core", all_speeds, one, "aim 60 s")
