@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import simpson
-from scipy.special import ellipe, ellipk, ellipkm1, j1
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk, ellipkm1, gamma, j1
 
 import pymdr as mdr
-from drawing import examples
+from drawing import examples, first_of
 from pymdr.independent.point_loads import tangential_point_load
 from pymdr.independent.torsion import follow_torsion
 from pymdr.line.curves import ElasticLine
@@ -282,41 +283,138 @@ def test_an_inner_ring_that_slips_is_no_longer_exact():
     assert np.all(differs <= claim.error[1:] + 1e-4)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(10))
+def drawn_profile(seed, size, slope, rng):
+    """A profile, its g and g', and the radius of its flat."""
+    if seed % 5 == 0:
+        return (
+            mdr.Paraboloid(size / slope),
+            lambda x: slope * x**2 / size,
+            lambda x: 2 * slope * x / size,
+            0.0,
+        )
+    if seed % 5 == 1:
+        return (
+            mdr.Cone(slope=slope),
+            lambda x: math.pi / 2 * slope * x,
+            lambda x: np.full(x.shape, math.pi / 2 * slope),
+            0.0,
+        )
+    if seed % 5 == 2:
+        n = rng.uniform(1.5, 6.0)
+        k = math.sqrt(math.pi) / 2 * n * gamma(n / 2) / gamma((n + 1) / 2) * slope * size
+        power = mdr.PowerLaw(n, slope * size, size)
+        return power, lambda x: k * (x / size) ** n, lambda x: k * n / size * (x / size) ** (n - 1), 0.0
+    b = (0.85 if rng is None else rng.uniform(0.2, 0.85)) * size
+
+    def parts(x):
+        x = np.maximum(x, b)
+        return x, np.sqrt((x - b) * (x + b)), np.arccos(b / x)
+
+    def rounded(x):
+        x, root, angle = parts(x)
+        return slope * x / size * (root - b * angle)
+
+    def rounded_slope(x):
+        _, root, angle = parts(x)
+        return slope / size * (2 * root - b * angle)
+
+    def truncated_slope(x):
+        _, root, angle = parts(x)
+        return slope * (angle + b / root)
+
+    if seed % 5 == 3:
+        return mdr.RoundedFlat(b, edge_radius=size / slope), rounded, rounded_slope, b
+    return mdr.TruncatedCone(b, slope=slope), lambda x: slope * parts(x)[0] * parts(x)[2], truncated_slope, b
+
+
+def drawn_ring_limit(edges, g_slope, flat, radius, scale):
+    """Mean of mu p over rings: scale = mu E*, and 2 E* int g' sqrt(x^2 - r^2) dx is the load beyond r."""
+    node, weight = np.polynomial.legendre.leggauss(40)
+    v, w = (node + 1) / 2, weight / 2
+
+    def limit(depth):
+        a = radius(depth)
+        r = np.minimum(edges, a)[:, None]
+        low = np.maximum(r, min(flat, a))
+        x = low + (a - low) * v**2
+        load = (
+            2 * (g_slope(x) * np.sqrt(np.maximum(x**2 - r**2, 0.0)) * 2 * v * (a - low) * w).sum(axis=1)
+            if a > flat
+            else 0 * edges
+        )
+        return scale * -np.diff(load) / (math.pi * np.diff(edges**2))
+
+    return limit
+
+
+def beyond_claim(contact, shape, depths, twists, counts=(15, 30)):
+    """Difference of the torque to that of rings beyond the claim, and of two numbers of rings, over the limit of the largest load so far."""
+    g, g_slope, flat = shape
+    friction, body = contact.friction.coefficient, contact.body
+
+    def radius(depth):
+        if depth <= 0.0:
+            return flat
+        return brentq(lambda x: float(g(np.array([x]))[0]) - depth, flat, high, xtol=1e-15 * high)
+
+    high = max(2.0 * flat, 1e-300)
+    while float(g(np.array([high]))[0]) < np.max(depths):
+        high *= 2.0
+    top = radius(np.max(depths))
+    followed = []
+    for count in counts:
+        inside = np.linspace(0.0, flat, count + 1) if flat else np.zeros(1)
+        edges = np.append(inside, np.linspace(flat, 1.0001 * top, count + 1)[1:])
+        scale = friction * effective_moduli(body, mdr.Rigid()).normal
+        limit = drawn_ring_limit(edges, g_slope, flat, radius, scale)
+        rings = follow_torsion(edges, limit, body.shear, depths, twists, g(edges[:-1]))
+        followed.append(rings.torque)
+    arms = 2 * math.pi / 3 * np.diff(edges**3)
+    full = np.maximum.accumulate([float(limit(d) @ arms) for d in depths])
+    result = mdr.solve(contact, mdr.Path(indentation=depths, twist=twists))
+    torque, error = result["torque"].values, result.claims["torque"].error
+    claimed = 0.0 if error is None else error
+    own = np.maximum.accumulate(np.abs(followed[0] - followed[1]) / full)
+    return (np.abs(torque - followed[1]) - claimed * np.abs(torque)) / full, own
+
+
+@pytest.mark.parametrize("seed", first_of([2, 6, 14, *(n for n in range(25) if n not in (2, 6, 14))], 3))
 def test_random_histories_are_those_of_rings_within_the_claim(seed):
     """
-    Load and twist together, from the first touch on too, or one at a time, from nm to m.
+    Load and twist together, from the first touch on too, or one at a time, from nm to m, on profiles with and without a flat.
 
     Half the rings show the error of the rings, over the limit of the largest load so far.
     """
     rng = np.random.default_rng(7100 + seed)
-    radius, strain = 10.0 ** rng.uniform(-8.0, 1.0), 10.0 ** rng.uniform(-4.0, -1.5)
+    size, slope = 10.0 ** rng.uniform(-8.0, 0.0), 10.0 ** rng.uniform(-4.0, -1.5)
     friction, young = 10.0 ** rng.uniform(-1.5, 0.2), 10.0 ** rng.uniform(5.0, 12.0)
     body = mdr.Elastic(young, rng.uniform(0.0, 0.5))
-    contact = mdr.Contact(mdr.Paraboloid(radius), body, friction=mdr.Coulomb(friction))
-    deepest = strain**2 * radius
-    depths = deepest * (np.sort(rng.uniform(0.1, 1.0, 6)) if seed % 3 == 1 else rng.uniform(0.15, 1.0, 6))
-    twists = unit_twist(contact, deepest) * rng.uniform(-1.2, 1.2, 6)
-    if seed % 3 == 2:
-        depths[1::2], twists[2::2] = depths[:-1:2], twists[1:-1:2]
-    result = mdr.solve(contact, mdr.Path(indentation=depths, twist=twists))
+    profile, g, g_slope, flat = drawn_profile(seed, size, slope, rng)
+    contact = mdr.Contact(profile, body, friction=mdr.Coulomb(friction))
+    inner = max(flat, 0.3 * size)
+    at = np.sort(rng.uniform(0.2, 1.0, 6)) if seed % 4 == 1 else rng.uniform(0.2, 1.0, 6)
+    radii = inner + (size - inner) * at
+    depths = g(radii)
     modulus = effective_moduli(body, mdr.Rigid()).normal
-    followed = []
-    for count in (20, 40):
-        edges = np.linspace(0.0, 1.0001 * math.sqrt(radius * depths.max()), count + 1)
-        limit = ring_limit(edges, modulus, radius, friction)
-        followed.append(
-            follow_torsion(edges, limit, body.shear, depths, twists, edges[:-1] ** 2 / radius).torque
-        )
-    force = np.maximum.accumulate(result["normal_force"].values * result["contact_radius"].values)
-    full = 3.0 * math.pi / 16.0 * friction * force
-    torque, error = result["torque"].values, result.claims["torque"].error
-    claimed = np.zeros(6) if error is None else error
-    own = np.maximum.accumulate(np.abs(followed[0] - followed[1]) / full)
-    rest = np.abs(torque - followed[1]) - claimed * np.abs(torque)
-    assert np.all(rest <= 2.0 * full * own)
+    unit = friction * modulus * float(g(np.array([size]))[0]) / size / body.shear
+    twists = unit * 10.0 ** rng.uniform(-1.0, 0.4) * rng.uniform(-1.0, 1.0, 6)
+    if seed % 4 == 2:
+        depths[1::2], twists[2::2] = depths[:-1:2], twists[1:-1:2]
+    rest, own = beyond_claim(contact, (g, g_slope, flat), depths, twists)
+    assert np.all(rest <= 2.0 * own + 1e-3)
     assert np.max(own) < 0.05
+
+
+def test_a_rounded_flat_unloaded_to_a_hundredth_after_a_reversal_is_within_its_claim():
+    """The torque is 16 % of that of full slip off."""
+    profile, g, g_slope, flat = drawn_profile(3, 1.0, 0.01, None)
+    contact = mdr.Contact(profile, mdr.Elastic(1.0, 0.0), friction=mdr.Coulomb(0.3))
+    depths = g(np.array([0.96, 0.99, 0.87]))
+    unit = 0.3 * float(g(np.array([1.0]))[0]) / 0.5
+    rest, own = beyond_claim(
+        contact, (g, g_slope, flat), depths, unit * np.array([0.844, -0.523, -0.272]), counts=(10, 20)
+    )
+    assert np.all(rest <= 2.0 * own)
 
 
 def test_bodies_add_their_compliances():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -18,6 +18,8 @@ _WIDEST = 1.5
 """Largest width of a panel of t = arcosh(s/x)."""
 _FARTHEST = 40.0
 """Where sech^3 t vanishes to rounding."""
+_KEPT = 256
+"""Number of contact radii that a line keeps."""
 _CANCELLING = 0.75
 """1 - k^2 above which Carlson's integrals replace those of Legendre, whose difference loses digits."""
 
@@ -40,10 +42,15 @@ class TwistedLine:
     line: ElasticLine
     shear: float
     friction: float
+    _known_radii: dict[float, float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def radius(self, depth: float) -> float:
-        """Contact radius in m at an indentation in m."""
-        return float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
+        """Contact radius in m at an indentation in m; the last ones are kept, for a move asks for the same often."""
+        if depth not in self._known_radii:
+            if len(self._known_radii) >= _KEPT:
+                self._known_radii.clear()
+            self._known_radii[depth] = float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
+        return self._known_radii[depth]
 
     def kinks(self, top: float) -> tuple[float, ...]:
         """Radii in m below `top` to whose right g is not smooth."""
