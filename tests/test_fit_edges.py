@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import pymdr as mdr
 from pymdr.errors import ProblemError
+from pymdr.workbench.cli import app
 
 GEL = mdr.Elastic("30 kPa", 0.5)
 BALL = mdr.Paraboloid("1 mm")
@@ -48,6 +50,52 @@ def test_a_loop_determines_both_works():
     found = mdr.fit(start, curve, free, contact_point=4e-6, baseline=3e-6)
     holds(found, adhesion__work=0.05, adhesion__work_receding=0.2)
     assert found["adhesion.work_receding"].error < 0.01 * 0.2
+
+
+def test_laws_with_and_without_hysteresis_are_told_apart():
+    laws = {
+        "one": mdr.Contact(BALL, GEL, adhesion=mdr.JKR("20 mJ/m^2")),
+        "two": mdr.Contact(BALL, GEL, adhesion=mdr.JKR("20 mJ/m^2", work_receding="60 mJ/m^2")),
+    }
+    free = ["adhesion.work", "adhesion.work_receding"]
+    loop = mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2", work_receding="70 mJ/m^2"))
+    weighed = mdr.compare_laws(laws, measured(loop, 20e-6, counts=(30, 2, 60)), free)
+    assert weighed.best == "two"
+    assert weighed.weights["one"] < 1e-6
+    plain = mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2"))
+    weighed = mdr.compare_laws(laws, measured(plain, 20e-6, counts=(30, 2, 60)), free)
+    assert weighed.best == "one"
+    assert "no hysteresis of adhesion: both works are 49." in weighed.refusals["two"]
+
+
+def test_shell(tmp_path):
+    adhesive = mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2", work_receding="200 mJ/m^2"))
+    curve = measured(adhesive, 20e-6, counts=(30, 2, 60))
+    rows = [f"{z!r},{f!r}" for z, f in zip(curve.travel.tolist(), curve.force.tolist(), strict=True)]
+    (tmp_path / "loop.csv").write_text("travel (m),force (N)\n" + "\n".join(rows))
+    case = tmp_path / "gel.toml"
+    case.write_text(
+        '[profile]\nkind = "paraboloid"\nradius = "1 mm"\n[body]\nkind = "elastic"\nyoung = "30 kPa"\npoisson = 0.5\n'
+        '[adhesion]\nkind = "jkr"\nwork = "20 mJ/m^2"\nwork_receding = "60 mJ/m^2"\n'
+    )
+    words = ["fit", str(case), str(tmp_path / "loop.csv"), "--free", "adhesion.work_receding", "--free"]
+    words += ["adhesion.work", "--spring-constant", "20 N/m", "-o", str(tmp_path / "out")]
+    answer = CliRunner().invoke(app, words)
+    assert answer.exit_code == 0, answer.output
+    assert "adhesion.work_receding" in answer.output
+    assert (tmp_path / "out" / "fit.png").exists()
+
+
+def test_a_loop_that_cannot_be_fitted_is_refused():
+    equal = mdr.Contact(BALL, GEL, adhesion=mdr.JKR(0.05, work_receding=0.05))
+    record = mdr.MeasuredCurve(force=np.arange(9.0), travel=np.arange(9.0), spring_constant=1.0)
+    with pytest.raises(ProblemError, match="from a start above"):
+        mdr.fit(equal, record, ["adhesion.work_receding"])
+    loop = mdr.Contact(BALL, GEL, adhesion=mdr.JKR(0.05, work_receding=0.2))
+    whole = measured(loop, 20e-6, counts=(30, 2, 60))
+    late = mdr.MeasuredCurve(force=whole.force[20:], travel=whole.travel[20:], spring_constant=STIFFNESS)
+    with pytest.raises(ProblemError, match="begins in contact"):
+        mdr.fit(loop, late, ["adhesion.work_receding"])
 
 
 def test_a_retreat_determines_the_work_of_a_body_with_memory():

@@ -10,14 +10,13 @@ from pymdr.errors import ProblemError
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.searching import Search
 from pymdr.solving.fits.touching import BoolArray
-from pymdr.solving.fits.unknowns import (
-    Unknown,
-    put_into,
-)
+from pymdr.solving.fits.unknowns import WORKS, Unknown, put_into
 from pymdr.units import FloatArray, written
 
 _INDISTINCT = 1e-6
 """Ratio to the largest singular value below which a combination of unknowns is not determined."""
+_EQUAL = 1e-6
+"""Largest relative difference of equal works."""
 _LARGEST_ERROR = math.log(1e3)
 _ALONE = 0.05
 """Smallest component of a combination, relative to the largest."""
@@ -44,6 +43,26 @@ def refuse_undetermined(search: Search, free: FloatArray, slopes: FloatArray) ->
         return
     direction = rows[-1] / np.linalg.norm(own, axis=0)
     raise ProblemError(_combination_text(search, free, direction / np.abs(direction).max()))
+
+
+def refuse_equal_works(search: Search, free: FloatArray) -> None:
+    """
+    Refuse hysteresis of adhesion that the records do not show, with the work of a law without it.
+
+    Raises
+    ------
+    ProblemError
+    """
+    if not search.contact.has_edge_history or WORKS[1] not in search.names:
+        return
+    law = put_into(search.contact, search.unknowns, search.from_free(free)[0]).adhesion
+    assert law is not None
+    advancing, receding = law.works
+    if receding <= advancing * (1.0 + _EQUAL):
+        raise ProblemError(
+            f"fit: the record shows no hysteresis of adhesion: both works are {written(advancing, 'J/m^2', 4)} at the best fit; fit JKR(work) without "
+            "work_receding"
+        )
 
 
 def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: float) -> None:

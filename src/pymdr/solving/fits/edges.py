@@ -17,7 +17,7 @@ from pymdr.solving.soft import zone_force
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
-_FIRST, _FEWEST = 0.05, 3
+_FIRST, _FEWEST = 0.05, 5
 """Part of a record out of contact, and the smallest number of its samples."""
 _FELT, _ROUNDED = 6.0, 1e-3
 """Smallest force of a contact, relative to the noise, and relative to the range of the force."""
@@ -91,7 +91,8 @@ def _felt(curve: MeasuredCurve) -> tuple[float, BoolArray]:
     """Baseline in N, and the samples at which the record shows a force, two of them in a row."""
     count = max(_FEWEST, int(_FIRST * curve.force.size))
     level = float(np.median(curve.force[:count]))
-    noise = 1.4826 * float(np.median(np.abs(np.diff(curve.force[:count])))) / math.sqrt(2.0)
+    # second differences, in which slopes cancel, are sqrt(6) times as large as white noise
+    noise = 1.4826 * float(np.median(np.abs(np.diff(curve.force, 2)))) / math.sqrt(6.0)
     felt = np.abs(curve.force - level) > max(_FELT * noise, _ROUNDED * float(np.ptp(curve.force)))
     pairs = felt[:-1] & felt[1:]
     felt = np.append(pairs, False) | np.insert(pairs, 0, False)

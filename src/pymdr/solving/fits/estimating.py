@@ -22,7 +22,7 @@ from pymdr.solving.fits.best import (
     soft_machine_text,
 )
 from pymdr.solving.fits.condensing import Blocks, condensed
-from pymdr.solving.fits.determining import refuse_noisy, refuse_undetermined
+from pymdr.solving.fits.determining import refuse_equal_works, refuse_noisy, refuse_undetermined
 from pymdr.solving.fits.edges import off_jumps, solve_edge
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.residuals import DECIDED, waves_of
@@ -110,6 +110,7 @@ def estimated(search: Search) -> Estimate:
     follows_edge = search.contact.has_edge_history
     few = replace(search, used=tuple(map(off_jumps, search.measured))) if follows_edge else condensed(search)
     misfit, best, wide = best_end(few, _NEARBY if follows_edge else TOLERANCE)
+    refuse_equal_works(few, best)
     refuse_few(few, few.models(best))
     refuse_unseen(few, misfit, best)
     if not search.contact.is_viscoelastic and not follows_edge:  # with a history the end is approximate
@@ -130,6 +131,7 @@ def estimated(search: Search) -> Estimate:
         minimum = minimize_from(search, best, tolerance=_FOLLOWED if follows_edge else TOLERANCE)
     refuse_unsettled(minimum)
     best = minimum.free
+    refuse_equal_works(search, best)
     values, _ = search.from_free(best)
     contact = put_into(search.contact, search.unknowns, values)
     if contact.is_viscoelastic:

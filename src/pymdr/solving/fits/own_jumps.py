@@ -43,13 +43,16 @@ def judged(result: FitResult) -> Judged:
     """
     A law against its record, refitted with its own jumps.
 
-    Models that follow the history of the edge have the jumps of the law already. The refit starts from the fit and minimises the squares of the residuals of the samples in contact according to the record, and of
+    The refit starts from the fit and minimises the squares of the residuals of the samples in contact according to the record, and of
     the distances of the jumps of the law from those of the record, each sample of which weighs as much as the jump of the force. The
-    contact points are then moved to where the misfit with the jumps of the law is least.
+    contact points are then moved to where the misfit with the jumps of the law is least. Fits that follow the history of the edge have the
+    jumps of their law already.
     """
     search = result.search
     if result.contact.adhesion is None or search.shears or result.contact.has_edge_history:
         residuals, used = result.data["residual"].values, result.data["used"].values
+        if result.contact.has_edge_history:
+            used = np.concatenate([_off_jumps(one.touches) for one in search.models(result.free)])
         return Judged(float((residuals[used] ** 2).mean()), residuals, used)
     touches = tuple(one.touches for one in search.models(result.free))
     refitted = _with_jumps_near(replace(search, touches=touches), result.free)

@@ -68,6 +68,12 @@ class Unknown:
         return value if self.is_size else 1.0
 
 
+WORKS = ("adhesion.work", "adhesion.work_receding")
+"""Names of the works of an edge that advances and of one that recedes."""
+EQUAL_WORKS = 1e-9
+"""Smallest relative difference of both works in a search."""
+
+
 def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
     """
     The unknowns of a contact.
@@ -86,6 +92,11 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
     if isinstance(free, str):
         free = [free]
     names = list(free)
+    law = contact.adhesion
+    if WORKS[1] in names and law is not None and not law.has_hysteresis:
+        raise ProblemError(
+            "fit: adhesion.work_receding is fitted from a start above adhesion.work; give JKR(work=, work_receding=) with a larger work_receding"
+        )
     if not names or len(set(names)) < len(names):
         raise ProblemError(f"fit: free = {shown(free)}; list every unknown once, such as ['body.young']")
     bounds = free if isinstance(free, Mapping) else dict.fromkeys(names)
@@ -206,5 +217,13 @@ def _grid(unknown: Unknown, moduli: Sequence[Parameter], depth: float, span: flo
 
 
 def put_into(contact: Contact, unknowns: Sequence[Unknown], values: FloatArray) -> Contact:
-    """The contact with values of its unknowns."""
-    return with_parameters(contact, {u.name: float(v) for u, v in zip(unknowns, values, strict=True)})
+    """The contact with values of its unknowns; a work of receding below that of advancing, which no law has, is raised to it."""
+    named = {u.name: float(v) for u, v in zip(unknowns, values, strict=True)}
+    if contact.adhesion is not None and contact.adhesion.has_hysteresis:
+        advancing, receding = (named.get(name, parameter_of(contact, name).value) for name in WORKS)
+        if receding < advancing * (1.0 + EQUAL_WORKS):
+            if WORKS[1] in named:
+                named[WORKS[1]] = advancing * (1.0 + EQUAL_WORKS)
+            else:
+                named[WORKS[0]] = receding / (1.0 + EQUAL_WORKS)
+    return with_parameters(contact, named)
