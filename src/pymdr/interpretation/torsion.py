@@ -40,7 +40,7 @@ TORSIONAL_QUANTITIES = (
 _MEASURED_ERROR = (0.1, 0.3)
 """
 Smallest and largest error of the torque over that of full slip where an inner ring slips; between them 0.3 times the excess of its traction. Twice what
-boundary elements on rings gave at most in more than 1,000 rows of random histories: 0.05 up to an excess of 1, 0.16 at 1.05 under a rounded flat.
+boundary elements on rings gave at most in more than 1,000 rows of random histories: 0.05 up to an excess of 1, 0.17 beyond.
 """
 _NOISE = 1e-13
 """Error of the slopes of the load, over the typical one."""
@@ -87,7 +87,7 @@ def torsional_claims(
         first = int(np.argmax(excess > 0.0))
         reason = (
             f"from step {first} on an inner ring would slip too (its traction exceeds mu p by up to {np.max(excess):.2g} of it), "
-            "which the springs do not resolve. Compared with boundary elements on rings the error of the torque was at most 0.16 of the torque of "
+            "which the springs do not resolve. Compared with boundary elements on rings the error of the torque was at most 0.17 of the torque of "
             "full slip in more than 1,000 such rows; 0.3 times the excess is claimed, "
             f"from {_MEASURED_ERROR[0]:g} to {_MEASURED_ERROR[1]:g}"
         )
