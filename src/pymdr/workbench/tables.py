@@ -734,8 +734,13 @@ def _numbers(
         except (ValueError, UserWarning):
             pass
         else:
-            if len(table) == len(rows) and np.all(np.isfinite(table)):
-                return table
+            if len(table) == len(rows):
+                is_finite = np.isfinite(table).all(axis=1)
+                if is_finite.all():
+                    return table
+                if not missing:  # the rows before the first that is refused are known
+                    first = int(np.argmin(is_finite))
+                    rows, numbered = rows[first:], numbered[first:]
     table = np.empty((len(rows), len(chosen)))
     for target, line, row in zip(table, numbered, rows, strict=True):
         cells = _cells(row, separator)
