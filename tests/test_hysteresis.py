@@ -227,7 +227,7 @@ def test_case_file_saving_and_figures(tmp_path):
             lambda: mdr.fit(
                 contact(), mdr.MeasuredCurve(force=np.arange(9.0), indentation=np.arange(9.0)), ["body.young"]
             ),
-            "hysteresis",
+            "begins in contact",
         ),
         (lambda: mdr.export_law(contact(), 0.1), "not tabulated"),
         (lambda: mdr.solve(contact(), mdr.load(-1.0)), "out of contact cannot be pulled"),
