@@ -19,6 +19,8 @@ WIDENED, _ENOUGH = 1.2, 50.0
 """Smallest factor of the errors by correlated residuals that is noted, and correlation lengths for an accurate one."""
 _PULLS, _SMALL = 8.0, 0.02
 """Smallest pull that is noted, relative to the noise and to the range of the force."""
+_WIDE = 4.0
+"""Smallest ratio of the ends of an interval that is noted."""
 WAVY = 1.0
 """Smallest waves in the residuals that are noted, relative to the noise."""
 
@@ -79,13 +81,19 @@ def _unmarked_plateau(result: FitResult) -> tuple[str, ...]:
 
 
 def _undetermined(result: FitResult) -> tuple[str, ...]:
-    """A note on sizes whose errors are larger than they are themselves."""
-    sizes = [result.values[one.name] for one in result.search.unknowns if one.is_size]
-    blurred = [one for one in sizes if one.error > one.value]
-    return tuple(
-        f"{one.name} is not determined: its standard error, {written(one.error, one.unit, 3)}, is larger than its value; use its interval only"
-        for one in blurred
-    )
+    """Notes on sizes whose errors are larger than they are themselves, or whose intervals span several times their value."""
+    notes = []
+    for one in (result.values[unknown.name] for unknown in result.search.unknowns if unknown.is_size):
+        if one.error > one.value:
+            notes.append(
+                f"{one.name} is not determined: its standard error, {written(one.error, one.unit, 3)}, is larger than its value; use its interval only"
+            )
+        elif not one.is_at_bound and one.high > _WIDE * one.low:
+            notes.append(
+                f"{one.name} is hardly determined: its 95 % interval spans a factor of {one.high / one.low:.2g}, over which the misfit is no parabola, "
+                "and the true value may be beyond its ends; fix it, or add records that show it"
+            )
+    return tuple(notes)
 
 
 def _unexplained_pull(result: FitResult) -> tuple[str, ...]:
