@@ -277,6 +277,17 @@ def test_bounds_of_measured_tips_hold_between_all_knots(
     assert np.all(relative <= bounds)
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-2])
+def test_bounds_hold_beside_a_kink_with_a_vertical_tangent(size):
+    cone = mdr.RoundedCone(slope=0.3, tip_radius=0.3 * size)
+    contact = mdr.Contact(cone, mdr.Elastic("1 GPa", 0.3), adhesion=mdr.JKR(1e5 * size))
+    law = mdr.export_law(contact, 0.1 * size, tolerance=1e-2)
+    d = law.table.form.checked(np.linspace(0.99 * law.range[0], 0.1 * size, 3001), law.range[0])
+    exact = exact_of(contact, d)[1]
+    relative = np.abs(law.stiffness(d) - exact) / (np.abs(exact) + law.table.form.added[1])
+    assert relative.max() <= law.errors["normal_stiffness"]
+
+
 def test_rescaled_contacts_have_one_table():
     small, large = (
         mdr.export_law(mdr.Contact(mdr.Hyperboloid(size, slope=0.3), mdr.Elastic(1e9, 0.3)), 5 * size)

@@ -181,6 +181,25 @@ def test_rows_may_be_divided(kind, power, slope, moves, parts):
         assert divided.stick_radius == pytest.approx(whole.stick_radius, rel=1e-6)
 
 
+@pytest.mark.parametrize("beyond", [1e-10, 1e-7, 1e-4, 1e-2])
+def test_the_limit_beside_the_flat_of_a_truncated_cone(beyond):
+    """Where g' has an inverse square root, by a quadrature over the root of the distance from the flat."""
+    slope, x = 0.05, np.array([0.01, 0.3, 0.9, 0.999])
+    line = TwistedLine(
+        ElasticLine(mdr.equivalent_profile(mdr.TruncatedCone(1.0, slope=slope)), 1.0), 1.0, 0.3
+    )
+    node, weight = np.polynomial.legendre.leggauss(100)
+    e = beyond * ((node + 1.0) / 2.0) ** 2
+    root = np.sqrt(e * (2.0 + e))
+    terms = slope * (np.arctan(root) + 1.0 / root) * beyond * (node + 1.0) / 2.0 * weight
+    s = 1.0 + e
+    expected = [float(np.sum(terms * ellipkm1((one / s) ** 2) / s)) * 1.2 / math.pi for one in x]
+    root = math.sqrt(beyond * (2.0 + beyond))
+    found = line.limit(x, slope * (1.0 + beyond) * math.atan(root))
+    # the radius is a float, the contact that is closest to the flat that of the flat
+    assert found == pytest.approx(expected, rel=max(1e-12, min(1e-15 / beyond, 0.3 * max(beyond, 1e-9))))
+
+
 def test_work_of_slip_is_that_of_many_springs():
     """Load and twist change together; 100 parts of a row by the middle of the force of every spring."""
     line = drawn_line("paraboloid", 1.0, 0.1)
@@ -375,7 +394,10 @@ def beyond_claim(contact, shape, depths, twists, counts=(15, 30)):
     torque, error = result["torque"].values, result.claims["torque"].error
     claimed = 0.0 if error is None else error
     own = np.maximum.accumulate(np.abs(followed[0] - followed[1]) / full)
-    return (np.abs(torque - followed[1]) - claimed * np.abs(torque)) / full, own
+    assert np.all(np.isfinite(result["dissipated_energy"].values))
+    # what the claim of a row leaves to its rounding by rings
+    allowed = 2.0 * own + np.where(np.greater(claimed, 1e-9), 1e-3, 0.0)
+    return (np.abs(torque - followed[1]) - claimed * np.abs(torque)) / full, own, allowed
 
 
 @pytest.mark.parametrize("seed", first_of([2, 6, 14, *(n for n in range(25) if n not in (2, 6, 14))], 3))
@@ -400,8 +422,8 @@ def test_random_histories_are_those_of_rings_within_the_claim(seed):
     twists = unit * 10.0 ** rng.uniform(-1.0, 0.4) * rng.uniform(-1.0, 1.0, 6)
     if seed % 4 == 2:
         depths[1::2], twists[2::2] = depths[:-1:2], twists[1:-1:2]
-    rest, own = beyond_claim(contact, (g, g_slope, flat), depths, twists)
-    assert np.all(rest <= 2.0 * own + 1e-3)
+    rest, own, allowed = beyond_claim(contact, (g, g_slope, flat), depths, twists)
+    assert np.all(rest <= allowed)
     assert np.max(own) < 0.05
 
 
@@ -411,7 +433,7 @@ def test_a_rounded_flat_unloaded_to_a_hundredth_after_a_reversal_is_within_its_c
     contact = mdr.Contact(profile, mdr.Elastic(1.0, 0.0), friction=mdr.Coulomb(0.3))
     depths = g(np.array([0.96, 0.99, 0.87]))
     unit = 0.3 * float(g(np.array([1.0]))[0]) / 0.5
-    rest, own = beyond_claim(
+    rest, own, _ = beyond_claim(
         contact, (g, g_slope, flat), depths, unit * np.array([0.844, -0.523, -0.272]), counts=(10, 20)
     )
     assert np.all(rest <= 2.0 * own)

@@ -18,7 +18,7 @@ _STEPS = 40
 _SIZES = 0.1, 0.3, 1.0
 """Shifts of motions, of that at which the whole contact slides."""
 _SAFE = 3.0
-"""The largest difference to half the springs, over many motions, is about the error or above."""
+"""Ratio of the error to the largest difference to half the springs, which is near the error or above, with a margin."""
 _BEYOND = 1.5
 """Decades by which motions are faster than the shortest relaxation and slower than the longest."""
 _FOLLOWED = 100
@@ -41,7 +41,7 @@ def errors_of_springs(contact: Contact, deepest: float, springs: int) -> dict[st
     """
     Errors of the quantities that depend on the number of springs, relative to their largest value, of radii to that of the contact radius, in motions down to the deepest indentation.
 
-    The error is twice the largest difference to half the springs over random motions: one without memory, one for each decade of time with it.
+    The error is three times the largest difference to half the springs over random motions: one without memory, one for each decade of time with it.
     That of a radius is at least the distance of two springs; with dashpots that of a force too, since it is finite at the edge.
 
     Parameters

@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import states_at_depth
+from pymdr.numerics.panels import Place
 from pymdr.numerics.table import Table, tabulated
 from pymdr.units import FloatArray
 
@@ -18,6 +19,8 @@ _WIDEST = 1.5
 """Largest width of a panel of t = arcosh(s/x)."""
 _FARTHEST = 40.0
 """Where sech^3 t vanishes to rounding."""
+_ONTO_KINK = 1e-8
+"""Relative distance from a kink up to which a contact ends there."""
 _KEPT = 256
 """Number of contact radii that a line keeps."""
 _CANCELLING = 0.75
@@ -49,8 +52,18 @@ class TwistedLine:
         if depth not in self._known_radii:
             if len(self._known_radii) >= _KEPT:
                 self._known_radii.clear()
-            self._known_radii[depth] = float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
+            radius = float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
+            self._known_radii[depth] = self._at_steep_kink(radius)
         return self._known_radii[depth]
+
+    def _at_steep_kink(self, radius: float) -> float:
+        """The kink below a radius where g' has no bound, if it is closer than floats can tell its integral: the contact is that of its flat."""
+        inner = max(self.kinks(radius), default=0.0)
+        if inner == 0.0 or radius - inner > _ONTO_KINK * radius:
+            return radius
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steep = not math.isfinite(float(self.line.equivalent.slope(np.array([inner]))[0]))
+        return inner if steep else radius
 
     def kinks(self, top: float) -> tuple[float, ...]:
         """Radii in m below `top` to whose right g is not smooth."""
@@ -68,7 +81,7 @@ class TwistedLine:
         a = self.radius(depth)
         s, weights = self._radii(x, a)
         with np.errstate(divide="ignore", invalid="ignore"):
-            terms = self.line.equivalent.slope(s) * ellipkm1((x[:, None] / s) ** 2) / s
+            terms = self.line.equivalent.slope(s) * ellipkm1(np.minimum((x[:, None] / s.x) ** 2, 1.0)) / s.x
         total = np.sum(np.where(weights > 0.0, terms * weights, 0.0), axis=1)
         total += self._excess(depth, a) * ellipkm1(np.minimum((x / a) ** 2, 1.0)) / a
         return np.where(x <= a, 4.0 * self.friction * self.line.modulus / math.pi * total, 0.0)
@@ -88,7 +101,7 @@ class TwistedLine:
         """
         a = self.radius(depth)
         s, weights = self._radii(x, a)
-        terms = self.line.equivalent.slope(s) * _complete((x[:, None] / s) ** 2) / s
+        terms = self.line.equivalent.slope(s) * _complete((x[:, None] / s.x) ** 2) / s.x
         total = np.sum(np.where(weights > 0.0, terms * weights, 0.0), axis=1)
         total += self._excess(depth, a) * _complete((x / a) ** 2) / a
         total += 0.5 * math.pi * self.line.equivalent.slope(x)
@@ -104,7 +117,7 @@ class TwistedLine:
         a = self.radius(depth)
         x = np.minimum(x, a)
         s, weights = self._radii(x, a)
-        terms = self.line.equivalent.slope(s) * s**2 * _moment(x[:, None] / s)
+        terms = self.line.equivalent.slope(s) * s.x**2 * _moment(x[:, None] / s.x)
         total = np.sum(np.where(weights > 0.0, terms * weights, 0.0), axis=1)
         total += self._excess(depth, a) * a**2 * _moment(x / a)
         return np.asarray(8.0 * self.friction * self.line.modulus / math.pi * total)
@@ -122,21 +135,33 @@ class TwistedLine:
         excess = depth - float(self.line.equivalent.g(np.array([a]))[0])
         return excess if excess > 1e-13 * depth else 0.0
 
-    def _radii(self, x: FloatArray, a: float) -> tuple[FloatArray, FloatArray]:
-        """Nodes s between every x and a, and their weights: x cosh t, in which logarithms of s/x are smooth."""
+    def _radii(self, x: FloatArray, a: float) -> tuple[Place, FloatArray]:
+        """
+        Nodes s between every x and a, and their weights: x cosh t, in which logarithms of s/x are smooth.
+
+        Nodes are places beside the kinks, next to which g' may have an inverse square root.
+        """
         inner = np.maximum(x, 1e-16 * a)[:, None]
-        ends = np.arccosh(np.maximum(np.array([*self.kinks(a), a]) / inner, 1.0))
-        starts = np.concatenate([np.zeros_like(inner), ends[:, :-1]], axis=1)
-        counts = np.maximum(np.ceil(2.0 * np.max(ends - starts, axis=0) / _WIDEST), 2.0).astype(int)
-        span = np.repeat(ends - starts, counts, axis=1)[:, :, None]
-        start = np.repeat(starts, counts, axis=1)[:, :, None]
+        ends = np.maximum(np.array([*self.kinks(a), a]), inner)
+        bases = np.concatenate([inner, ends[:, :-1]], axis=1)
+        # the differences of arcosh s/x between near ends, from those of s
+        starts = 2.0 * np.arcsinh(np.sqrt((bases - inner) / (2.0 * inner)))
+        middle = starts + np.arcsinh(np.sqrt((ends - inner) / (2.0 * inner))) - 0.5 * starts
+        rising = 2.0 * inner * np.sinh(middle)
+        widths = 2.0 * np.arcsinh(
+            np.divide(ends - bases, rising, out=np.zeros_like(rising), where=rising > 0.0)
+        )
+        counts = np.maximum(np.ceil(2.0 * np.max(widths, axis=0) / _WIDEST), 2.0).astype(int)
+        span, start, base = (np.repeat(one, counts, axis=1)[:, :, None] for one in (widths, starts, bases))
         low = np.concatenate([np.arange(n) / n for n in counts])[:, None]
         width = np.repeat(1.0 / counts, counts)[:, None]
-        # beyond a kink g' may have an inverse square root
         v = low + width * (NODES + 1.0) / 2.0
-        t = (start + span * v**2).reshape(x.size, -1)
-        weights = (span * v * width * WEIGHTS).reshape(x.size, -1) * inner * np.sinh(t)
-        return np.minimum(inner * np.cosh(t), a), weights
+        along = span * v**2
+        offset = 2.0 * inner[:, :, None] * np.sinh(start + 0.5 * along) * np.sinh(0.5 * along)
+        weights = span * v * width * WEIGHTS * inner[:, :, None] * np.sinh(start + along)
+        shape = (x.size, -1)
+        place = Place(np.broadcast_to(base, offset.shape).reshape(shape), offset.reshape(shape))
+        return place, weights.reshape(shape)
 
 
 def _complete(rest: FloatArray) -> FloatArray:

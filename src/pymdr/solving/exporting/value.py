@@ -189,9 +189,10 @@ class ContactLaw(Study):
                 f"{self.checks.sizes['check']} differences from pymdr.solve"
             )
         if self.kink_error:
-            count = int(np.count_nonzero(self.table.kinks(self.tolerance)))
+            kinks = self.table.kinks(self.tolerance)
+            count = int(np.count_nonzero(kinks & ~np.append(False, kinks[:-1])))  # several intervals at one
             rows["error of normal_stiffness"] += (
-                f"; below {_rounded_up(self.kink_error)} between the two knots at {count} kinks, closer than {_NARROW:g} of the table"
+                f"; below {_rounded_up(self.kink_error)} between the knots at {count} kinks, closer than {_NARROW:g} of the table"
             )
         return rows
 

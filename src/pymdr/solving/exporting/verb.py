@@ -28,9 +28,9 @@ from pymdr.solving.pulloff import elastic_pull_off
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
-_BETWEEN = np.array([0.02, 0.07, 0.18, 0.31, 0.46, 0.57, 0.72, 0.83, 0.96])
+_BETWEEN = np.array([0.001, 0.02, 0.07, 0.18, 0.31, 0.46, 0.57, 0.72, 0.83, 0.96, 0.999])
 """Points of every interval at which the law is compared with `solve`, other than those of the refinement."""
-_FINE = np.linspace(0.01, 0.99, 50)
+_FINE = 0.5 - 0.5 * np.cos(np.pi * (np.arange(50) + 0.5) / 50)
 """Points of the intervals with the largest errors, close enough that the error is at most 1 % larger in between."""
 _NEARLY, _MOST_FINER = 0.85, 16
 """Ratio of the error in an interval to the largest one from which on it is checked at these points, and number of such intervals."""

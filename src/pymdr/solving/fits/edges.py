@@ -15,7 +15,7 @@ from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.touching import BoolArray
 from pymdr.solving.soft import zone_force
 from pymdr.solving.verb import solve
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, newtons
 
 _FIRST, _FEWEST = 0.05, 5
 """Part of a record out of contact, and the smallest number of its samples."""
@@ -78,8 +78,9 @@ def onset(contact: Contact, curve: MeasuredCurve) -> tuple[float, float]:
     first = int(np.argmax(felt))
     if first < _FEWEST:
         raise ProblemError(
-            "fit: the record begins in contact, and the adhesive force depends on what was before; give a record that begins out of contact, with the "
-            "approach"
+            f"fit: the record begins in contact, or its baseline is tilted: sample {first + 1} differs by {newtons(float(curve.force[first]) - level)} from the level "
+            f"of the first samples, and {_FEWEST} samples out of contact are needed, because the adhesive force depends on what was before; give the "
+            "approach too, or level the record by prepare()"
         )
     law = contact.adhesion
     assert law is not None

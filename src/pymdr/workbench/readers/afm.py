@@ -105,11 +105,13 @@ def _refuse_cut_ramp(source: Path, lines: Sequence[str]) -> None:
         height = np.array([float(row.split(maxsplit=1)[0].replace(",", ".")) for row in lines if row.strip()])
     except ValueError:  # no numbers: afmformats refuses the file
         return
-    step = float(np.median(np.abs(np.diff(height)))) if height.size > 1 else 0.0
-    if height.size < 2 or abs(height[-1]) <= 0.5 * step:
+    if height.size < 2 or not np.isfinite(height).all():  # what has gaps is refused where it is read
         return
-    toward = step > 0.0 and abs(height[-1]) < abs(height[0])
-    missing = f"{round(abs(height[-1]) / step)} further rows" if toward else "further rows"
+    step = float(np.median(np.abs(np.diff(height))))
+    if step == 0.0 or abs(height[-1]) <= 0.5 * step:
+        return
+    count = round(abs(height[-1]) / step) if abs(height[-1]) < abs(height[0]) else 0
+    missing = f"{count} further row{'s' if count > 1 else ''}" if count else "further rows"
     raise CaseError(
         f"{source}: exported by NT-MDT Nova. Its heights end at {height[-1]:.6g} nm in steps of {step:.4g} nm, but its ramps end at 0 nm. The file is cut off "
         f"({missing} missing): copy it again from the instrument. If the record is complete, write approach and retreat as a table with units in its header"
