@@ -98,6 +98,16 @@ def test_a_loop_that_cannot_be_fitted_is_refused():
         mdr.fit(loop, late, ["adhesion.work_receding"])
 
 
+def test_a_fixed_work_that_bounds_the_other_is_named():
+    adhesive = mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2", work_receding="200 mJ/m^2"))
+    start = mdr.with_parameters(adhesive, {"adhesion.work": 0.01, "adhesion.work_receding": 0.02})
+    curve = measured(adhesive, 20e-6, counts=(30, 2, 60))
+    with pytest.raises(
+        ProblemError, match=r"free both adhesion\.work and adhesion\.work_receding: a fixed one bounds"
+    ):
+        mdr.fit(start, curve, ["adhesion.work"], contact_point=4e-6, baseline=3e-6)
+
+
 def test_a_retreat_determines_the_work_of_a_body_with_memory():
     start = mdr.with_parameters(PROBE, {"adhesion.work": 0.02})
     found = mdr.fit(start, measured(PROBE, 20e-6), ["adhesion.work"])

@@ -30,7 +30,7 @@ _STRAIGHT = 0.6
 """Part of the swing of the force over which the stiffness after a turn is fitted."""
 _GIVEN = 0.05
 """Energy ratio of a cycle above which energy that it gives is no noise."""
-_SLIPPERY = 100.0
+_LARGEST_FRICTION = 100.0
 """Largest friction coefficient of a record whose units are right."""
 _FEWEST = 4
 _DRAWN = 12
@@ -273,9 +273,9 @@ def _coefficients(swing: FloatArray, load: FloatArray) -> FloatArray:
     """Friction coefficients of cycles, refused where only a wrong unit explains them."""
     coefficients = swing / load
     median = float(np.median(coefficients))
-    if median > _SLIPPERY:
+    if median > _LARGEST_FRICTION:
         raise ProblemError(
-            f"fretting_log: the median friction coefficient of the cycles is {median:.4g} (limit {_SLIPPERY:g}), of forces of "
+            f"fretting_log: the median friction coefficient of the cycles is {median:.4g} (limit {_LARGEST_FRICTION:g}), of forces of "
             f"{newtons(float(np.median(swing)))} under loads of {newtons(float(np.median(load)))}; correct the unit of the force or of the load"
         )
     return coefficients

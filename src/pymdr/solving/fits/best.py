@@ -32,6 +32,7 @@ from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
     TILT,
+    WORKS,
     put_into,
 )
 from pymdr.units import FloatArray, written
@@ -39,6 +40,7 @@ from pymdr.units import FloatArray, written
 _STARTS, _COARSE, _FINE = 4, 14, 12
 _LIKE_NOISE = 1.0
 """Smallest ratio of squared differences between neighbours to squared residuals of noise; 2 for white noise."""
+_BOUNDED = f", or free both {' and '.join(WORKS)}: a fixed one bounds the other"
 _CROSSINGS = 4
 """Largest number of searches for contact points beyond other samples."""
 _SLIGHTLY = 1e-4
@@ -289,8 +291,10 @@ def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
         return
     grows = (larger / misfit - 1.0) * samples
     if grows < SEEN:
+        hysteresis = search.contact.adhesion is not None and search.contact.adhesion.has_hysteresis
+        bounded = hysteresis and not set(WORKS) <= set(search.names)
         instead = (
-            "fit the contact without adhesion"
+            f"fit the contact without adhesion{_BOUNDED if bounded else ''}"
             if law == "adhesion"
             else "move the bodies over a larger distance, or add their moduli to free"
         )

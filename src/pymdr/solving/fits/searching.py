@@ -305,7 +305,7 @@ def minimize_from(
     except _CreepsError:
         free[moving] = progress.best
         names = " and ".join(u.name for u in search.unknowns)
-        text = f"its last {_PATIENCE} trials reduced the sum of squares by less than one variance of the noise, so the record hardly determines {names}"
+        text = f"its last {_PATIENCE} trials reduced the sum of squares by less than one variance of the noise, so the record hardly determines {names}; fix {'one of them' if len(search.unknowns) > 1 else 'it'}"
         return Minimum(free, progress.least[-1] * unit**2, False, len(progress.least), text, True)
     free[moving] = solution.x
     return Minimum(
@@ -371,9 +371,7 @@ def refuse_unsettled(minimum: Minimum) -> None:
     ConvergenceError
     """
     if minimum.creeps:
-        raise ConvergenceError(
-            f"fit: the search creeps: {minimum.message}; fix one of them, or give bounds in free"
-        )
+        raise ConvergenceError(f"fit: the search creeps: {minimum.message}, or give bounds in free")
     if not minimum.settled:
         raise ConvergenceError(
             f"fit: the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "
