@@ -210,6 +210,18 @@ def test_an_equation_that_cannot_be_integrated_to_its_first_row_is_a_failure():
         mdr.solve(short(20.0), sudden)
 
 
+def test_a_contact_does_not_pass_the_end_of_its_profile():
+    r = np.linspace(0.0, 1.6, 200)
+    sampled = mdr.Sampled(r, 0.5 * r**2)
+    there, away = mdr.indent(0.3, duration=1e3, steps=3), mdr.indent(-2.0, duration=20.0, steps=20)
+    one, other = (mdr.solve(short(20.0, profile=profile), there >> away) for profile in (sampled, BALL))
+    for name in ("contact_radius", "normal_force"):
+        np.testing.assert_allclose(one[name], other[name], rtol=1e-5, atol=1e-5)
+    with pytest.raises(PathError, match=r"would pass r = 1\.6 m"):
+        mdr.solve(short(20.0, profile=sampled), mdr.indent(1.0, duration=1e3, steps=3))
+    assert mdr.solve(short(20.0), mdr.indent(30.0, duration=1e4, steps=1)).status is mdr.Status.ATTACHED
+
+
 @pytest.mark.parametrize("depth", [0.0, -0.1])
 def test_one_row_out_of_contact(depth):
     result = mdr.solve(short(20.0), mdr.Path(time=[0.0], indentation=[depth]))

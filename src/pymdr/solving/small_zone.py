@@ -85,7 +85,7 @@ def solve_small_zone(task: Task) -> Result:
             f"radius without load, {metres(size)}; use MaugisDugdale(work, range=...), which has no such limit"
         )
     refuse_edge(line, math.inf)
-    springs = ShortSprings(zone, springs_of(line), size)
+    springs = ShortSprings(zone, springs_of(line), size, line.end)
     walked = walk(task, springs, partial(_step, task.machine_stiffness))
     return solution(task, walked, _interpret(task, zone, walked))
 

@@ -85,17 +85,21 @@ def weigh(zone: Zone, x: float, count: int) -> None:
 
 
 @inner
-def of_table(zone: Zone, x: float) -> tuple[float, float]:
-    """Values of g and of its integral at x, by cubics."""
-    table = zone.profile
-    h = zone.end[SPACING]
-    k = min(max(int(x / h) - 1, 0), table.shape[1] - 4)
-    u = x / h - k
+def cubics(table: FloatArray, place: float) -> tuple[float, float]:
+    """Values of both rows of a table at a place in units of its nodes, by cubics."""
+    k = min(max(int(place) - 1, 0), table.shape[1] - 4)
+    u = place - k
     w0, w1 = (u - 1.0) * (u - 2.0) * (u - 3.0) / -6.0, u * (u - 2.0) * (u - 3.0) / 2.0
     w2, w3 = u * (u - 1.0) * (u - 3.0) / -2.0, u * (u - 1.0) * (u - 2.0) / 6.0
-    g = w0 * table[0, k] + w1 * table[0, k + 1] + w2 * table[0, k + 2] + w3 * table[0, k + 3]
-    area = w0 * table[1, k] + w1 * table[1, k + 1] + w2 * table[1, k + 2] + w3 * table[1, k + 3]
-    return g, area
+    first = w0 * table[0, k] + w1 * table[0, k + 1] + w2 * table[0, k + 2] + w3 * table[0, k + 3]
+    second = w0 * table[1, k] + w1 * table[1, k + 1] + w2 * table[1, k + 2] + w3 * table[1, k + 3]
+    return first, second
+
+
+@inner
+def of_table(zone: Zone, x: float) -> tuple[float, float]:
+    """Values of g and of its integral at x."""
+    return cubics(zone.profile, x / zone.end[SPACING])
 
 
 @inner

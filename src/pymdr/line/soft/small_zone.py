@@ -13,14 +13,17 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError, PathError
+from pymdr.line.soft import edge
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres
 
 _TABLE, _DECADES = 6000, 12.0
 """Entries of the table of passing times, and its decades beyond the shortest and the longest time of retardation."""
-_NODES = 12
+_NODES = 4
 """Gauss nodes of an interval of the table of the integrals."""
 _TOLERANCE = 1e-8
+_POINTS, _ROOM = 4000, 4.0
+"""Nodes of the table of the profile, and its first end over the size of the contact."""
 _CLOSED = 5e-4
 """Contact radius, over the size of the contact, at which a contact that closes rests."""
 _MOST = 300_000
@@ -75,13 +78,11 @@ class SmallZone:
     relaxation: Relaxation
     work: float
     strength: float
-    tables: tuple[FloatArray, FloatArray, FloatArray, FloatArray] = field(
-        init=False, repr=False, compare=False
-    )
-    """Logarithms of passing times [s], and γ/G of recession, G/γ and M of advance there, all rising."""
+    table: FloatArray = field(init=False, repr=False, compare=False)
+    """Rows of logarithms of passing times [s], and γ/G of recession, G/γ and M of advance there, all rising."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "tables", self._tabulated())
+        object.__setattr__(self, "table", self._tabulated())
 
     @property
     def creep(self) -> tuple[FloatArray, FloatArray]:
@@ -92,7 +93,17 @@ class SmallZone:
         amplitudes = (vectors.T @ coupling) ** 2 / rates * (self.relaxation.rubbery / firm)
         return amplitudes, rates
 
-    def _tabulated(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    @property
+    def unit(self) -> float:
+        """Length π γ E_inf/4σ² [m] of the zone at rest."""
+        return math.pi * self.work * self.relaxation.rubbery / (4.0 * self.strength**2)
+
+    @property
+    def shortest(self) -> float:
+        """Logarithm of the passing time [s] of an edge beyond the limits."""
+        return math.log(_AT_ONCE * float(self.relaxation.times.min()))
+
+    def _tabulated(self) -> FloatArray:
         amplitudes, rates = self.creep
         times = np.geomspace(10.0**-_DECADES / rates.max(), 10.0**_DECADES / rates.min(), _TABLE)
         mean, last = np.ones(_TABLE), np.ones(_TABLE)
@@ -103,38 +114,23 @@ class SmallZone:
             mean -= c * 2.0 * _dawson_integrals(root) / T
             last -= c * scipy.special.dawsn(root) / root
         M = 2.0 * last - mean
-        return np.log(times), mean, last * last / M, M
+        return np.stack([np.log(times), mean, last * last / M, M])
 
     def speed(self, release_rate: float) -> float:
         """Return the speed da/dt [m/s] of the edge at an energy release rate [J/m²], below 0 where it recedes; a very large one beyond the limits."""
-        at, mean, advance, M = self.tables
-        shortest = math.log(_AT_ONCE * float(self.relaxation.times.min()))
-        unit = math.pi * self.work * self.relaxation.rubbery / (4.0 * self.strength**2)
-        fraction = release_rate / self.work
-        if fraction >= 1.0:
-            place = float(np.interp(1.0 / fraction, mean, at)) if 1.0 / fraction > mean[0] else shortest
-            return -fraction * unit / math.exp(max(place, shortest)) if 1.0 / fraction < mean[-1] else 0.0
-        place = float(np.interp(fraction, advance, at)) if fraction > advance[0] else shortest
-        return (
-            unit / (float(np.interp(place, at, M)) * math.exp(max(place, shortest)))
-            if fraction < advance[-1]
-            else 0.0
-        )
+        return float(edge.speed(release_rate / self.work, self.table, self.unit, self.shortest))
 
     def zone_length(self, release_rate: ArrayLike) -> FloatArray:
         """Return l [m] at energy release rates [J/m²]: that of recession above γ, that of advance below."""
         fraction = np.asarray(release_rate, dtype=float) / self.work
-        _, _, advance, M = self.tables
-        scale = np.where(fraction >= 1.0, fraction, 1.0 / np.interp(fraction, advance, M))
-        length: FloatArray = (
-            math.pi * self.work * self.relaxation.rubbery / (4.0 * self.strength**2) * np.asarray(scale)
-        )
-        return length
+        _, _, advance, M = self.table
+        length = self.unit * np.where(fraction >= 1.0, fraction, 1.0 / np.interp(fraction, advance, M))
+        return np.asarray(length)
 
     def work_at(self, speed: ArrayLike) -> FloatArray:
         """Return the energy release rate G [J/m²] of an edge that recedes at a speed V [m/s]; it advances below 0."""
-        at, mean, advance, M = self.tables
-        unit = math.pi * self.work * self.relaxation.rubbery / (4.0 * self.strength**2)
+        at, mean, advance, M = self.table
+        unit = self.unit
         v = np.asarray(speed, dtype=float)
         with np.errstate(divide="ignore"):
             slowness = -np.log(np.abs(v))
@@ -170,30 +166,32 @@ class ShortSprings:
         g(x) and int_0^x g dx [m, m²].
     size : float
         A contact radius [m] of the problem, for the tolerance.
+    end : float
+        Last radius [m] at which the profile is known, or inf.
     """
 
     def __init__(
-        self, zone: SmallZone, profile: Callable[[FloatArray], tuple[FloatArray, FloatArray]], size: float
+        self,
+        zone: SmallZone,
+        profile: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+        size: float,
+        end: float,
     ) -> None:
-        self.zone, self._profile, self._size = zone, profile, size
+        self.zone, self._profile, self._size, self._end = zone, profile, size, end
         self.free, self.lost = True, False
-        self._radius = 0.0
-        self._lag = np.zeros(zone.relaxation.times.size)
+        relaxation = zone.relaxation
+        self._radius, self._lag = 0.0, np.zeros(relaxation.times.size)
+        self._springs = np.stack([relaxation.moduli, relaxation.times])
+        self._setting = np.zeros(edge.SHORTEST + 1)
+        self._setting[edge.RUBBERY], self._setting[edge.GLASSY] = relaxation.rubbery, relaxation.glassy
+        self._setting[edge.WORK], self._setting[edge.UNIT] = zone.work, zone.unit
+        self._setting[edge.CLOSED], self._setting[edge.SHORTEST] = _CLOSED * size, zone.shortest
+        self._tabulate(_ROOM * size)
 
-    def _state(
-        self, control: float, k: float, a: float, lag: FloatArray
-    ) -> tuple[float, float, float, float]:
-        """Depth, force, Q and q_a at a control, a radius and displacements of the dashpots."""
-        r = self.zone.relaxation
-        g, area = (float(v[0]) for v in self._profile(np.array([a])))
-        held, rest = float(r.moduli @ lag), r.rubbery * area
-        if k == 0.0:
-            Q = (0.5 * control + rest) / a
-            d = (Q + held) / r.glassy
-        else:
-            d = (control + 2.0 / k * (a * held + rest)) / (1.0 + 2.0 * a * r.glassy / k)
-            Q = r.glassy * d - held
-        return d, 2.0 * (a * Q - rest), Q, Q - r.rubbery * g
+    def _tabulate(self, radius: float) -> None:
+        """Tabulate the profile up to a radius or its end, with nodes that are even in the square root."""
+        self._setting[edge.TOP] = top = min(radius, self._end)
+        self._table = np.stack(self._profile(top * np.linspace(0.0, 1.0, _POINTS) ** 2))
 
     def follow(self, time: FloatArray, control: FloatArray, machine_stiffness: float) -> ShortRows:
         """Follow a leg and return its rows.
@@ -210,7 +208,7 @@ class ShortSprings:
         ConvergenceError
             If the equation cannot be integrated.
         PathError
-            If the bodies touch again after they have separated.
+            If the bodies touch again after they have separated, or the contact passes the end of the profile.
         """
         rows, k = [], machine_stiffness
         if time[1] == time[0] and self.free:
@@ -248,12 +246,10 @@ class ShortSprings:
             t0 = float(time[done]) + until * (float(time[done + 1]) - float(time[done]))
             self.free, self._lag[:] = False, 0.0
             self._radius = 8.0 * _CLOSED * self._size
-        r, begin, closed = self.zone.relaxation, float(time[0]), _CLOSED * self._size
-        slope = (float(control[-1]) - float(control[0])) / span if span > 0.0 else 0.0
-
-        def at(t: float) -> float:
-            return float(control[0]) + slope * (t - begin)
-
+        setting = self._setting
+        setting[edge.MACHINE] = k
+        setting[edge.BEGIN], setting[edge.CONTROL] = time[0], control[0]
+        setting[edge.SLOPE] = (control[-1] - control[0]) / span if span > 0.0 else 0.0
         calls = 0
 
         def rates(t: float, y: FloatArray) -> FloatArray:
@@ -264,13 +260,9 @@ class ShortSprings:
                     f"the equation of the contact radius could not be integrated beyond t = {t:.6g} s, a = {metres(float(y[0]))}: its steps became too "
                     "short; use MaugisDugdale(work, range=...)"
                 )
-            a = max(float(y[0]), 0.1 * closed)
-            d, _, _, load = self._state(at(t), k, a, y[1:])
-            speed = self.zone.speed(min(load, 0.0) ** 2 / (2.0 * math.pi * a * r.rubbery))
-            if speed < 0.0:
-                # a contact that closes comes to rest, instead of an event that a step may pass
-                speed *= min(max(float(y[0]) / closed - 1.0, 0.0), 1.0)
-            return np.concatenate([[speed], (d - y[1:]) / r.times])
+            if setting[edge.TOP] < min(y[0], self._end):
+                self._tabulate(2.0 * float(setting[edge.TOP]))
+            return edge.rates(t, y, setting, self._springs, self._table, self.zone.table)
 
         y0 = np.concatenate([[self._radius], self._lag])
         deep = float(self._profile(np.array([self._size]))[0][0])
@@ -289,11 +281,15 @@ class ShortSprings:
                 f"the equation of the contact radius could not be integrated beyond t = {float(solved.t[-1]) if len(solved.t) else t0:.6g} s ({solved.message}); use MaugisDugdale(work, range=...)"
             )
         radii = solved.y[0]
-        open_ = np.flatnonzero(radii < 3.0 * closed)
+        if np.max(radii) > self._end:
+            raise PathError(
+                f"the contact would pass r = {metres(self._end)}, the last radius at which the profile is known; use a smaller indentation or force"
+            )
+        open_ = np.flatnonzero(radii < 3.0 * setting[edge.CLOSED])
         end = int(open_[0]) if open_.size else radii.size
-        for t, y in zip(solved.t[:end].tolist(), solved.y.T[:end], strict=True):
-            d, force, Q, load = self._state(at(t), k, float(y[0]), y[1:])
-            rows.append((float(y[0]), d, force, load, Q - r.rubbery * d))
+        for t, y in zip(solved.t[:end].tolist(), solved.y.T[:end].copy(), strict=True):
+            d, force, Q, load = edge.state(t, y, setting, self._springs, self._table)
+            rows.append((float(y[0]), d, force, load, Q - setting[edge.RUBBERY] * d))
         if open_.size:
             self.free = self.lost = True
             rows += [_out_of_contact(each, k) for each in control[1 + len(rows) :].tolist()]
