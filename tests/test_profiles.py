@@ -202,6 +202,20 @@ def test_waves_against_struve(size, decades, steepness):
 
 
 @settings(max_examples=examples(20), deadline=None)
+@given(SIZES, st.floats(-13.0, 0.0), st.floats(-2.0, 0.5))
+@example(36399730135.84496, -9.358, 0.263)
+def test_a_cosine_that_cancels_beside_a_paraboloid(radius, decades, steepness):
+    # 1 - cos(k r) is 0 in doubles where k r is below 1e-8, and f seems to be the paraboloid alone
+    k = 2e-5 * 36399730135.84496 / radius
+    height = 10.0**steepness / (k * k * radius)
+    line = equivalent_profile(mdr.Function(lambda r: r**2 / (2 * radius) + height * (1 - np.cos(k * r))))
+    x = 10.0**decades / k
+    truth = x * x / radius + 0.5 * math.pi * height * k * x * struve(0, k * x)
+    assert abs(float(line.g(x)) / truth - 1.0) <= 10.0 * float(line.error(x)[0]) + 1e-14
+    assert float(line.error(x)[0]) < 1e-9
+
+
+@settings(max_examples=examples(20), deadline=None)
 @given(SIZES, st.floats(0.05, 0.6), st.floats(1.1, 3.0))
 def test_the_closed_forces_of_worn_profiles(size, b, ratio):
     flat, a = b * size, min(b * ratio, 0.9) * size

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
+from scipy.special import roots_jacobi
 
 import pymdr as mdr
 from drawing import examples
@@ -188,16 +189,11 @@ def test_worn_and_rounded_flats_without_their_breakpoints(R, ratio):
 
 
 def image_of_kink(b, order, x):
-    """Of (r - b)^order beyond b, with x - r = (x - b) sin(t)^2 in extended precision."""
-    x, b = np.longdouble(x), np.longdouble(b)
-    z, w = (np.asarray(v, dtype=np.longdouble) for v in np.polynomial.legendre.leggauss(60))
-    t = np.pi * (z + 1) / np.longdouble(4)
-    away, u = x - b, np.sin(t)
-    rest = away * (1 - u * u)
-    slope = order * rest ** np.longdouble(order - 1)
-    return float(
-        x * np.sum(w * np.pi / 4 * slope * 2 * np.sqrt(away) * np.cos(t) / np.sqrt(2 * x - away * u * u))
-    )
+    """Of (r - b)^order beyond b, by the rule of Gauss and Jacobi for both powers in (r - b) / (x - b)."""
+    away = np.longdouble(x) - np.longdouble(b)
+    z, w = roots_jacobi(40, -0.5, order - 1.0)
+    rest = np.sum(w / np.sqrt(b + x + away * (z + 1) / 2)) / 2 ** (order - 0.5)
+    return float(x * order * away ** (np.longdouble(order) - 0.5) * rest)
 
 
 @pytest.mark.parametrize("order", [1.5, 2.0, 3.0])
@@ -216,6 +212,34 @@ def test_rounded_flats_under_an_offset_claim_about_what_they_err(order, offset):
     # the roundings of f in its rise; f' on narrow panels beside the flat knows less of it
     hidden = 2e-16 * offset / (c * ((x - b) / S) ** order)
     assert np.all(error[:, [0, 2]] <= 5e3 * hidden[:, None] + 1e-11)
+
+
+def off_beside_a_kink(S, cone, kink, order, b, beyond):
+    """Error of the contact radius just beyond a named kink of f alone, over what is claimed."""
+    f = mdr.Function(lambda r: cone * (r / S) + kink * np.maximum((r - b) / S, 0.0) ** order, [b])
+    a = np.longdouble(b) * (1 + np.longdouble(beyond))
+    depth = float(cone / S * np.pi / 2 * a + kink / S**order * image_of_kink(b, order, a))
+    result = mdr.solve(mdr.Contact(f, mdr.Elastic("1 GPa", 0.3)), mdr.indent(depth))
+    error = float(np.max(result.claims["contact_radius"].error or 0.0))
+    return float(abs(float(result["contact_radius"][0]) / a - 1)) / (10.0 * error + 1e-13)
+
+
+def test_rounding_beside_a_named_kink_is_no_further_kink():
+    # f has the place of a kink of fractional order to 2e-14, and its slope between two such places is noise
+    S, b = 7.1618437444431906e-06, 1.1893580436091455e-10
+    heights = 1.2587737102802619e-08, 6.456114146643692e-08
+    assert off_beside_a_kink(S, *heights, 4 / 3, b, 1.3165e-10) <= 1.0
+
+
+@pytest.mark.long
+@settings(max_examples=examples(30), deadline=None)
+@given(
+    RADII, st.floats(-5, 0), st.floats(-2, 2), st.sampled_from([1.2, 4 / 3, 1.5, 1.75]), st.floats(-5, 0),
+    st.floats(-13, -1),
+)  # fmt: skip
+def test_contacts_beside_a_named_kink_of_fractional_order_err_as_claimed(S, steep, more, order, at, beyond):
+    cone = S * 10.0**steep
+    assert off_beside_a_kink(S, cone, cone * 10.0**more, order, S * 10.0**at, 10.0**beyond) <= 1.0
 
 
 @pytest.mark.parametrize("gives", ["f", "derivative"])

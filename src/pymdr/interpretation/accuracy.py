@@ -14,8 +14,8 @@ from pymdr.line.curves import Line
 from pymdr.line.foundation import DiskStates, states_at_depth
 from pymdr.units import FloatArray
 
-_STRAIGHT = 0.01
-"""Error of a curve up to which its inverse is linearised."""
+_STRAIGHT, _STEEP = 0.01, 0.1
+"""Errors of a curve and of its slope up to which its inverse is linearised."""
 G, SLOPE, MOMENT, SQUARED = range(4)
 """Columns of the errors of a line: g, g', m and s."""
 
@@ -36,8 +36,8 @@ def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -
 
     Notes
     -----
-    With a prescribed depth d = g(a) the error of the radius is da = e_g g / g' or, for large e_g, the distance over which g
-    may equal d; that of the force F0(a) is e_m F0 + k g' da.
+    With a prescribed depth d = g(a) the error of the radius is da = e_g g / g' or, for large e_g or an uncertain g', the
+    distance over which g may equal d; that of the force F0(a) is e_m F0 + k g' da.
     """
     place = states.place
     a = states.contact_radius
@@ -56,14 +56,16 @@ def normal_errors(line: Line, states: DiskStates, by_force: NDArray[np.bool_]) -
         edge_error = np.where(at_fixed_edge, 0.0, np.where(by_force, error[:, MOMENT], error[:, G]))
         depth_error = edge_error * np.where(by_force, smooth / stiffness, g)
         radius_error = depth_error / slope
-        uncertain = np.flatnonzero(edge_error > _STRAIGHT)
+        uncertain = np.flatnonzero(
+            (edge_error > _STRAIGHT) | ((error[:, SLOPE] > _STEEP) & (edge_error > 0.0))
+        )
         if uncertain.size:
             radius_error[uncertain] = np.fmax(
                 radius_error[uncertain], equivalent.place_error(place.take(uncertain), by_force[uncertain])
             )
-            depth_error[uncertain] = np.fmax(
-                depth_error[uncertain], slope[uncertain] * radius_error[uncertain]
-            )
+            # an uncertain g' leaves the error of the depth as it is
+            wide = edge_error > _STRAIGHT
+            depth_error = np.where(wide, np.fmax(depth_error, slope * radius_error), depth_error)
         radius = radius_error / a
         force = np.where(by_force, 0.0, error[:, MOMENT] + stiffness * depth_error / smooth)
         depth = np.where(by_force, error[:, G] + depth_error / g, 0.0)

@@ -41,6 +41,8 @@ _KINKED = 2.0**-6
 """Width of a panel, over its distance from the preceding breakpoint, from which on kinks are searched."""
 _SERIES = ("_low", "_high", "_series", "_error")
 _SURE, _CANCELLED = 1e-10, 64.0
+_INWARD, _OUTWARD = 2.0 ** -np.arange(0.0, 40.0, 4.0), 2.0 ** np.arange(4.0, 44.0, 4.0)
+"""Radii at which a cancellation of f is searched, over the radius of the contact."""
 _UNDERFLOW = 1e-290
 _FIRST, _SPREAD = 0.02, 2.0
 """Position on a panel at a breakpoint, and the ratio of f' at its end to f' there above which f' spans orders of
@@ -74,6 +76,7 @@ class DerivedSource(SlopeSource):
         self._polished = 0.0
         self._law: TipLaw | None = None
         self._prepared_to = 0.0
+        self._searched_beyond = 0.0
         self._end = math.inf
         self._low: list[float] = []
         self._high: list[float] = []
@@ -196,9 +199,12 @@ class DerivedSource(SlopeSource):
             return
         end = min([math.inf, *self.knots[:1], self.max_radius])
         self._law = underflow_law(self._f, top, end)
-        if self._law is not None or not self._cancels(top):
+        if self._law is not None:
             return
-        self._prepared_to = top
+        if self._cancels(top * _INWARD):
+            self._prepared_to = top
+        elif not self._cancels_beyond(top, end):
+            return
         for most in (end, 1024.0 * top, 16.0 * top, top):
             try:
                 self._law = tip_law(self._f, min(most, end))
@@ -208,16 +214,34 @@ class DerivedSource(SlopeSource):
                 continue
             break
 
-    def _cancels(self, top: float) -> bool:
-        """Whether 40 roundings of f are more than 1e-10 of its rise, and many of its own, on some octaves below a radius."""
-        r = top * 2.0 ** -np.arange(0.0, 40.0, 4.0)
+    def _cancels_beyond(self, top: float, end: float) -> bool:
+        """
+        Whether f cancels farther out, as r^2 / 2 R + A (1 - cos k r) does.
+
+        Where k r is below 1e-8 the cosine is exactly 1, and f looks precise though it lacks its second term.
+        """
+        if top <= self._searched_beyond:
+            return False
+        self._searched_beyond = top
+        r = top * _OUTWARD
+        try:
+            return self._cancels(r[r <= end])
+        except ProblemError:
+            # f need not be defined beyond the contact
+            return False
+
+    def _cancels(self, r: FloatArray) -> bool:
+        """Whether 40 roundings of f are more than 1e-10 of its rise, and many of its own, in an octave below some radii."""
+        if r.size == 0:
+            return False
         values = self._f(np.concatenate([r, 0.84 * r])).reshape(2, -1)
-        rise, gap = np.abs(values[0] - values[1]), np.abs(values[0] - self._apex)
         measured, least = scatter(self._f, r)
         with np.errstate(invalid="ignore"):
+            rise, gap = np.abs(values[0] - values[1]), np.abs(values[0] - self._apex)
             noise, unit = np.maximum(measured, least), np.nanmax(least / np.abs(values[0]), initial=_EPS)
-        resolved = (gap > _UNDERFLOW) | (noise > _UNDERFLOW)
-        return bool(np.any((40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & resolved))
+            resolved = (gap > _UNDERFLOW) | (noise > _UNDERFLOW)
+            lost = (40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & resolved
+        return bool(np.any(lost & np.isfinite(rise)))
 
     def rough(self, r: FloatArray) -> FloatArray:
         """Approximate f' at radii in m, by parabolas."""

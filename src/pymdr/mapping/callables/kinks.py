@@ -160,8 +160,19 @@ def polished(
                     answer += kinks
                     break
             else:
-                # next to a kink of fractional order the curve is not smooth either: panels end at both
-                answer += [b, *(kink for kink in located if abs(kink - b) > _SAME * b)]
+                # next to a kink of fractional order the curve is not smooth either: panels end at both, unless the side
+                # of the breakpoint on which the located one lies is smooth, so that only rounding sets it apart
+                rounded = [
+                    (kink < b and _smooth_between(curve, [low, b], noise))
+                    or (kink > b and _smooth_between(curve, [b, high], noise))
+                    for kink in located
+                ]
+                answer += [b]
+                answer += [
+                    kink
+                    for kink, same in zip(located, rounded, strict=True)
+                    if not same and abs(kink - b) > _SAME * b
+                ]
         except ProblemError:
             # not defined there, or not only kinks
             answer.append(b)
