@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,14 +12,17 @@ import numpy as np
 import scipy
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError, PymdrError
+from pymdr.line.soft.springs import FINE, ZoneSprings
+from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic
 from pymdr.problem.paths import LoadingPath, Path, hold, load
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.batch import Request, solutions
-from pymdr.solving.memory import relaxation_along
+from pymdr.solving.memory import relaxation_along, span_along, surfaces_of
 from pymdr.solving.pulloff import start_of_retraction
+from pymdr.solving.soft import zone_setting
 from pymdr.solving.verb import read_stiffness, solve
 from pymdr.units import FloatArray, QuantityLike, to_si, written
 
@@ -76,17 +80,28 @@ class _Approach(NamedTuple):
     speed: float
 
     @property
-    def path(self) -> LoadingPath:
-        """The path at the speed, up to the largest travel."""
-        return self.up_to(self.top)
-
-    def up_to(self, top: float) -> LoadingPath:
-        """The path up to a travel in m."""
+    def rows(self) -> tuple[FloatArray, FloatArray]:
+        """Times in s and travels in m at the speed, up to the largest travel."""
         fraction = np.linspace(0.0, 1.0, ROWS)
         # the jump into contact happens in the first row
         fraction = np.concatenate([[0.0, _TOUCH], fraction[2:]])
-        travel = self.start + (top - self.start) * fraction
-        return self.samples((top - self.start) / self.speed * fraction, travel)
+        whole = self.top - self.start
+        return whole / self.speed * fraction, self.start + whole * fraction
+
+    @property
+    def path(self) -> LoadingPath:
+        """The path through these rows."""
+        return self.samples(*self.rows)
+
+    def away(self, test: TackTest, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Times in s and travels in m at retracted lengths in m."""
+        begin = (self.top - self.start) / self.speed + test.dwell
+        return begin + lengths / test.speed, self.top - lengths
+
+    def whole(self, test: TackTest, lengths: FloatArray) -> LoadingPath:
+        """Approach, dwell and retraction to lengths in m."""
+        path = self.path >> hold(test.dwell) if test.dwell > 0.0 else self.path
+        return path >> self.samples(*self.away(test, lengths))
 
     def samples(self, time: FloatArray, travel: FloatArray) -> LoadingPath:
         """A leg through travels in m at times in s."""
@@ -133,48 +148,69 @@ def followed_tests(
     approaches = {v: _approach(contact, v, stiffness, quantity, target) for v in speeds}
     machine = None if math.isinf(stiffness) else stiffness
 
-    def solved(which: Sequence[int], retractions: Sequence[LoadingPath]) -> list[Result | PymdrError]:
-        requests = []
-        for i, away in zip(which, retractions, strict=True):
-            path = approaches[tests[i].approach_speed].path
-            path = path >> hold(tests[i].dwell) if tests[i].dwell > 0.0 else path
-            requests.append(Request(contact, path >> away, machine))
-        return list(solutions(requests, {}, workers))
+    def solved(which: Sequence[int], lengths: Sequence[FloatArray]) -> list[Result | PymdrError]:
+        paths = [
+            approaches[tests[i].approach_speed].whole(tests[i], rows)
+            for i, rows in zip(which, lengths, strict=True)
+        ]
+        return list(solutions([Request(contact, path, machine) for path in paths], {}, workers))
 
-    def begin(i: int) -> tuple[float, float]:
-        approach = approaches[tests[i].approach_speed]
-        return approach.top, (approach.top - approach.start) / approach.speed + tests[i].dwell
+    rested: dict[_AtRest, ZoneSprings] = {}
+    retreats = [_retreat(contact, approaches[test.approach_speed], test, stiffness, rested) for test in tests]
+    finest = solved(range(len(tests)), [_graded(*one) for one in retreats])
+    # rows too close for the resolution of time: evenly spaced ones, with their distance as error
+    coarse = [i for i, one in enumerate(finest) if isinstance(one, ConvergenceError)]
+    for i, one in zip(coarse, solved(coarse, [_even(retreats[i][0]) for i in coarse]), strict=True):
+        finest[i] = _with_coarse_rows(_answer(one))
+    modulus = relaxation_along(contact, next(iter(approaches.values())).path).rubbery
+    return [_answer(one) for one in finest], modulus
 
-    def away(i: int, lengths: FloatArray) -> LoadingPath:
-        approach, (top, time) = approaches[tests[i].approach_speed], begin(i)
-        return approach.samples(time + lengths / tests[i].speed, top - lengths)
 
-    relaxation = relaxation_along(contact, next(iter(approaches.values())).path)
-    lengths = {i: _first_length(contact, approaches[tests[i].approach_speed]) for i in range(len(tests))}
-    rough: dict[int, Result] = {}
+_AtRest = tuple[float, float, tuple[float, float] | None]
+"""Speed of the approach and dwell of a test, and the times over which powers of time are represented."""
+
+
+def _retreat(
+    contact: Contact,
+    approach: _Approach,
+    test: TackTest,
+    stiffness: float,
+    rested: dict[_AtRest, ZoneSprings],
+) -> tuple[float, dict[str, FloatArray]]:
+    """A length in m in which the contact is lost, and its evenly spaced rows; tests share the springs at rest before it."""
+    length = _first_length(contact, approach)
     for _ in range(_DOUBLINGS):
-        missing = [i for i in range(len(tests)) if i not in rough]
-        each = [away(i, _even(lengths[i])) for i in missing]
-        for i, answer in zip(missing, solved(missing, each), strict=True):
-            result = _answer(answer)
-            if float(result.data["cohesive_radius"].values[-1]) == 0.0:
-                rough[i] = result
-            else:
-                lengths[i] *= 2.0
-        if len(rough) == len(tests):
-            break
-    else:
-        raise ConvergenceError(
-            f"pull_off: the contact has not been lost after a retraction of {written(max(lengths.values()), 'm', 3)}; check the magnitudes of the speeds and relaxation times"
-        )
-    finer = [away(i, _graded(rough[i], lengths[i])) for i in range(len(tests))]
-    finest = solved(range(len(tests)), finer)
-    # rows too close for the resolution of time: those of the first pass remain, with their distance as error
-    results = [
-        _with_coarse_rows(rough[i]) if isinstance(one, ConvergenceError) else _answer(one)
-        for i, one in enumerate(finest)
-    ]
-    return results, relaxation.rubbery
+        span = span_along(contact, approach.whole(test, _even(length)))
+        key = test.approach_speed, test.dwell, span
+        if key not in rested:
+            rested[key] = _springs_at_rest(contact, approach, test, stiffness, span)
+        (end, _), (time, travel) = approach.away(test, np.zeros(1)), approach.away(test, _even(length))
+        follow = deepcopy(rested[key]).follow
+        rows = follow(np.append(end, time), np.append(approach.top, travel), stiffness)
+        if rows["cohesive_radius"][-1] == 0.0:
+            return length, rows
+        length *= 2.0
+    raise ConvergenceError(
+        f"pull_off: the contact has not been lost after a retraction of {written(length, 'm', 3)}; check the magnitudes of the speeds and relaxation times"
+    )
+
+
+def _springs_at_rest(
+    contact: Contact,
+    approach: _Approach,
+    test: TackTest,
+    stiffness: float,
+    span: tuple[float, float] | None,
+) -> ZoneSprings:
+    """The springs after approach and dwell."""
+    relaxation = relaxation_of(*surfaces_of(contact), span=span)
+    setting = zone_setting(contact, relaxation, {stiffness: max(approach.top, 0.0)})
+    springs = ZoneSprings(setting, FINE)
+    time, travel = approach.rows
+    springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
+    if test.dwell > 0.0:
+        springs.follow(time[-1] + np.array([0.0, test.dwell]), np.full(2, approach.top), stiffness)
+    return springs
 
 
 def _answer(one: Result | PymdrError) -> Result:
@@ -192,11 +228,11 @@ def _even(length: float) -> FloatArray:
     return np.linspace(0.0, length, ROWS + 1)[1:]
 
 
-def _graded(result: Result, length: float) -> FloatArray:
-    """Retracted lengths in m up to the loss of contact, closer about the largest pull and before the loss."""
+def _graded(length: float, rows: dict[str, FloatArray]) -> FloatArray:
+    """Retracted lengths in m up to the loss of contact, closer about the largest pull and before the loss, by evenly spaced rows."""
     even = _even(length)
-    attached = result.data["cohesive_radius"].values[-ROWS:] > 0.0
-    force = np.where(attached, result.data["normal_force"].values[-ROWS:], math.inf)
+    attached = rows["cohesive_radius"] > 0.0
+    force = np.where(attached, rows["normal_force"], math.inf)
     lowest, lost = int(np.argmin(force)), int(np.flatnonzero(~attached)[0])
 
     def at(row: int) -> float:
@@ -207,9 +243,9 @@ def _graded(result: Result, length: float) -> FloatArray:
         np.linspace(at(lowest - 1), at(min(lowest + 1, lost)), _FINE)[1:],
         np.linspace(at(lost - 1), at(lost), _FINE)[1:],
     ]
-    rows = np.unique(np.concatenate(parts))
+    lengths = np.unique(np.concatenate(parts))
     # rows that rounding has doubled
-    return rows[np.diff(rows, append=math.inf) > 1e-9 * at(lost)]
+    return lengths[np.diff(lengths, append=math.inf) > 1e-9 * at(lost)]
 
 
 def _first_length(contact: Contact, approach: _Approach) -> float:
@@ -246,7 +282,7 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
     if machine is not None:
         top += max(target if quantity == "normal_force" else 0.0, 0.0) / machine
     for _ in range(_DOUBLINGS):
-        rows = solve(contact, approach.up_to(top), machine_stiffness=machine).data
+        rows = solve(contact, approach._replace(top=top).path, machine_stiffness=machine).data
         values, travel = rows[quantity].values, rows[channel].values
         reached = np.flatnonzero((values >= target) & (rows["cohesive_radius"].values > 0.0))
         if reached.size:
