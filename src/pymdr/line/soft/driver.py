@@ -50,7 +50,7 @@ WANTED, RATE_A, RATE_C, KNOWN = range(4)
 """What the next step is chosen by: its length (0 at the start of a leg), the rates of a and c, and whether they are known."""
 _HALVINGS, _MOST = 40, 300_000
 _BISECTIONS, _SCANS, _TRIALS = 80, 4000, 40
-_SOLVED = 1e-9
+_SOLVED = 1e-7
 """Residual at which a step is solved."""
 _QUICK = 1e-5
 """Time of a jump over the shortest of a row and the relaxation times."""

@@ -271,7 +271,7 @@ def radius_under(zone: Zone, c: float) -> int:
             new = high if not has_high and step < _SECANTS else 0.5 * (low + high)
         elif new <= low:
             new = low if not has_low and step < _SECANTS else 0.5 * (low + high)
-        ends = points > 0 and abs(new - x) < 1e-11 * (c - x)
+        ends = points > 0 and abs(new - x) < 1e-8 * (c - x)
         previous, last, x = x, off, new
         points += 1
     return found
