@@ -81,7 +81,7 @@ class MeasuredSamples(Value):
                     f"MeasuredCurve: {n} forces, but {column.size} entries of {name}; give one for each force"
                 )
         if n < _LEAST:
-            raise ProblemError(f"MeasuredCurve: {n} samples; at least {_LEAST} are needed")
+            raise ProblemError(f"MeasuredCurve: {n} sample{'s' * (n != 1)}; at least {_LEAST} are needed")
         for column, unit, name in ((self.force, "N", "force"), (self.position, "m", "position")):
             within_range(
                 float(np.max(np.abs(column))), unit, f"MeasuredCurve: the largest {name}", limited=True

@@ -114,7 +114,7 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
     columns = {name: _column(data, name) for name in ("shift", "tangential_force", channel)}
     n = columns["shift"].size
     if n < _LEAST:
-        raise ProblemError(f"fit: the record has {n} samples; at least {_LEAST} are needed")
+        raise ProblemError(f"fit: the record has {n} sample{'s' * (n != 1)}; at least {_LEAST} are needed")
     if float(np.ptp(columns["shift"])) == 0.0:
         raise ProblemError(
             "fit: the shift of the record does not change; give a record of a contact that moves"
