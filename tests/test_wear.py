@@ -17,6 +17,8 @@ import pymdr as mdr
 from pymdr.independent.wear import wear_by_rings
 from pymdr.line.wear import outer_radius, wear_limit
 from pymdr.line.wear.limits import limiting_profile
+from pymdr.line.wear.march import spread_again
+from pymdr.line.wear.mesh import Mesh, Stuck
 from pymdr.solving.wearing import one_cycle
 from pymdr.workbench.cli.program import app
 
@@ -96,6 +98,29 @@ def test_constant_load_is_kept_and_the_stick_radius_grows(loaded: mdr.solving.we
     assert np.all(np.diff(stick) >= 0.0)
     assert np.all(np.diff(depth) > -1e-9 * depth[0])
     assert stick[-1] > 1.005 * stick[0]
+
+
+def test_a_million_cycles_are_claimed_to_a_thousandth(
+    at_depth: mdr.solving.wear.Wear, loaded: mdr.solving.wear.Wear
+) -> None:
+    for worn in (at_depth, loaded):
+        million = worn["cycles"].values <= 1e6
+        assert worn.claims["worn_volume"].error[million].max() < 1e-3
+
+
+def test_new_cells_hold_the_worn_volume() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        nodes = 3.0 * rng.random() + np.linspace(0.0, 1.0, rng.integers(2, 30)) ** 2
+        none = Stuck(nodes[:1], np.zeros(1), np.zeros(1))
+        mesh = Mesh(nodes, np.square, np.square, (), none)
+        worn = np.maximum(rng.normal(0.2, 0.3, nodes.size - 1), 0.0)
+        inner = np.sort(rng.uniform(nodes[0], nodes[-1], rng.integers(1, 40)))
+        new = np.append(inner, nodes[-1])
+        rings, frozen = spread_again(mesh, worn, new)
+        assert min(rings.min(), frozen) > -1e-9
+        kept = frozen + math.pi * float(np.diff(new**2) @ rings)
+        assert kept == pytest.approx(mesh.volume(worn), rel=1e-12)
 
 
 def test_end_at_constant_load() -> None:

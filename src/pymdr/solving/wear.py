@@ -258,10 +258,11 @@ def wear(
     rate = k * (mu if law == "energy" else 1.0)
     case = WearCase(contact, mapped.line.equivalent, mapped.moduli, d, mu, request, rate)
     with one_thread():  # systems of a few hundred unknowns are slower in several threads
-        history, wearing = followed(case, rows, progress)
-        coarse = coarser(case, wearing, history, rows)
-    columns = columns_of(case, wearing, history)
-    errors = _errors(columns, coarse, history)
+        solved = followed(case, rows, progress)
+        coarse = coarser(case, solved, rows)
+    history = solved.history
+    columns = columns_of(case, solved.wearing, history)
+    errors = _errors(columns, coarse, solved.half.missed)
     constants = {"amplitude": request.amplitude, "friction_coefficient": mu, "coefficient": k, "law": law}
     return Wear(
         data=_labelled(rows, columns, constants | limit_of(case)),
@@ -273,7 +274,7 @@ def wear(
             *frictional_assumptions(contact, mapped, np.append(case.radius, columns["contact_radius"].max())),
             small_amplitude(request.amplitude, case.radius),
         ),
-        notes=(*mapped.notes, *_notes(case, history)),
+        notes=(*mapped.notes, *_notes(case, history, len(solved.half.blocks))),
         contact=contact,
         references=("archard", "fouvry", "popov-wear", "cattaneo-mindlin"),
     )
@@ -337,7 +338,7 @@ def _counted(cycles: ArrayQuantityLike) -> FloatArray:
     return np.unique(np.append(0.0, np.where(spaced > _COUNTED, np.round(spaced), spaced)))
 
 
-def _errors(fine: Mapping[str, FloatArray], coarse: Coarser, history: History) -> dict[str, FloatArray]:
+def _errors(fine: Mapping[str, FloatArray], coarse: Coarser, missed: list[float]) -> dict[str, FloatArray]:
     """
     Relative errors by a half and a quarter of the cells and half the blocks.
 
@@ -351,17 +352,15 @@ def _errors(fine: Mapping[str, FloatArray], coarse: Coarser, history: History) -
         cells = np.fmax(np.abs(values - half), np.abs(half - quarter) / 4.0)
         blocks = np.abs(half - coarse.blocks[name]) / 3.0
         cells = np.maximum.accumulate(np.where(known, cells / size, 0.0))
-        errors[name] = np.where(known, cells + np.fmax(blocks / size, history.missed), 0.0)
+        errors[name] = np.where(known, cells + np.fmax(blocks / size, missed), 0.0)
     return errors
 
 
-def _notes(case: WearCase, history: History) -> tuple[str, ...]:
+def _notes(case: WearCase, history: History, blocks: int) -> tuple[str, ...]:
     """How the cycles were followed."""
     regime = "gross slip" if case.gross else "partial slip"
     control = "indentation" if case.request.normal_force is None else "load"
-    return (
-        f"{regime} at constant {control}; {len(history.blocks)} blocks of cycles, {_cells(history)} cells",
-    )
+    return (f"{regime} at constant {control}; {blocks} blocks of cycles, {_cells(history)} cells",)
 
 
 def _cells(history: History) -> int:

@@ -14,7 +14,7 @@ from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.interpretation.wear import SMALL
 from pymdr.line.wear import History, Wearing, march, outer_radius, wear_limit
 from pymdr.line.wear.limits import limiting_profile
-from pymdr.line.wear.march import State, contact_edge
+from pymdr.line.wear.march import State, contact_edge, touched
 from pymdr.line.wear.mesh import Mesh
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.moduli import EffectiveModuli
@@ -26,8 +26,10 @@ from pymdr.solving.closure import is_curve
 from pymdr.units import FloatArray, metres
 
 _CELLS, _TOLERANCE = 160, 5e-5
-_FULL, _WIDER, _TRIES = 0.97, 1.6, 8
-"""Fraction of the mesh that the contact may fill, factor of an extension of the mesh, and number of extensions."""
+_SCOUT, _ROUGH = 40, 1e-3
+"""Cells and tolerance of the history that finds how far the contact grows at constant load."""
+_BEYOND, _WIDER, _TRIES = 1.02, 1.6, 8
+"""End of a mesh over that of the cells in contact, factor of an extension, and number of meshes."""
 _ROOM = 1.3
 _FAINT = 1e-9
 """Pressure over E* d/a below which the bodies only touch."""
@@ -209,9 +211,15 @@ class WearCase:
         return np.where(np.isnan(values), math.inf, values - first)
 
 
-def followed(
-    case: WearCase, rows: FloatArray, progress: Callable[[int, int], None] | None
-) -> tuple[History, Wearing]:
+class Followed(NamedTuple):
+    """The history of a case, and that on half of the cells, which has chosen the blocks of cycles."""
+
+    wearing: Wearing
+    history: History
+    half: History
+
+
+def followed(case: WearCase, rows: FloatArray, progress: Callable[[int, int], None] | None) -> Followed:
     """
     The history of a case, on a mesh that the contact does not outgrow.
 
@@ -225,30 +233,45 @@ def followed(
             f"wear: gross slip with an amplitude of {metres(case.request.amplitude)} (limit {metres(SMALL * case.radius)}, a tenth of the "
             "contact radius): the track is not of revolution; give a smaller amplitude"
         )
-    most, farthest = _bound(case, rows), case.contact.profile.max_radius
-    a, d = case.radius, case.depth
-    end = min(most, farthest)
+    by_force = case.request.normal_force is not None
+    farthest = case.contact.profile.max_radius
+    end = min(_bound(case, rows), farthest)
+    scouting = by_force
     for _ in range(_TRIES):
-        wearing = Wearing(
-            gap=lambda x: case.gap(x * a) / d,
-            profile=lambda r: case.profile(r * a) / d,
-            kinks=tuple(k / a for k in case.kinks),
-            stick=case.stick / a,
-            amplitude=case.request.amplitude / (case.caps * d),
-            rate=4.0 * case.coefficient * case.caps * case.moduli.normal * d / a,
-            force=None if case.request.normal_force is None else _half_load(case) / (d * a),
-            end=end / a,
-            cells=_CELLS,
-        )
-        history = march(wearing, rows, _TOLERANCE, progress)
-        _refuse_stick(case, wearing, history, rows)
-        if case.request.normal_force is None or contact_edge(*history.states[-1]) < _FULL * wearing.end:
-            return history, wearing
-        if end >= farthest:
+        wearing = _dimensionless(case, end, _SCOUT if scouting else _CELLS // 2)
+        half = march(wearing, rows[-1:], _ROUGH) if scouting else march(wearing, rows, _TOLERANCE)
+        reached = touched(*half.states[-1])
+        full = by_force and not reached < wearing.end
+        if full and end < farthest:
+            end = min(end * _WIDER, farthest)
+        elif scouting:
+            # cells beyond the contact are lost, so that a few first find its end
+            end, scouting = min(end, reached * case.radius * _BEYOND), False
+        elif full:
             break
-        end = min(end * _WIDER, farthest)
+        else:
+            fine = replace(wearing, cells=_CELLS)
+            history = march(fine, rows, _TOLERANCE, progress, blocks=np.array(half.blocks))
+            _refuse_stick(case, fine, history, rows)
+            return Followed(fine, history, half)
     raise ProblemError(
         f"wear: after {rows[-1]:g} cycles the contact reaches r = {metres(end)}, up to which the profile is known; give fewer cycles"
+    )
+
+
+def _dimensionless(case: WearCase, end: float, cells: int) -> Wearing:
+    """The case in units of its first radius and depth, on cells up to an end in m."""
+    a, d = case.radius, case.depth
+    return Wearing(
+        gap=lambda x: case.gap(x * a) / d,
+        profile=lambda r: case.profile(r * a) / d,
+        kinks=tuple(k / a for k in case.kinks),
+        stick=case.stick / a,
+        amplitude=case.request.amplitude / (case.caps * d),
+        rate=4.0 * case.coefficient * case.caps * case.moduli.normal * d / a,
+        force=None if case.request.normal_force is None else _half_load(case) / (d * a),
+        end=end / a,
+        cells=cells,
     )
 
 
@@ -314,25 +337,18 @@ class Coarser(NamedTuple):
     blocks: dict[str, FloatArray]
 
 
-def coarser(case: WearCase, wearing: Wearing, history: History, rows: FloatArray) -> Coarser:
+def coarser(case: WearCase, solved: Followed, rows: FloatArray) -> Coarser:
     """The same history on coarser cells and blocks; where these do not converge, those of half the cells take their place."""
 
-    def columns(cells: int, ends: list[float]) -> dict[str, FloatArray]:
-        fewer = replace(wearing, cells=cells)
-        return columns_of(case, fewer, march(fewer, rows, _TOLERANCE, blocks=np.array(ends)))
-
-    def tried(cells: int, ends: list[float]) -> dict[str, FloatArray]:
+    def tried(parts: int, ends: list[float]) -> dict[str, FloatArray]:
+        fewer = replace(solved.wearing, cells=solved.wearing.cells // parts)
         try:
-            return columns(cells, ends)
+            return columns_of(case, fewer, march(fewer, rows, _TOLERANCE, blocks=np.array(ends)))
         except ConvergenceError:
             return same
 
-    same = columns(wearing.cells // 2, history.blocks)
-    return Coarser(
-        same,
-        tried(wearing.cells // 4, history.blocks),
-        tried(wearing.cells // 2, history.blocks[1::2]),
-    )
+    same = columns_of(case, solved.wearing, solved.half)
+    return Coarser(same, tried(4, solved.half.blocks), tried(2, solved.half.blocks[1::2]))
 
 
 def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, FloatArray]:

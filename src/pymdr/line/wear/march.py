@@ -21,18 +21,22 @@ from pymdr.units import FloatArray
 _STAGE = 1.0 - math.sqrt(0.5)
 """Diagonal of the two-stage method, which makes it L-stable."""
 _ITERATIONS, _SETTLED = 60, 1e-11
+_FAST = 0.1
+"""Residual after a step over that before, up to which the next step takes the same factors."""
 _SHRINK, _GROW, _SAFE = 0.2, 4.0, 0.8
 _SHORTEST = 1e-12
 """Fraction of all cycles below which a block counts as failure."""
 _SLIVER = 0.3
 """Fraction of a cell below which its remainder beyond the stick radius joins the next cell."""
-_COARSE = 4.0
+_COARSE = 2.0
 """Width of the cells beyond a stick radius that has moved, over that of a new mesh, from which on the mesh is made anew."""
 _MOVES = 0.1
 """Weight of the relative error of the stick radius in a block against that of the volume."""
 _WEIGHED = 8.0
 """Largest error of the guess for a ring that still counts as in contact, over the wear in a block."""
 _MOST_BLOCKS = 4000
+_CUTS = 6
+"""How often a given block may be halved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +123,9 @@ def march(
     Every block solves f(w) - f_old = N k s(w) p(w) for the springs w by SDIRK2 (Alexander 1977), slip implicit too; each block is
     compared with its two halves, which are kept. Explicit rounds f -> g -> p -> f diverge (Li, Forsbach and Benad 2019).
     """
-    mesh = mesh_between(wearing.stick, wearing.end, wearing.cells, wearing.gap, wearing.kinks)
+    mesh = mesh_between(
+        wearing.stick, wearing.end, wearing.cells, wearing.gap, wearing.profile, wearing.kinks
+    )
     state = _start(wearing, mesh)
     history = History()
     now, size, missed = 0.0, float(rows[rows > 0.0].min(initial=math.inf)), 0.0
@@ -151,7 +157,7 @@ def march(
                 size = (stop - now) * min(_GROW, _SAFE * (tolerance / max(error, 1e-300)) ** (1.0 / 3.0))
                 mesh, state = halves
             else:
-                step = _block(wearing, mesh, state, stop - now)
+                step = _cut(wearing, mesh, state, stop - now)
                 if step is None:
                     raise ConvergenceError(
                         f"wear: no solution after {now:.6g} cycles; give fewer cycles, or smooth the profile"
@@ -219,52 +225,67 @@ def _block(wearing: Wearing, mesh: Mesh, state: State, block: float) -> tuple[Me
     return None if second is None else _with_more_stick(wearing, mesh, second)
 
 
+def _cut(
+    wearing: Wearing, mesh: Mesh, state: State, block: float, cuts: int = _CUTS
+) -> tuple[Mesh, State] | None:
+    """A given block, in halves where it has no solution."""
+    step = _block(wearing, mesh, state, block)
+    if step is not None or cuts == 0:
+        return step
+    half = _cut(wearing, mesh, state, 0.5 * block, cuts - 1)
+    return None if half is None else _cut(wearing, *half, 0.5 * block, cuts - 1)
+
+
 def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess: State) -> State | None:
     """
     Springs w with f_old + N k s p = d - u(w) on rings in contact and p = 0 on others, at given depth or load.
 
     Semi-smooth Newton with halved steps; None if it does not settle.
     """
-    n = mesh.rings.size
-    original = wearing.profile(mesh.rings)
+    from scipy.linalg.lapack import dgetrf, dgetrs
+
+    n, amplitude = mesh.rings.size, wearing.amplitude
     pressing, moving, loading = mesh.pressing, mesh.moving, mesh.loading
     depth, springs = guess.depth, guess.springs.copy()
     by_force = wearing.force is not None
-    scale = 1.0 + _WEIGHED * weight * wearing.amplitude
-
-    def parts(springs: FloatArray) -> tuple[FloatArray, FloatArray]:
-        shear = mesh.inner_angle * wearing.amplitude + moving @ np.minimum(springs, wearing.amplitude)
-        return pressing @ springs, wearing.amplitude - shear
+    scale = 1.0 + _WEIGHED * weight * amplitude
+    left_to_shift = amplitude * (1.0 - mesh.inner_angle)
+    free = mesh.original + worn - mesh.inner_gap
 
     def residual(springs: FloatArray, depth: float) -> tuple[FloatArray, BoolArray, FloatArray, FloatArray]:
-        p, slip = parts(springs)
-        surface = (depth * mesh.inner_angle - mesh.inner_gap) + moving @ springs
-        gap = original + worn + weight * np.maximum(slip, 0.0) * p + surface - depth
+        p, surface = pressing @ springs, moving @ springs
+        sheared = moving @ np.minimum(springs, amplitude) if springs.max() > amplitude else surface
+        slip = np.maximum(left_to_shift - sheared, 0.0)
+        gap = free + weight * slip * p + surface - depth * (1.0 - mesh.inner_angle)
         # of a guess the gap is as large as the wear of the block
         touching = scale * p > gap
-        load = 0.0
+        values = np.zeros(n + 1)
+        values[:n] = np.where(touching, gap, p)
         if wearing.force is not None:
-            load = depth * mesh.stick - mesh.inner_load + float(loading @ springs) - wearing.force
-        return np.append(np.where(touching, gap, p), load), touching, p, slip
+            values[n] = depth * mesh.stick - mesh.inner_load + float(loading @ springs) - wearing.force
+        return values, touching, p, slip
 
     values, touching, p, slip = residual(springs, depth)
-    size = float(np.abs(values).max())
+    size, factors = float(np.abs(values).max()), None
     for _ in range(_ITERATIONS):
         if size < _SETTLED:
             break
-        sticking = springs < wearing.amplitude
-        matrix = np.zeros((n + 1, n + 1))
-        on = touching[:, None]
-        worn_more = weight * (np.maximum(slip, 0.0)[:, None] * pressing - p[:, None] * (moving * sticking))
-        matrix[:n, :n] = np.where(on, moving + worn_more, pressing)
-        matrix[n, n] = 1.0
-        if by_force:
-            matrix[:n, n] = np.where(touching, mesh.inner_angle - 1.0, 0.0)
-            matrix[n, :n], matrix[n, n] = loading, mesh.stick
-        try:
-            step = np.linalg.solve(matrix, values)
-        except np.linalg.LinAlgError:
-            return None
+        if factors is None:
+            matrix = np.zeros((n + 1, n + 1), order="F")
+            pressed = np.where(touching, weight * p, 0.0)[:, None]
+            matrix[:n, :n] = moving * (touching[:, None] - pressed)
+            matrix[:n, :n] += pressing * np.where(touching, weight * slip, 1.0)[:, None]
+            whole = np.flatnonzero(springs >= amplitude)  # these springs do not shift further
+            if whole.size:
+                matrix[:n, whole] += pressed * moving[:, whole]
+            matrix[n, n] = 1.0
+            if by_force:
+                matrix[:n, n] = np.where(touching, mesh.inner_angle - 1.0, 0.0)
+                matrix[n, :n], matrix[n, n] = loading, mesh.stick
+            *factors, singular = dgetrf(matrix, overwrite_a=True)
+            if singular:
+                return None
+        step = dgetrs(*factors, values)[0]
         part = 1.0
         while True:
             new, new_depth = springs - part * step[:n], depth - part * (step[n] if by_force else 0.0)
@@ -273,6 +294,8 @@ def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess:
             if reached < size or part < 0.02 or (part == 1.0 and not np.array_equal(tried[1], touching)):
                 break
             part *= 0.5
+        if reached > _FAST * size or not np.array_equal(tried[1], touching):
+            factors = None
         springs, depth = new, float(new_depth)
         values, touching, p, slip = tried
         size = reached
@@ -280,7 +303,7 @@ def _solve(wearing: Wearing, mesh: Mesh, worn: FloatArray, weight: float, guess:
         return None
     if not math.isfinite(size):
         return None
-    pressure, slip = np.where(touching, np.maximum(p, 0.0), 0.0), np.maximum(slip, 0.0)
+    pressure = np.where(touching, np.maximum(p, 0.0), 0.0)
     return State(springs, depth, worn + weight * slip * pressure, pressure, slip)
 
 
@@ -300,24 +323,47 @@ def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, 
     c = math.sqrt(squares[k] + part * (squares[k + 1] - squares[k]))
     if not c > mesh.stick:
         return mesh, state
-    radii, worn = mesh.whole(state.worn)
-    new_x = np.append(mesh.nodes[1 : k + 1], c)
-    new_gap = np.append(state.depth - springs[1 : k + 1], state.depth - wearing.amplitude)
-    stuck = Stuck(
-        np.append(mesh.stuck.x, new_x),
-        np.append(mesh.stuck.gap, new_gap),
-        np.append(mesh.stuck.worn, np.interp(new_x, radii, worn)),
-    )
     left = mesh.nodes[k + 1 :]
     fine = graded(c, float(left[-1]), wearing.cells)
     if left.size > 2 and left[1] - left[0] > _COARSE * (fine[2] - fine[1]):
         left = fine[1:]
     elif left.size > 2 and left[0] - c < _SLIVER * (left[1] - left[0]):
         left = left[1:]
-    moved = replace(mesh, nodes=np.append(c, left), stuck=stuck)
+    nodes = np.append(c, left)
+    rings, frozen = spread_again(mesh, state.worn, nodes)
+    new_x = np.append(mesh.nodes[1 : k + 1], c)
+    new_gap = np.append(state.depth - springs[1 : k + 1], state.depth - wearing.amplitude)
+    stuck = Stuck(
+        np.append(mesh.stuck.x, new_x),
+        np.append(mesh.stuck.gap, new_gap),
+        np.append(mesh.stuck.worn, np.interp(new_x, *mesh.whole(state.worn))),
+        mesh.stuck.volume + frozen,
+    )
     moved_springs = np.append(wearing.amplitude, np.interp(left[:-1], mesh.nodes, springs))
     unsolved = np.zeros(0)
-    return moved, State(moved_springs, state.depth, np.interp(moved.rings, radii, worn), unsolved, unsolved)
+    moved = replace(mesh, nodes=nodes, stuck=stuck)
+    return moved, State(moved_springs, state.depth, rings, unsolved, unsolved)
+
+
+def spread_again(mesh: Mesh, worn: FloatArray, nodes: FloatArray) -> tuple[FloatArray, float]:
+    """
+    Depths of wear between new nodes, without loss of volume, and the volume within the first of them.
+
+    The depth is linear in r^2 in every old cell, with the smaller of the slopes to both sides (minmod, van Leer 1979).
+    """
+    squares = mesh.nodes**2
+    width = np.diff(squares)
+    rise = np.diff(worn) / (0.5 * (width[1:] + width[:-1]))
+    steepest = 2.0 * worn / width  # no depth is negative
+    right = np.append(rise, 0.0)
+    left = np.append(np.copysign(steepest[0], right[0]), rise)
+    slope = np.where(left * right > 0.0, np.sign(left) * np.minimum(np.abs(left), np.abs(right)), 0.0)
+    cell = np.clip(np.searchsorted(squares, nodes**2, side="right") - 1, 0, worn.size - 1)
+    part = nodes**2 - squares[cell]
+    below = np.append(0.0, np.cumsum(mesh.areas * worn))
+    start = worn[cell] - 0.5 * slope[cell] * width[cell]
+    within = below[cell] + math.pi * (start + 0.5 * slope[cell] * part) * part
+    return np.diff(within) / (math.pi * np.diff(nodes**2)), float(within[0])
 
 
 def contact_edge(mesh: Mesh, state: State) -> float:
@@ -332,3 +378,9 @@ def contact_edge(mesh: Mesh, state: State) -> float:
         return outer
     edge = r[last] + (r[last] - r[last - 1]) * p[last] / (p[last - 1] - p[last])
     return float(min(edge, outer))
+
+
+def touched(mesh: Mesh, state: State) -> float:
+    """The radius up to which cells are or have been in contact: at the end of wear at constant load the contact shrinks to its stick radius."""
+    used = np.flatnonzero((state.pressure > 0.0) | (state.worn > 0.0))
+    return float(mesh.nodes[used[-1] + 1]) if used.size else mesh.stick

@@ -12,8 +12,8 @@ import numpy as np
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
-_GRADED = 2.0
-"""Exponent of the cells beyond the stick radius, near which the springs change most."""
+_GRADED, _ABOUT = 2.5, 2.0
+"""Exponents of the cells beyond the stick radius, near which the springs change most, and about a kink."""
 _NODES = 32
 
 Curve = Callable[[FloatArray], FloatArray]
@@ -29,12 +29,8 @@ class Stuck:
     """G(x) of the worn profile there, frozen since."""
     worn: FloatArray
     """Depth of wear on the surface at r = x, frozen too."""
-
-    @property
-    def volume(self) -> float:
-        """Worn volume between the radii."""
-        middle = 0.5 * (self.worn[1:] + self.worn[:-1])
-        return math.pi * float(np.sum(middle * np.diff(self.x**2)))
+    volume: float = 0.0
+    """Worn volume between the radii."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +45,16 @@ class Mesh:
     """Positions x of springs, from c to the end; the last spring has no force."""
     gap: Curve
     """g(x) of the profile before wear."""
+    profile: Curve
+    """f(r) of the profile before wear."""
     kinks: tuple[float, ...]
     """Where g' jumps."""
     stuck: Stuck
+
+    @property
+    def original(self) -> FloatArray:
+        """Gap f(r) of the profile before wear on every ring."""
+        return self.profile(self.rings)
 
     @cached_property
     def inner_gap(self) -> FloatArray:
@@ -156,7 +159,9 @@ def _spread(rise: FloatArray, first: FloatArray) -> FloatArray:
     return weights
 
 
-def mesh_between(stick: float, end: float, cells: int, gap: Curve, kinks: tuple[float, ...]) -> Mesh:
+def mesh_between(
+    stick: float, end: float, cells: int, gap: Curve, profile: Curve, kinks: tuple[float, ...]
+) -> Mesh:
     """
     A mesh from the stick radius to the end.
 
@@ -166,8 +171,8 @@ def mesh_between(stick: float, end: float, cells: int, gap: Curve, kinks: tuple[
         c and the outermost node.
     cells : int
         Number of cells.
-    gap : callable
-        g(x) of the profile before wear, for arrays.
+    gap, profile : callable
+        g(x) and f(r) of the profile before wear, for arrays.
     kinks : tuple of float
         Where g' jumps.
 
@@ -180,10 +185,12 @@ def mesh_between(stick: float, end: float, cells: int, gap: Curve, kinks: tuple[
     else:
         nodes = _graded_about(max((k for k in kinks if k < 1.0), default=0.0), end, cells)
     nodes[-1] = end
+    inner = nodes[1:-1]
+    inner[np.argmin(np.abs(inner - 1.0))] = 1.0  # the edge of contact before wear
     none = Stuck(np.array([stick]), np.zeros(1), np.zeros(1))
     if stick > 0.0:
         none = Stuck(np.array([stick]), gap(np.array([stick])), np.zeros(1))
-    return Mesh(nodes, gap, kinks, none)
+    return Mesh(nodes, gap, profile, kinks, none)
 
 
 def graded(stick: float, end: float, cells: int) -> FloatArray:
@@ -200,8 +207,8 @@ def _graded_about(kink: float, end: float, cells: int) -> FloatArray:
     A third of the nodes beyond the kink, or more, lies within 1, the radius of the first contact.
     """
     inner = cells // 4 if kink > 0.0 else 0
-    power = max(_GRADED, math.log((end - kink) / (1.0 - kink)) / math.log(3.0))
-    below = kink * (1.0 - np.linspace(1.0, 0.0, inner + 1) ** _GRADED)
+    power = max(_ABOUT, math.log((end - kink) / (1.0 - kink)) / math.log(3.0))
+    below = kink * (1.0 - np.linspace(1.0, 0.0, inner + 1) ** _ABOUT)
     above = kink + (end - kink) * np.linspace(0.0, 1.0, cells - inner + 1) ** power
     return np.concatenate([below[:-1], above])
 
