@@ -540,6 +540,19 @@ def test_map_of_running_conditions() -> None:
         mdr.running_conditions(BALL, [0.0])
 
 
+def test_notes_say_what_a_friction_coefficient_is_not() -> None:
+    both = record([0.3e-6, 0.3e-6, 2.0e-6, 2.0e-6])
+    (note,) = [note for note in mdr.fretting_log(both).notes if "mu" in note]
+    assert note == "mu is a lower limit in 1 of 3 cycles: not all of the contact slips there"
+    sliding = record([2.0e-6, 2.0e-6])
+    assert not [note for note in mdr.fretting_log(sliding).notes if "mu" in note]
+    # in kN, but called N
+    wrong = sliding.data.assign(tangential_force=sliding.data["tangential_force"] * 1e-3)
+    wrong["tangential_force"].attrs["units"] = "N"
+    (note,) = [note for note in mdr.fretting_log(wrong).notes if "mu" in note]
+    assert "of forces of 25 mN under loads of 50 N; correct the unit" in note
+
+
 def test_bad_records_are_refused() -> None:
     test = record([2.0e-6, 2.0e-6])
     bare = test.data[["shift", "tangential_force"]]

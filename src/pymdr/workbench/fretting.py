@@ -32,6 +32,8 @@ _GIVEN = 0.05
 """Energy ratio of a cycle above which energy that it gives is no noise."""
 _LARGEST_FRICTION = 100.0
 """Largest friction coefficient of a record whose units are right."""
+_SMALLEST_FRICTION = 1e-3
+"""Friction coefficient of gross slip below which a wrong unit is more likely than friction."""
 _FEWEST = 4
 _DRAWN = 12
 _REPORTED = 100
@@ -175,7 +177,7 @@ def fretting_log(
     return FrettingLog(
         data=over_rows("cycle", number, columns, FrettingLog.columns | _NOT_SHOWN, attrs),
         contact=contact,
-        notes=loops.notes,
+        notes=(*loops.notes, *_friction_notes(columns)),
         loops=tuple((float(number[i]), shift[spans[i]], force[spans[i]]) for i in drawn),
     )
 
@@ -279,6 +281,28 @@ def _coefficients(swing: FloatArray, load: FloatArray) -> FloatArray:
             f"{newtons(float(np.median(swing)))} under loads of {newtons(float(np.median(load)))}; correct the unit of the force or of the load"
         )
     return coefficients
+
+
+def _friction_notes(columns: dict[str, FloatArray]) -> tuple[str, ...]:
+    """What the friction coefficients of a record are not."""
+    if "friction_coefficient" not in columns:
+        return ()
+    notes, slides = [], columns["regime"] == "gross"
+    if not slides.all():
+        notes.append(
+            f"mu is a lower limit in {np.sum(~slides)} of {slides.size} cycles: not all of the contact slips there"
+        )
+    if slides.any():
+        median = float(np.median(columns["friction_coefficient"][slides]))
+        if median < _SMALLEST_FRICTION:
+            force, load = (
+                float(np.median(columns[name][slides])) for name in ("force_amplitude", "normal_force")
+            )
+            notes.append(
+                f"mu of the gross cycles is {median:.2g} (usually above {_SMALLEST_FRICTION:g}), of forces of {newtons(force)} under loads of "
+                f"{newtons(load)}; correct the unit of the force or of the load if it is wrong"
+            )
+    return tuple(notes)
 
 
 def _stiffnesses(
