@@ -52,6 +52,18 @@ def test_a_loop_determines_both_works():
     assert found["adhesion.work_receding"].error < 0.01 * 0.2
 
 
+def test_a_tilted_baseline_leaves_out_only_samples_at_jumps():
+    """A tilt that lifts the samples after the pull-off above the noise does not make them samples in contact."""
+    adhesive = mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2", work_receding="200 mJ/m^2"))
+    level = measured(adhesive, 20e-6, counts=(30, 2, 60))
+    tilted = level.force + 0.1 * (level.travel - 4e-6)
+    curve = mdr.MeasuredCurve(force=tilted, travel=level.travel, spring_constant=STIFFNESS)
+    found = mdr.fit(adhesive, curve, ["adhesion.work", "adhesion.work_receding", "tilt"])
+    holds(found, adhesion__work=0.05, adhesion__work_receding=0.2, tilt=0.1)
+    assert found["tilt"].error < 0.01
+    assert int((~found.data["used"].values).sum()) <= 6
+
+
 def test_laws_with_and_without_hysteresis_are_told_apart():
     laws = {
         "one": mdr.Contact(BALL, GEL, adhesion=mdr.JKR("20 mJ/m^2")),

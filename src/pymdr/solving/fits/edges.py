@@ -74,7 +74,7 @@ def onset(contact: Contact, curve: MeasuredCurve) -> tuple[float, float]:
     ProblemError
         If the record begins in contact.
     """
-    level, felt = _felt(curve)
+    level, felt = _felt(curve, curve.force)
     first = int(np.argmax(felt))
     if first < _FEWEST:
         raise ProblemError(
@@ -88,13 +88,13 @@ def onset(contact: Contact, curve: MeasuredCurve) -> tuple[float, float]:
     return float(curve.position[first]) + reach, level
 
 
-def _felt(curve: MeasuredCurve) -> tuple[float, BoolArray]:
-    """Baseline in N, and the samples at which the record shows a force, two of them in a row."""
-    count = max(_FEWEST, int(_FIRST * curve.force.size))
-    level = float(np.median(curve.force[:count]))
+def _felt(curve: MeasuredCurve, force: FloatArray) -> tuple[float, BoolArray]:
+    """Level in N of the first forces in N, and the samples that differ from it, two of them in a row."""
+    count = max(_FEWEST, int(_FIRST * force.size))
+    level = float(np.median(force[:count]))
     # second differences, in which slopes cancel, are sqrt(6) times as large as white noise
-    noise = 1.4826 * float(np.median(np.abs(np.diff(curve.force, 2)))) / math.sqrt(6.0)
-    felt = np.abs(curve.force - level) > max(_FELT * noise, _ROUNDED * float(np.ptp(curve.force)))
+    noise = 1.4826 * float(np.median(np.abs(np.diff(force, 2)))) / math.sqrt(6.0)
+    felt = np.abs(force - level) > max(_FELT * noise, _ROUNDED * float(np.ptp(force)))
     pairs = felt[:-1] & felt[1:]
     felt = np.append(pairs, False) | np.insert(pairs, 0, False)
     if not felt.any():
@@ -102,13 +102,21 @@ def _felt(curve: MeasuredCurve) -> tuple[float, BoolArray]:
     return level, felt
 
 
-def off_jumps(curve: MeasuredCurve, touches: BoolArray | None = None) -> BoolArray:
+def off_jumps(curve: MeasuredCurve, force: FloatArray, touches: BoolArray | None = None) -> BoolArray:
     """
     Samples away from the jumps of a record into contact and out of it, where a model would have to jump between the same samples.
 
     With the samples in contact of a model only those between a jump of the model and that of the record, and next to either, are left out.
+
+    Parameters
+    ----------
+    curve : MeasuredCurve
+    force : ndarray
+        Its force in N, level out of contact: a tilt would look like contact.
+    touches : ndarray of bool, optional
+        Samples in contact of a model.
     """
-    _, felt = _felt(curve)
+    _, felt = _felt(curve, force)
     margin = max(_LEAST_MARGIN, int(_MARGIN * felt.size)) if touches is None else 1
     own = felt if touches is None or not touches.any() else touches
     keep = np.ones(felt.size, dtype=bool)

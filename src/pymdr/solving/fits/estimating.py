@@ -108,7 +108,11 @@ def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[
 def estimated(search: Search) -> Estimate:
     """The estimate of a search; refuse what the records do not determine."""
     follows_edge = search.contact.has_edge_history
-    few = replace(search, used=tuple(map(off_jumps, search.measured))) if follows_edge else condensed(search)
+    few = (
+        replace(search, used=tuple(off_jumps(one, one.force) for one in search.measured))
+        if follows_edge
+        else condensed(search)
+    )
     misfit, best, wide = best_end(few, _NEARBY if follows_edge else TOLERANCE)
     refuse_equal_works(few, best)
     refuse_few(few, few.models(best))

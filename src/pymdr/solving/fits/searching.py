@@ -350,7 +350,8 @@ def samples_off_jumps(
     """
     if search.contact.has_edge_history:
         return tuple(
-            off_jumps(curve, one.touches) for curve, one in zip(search.measured, models, strict=True)
+            off_jumps(curve, one.force, one.touches)
+            for curve, one in zip(search.measured, models, strict=True)
         )
     used = []
     for one, width in zip(models, widths or [1] * len(models), strict=True):
