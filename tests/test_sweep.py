@@ -314,3 +314,27 @@ def test_errors_of_points_are_those_of_the_sweep(tmp_path):
     columns = np.genfromtxt(tmp_path / "swept.csv", delimiter=",", names=True, deletechars="")
     name = next(n for n in columns.dtype.names if n.startswith("tangential_force_error"))
     np.testing.assert_allclose(columns[name], np.repeat(largest, 5), rtol=1e-12)
+
+
+def test_paths_in_the_plane(tmp_path):
+    contact = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("200 GPa", 0.3), friction=mdr.Coulomb(0.3))
+    around = mdr.load("50 N") >> mdr.circle(shift="0.4 um", steps=16)
+    over = {"friction.coefficient": [0.2, 0.3]}
+    swept = mdr.sweep(contact, around, over, folder=tmp_path / "kept")
+    again = mdr.sweep(contact, around, over, folder=tmp_path / "kept")
+    assert swept.data.identical(again.data)
+    for i, mu in enumerate(over["friction.coefficient"]):
+        point = mdr.solve(replace(contact, friction=mdr.Coulomb(mu)), around)
+        assert swept["tangential_force"].dims == ("friction.coefficient", "step", "axis")
+        np.testing.assert_array_equal(swept["tangential_force"].values[i], point["tangential_force"].values)
+    forces = np.hypot(*np.moveaxis(swept["tangential_force"].values, -1, 0))
+    assert f"{forces[1].max():.4g} N" in swept.summary()
+    swept.to_csv(tmp_path / "swept.csv")
+    columns = np.genfromtxt(
+        tmp_path / "swept.csv", delimiter=",", names=True, deletechars="", dtype=None, encoding=None
+    )
+    np.testing.assert_array_equal(columns["shift_y_[m]"], swept["shift"].values[..., 1].ravel())
+    assert swept.plot("tangential_force").axes[0].get_ylabel().startswith("magnitude of tangential force")
+    straight = mdr.load("50 N") >> mdr.shift("0.4 um", steps=17)
+    with pytest.raises(mdr.ProblemError, match="in the plane and others along a line"):
+        mdr.sweep(contact, around, {"path": [around, straight]})

@@ -7,9 +7,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from pymdr.errors import QuantityError
 from pymdr.units import shown
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -241,6 +247,11 @@ def of_whole(name: str) -> str:
     """
     base, _, end = name.rpartition("_")
     return base if name not in QUANTITIES and end in AXES and base in QUANTITIES else name
+
+
+def magnitudes(array: xr.DataArray) -> xr.DataArray:
+    """The magnitudes of vectors over ``axis``; scalars as they are."""
+    return np.hypot(array.isel(axis=0), array.isel(axis=1)) if "axis" in array.dims else array
 
 
 def quantity(name: str) -> Quantity:

@@ -15,7 +15,7 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
-from pymdr.quantities import one_name
+from pymdr.quantities import of_whole, one_name
 from pymdr.result import Claims
 from pymdr.units import FloatArray, from_si, good_unit, shown
 
@@ -135,12 +135,11 @@ class Answer:
         """Quantities in SI units, one entry per row; single numbers only if there are no arrays."""
         import xarray as xr
 
-        names = [
-            str(name)
-            for name in (*self.data.coords, *self.data.data_vars)
-            if self.data[name].ndim or not self.data.dims
-        ]
-        arrays = xr.broadcast(*(self.data[name] for name in names))
+        from pymdr.result.arrays import by_component
+
+        data = by_component(self.data)
+        names = [str(name) for name in (*data.coords, *data.data_vars) if data[name].ndim or not data.dims]
+        arrays = xr.broadcast(*(data[name] for name in names))
         return {name: np.atleast_1d(array.values.ravel()) for name, array in zip(names, arrays, strict=True)}
 
     def _repr_html_(self) -> str:
@@ -274,7 +273,7 @@ class Answer:
 
     def _quantity_of(self, column: str) -> str:
         """The quantity of a column of a table."""
-        return column
+        return column if column in self.data else of_whole(column)
 
     def _about(self) -> list[tuple[str, str, str]]:
         from pymdr.presentation.tables import about_rows

@@ -26,7 +26,7 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Profile
 from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
-from pymdr.quantities import quantity
+from pymdr.quantities import AXES, magnitudes, quantity
 from pymdr.result import Result, Status
 from pymdr.solving.arguments import refuse_unknown
 from pymdr.solving.batch import Request, solutions
@@ -52,7 +52,7 @@ class Sweep(Study):
 
     data: xr.Dataset
     """
-    All quantities over the parameters and ``step``, NaN where they are not valid or the point failed; ``status`` and
+    All quantities over the parameters and ``step`` (vectors of paths in the plane over ``axis`` too), NaN where they are not valid or the point failed; ``status`` and
     ``refusal`` (why a point has no result) over the parameters.
     """
     claims: Mapping[str, Claim]
@@ -110,8 +110,8 @@ class Sweep(Study):
         return {f"sweep over {name}": text for name, text in self._ranges().items()}
 
     def _largest(self, name: str) -> FloatArray:
-        """Largest value over the path, of every point that has one."""
-        values = self.data[name].values.reshape(-1, self.data.sizes["step"])
+        """Largest value over the path, of every point that has one; of vectors the largest magnitude."""
+        values = magnitudes(self.data[name]).values.reshape(-1, self.data.sizes["step"])
         return np.asarray(np.nanmax(values[~np.isnan(values).all(axis=1)], axis=1, initial=-math.inf))
 
     def _place(self, point: int) -> str:
@@ -123,7 +123,7 @@ class Sweep(Study):
 
     def plot(self, name: str = "normal_force") -> Figure:
         """
-        A quantity along the path at every point, and its largest value over the first parameter.
+        A quantity along the path at every point, and its largest value over the first parameter; of vectors the magnitudes.
 
         Parameters
         ----------
@@ -344,7 +344,7 @@ class _Answers:
             self.rows = {"row": answer.data.coords["row"]}
         for name, array in answer.data.items():
             if self.wanted is None or name in self.wanted:
-                self._column(str(name), array.sizes["step"])[i] = array.values
+                self._column(str(name), array.shape)[i] = array.values
         self.status[i] = answer.status.name
         self.claims[i] = json.dumps(
             {
@@ -354,18 +354,24 @@ class _Answers:
             }
         )
 
-    def _column(self, name: str, rows: int) -> FloatArray:
+    def _column(self, name: str, shape: tuple[int, ...]) -> FloatArray:
+        rows = shape[0]
         if name not in self.columns:
-            size = 8.0 * self.known.size * rows * (len(self.columns) + 1)
+            size = 8.0 * self.known.size * math.prod(shape) * (len(self.columns) + 1)
             if size > 0.5 * memory_of_machine():
                 raise ProblemError(
                     f"sweep: {self.known.size} points of {rows} rows need {size / 1e9:.3g} GB (limit {0.5 * memory_of_machine() / 1e9:.3g} GB, half of the "
                     "memory); give keep= for fewer rows, or quantities= for fewer columns"
                 )
-            self.columns[name] = np.full((self.known.size, rows), math.nan)
-        if self.columns[name].shape[1] != rows:
+            self.columns[name] = np.full((self.known.size, *shape), math.nan)
+        others = self.columns[name].shape[1:]
+        if others[0] != rows:
             raise ProblemError(
-                f"sweep: a point has {rows} rows and another {self.columns[name].shape[1]}; sweep over paths of one length"
+                f"sweep: a point has {rows} rows and another {others[0]}; sweep over paths of one length"
+            )
+        if others != shape:
+            raise ProblemError(
+                "sweep: some paths are in the plane and others along a line; sweep over them one kind at a time"
             )
         return self.columns[name]
 
@@ -376,7 +382,10 @@ class _Answers:
         part = slice(first, end)
         texts = {"status": self.status, "refusal": self.refusal, "claims": self.claims}
         return xr.Dataset(
-            {name: (("part", "step"), values[part]) for name, values in self.columns.items()}
+            {
+                name: (("part", "step", "axis")[: values.ndim], values[part])
+                for name, values in self.columns.items()
+            }
             | {name: ("part", values[part].astype(str)) for name, values in texts.items()},
             coords=self.rows,
         )
@@ -391,7 +400,7 @@ class _Answers:
             if name in ("status", "refusal", "claims"):
                 getattr(self, str(name))[part] = array.values
             else:
-                self._column(str(name), array.sizes["step"])[part] = array.values
+                self._column(str(name), array.shape[1:])[part] = array.values
 
     def swept(self, contact: Contact, axes: Sequence[_Axis]) -> Sweep:
         """The whole grid, or the error of the first point if all failed."""
@@ -405,9 +414,15 @@ class _Answers:
         coords = {axis.name: _coordinate(axis) for axis in axes}
         coords["step"] = ("step", np.arange(next(iter(self.columns.values())).shape[1]))
         data = {
-            name: ((*names, "step"), values.reshape(*shape, -1), _attributes(name))
+            name: (
+                (*names, "step", "axis")[: len(names) + values.ndim - 1],
+                values.reshape(*shape, *values.shape[1:]),
+                _attributes(name),
+            )
             for name, values in self.columns.items()
         }
+        if any(values.ndim == 3 for values in self.columns.values()):
+            coords["axis"] = ("axis", list(AXES))
         texts = {
             name: (names, values.reshape(shape).astype(str))
             for name, values in (("status", self.status), ("refusal", self.refusal))

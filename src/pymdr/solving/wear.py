@@ -205,7 +205,7 @@ def wear(
     cycles : array_like
         Number of cycles, or the rising numbers at which rows are wanted.
     law : {"archard", "energy"}
-        The coefficients have the same unit, so the law has to be named.
+        Whose coefficient it is, by default Archard's: both have the same unit, which cannot tell them apart.
     progress : callable, optional
         Called with the number of finished rows and of all rows.
 

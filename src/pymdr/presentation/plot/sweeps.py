@@ -18,7 +18,7 @@ from pymdr.presentation.plot.shared import (
     typeset,
     with_unit,
 )
-from pymdr.quantities import parameter_label, quantity
+from pymdr.quantities import magnitudes, parameter_label, quantity
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 _CURVES, _NAMED = 200, 8
 """Largest numbers of drawn curves, and of combinations in a legend."""
+_STILL = 1e-9
+"""Relative change of an indentation below which it stays the same."""
 
 
 def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> Figure:
@@ -44,18 +46,30 @@ def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> Figu
     with styled():
         figure = new_figure(9.6, 3.8)
         along, over = figure.subplots(1, 2)
-        values = data[name].transpose(*parameters, "step").values
+        values = magnitudes(data[name]).transpose(*parameters, "step").values
         unit = good_unit(values, quantity(name).unit)
         shown = scaled(values, name, unit)
-        across = "indentation" if "indentation" in data and name != "indentation" else None
+        across = "indentation" if name != "indentation" and _moves(data) else None
         _draw_along(along, data, shown, across, parameters)
         known = np.where(np.isnan(shown).all(axis=-1, keepdims=True), -np.inf, shown)
         largest = np.nanmax(known, axis=-1)
         _draw_over(over, data, np.where(np.isfinite(largest), largest, np.nan), parameters)
-        along.set_ylabel(axis_label(name, unit))
-        over.set_ylabel(f"largest {axis_label(name, unit)}")
+        label = axis_label(name, unit)
+        if "axis" in data[name].dims:
+            label = with_unit(f"magnitude of {quantity(name).long_name}", unit)
+        along.set_ylabel(label)
+        over.set_ylabel(f"largest {label}")
         letter_panels(figure)
     return figure
+
+
+def _moves(data: xr.Dataset) -> bool:
+    """Whether the indentation changes along the path."""
+    if "indentation" not in data:
+        return False
+    depth = data["indentation"]
+    change = depth.max("step") - depth.min("step")
+    return bool((change > _STILL * abs(depth).max("step")).any())
 
 
 def _draw_along(
