@@ -251,7 +251,9 @@ def of_whole(name: str) -> str:
 
 def magnitudes(array: xr.DataArray) -> xr.DataArray:
     """The magnitudes of vectors over ``axis``; scalars as they are."""
-    return np.hypot(array.isel(axis=0), array.isel(axis=1)) if "axis" in array.dims else array
+    if "axis" not in array.dims:
+        return array
+    return array.reduce(np.linalg.norm, dim="axis")
 
 
 def quantity(name: str) -> Quantity:
