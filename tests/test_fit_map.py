@@ -255,6 +255,19 @@ def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):
         mdr.fit_map(start, data, ["body.young"], folder=tmp_path / "fits")
 
 
+def test_a_store_by_url_has_the_numbers_of_a_folder(gel):
+    fsspec = pytest.importorskip("fsspec", reason="fsspec, which opens stores by URL, is not installed")
+    curves, _ = gel
+    start, data = contact_of("paraboloid", 1e4, 1e-4), stored(curves[:4], (2, 2))
+    data.to_zarr("memory://image/curves.zarr", consolidated=False)
+    whole = mdr.fit_map(start, data, FREE)
+    for _ in range(2):  # the second time all curves are finished
+        found = mdr.fit_map(start, "memory://image/curves.zarr", FREE, folder="memory://image/fits.zarr")
+        for name in whole.data:
+            assert np.array_equal(found.data[name].values, whole.data[name].values)
+    assert fsspec.filesystem("memory").exists("/image/fits.zarr/zarr.json")
+
+
 def test_what_fails_says_why(gel):
     curves, _ = gel
     flat = mdr.MeasuredCurve(

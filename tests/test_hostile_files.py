@@ -5,6 +5,7 @@ import json
 import os
 import string
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from hypothesis import strategies as st
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.errors import PymdrError
+from pymdr.errors import FileError, PymdrError
+from pymdr.solving.kept import KeptParts
 from pymdr.solving.reopening import result_from_dataset
 from pymdr.workbench.casefile import read_case, read_rough_case
 from pymdr.workbench.cli.starting import kinds_starting
@@ -471,3 +473,34 @@ def test_any_text_in_any_option_is_taken_or_refused(tmp_path, shell, data):
         assert err.startswith("pymdr: ")
         assert err.count("\n") == 1
         assert plain(err)
+
+
+@pytest.mark.parametrize("url", ["s3://bucket/out", "memory://out", "https://host/out.nc", "file:///out"])
+def test_a_url_is_refused_where_only_files_are_written(url, tmp_path, monkeypatch, shell):
+    monkeypatch.chdir(tmp_path)
+    ball = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5))
+    press, over = mdr.indent("1 um"), {"profile.radius": [1e-3, 2e-3]}
+    # a Path keeps one slash of two
+    for place in (url, Path(url)):
+        for write in (
+            lambda p: mdr.sweep(ball, press, over, folder=p),
+            lambda p: KeptParts(p, {}),  # the argument keep
+            mdr.solve(ball, press).save,
+        ):
+            with pytest.raises(FileError, match="a URL, which only the stores of fit_map may be"):
+                write(place)
+    case = tmp_path / "case.toml"
+    case.write_text(template("ball"))
+    status, out, err = shell("run", case, "-o", url)
+    assert (status, out) == (1, "")
+    assert "a URL" in err
+    assert [file.name for file in tmp_path.iterdir()] == ["case.toml"]
+
+
+def test_a_rough_calibration_keeps_nothing_at_a_url(tmp_path, monkeypatch):
+    pytest.importorskip("ContactMechanics")
+    monkeypatch.chdir(tmp_path)
+    surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um")
+    with pytest.raises(FileError, match="a URL"):
+        mdr.calibrate_coefficient(surface, realisations=1, keep="s3://bucket/out")
+    assert not list(tmp_path.iterdir())

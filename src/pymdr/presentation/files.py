@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import json
 import os
+import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -33,6 +34,8 @@ _ERROR = "pymdr_error_"
 _CHECKSUM = "pymdr_checksum"
 _LONG = 100
 """Rows above which a path is saved as an array."""
+_URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
+"""The beginning of a URL, of whose two slashes a Path keeps one; a drive of Windows has one letter."""
 
 
 def named_file(file: object, verb: str) -> FilePath:
@@ -42,7 +45,7 @@ def named_file(file: object, verb: str) -> FilePath:
     Raises
     ------
     FileError
-        If it is not the name of a file; `verb`, such as "read", appears in the message.
+        If it is not the name of a file on this machine; `verb`, such as "read", appears in the message.
 
     Examples
     --------
@@ -54,6 +57,11 @@ def named_file(file: object, verb: str) -> FilePath:
     name = os.fspath(file) if isinstance(file, os.PathLike) else file
     if not isinstance(name, str) or not name:
         raise FileError(f"cannot {verb} {shown(file)}: give the name of a file as text or pathlib.Path")
+    if _URL.match(name):
+        raise FileError(
+            f"cannot {verb} {name}: a URL, which only the stores of fit_map may be, as text; give a file or folder of this "
+            "machine"
+        )
     return FilePath(name)
 
 

@@ -56,7 +56,9 @@ def named_after(case: Path) -> Path:
 def ready_folder(folder: Path) -> Iterator[Path]:
     """Create a folder and check that it is writable; a failure removes it again."""
     from pymdr.errors import FileError
+    from pymdr.presentation.files import named_file
 
+    named_file(folder, "write")
     made = [place for place in (folder, *folder.parents) if not place.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
