@@ -278,3 +278,12 @@ def test_dead_loads_on_a_cohesive_zone_are_followed_by_rings():
     path = mdr.load(0.5, steps=2, duration=1.0) >> mdr.load(0.0, steps=2, duration=1.0)
     rings, line = (mdr.solve(probe, path, solver=one)["indentation"].values for one in (Rings(80), None))
     np.testing.assert_allclose(rings, line, atol=5e-3 * np.abs(line).max())
+
+
+@pytest.mark.parametrize("rheology", [mdr.PowerLawRheology(1.0, 1.0, 0.2), mdr.Maxwell(1.0, 1.0)])
+def test_a_cohesive_zone_on_a_body_that_flows_is_refused(rheology):
+    body = mdr.Viscoelastic(rheology, poisson=0.5)
+    probe = mdr.Contact(mdr.Paraboloid(1.0), body, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+    for solver in (Rings(80), None):
+        with pytest.raises(ProblemError, match="use StandardSolid"):
+            mdr.solve(probe, mdr.indent(0.2, steps=2, duration=1.0), solver=solver)

@@ -156,7 +156,8 @@ def _angles(registry: Any, unit: Any) -> float:
 def shown(value: object) -> str:
     """A value for messages: on one line, cut after 80 characters."""
     try:
-        text = " ".join(repr(value).split())
+        plain = value.item() if isinstance(value, np.number) else value
+        text = " ".join(repr(plain).split())
     except ValueError:  # an integer with more digits than Python prints
         return f"a {type(value).__name__} of thousands of digits"
     return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."

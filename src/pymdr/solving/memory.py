@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.accuracy import of_own_size
 from pymdr.interpretation.layers import base_assumption
 from pymdr.interpretation.thickness import thickness_assumption
@@ -140,6 +140,16 @@ def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
         raise PathError(
             f"row 0 moves the indentation from {metres(start)} to {metres(end)} in zero time, for which this rheology needs an "
             "infinite force: give the row a duration"
+        )
+
+
+def refuse_flow(relaxation: Relaxation) -> None:
+    """Refuse bodies that are no solids with an instantaneous modulus."""
+    if math.isinf(relaxation.glassy) or not relaxation.rubbery > 0.0:
+        what = "flows at rest" if relaxation.rubbery == 0.0 else "is rigid at once"
+        raise ProblemError(
+            f"solve: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
+            "Prony with an equilibrium modulus"
         )
 
 

@@ -24,7 +24,7 @@ from pymdr.solving.memory import relaxation_along, span_along, surfaces_of
 from pymdr.solving.pulloff import start_of_retraction
 from pymdr.solving.soft import zone_setting
 from pymdr.solving.verb import read_stiffness, solve
-from pymdr.units import FloatArray, QuantityLike, to_si, written
+from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 ROWS, _FINE = 240, 48
 """Rows of a leg, and rows between two of them where the pull is largest and where the contact is lost."""
@@ -56,7 +56,7 @@ def speed_of_test(speed: QuantityLike, name: str) -> float:
     """A speed in m/s, checked."""
     v = to_si(speed, "m/s", name=name)
     if not 0.0 < v < math.inf:
-        raise ProblemError(f"pull_off: {name} = {speed!r}; a finite speed above 0 m/s is needed")
+        raise ProblemError(f"pull_off: {name} = {shown(speed)}; a finite speed above 0 m/s is needed")
     within_range(v, "m/s", f"pull_off: {name}", size=True)
     return v
 
@@ -260,7 +260,7 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
     law = contact.adhesion
     if law is None or law.cohesive_stress is None:
         raise ProblemError(
-            "pull_off: adhesion of bodies with memory needs a range; give MaugisDugdale(work, range=...) or Capillary"
+            "pull_off: bodies with memory need an adhesion of known stress; give MaugisDugdale(work, range=...) or Capillary (solve follows JKR(work, range=...) along a path)"
         )
     reach = law.work / law.cohesive_stress
     channel = "indentation" if math.isinf(stiffness) else "travel"

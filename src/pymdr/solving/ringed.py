@@ -27,6 +27,7 @@ from pymdr.rows import taken
 from pymdr.solving.memory import (
     assumptions_with_memory,
     later_too,
+    refuse_flow,
     refuse_sudden,
     relaxation_along,
     times_of,
@@ -236,6 +237,7 @@ def _depths(rows: _Remembered) -> FloatArray:
 def _walk_memory(task: Task, rings: Rings) -> Walked[_Remembered]:
     relaxation = relaxation_along(task.contact, task.path)
     if task.contact.adhesion is not None:
+        refuse_flow(relaxation)
         return walk(task, None, partial(_step_pulled, task.contact, relaxation, rings))
     return walk(task, None, partial(_step_with_memory, task.contact, relaxation, rings))
 

@@ -19,10 +19,10 @@ from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.result.readers import FieldReader
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.memory import assumptions_with_memory, relaxation_along
+from pymdr.solving.memory import assumptions_with_memory, refuse_flow, relaxation_along
 from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.reach import notes_of
-from pymdr.solving.soft import controls_of, refuse_edge, refuse_flow, springs_of
+from pymdr.solving.soft import controls_of, refuse_edge, springs_of
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

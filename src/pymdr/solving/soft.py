@@ -28,6 +28,7 @@ from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.memory import (
     assumptions_with_memory,
     error_of,
+    refuse_flow,
     relaxation_along,
     surfaces_of,
     times_of,
@@ -198,16 +199,6 @@ def zone_setting(contact: Contact, relaxation: Relaxation, targets: Mapping[floa
     widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
     refuse_edge(line, _GROWTH * 1.2 * widest)
     return ZoneSetting(relaxation, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
-
-
-def refuse_flow(relaxation: Relaxation) -> None:
-    """Refuse bodies that are no solids with an instantaneous modulus."""
-    if math.isinf(relaxation.glassy) or not relaxation.rubbery > 0.0:
-        what = "flows at rest" if relaxation.rubbery == 0.0 else "is rigid at once"
-        raise ProblemError(
-            f"solve: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
-            "Prony with an equilibrium modulus"
-        )
 
 
 def refuse_edge(line: AdhesiveLine, radius: float) -> None:
