@@ -178,3 +178,36 @@ def test_steps_that_cannot_be_taken_leave_the_state(count, profile):
         with pytest.raises(mdr.PathError, match=words):
             stepper.advance(*move)
     assert np.array_equal(stepper.tangential_force, before)
+
+
+RUBBER = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "0.2 s"), 0.5)
+GRIPPED = mdr.Contact(BALL, RUBBER, friction=mdr.Coulomb(0.3))
+"""A ball on a body with memory, with friction."""
+
+
+@pytest.mark.parametrize(
+    ("contact", "options", "step", "words"),
+    [
+        (ball(), {}, (1e-6, (1e-6, 0.0)), r"shape \(2,\).* one line; elastic bodies .* springs=32"),
+        (ball(), {"count": 3}, (1e-6, (1e-6, 0.0)), r"shape \(2,\).*of shape \(3,\)"),
+        (GRIPPED, {"springs": 32}, (1e-6, (1e-6, 0.0), 0.1), r"shape \(2,\).* one line"),
+        (ball(), {}, ("5 um",), "indentation = '5 um'; a number in m .* SI floats"),
+        (ball(), {"count": 3}, ("5 um",), "indentation = '5 um'; a number in m, or an array"),
+        (ball(), {}, (1e-6, "1 um"), "shift = '1 um'; a number in m"),
+        (ball(), {"count": 3}, (1e-6, "1e-6"), "shift = '1e-6'; a number in m"),
+        (ball(), {"springs": 32}, (1e-6, ("1 um", 0.0)), "shift x = '1 um'; a number in m"),
+        (GRIPPED, {"springs": 32}, (1e-6, 0.0, "1 s"), "duration = '1 s'; a number in s"),
+        (GRIPPED, {"springs": 32}, (1e-6, 0.0, -1.0), "duration = -1.0; .* at least 0"),
+        (ball(), {}, (None,), "indentation = None; a number in m"),
+        (ball(), {}, (np.full(2, 1e-6),), r"shape \(2,\); a number in m is needed"),
+        (ball(), {}, (1e-6, np.full(2, 1e-6)), r"shift = .* shape \(2,\)"),
+        (ball(), {"count": 3}, (np.full(4, 1e-6),), r"indentation = .* shape \(4,\).*of shape \(3,\)"),
+        (ball(), {"springs": 32}, "x", "angle = 'x'; a number in rad"),
+    ],
+)
+def test_values_that_are_no_numbers_leave_the_state(contact, options, step, words):
+    stepper = mdr.Stepper(contact, "10 um", **options)
+    with pytest.raises(mdr.PathError, match=words):
+        stepper.rotate(step) if isinstance(step, str) else stepper.advance(*step)
+    assert not np.any(stepper.indentation)
+    assert not np.any(stepper.shift)

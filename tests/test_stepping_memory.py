@@ -158,9 +158,9 @@ def test_refusals(contact, words):
 @pytest.mark.parametrize(
     ("shear", "duration", "words"),
     [
-        (RUBBER, None, "needs the finite duration"),
-        (RUBBER, -1.0, "needs the finite duration"),
-        (RUBBER, math.nan, "needs the finite duration"),
+        (RUBBER, None, "needs the duration of every step in s, finite and at least 0"),
+        (RUBBER, -1.0, "needs the duration of every step in s, finite and at least 0"),
+        (RUBBER, math.nan, "needs the duration of every step in s, finite and at least 0"),
         (KINDS[2], 0.0, "zero time"),
     ],
 )

@@ -114,7 +114,8 @@ class Moved(ABC):
     def rotate(self, angle: Any) -> None:
         """Turn everything in the plane by an angle in rad; contacts that move along one line refuse it."""
         raise ProblemError(
-            "Stepper.rotate: the contact moves along one line, which cannot turn; make it with friction and springs=, such as springs=32"
+            "Stepper.rotate: the contact moves along one line, which cannot turn; elastic bodies with friction move in the plane with springs=, "
+            "such as springs=32"
         )
 
     def undo(self) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from pymdr.errors import PathError, ProblemError, RefusedError
+from pymdr.errors import PathError, ProblemError, PymdrError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts
@@ -19,6 +19,7 @@ from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.moving import moving_of
 from pymdr.solving.springs_error import errors_of_springs
+from pymdr.solving.step_values import out_of_reach, refuse_malformed
 from pymdr.solving.verb import solve
 from pymdr.solving.viscoelastic import SPRINGS
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
@@ -197,15 +198,21 @@ class Stepper:
         Raises
         ------
         PathError
-            If a value is not finite, or deeper than `max_indentation`, or a body with memory has no duration; the contacts then keep the state before.
+            If a value is no number or not finite, is deeper than `max_indentation`, or a body with memory has no duration; the contacts then keep the state before.
         """
-        if self._several:
-            return self._advance_all(indentation, shift, duration)
-        d = float(indentation)
-        if not -math.inf < d <= self._deepest:
-            raise _refused(d, self._deepest)
-        # the constructor of a named tuple takes as long as the step
-        forces = tuple.__new__(self._forces, self._moved.advance(d, shift, duration))
+        try:
+            if self._several:
+                return self._advance_all(indentation, shift, duration)
+            d = float(indentation)
+            if not -math.inf < d <= self._deepest:
+                raise out_of_reach(d, self._deepest)
+            # the constructor of a named tuple takes as long as the step
+            forces = tuple.__new__(self._forces, self._moved.advance(d, shift, duration))
+        except PymdrError:
+            raise
+        except Exception:  # only then, since a check takes longer than a step
+            self._refuse_malformed(indentation, shift, duration)
+            raise
         self._undoable = True
         return forces
 
@@ -214,10 +221,18 @@ class Stepper:
         d[:] = indentation
         taken = np.logical_and(d > -math.inf, d <= self._deepest)
         if not taken.all():
-            raise _refused(float(d[np.argmin(taken)]), self._deepest)
+            raise out_of_reach(float(d[np.argmin(taken)]), self._deepest)
         forces = self._forces(*self._moved.advance_all(d, shift, duration))
         self._undoable = True
         return forces
+
+    def _refuse_malformed(self, indentation: Any, shift: Any, duration: Any) -> None:
+        lasting = {} if duration is None else {"duration": (duration, "s")}
+        refuse_malformed("advance", self.count, {"indentation": (indentation, "m")} | lasting)
+        # in the plane something else than a pair was refused before
+        in_plane = self._forces is PlaneForces and not isinstance(shift, float)
+        shifts = dict(zip(("shift x", "shift y"), shift, strict=True)) if in_plane else {"shift": shift}
+        refuse_malformed("advance", self.count, {name: (each, "m") for name, each in shifts.items()})
 
     def compiled(self, *, room: int = 64) -> CompiledStep:
         """
@@ -290,8 +305,16 @@ class Stepper:
         ------
         ProblemError
             If the contact does not move in the plane: a stack of turning points belongs to its line.
+        PathError
+            If the angle is no number, or not finite.
         """
-        self._moved.rotate(angle)
+        try:
+            self._moved.rotate(angle)
+        except PymdrError:
+            raise
+        except Exception:
+            refuse_malformed("rotate", self.count, {"angle": (angle, "rad")})
+            raise
         self._undoable = True
 
     def copy(self) -> Self:
@@ -446,16 +469,6 @@ class Stepper:
         if self.count > 1:
             return values.copy()
         return values[0].copy() if values.ndim > 1 else float(values[0])
-
-
-def _refused(indentation: float, deepest: float) -> PathError:
-    """The error of a step that was not taken."""
-    if not math.isfinite(indentation):
-        return PathError(f"Stepper.advance: indentation = {indentation:g} m; a finite value is needed")
-    return PathError(
-        f"Stepper.advance: indentation = {metres(indentation)} is deeper than max_indentation = {metres(deepest)}; make a stepper with "
-        "a larger one"
-    )
 
 
 def check_springs(springs: Any, where: str) -> None:

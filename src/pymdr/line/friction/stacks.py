@@ -75,7 +75,7 @@ class Stacks(WithoutAdhesion, Moved):
         if self._one[0] is not arrays:  # views take as long as the step
             self._one = arrays, (*self.body, *(array[0] for array in arrays))
         line, scales, stack, memory = self._one[1]
-        code, normal, tangential = self._step(line, scales, stack, memory, depth, self.moves * shift)
+        code, normal, tangential = self._step(line, scales, stack, memory, depth, self.moves * float(shift))
         if code == COMPLETE:
             return normal, self.moves * tangential
         if code != STACK_FULL:

@@ -74,7 +74,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         for each in given:
             if each is None or not 0.0 <= float(each) < math.inf:
                 raise PathError(
-                    f"Stepper.advance: duration = {shown(each)}; a body with memory needs the finite duration of the step in s"
+                    f"Stepper.advance: duration = {shown(each)}; a body with memory needs the duration of every step in s, finite and at least 0"
                 )
         lasting = [float(each) for each in np.broadcast_to(given, len(depths))]
         if self._rigid and 0.0 in lasting:

@@ -1,0 +1,60 @@
+"""Values of steps that cannot be taken, and their errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pymdr.errors import PathError
+from pymdr.units import metres, shown
+
+
+def out_of_reach(indentation: float, deepest: float) -> PathError:
+    """The error of an indentation in m that is not finite or deeper than the largest."""
+    if not math.isfinite(indentation):
+        return PathError(f"Stepper.advance: indentation = {indentation:g} m; a finite value is needed")
+    return PathError(
+        f"Stepper.advance: indentation = {metres(indentation)} is deeper than max_indentation = {metres(deepest)}; make a stepper with "
+        "a larger one"
+    )
+
+
+def refuse_malformed(verb: str, count: int, given: Mapping[str, tuple[Any, str]]) -> None:
+    """
+    Refuse values that are no numbers, or not as many as there are contacts.
+
+    Parameters
+    ----------
+    verb : str
+        What was to be done, for the message.
+    count : int
+        Number of contacts.
+    given : mapping
+        Values by their names, with their units.
+
+    Raises
+    ------
+    PathError
+        If one of them is malformed.
+    """
+    several = f", or an array of shape ({count},)," if count > 1 else ""
+    for name, (value, unit) in given.items():
+        said, needed = f"Stepper.{verb}: {name} = {shown(value)}", f"a number in {unit}{several} is needed"
+        try:
+            text = np.asarray(value).dtype.kind == "U"
+            shape = None if value is None or text else np.asarray(value, dtype=float).shape
+        except (TypeError, ValueError):
+            shape = None
+        if shape is None:
+            raise PathError(f"{said}; {needed}. Steps take SI floats, without units as texts, for speed")
+        if shape == () or (count > 1 and shape in ((1,), (count,))):
+            continue
+        line = (
+            ". The contact moves along one line; elastic bodies with friction move in the plane with springs=, such as springs=32"
+            if name == "shift" and shape[0] == 2
+            else ""
+        )
+        raise PathError(f"{said} has the shape {shape}; {needed}{line}")
