@@ -141,3 +141,28 @@ def test_a_slow_retreat_does_not_determine_a_relaxation_time():
     slow = measured(PROBE, speed, approach=speed, dwell=1e8, counts=(30, 2, 60))
     with pytest.raises(ProblemError, match="determines only the equilibrium modulus, 10 kPa"):
         mdr.fit(PROBE, slow, ["adhesion.work", "body.shear.time"], contact_point=4e-6, baseline=3e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_retreats_of_random_bodies_find_their_work(seed):
+    """Truth, start, speed and noise are random; the work is within four standard errors, of 5 % at most."""
+    rng = np.random.default_rng(seed)
+    work, modulus = rng.uniform(0.03, 0.1), 10.0 ** rng.uniform(4.0, 4.6)
+    body = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", modulus, rng.uniform(0.3, 3.0)), poisson=0.5)
+    probe = mdr.Contact(BALL, body, adhesion=mdr.MaugisDugdale(work, range=rng.uniform(4e-6, 8e-6)))
+    start = mdr.with_parameters(probe, {"adhesion.work": work * rng.uniform(0.5, 2.0)})
+    speed, noise = 10.0 ** rng.uniform(-5.0, -4.0), 10.0 ** rng.uniform(-6.0, -5.3)
+    found = mdr.fit(start, measured(probe, speed, seed, noise, counts=(30, 4, 60)), ["adhesion.work"])
+    one = found["adhesion.work"]
+    assert abs(one.value - work) < 4.0 * one.error
+    assert one.error < 0.05 * work
+
+
+def test_memory_is_compared_with_other_laws_and_mapped():
+    curve = measured(PROBE, 20e-6, counts=(20, 4, 40))
+    laws = {"memory": PROBE, "elastic": mdr.Contact(BALL, GEL, adhesion=mdr.JKR("50 mJ/m^2"))}
+    weighed = mdr.compare_laws(laws, curve, ["adhesion.work"])
+    assert weighed.best == "memory"
+    assert weighed.weights["elastic"] < 1e-6
+    fitted = mdr.fit_map(PROBE, [curve, curve], ["adhesion.work"])
+    np.testing.assert_allclose(fitted["adhesion.work"].values, 0.05, rtol=0.05)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ from scipy.special import dawsn
 
 import pymdr as mdr
 from pymdr.errors import PathError, ProblemError
+from pymdr.independent import memory_zone
 from pymdr.independent.memory import Bodies, follow_rings
+from pymdr.independent.memory_zone import Attraction, PulledSetting, follow_pulled
 from pymdr.independent.rings import Rings, leading_inverses, ring_displacement, solve_indentation
 from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import creep, follow_springs
@@ -287,3 +291,39 @@ def test_a_cohesive_zone_on_a_body_that_flows_is_refused(rheology):
     for solver in (Rings(80), None):
         with pytest.raises(ProblemError, match="use StandardSolid"):
             mdr.solve(probe, mdr.indent(0.2, steps=2, duration=1.0), solver=solver)
+
+
+def test_forces_of_a_cohesive_zone_converge_with_the_square_of_step_and_ring(monkeypatch):
+    t = np.array([0.0, 1.5, 2.0, 2.25, 2.5, 2.75])
+    d = np.array([-0.6, 0.2, 0.2, 0.0, -0.2, -0.4])
+    body = Relaxation(1.0, np.array([9.0]), np.array([1.0]))
+
+    def forces(step, n=60):
+        """Rows of steps in which the end of the zone moves by a part of its width."""
+        monkeypatch.setattr(memory_zone, "_MOVED", step * n)
+        setting = PulledSetting(Bodies(mdr.Paraboloid(1.0)), body, Attraction(2.0, 0.5), False, Rings(n))
+        return np.array([one.force for one in follow_pulled(setting, t, d, None).solutions])
+
+    def order(rows):
+        """By the differences of three resolutions, each the half of the last."""
+        one, other = (np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(rows))
+        return math.log2(one / other)
+
+    assert 1.6 < order([forces(step) for step in (0.1, 0.05, 0.025)]) < 2.6
+    assert 1.5 < order([forces(0.013, n) for n in (40, 80, 160)]) < 2.6
+
+
+def test_a_soft_adhesive_case_is_verified_from_the_shell(tmp_path, shell):
+    case = tmp_path / "soft.toml"
+    case.write_text(
+        '[profile]\nkind = "paraboloid"\nradius = "1 mm"\n[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "standard_solid", equilibrium = "10 kPa", modulus = "30 kPa", time = "1 s" }\n'
+        '[adhesion]\nkind = "maugis_dugdale"\nwork = "50 mJ/m^2"\nrange = "20 um"\n'
+        '[[path]]\nkind = "indent"\nindentation = "20 um"\nduration = "2 s"\nsteps = 4\n'
+        '[[path]]\nkind = "hold"\nduration = "2 s"\n'
+        '[[path]]\nkind = "indent"\nindentation = "-30 um"\nduration = "3 s"\nsteps = 8\n'
+    )
+    status, out, _ = shell("verify", case, "-o", tmp_path / "v", "--rings", "200", "--json")
+    assert status == 0
+    assert 0.0 < json.loads(out)["verification"]["largest_difference"] < 1e-3
+    assert (tmp_path / "v" / "verify.png").stat().st_size > 10_000

@@ -3,7 +3,7 @@
 The tension s0 acts on the disk r < c, of which the displacement is a closed form, and the contact presses against it: with
 p = q - s0, q >= 0, a step with known c is Signorini's problem of q for the gap of the history and of the disk (see
 `memory`). In a step, c is the root of one equation: the gap at c is the range. The ring that contains c bears its fraction.
-Where the root ends, the contact jumps to the next one at the same strains. Errors of forces are of first order in the ring width over
+Where the root ends, the contact jumps to the next one at the same strains. Errors of forces are of second order in the ring width over
 the zone and in the step.
 """
 
