@@ -131,7 +131,13 @@ def test_a_case_its_figures_and_what_is_refused(tmp_path):
     case = read_case(file)
     result = mdr.solve(case.contact, case.path)
     assert result.status is mdr.Status.PULLED_OFF
-    assert set(result.figures()) == {"section", "loop", "radius", "history", "fields"}
+    drawn = result.figures()
+    assert set(drawn) == {"section", "loop", "radius", "history", "fields"}
+    (area,) = drawn["loop"].axes[0].patches
+    assert f"work of the loop {1e9 * float(result['external_work'][-1]):.4g} nJ" in area.get_label()
+    x, y = area.get_xy().T  # in um and uN, with rows 2 um apart
+    enclosed = 1e-12 * 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+    assert enclosed == pytest.approx(float(result["external_work"][-1]), rel=0.05)
     result.plot()
     result.save(tmp_path / "soft.nc")
     assert mdr.open_result(tmp_path / "soft.nc").contact == case.contact

@@ -21,7 +21,7 @@ from pymdr.presentation.plot.shared import (
     styled,
 )
 from pymdr.quantities import QUANTITIES
-from pymdr.units import from_si, good_unit
+from pymdr.units import from_si, good_unit, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,7 @@ def short_overview(data: FigureData) -> Figure:
     with styled():
         figure = new_figure(9.6, 6.4)
         loop, force, radii, speed = np.ravel(figure.subplots(2, 2))
-        _draw(loop, data, _across(data), ("normal_force",))
+        _draw_loop(loop, data)
         _draw(force, data, "time", ("normal_force",))
         _draw(radii, data, "time", ("contact_radius", "cohesive_radius"))
         _draw(speed, data, "time", ("edge_speed",))
@@ -53,7 +53,7 @@ def soft_figures(data: FigureData) -> dict[str, Figure]:
     """``loop``, ``radius`` and ``history``."""
     with styled():
         loop, radius, history = new_figure(5.6, 4.2), new_figure(5.6, 4.2), new_figure(9.6, 3.4)
-        _draw(loop.subplots(), data, _across(data), ("normal_force",))
+        _draw_loop(loop.subplots(), data)
         _draw(radius.subplots(), data, _across(data), ("contact_radius", "cohesive_radius"))
         names = (("normal_force",), ("contact_radius", "cohesive_radius"), (_last(data),))
         for axes, each in zip(history.subplots(1, 3), names, strict=True):
@@ -72,7 +72,7 @@ def zone_overview(data: FigureData) -> Figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
         section_into(left, data)
         loop, radii, pressure = right.subplots(3, 1)
-        _draw(loop, data, _across(data), ("normal_force",))
+        _draw_loop(loop, data)
         _draw(radii, data, "time", ("contact_radius", "cohesive_radius"))
         draw_tensile_pressure(pressure, data)
         letter_panels(figure)
@@ -90,6 +90,20 @@ def _last(data: FigureData) -> str:
 
 def _across(data: FigureData) -> str:
     return "travel" if "travel" in data.data else "indentation"
+
+
+def _draw_loop(axes: Axes, data: FigureData) -> None:
+    """Force against depth; if the bodies part in the end, the area of the loop is the work that it takes."""
+    across = _across(data)
+    _draw(axes, data, across, ("normal_force",))
+    force = data.data["normal_force"].values
+    if "external_work" not in data.data or force[-1] != 0.0 or not np.isfinite(force).all():
+        return
+    parts = {"work of the loop": data.data["external_work"], "dissipated": data.data["dissipated_energy"]}
+    label = ", ".join(f"{name} {written(float(energy.values[-1]), 'J')}" for name, energy in parts.items())
+    x, y = axes.lines[0].get_data()
+    axes.fill(np.append(x[0], x), np.append(0.0, y), color=ORANGE, alpha=0.15, lw=0, label=label, zorder=1)
+    legend_above(axes)
 
 
 def _draw(axes: Axes, data: FigureData, across: str, names: tuple[str, ...]) -> None:
