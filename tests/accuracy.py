@@ -11,7 +11,8 @@ and pressure are compared with reference/quadrature.py. A value violates its cla
 where an error that is not known counts as 0 and the size of a quantity is the integral of its absolute integrand; for a contact radius a the rounding is
 1e-14 a (1 + condition) with the condition g / (a g') of its equation. Of the other kinds the size is the value, and 1e-9 and the
 error of the reference are allowed beside the claim. ``--seed`` and ``--only`` replay a problem. ``--folder`` keeps what is done: the
-same command goes on where it was stopped, and with a larger ``--count`` adds to it.
+same command goes on where it was stopped, and with a larger ``--count`` adds to it. ``--cluster tcp://node:8786`` hands the problems to a
+dask scheduler, whose workers have this folder's parent in their PYTHONPATH; the numbers are the same.
 """
 
 import argparse
@@ -30,6 +31,7 @@ from pathlib import Path
 import numpy as np
 
 from pymdr.solving.workers import in_order
+from pymdr.workbench.cli.options import at_work
 
 FOLDER = Path(__file__).parent / "reference"
 
@@ -78,6 +80,9 @@ class Effort:
     energies: int = 2
     pressures: int = 2
     """Rows whose pressure is read, each at three radii."""
+
+
+QUICK = Effort(False, 4, 1, 1)
 
 
 @dataclass(frozen=True)
@@ -552,6 +557,7 @@ def main():
     parser.add_argument("--only", type=int, nargs="+", help="indices of problems to replay")
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS, help="all unless given")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--cluster", metavar="ADDRESS", help="a dask scheduler instead of --workers")
     parser.add_argument("--folder", help="keeps what is done; the same command goes on")
     parser.add_argument("--worst", type=int, default=30, help="how many violated problems to list")
     parser.add_argument("--quick", action="store_true", help="smaller problems, 0.2 s each or less")
@@ -561,11 +567,14 @@ def main():
         seed = json.loads(about.read_text())["seed"]
     seed = secrets.randbits(31) if seed is None else seed
     print(f"seed {seed}", flush=True)
-    workers = 1 if given.only else given.workers
-    effort = Effort(False, 4, 1, 1) if given.quick else Effort()
-    found = study(seed, given.count, workers, given.only, True, effort, given.kinds, given.folder)
+    effort = QUICK if given.quick else Effort()
+    with at_work(1 if given.only else given.workers, given.cluster) as workers:
+        found = study(seed, given.count, workers, given.only, True, effort, given.kinds, given.folder)
     print(found.table(given.worst))
 
 
 if __name__ == "__main__":
-    main()
+    # under their own name workers, and readers of a folder, find the outcomes
+    from tests import accuracy
+
+    accuracy.main()

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 
 import numpy as np
 import pytest
@@ -118,6 +119,17 @@ def test_the_shell_takes_the_address_of_a_scheduler(client, tmp_path):
     assert np.array_equal(one["normal_force"], other["normal_force"])
 
 
+def test_the_study_of_random_problems_takes_the_address_of_a_scheduler(client, tmp_path, monkeypatch):
+    from tests import accuracy
+
+    options = ["--quick", "--seed", "5", "--count", str(len(accuracy.KINDS)), "--folder", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", ["accuracy", *options, "--cluster", client.scheduler.address])
+    accuracy.main()
+    here = accuracy.study(5, len(accuracy.KINDS), effort=accuracy.QUICK, kinds=accuracy.KINDS)
+    there = accuracy.study(5, 0, effort=accuracy.QUICK, kinds=accuracy.KINDS, folder=tmp_path)
+    assert [o.values for o in there.outcomes] == [o.values for o in here.outcomes]
+
+
 def test_an_address_without_a_scheduler(tmp_path, monkeypatch):
     from pymdr.workbench.cli.options import at_work
 
@@ -130,8 +142,6 @@ def test_an_address_without_a_scheduler(tmp_path, monkeypatch):
 
 
 def test_a_cluster_without_dask(monkeypatch):
-    import sys
-
     from pymdr.workbench.cli.options import at_work
 
     monkeypatch.setitem(sys.modules, "distributed", None)
