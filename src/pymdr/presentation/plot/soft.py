@@ -101,7 +101,7 @@ def _draw_loop(axes: Axes, data: FigureData) -> None:
         return
     parts = {"work of the loop": data.data["external_work"], "dissipated": data.data["dissipated_energy"]}
     label = ", ".join(f"{name} {written(float(energy.values[-1]), 'J')}" for name, energy in parts.items())
-    x, y = axes.lines[0].get_data()
+    x, y = (np.asarray(values, dtype=float) for values in axes.lines[0].get_data())
     axes.fill(np.append(x[0], x), np.append(0.0, y), color=ORANGE, alpha=0.15, lw=0, label=label, zorder=1)
     legend_above(axes)
 
