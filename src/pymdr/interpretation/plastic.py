@@ -48,7 +48,7 @@ def plastic_claims(
     """
     reason = (
         "the model of an elastic, ideally plastic ball on a rigid flat, whose pressure at yield is fitted to finite elements; "
-        "its error is not known"
+        "its error, and the range of d/R and Y/E of the fit, are not known here"
     )
     if body.apparent_radius:
         reason += "; the growth of the apparent radius is averaged over ten rows, so the result depends on the number of rows"

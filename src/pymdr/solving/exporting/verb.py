@@ -188,6 +188,15 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
             "represent; give JKR or DMT, as adhesion_regime(contact) recommends",
         ),
         (
+            contact.plastic is not None,
+            "the force of a body that yields depends on its largest indentation; use Stepper, which follows it step by step",
+        ),
+        (
+            contact.adhesion is not None and contact.adhesion.has_hysteresis,
+            f"{type(contact.adhesion).__name__} with two works has a force that depends on where the edge rests; use Stepper, which follows "
+            "it step by step, or give one work",
+        ),
+        (
             contact.adhesion is not None and not theory_of(contact.adhesion).proportional(contact.adhesion),
             f"{type(contact.adhesion).__name__} is not tabulated; give JKR or DMT, or write the curve of solve(...) with Result.to_csv",
         ),
