@@ -112,9 +112,14 @@ def test_uncertainties_follow_their_scalings():
     ("given", "text"),
     [
         ({}, "give standard uncertainties by name"),
-        ({"profile.radius": "90 %"}, "at most 50 %"),
+        ({"profile.radius": "90 %"}, "limit: 50 %"),
+        ({"spring_constant": "-10 %"}, "'-10 %'; a standard uncertainty must be above 0"),
+        ({"spring_constant": "0 %"}, "must be above 0"),
         ({"body.young": "1 %"}, "it is fitted"),
-        ({"profile.height": "1 %"}, "unknown"),
+        (
+            {"profile.height": "1 %"},
+            "spring_constant, sensitivity or a parameter .*unknown; .*profile.radius",
+        ),
     ],
 )
 def test_wrong_uncertainties_are_refused(given, text):
@@ -165,6 +170,8 @@ def test_a_map_masks_curves_of_poor_quality():
     assert found.data["good"].values.tolist() == [True, False, False, True]
     assert found.mask(relative_residual=1.0, baseline_rise=1.0).values.all() == (found["ending"] == 0).all()
     assert not found.mask(samples_in_contact=1000).values.any()
+    with pytest.raises(ProblemError, match="relative_residual = -1; a limit of 0 or more"):
+        found.mask(relative_residual=-1.0)
     inside = int((curves[0].travel > found["contact_point"].values[0]).sum())
     assert found["samples_in_contact"].values[0] == inside
     assert found["relative_residual"].values[0] == pytest.approx(0.01, rel=0.15)

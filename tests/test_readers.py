@@ -324,6 +324,17 @@ def test_segments_samples_and_signals_of_tables_from_the_shell(tmp_path, shell):
     assert (status, error) == (0, "")
     fitted = json.loads(out)["fit"]["values"]["body.young"]
     assert fitted["value"] == pytest.approx(YOUNG, rel=5e-3)
+    for uncertain in ("50 nm/V +- 5 %", "50 nm/V ± 2.5 nm/V"):
+        given = ("--segment", "approach", *options[:3], uncertain, *options[4:])
+        status, out, error = shell("fit", case, file, "--free", "body.young", *given)
+        assert (status, error) == (0, "")
+        one = json.loads(out)["fit"]
+        shares = {name: part["body.young"] for name, part in one["calibration"].items()}
+        assert shares["sensitivity"] > 0.04 * YOUNG  # E follows the deflection, at least in proportion
+        assert shares["sensitivity"] < one["values"]["body.young"]["error"] < 0.2 * YOUNG
+    status, _, error = shell("curves", file, *given[2:])
+    assert status != 0
+    assert "write --sensitivity '50 nm/V' here" in error
     status, out, _ = shell("curves", file, *options)
     assert status == 0
     assert [one["segment"] for one in json.loads(out)["curves"][0]["segments"]] == ["approach", "retreat"]

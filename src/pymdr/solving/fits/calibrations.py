@@ -21,7 +21,7 @@ from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 RECORD = "record"
 """Name of what the noise of the record and the numerics of the model contribute."""
 SPRING_CONSTANT, SENSITIVITY = "spring_constant", "sensitivity"
-_PERCENT = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*%\s*\Z")
+_PERCENT = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))\s*%\s*\Z", re.ASCII)
 _LARGEST = 0.5
 """Largest relative uncertainty; errors are propagated by one step to either side."""
 _NORMAL_95 = 1.959963984540054
@@ -60,9 +60,13 @@ def relative_uncertainty(given: QuantityLike, value: float, unit: str, name: str
         relative = float(percent[1]) / 100.0
     else:
         relative = to_si(given, unit, name=f"uncertainty[{name!r}]") / abs(value) if value else math.inf
-    if not 0.0 < relative <= _LARGEST:
+    if not relative > 0.0:
         raise ProblemError(
-            f"uncertainty of {name}: {shown(given)} is {100.0 * relative:.3g} % of {written(value, unit, 4)} (limits: above 0, at most 50 %); "
+            f"uncertainty of {name}: {shown(given)}; a standard uncertainty must be above 0, such as '5 %'"
+        )
+    if not relative <= _LARGEST:
+        raise ProblemError(
+            f"uncertainty of {name}: {shown(given)} is {100.0 * relative:.3g} % of {written(value, unit, 4)} (limit: 50 %); "
             "fit it as an unknown, or measure it better"
         )
     return relative
@@ -152,7 +156,12 @@ def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Sea
         raise ProblemError(
             f"uncertainty of {name}: it is fitted, and the fit gives its interval; leave it out of uncertainty or of free"
         )
-    parameter = parameter_of(search.contact, name)
+    try:
+        parameter = parameter_of(search.contact, name)
+    except ProblemError as error:
+        raise ProblemError(
+            f"uncertainty of {SPRING_CONSTANT}, {SENSITIVITY} or a parameter of the contact: {error}"
+        ) from None
     relative = relative_uncertainty(given, parameter.value, parameter.unit, name)
     moved = parameter.value * (1.0 + side * relative)
     try:

@@ -119,7 +119,21 @@ class FittedMap(Study):
         -------
         xarray.DataArray
             True for good curves; ``found["body.young"].where(found.mask())`` leaves the others out.
+
+        Raises
+        ------
+        ProblemError
+            If a limit is negative or not a number.
         """
+        limits = {
+            IN_CONTACT: samples_in_contact,
+            RESIDUAL: relative_residual,
+            DRIFT: baseline_rise,
+            OF_LIMIT: of_limit,
+        }
+        for name, limit in limits.items():
+            if not limit >= 0.0:
+                raise ProblemError(f"mask: {name} = {limit:g}; a limit of 0 or more is needed")
         data = self.data
         rise = data[DRIFT]
         good = (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.workbench.cli.folders import ready_folder, write_figure
-from pymdr.workbench.cli.options import Json, KeepSigns, LeaveOut, Quiet, Sensitivity
+from pymdr.workbench.cli.options import Json, KeepSigns, LeaveOut, Quiet, Sensitivity, with_uncertainty
 from pymdr.workbench.cli.reporting import failures_as_json, print_json, print_text, print_written, report
 
 if TYPE_CHECKING:
@@ -47,6 +47,8 @@ def curves(
     from pymdr.workbench.curves import read_curves
 
     with failures_as_json("curves", file, as_json):
+        _refuse_uncertainty("--spring-constant", spring_constant)
+        _refuse_uncertainty("--sensitivity", sensitivity)
         segments_read = read_curves(
             file,
             spring_constant=spring_constant,
@@ -70,6 +72,17 @@ def curves(
         for record in records:
             print_text("\n" + record.summary())
         print_written(written)
+
+
+def _refuse_uncertainty(option: str, given: str | None) -> None:
+    from pymdr.errors import ProblemError
+
+    value, uncertainty = with_uncertainty(given or "")
+    if uncertainty is not None:
+        raise ProblemError(
+            f"{option} {given}: segments and contact points have no interval that an uncertainty of {uncertainty} enters; write {option} "
+            f"'{value}' here, and give the uncertainty to `pymdr fit`, there or as --uncertainty"
+        )
 
 
 def _by_record(curves: Iterable[MeasuredCurve]) -> list[tuple[MeasuredCurve, ...]]:

@@ -23,6 +23,7 @@ from pymdr.workbench.cli.options import (
     Table,
     Uncertainties,
     at_work,
+    with_uncertainty,
 )
 from pymdr.workbench.cli.reporting import (
     Stage,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from pymdr.solving.curves import MeasuredCurve
     from pymdr.solving.fits import FitResult, FittedCurves, FittedMap
     from pymdr.solving.workers import Workers
+    from pymdr.units import QuantityLike
 
 
 def fit(
@@ -59,7 +61,7 @@ def fit(
     ],
     spring_constant: Annotated[
         str | None,
-        typer.Option(help="Spring constant of the machine if travel was measured, such as '0.1 N/m'."),
+        typer.Option(help="Spring constant if travel was measured, such as '0.1 N/m' or '0.1 N/m +- 10 %'."),
     ] = None,
     sensitivity: Sensitivity = None,
     leave_out_missing: LeaveOut = False,
@@ -158,15 +160,12 @@ def _fitted(
 
     origins = {name: settings[name] for name in ("contact_point", "shift_origin", "baseline")}
     ranges = {"indentation": settings["max_indentation"], "force": settings["max_force"]}
+    calibration, uncertainty = _calibration(settings)
     options: dict[str, Any] = {
         "fit_range": {name: limit for name, limit in ranges.items() if limit is not None} or None,
-        "uncertainty": _uncertainties(settings["uncertainty"], settings["spring_constant"]) or None,
+        "uncertainty": uncertainty or None,
     }
-    reading = {
-        "spring_constant": _parted(settings["spring_constant"])[0],
-        "sensitivity": settings["sensitivity"],
-        "leave_out_missing": settings["leave_out_missing"],
-    }
+    reading = {**calibration, "leave_out_missing": settings["leave_out_missing"]}
     is_folder = _is_folder(files)
     if settings["groups"] is not None and not is_folder:
         raise ProblemError("--groups is for a folder of curves; give the folder in place of the files")
@@ -256,28 +255,33 @@ def _each(
     return fitted, written
 
 
-def _parted(given: str | None) -> tuple[str | None, str | None]:
-    """A value and its uncertainty of ``VALUE +- UNCERTAINTY``."""
-    value, sign, uncertainty = (given or "").replace("±", "+-").partition("+-")
-    return (value.strip() if sign else given), (uncertainty.strip() if sign else None)
-
-
-def _uncertainties(given: Sequence[str] | None, spring_constant: str | None) -> dict[str, str]:
-    """Standard uncertainties by name."""
+def _calibration(settings: dict[str, Any]) -> tuple[dict[str, str | None], dict[str, QuantityLike]]:
+    """Spring constant and sensitivity, and standard uncertainties by name: theirs, and those of --uncertainty."""
     from pymdr.errors import ProblemError
+    from pymdr.solving.fits.calibrations import SENSITIVITY, SPRING_CONSTANT, relative_uncertainty
+    from pymdr.workbench.readers.record import calibration_of
 
-    by_name: dict[str, str] = {}
-    own = _parted(spring_constant)[1]
-    if own is not None:
-        by_name["spring_constant"] = own
-    for text in given or ():
+    values: dict[str, str | None] = {SPRING_CONSTANT: None, SENSITIVITY: None}
+    by_name: dict[str, QuantityLike] = {}
+    for name in values:
+        if settings[name] is not None:
+            values[name], own = with_uncertainty(settings[name])
+            if own is not None:
+                by_name[name] = own
+    if SENSITIVITY in by_name:  # records do not keep their sensitivity, so that it becomes relative here
+        known = calibration_of(None, values[SENSITIVITY])
+        assert known.sensitivity is not None
+        by_name[SENSITIVITY] = relative_uncertainty(
+            by_name[SENSITIVITY], known.sensitivity, known.sensitivity_unit, SENSITIVITY
+        )
+    for text in settings["uncertainty"] or ():
         name, sign, value = (part.strip() for part in text.partition("="))
         if not sign or not name or not value or name in by_name:
             raise ProblemError(
                 f"--uncertainty {text}: write each name once, with a value, such as --uncertainty 'profile.radius=5 %'"
             )
         by_name[name] = value
-    return by_name
+    return values, by_name
 
 
 def _over_indentation(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.workbench.cli.folders import write_report, write_study
-from pymdr.workbench.cli.options import Json, Quiet, ReportFile, Table
+from pymdr.workbench.cli.options import Json, Quiet, ReportFile, Table, with_uncertainty
 from pymdr.workbench.cli.reporting import (
     columns_of,
     failures_as_json,
@@ -184,12 +184,12 @@ def stiffness(
         )
         made = [*_named("area", known), *first, ("continuous_stiffness", profile)]
         if film_thickness is not None and substrate is not None:
-            value, _, error = film_thickness.replace("±", "+-").partition("+-")
+            value, error = with_uncertainty(film_thickness)
             film = film_modulus(
                 profile,
-                value.strip(),
+                value,
                 _substrate(substrate),
-                thickness_error=error.strip() or 0.0,
+                thickness_error=error or 0.0,
                 widths=_numbers("widths", widths, "0 3"),
             )
             made.append(("film", film))

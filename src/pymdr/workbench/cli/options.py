@@ -59,7 +59,7 @@ Cluster = Annotated[
 Sensitivity = Annotated[
     str | None,
     typer.Option(
-        help="Sensitivity of a deflection in V, such as '50 nm/V'; overrides the file.",
+        help="Sensitivity of a deflection in V, such as '50 nm/V'; fit: or '50 nm/V +- 5 %'.",
     ),
 ]
 Uncertainties = Annotated[
@@ -139,6 +139,19 @@ def spread(
             "between them"
         )
     return np.geomspace(ends[0], ends[1], points)
+
+
+def with_uncertainty(given: str) -> tuple[str, str | None]:
+    """
+    A value and its standard uncertainty; None without one.
+
+    Examples
+    --------
+    >>> with_uncertainty("0.05 N/m +- 10 %"), with_uncertainty("50 nm/V")
+    (('0.05 N/m', '10 %'), ('50 nm/V', None))
+    """
+    value, sign, uncertainty = given.replace("±", "+-").partition("+-")
+    return value.strip(), (uncertainty.strip() if sign else None)
 
 
 @contextmanager
