@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 unexport PYTHONDONTWRITEBYTECODE
 WRITES := $(VENV)/.writes
 
-.PHONY: run test tests explore browser check docs benchmarks validation mutants release-check matrix clean
+.PHONY: run test tests explore browser check docs benchmarks validation mutants release-check matrix paper clean
 
 run: $(READY)
 	$(BIN)/pymdr run examples/ball_on_glass.toml -o out
@@ -59,6 +59,11 @@ release-check: $(READY)
 matrix: $(READY)
 	$(BIN)/python -m pip install --quiet --group release
 	$(BIN)/python -m tests.release matrix
+
+# the paper with its citations and figures, written into build
+paper: $(READY)
+	$(BIN)/python -m pip install --quiet --group paper
+	$(BIN)/python -m tests.release paper
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -3,7 +3,8 @@
 ``python -m tests.release archives`` clones the last commit twice, builds an sdist from each and a wheel from the sdist, compares their bytes,
 checks their metadata, installs the wheel into a new environment, and runs the README there. ``python -m tests.release matrix`` installs the
 package with the newest dependencies on every Python of ``VERSIONS`` that the machine has, and with the oldest that pyproject.toml allows
-on the first, and runs the README and ``QUICK`` in each. Neither changes the clone.
+on the first, and runs the README and ``QUICK`` in each. ``python -m tests.release paper`` writes paper/paper.md with its citations and figures
+as one HTML file into build. None changes the files of the clone.
 """
 
 import argparse
@@ -140,13 +141,31 @@ def matrix(folder: Path, versions: tuple[str, ...]) -> None:
             print(f"Python {python}, {resolution}: {try_on(found, resolution, source, folder)}", flush=True)
 
 
+def paper(file: Path) -> None:
+    """Write the paper as one file; what pandoc warns of, such as a citation without its source, is an error."""
+    import pypandoc
+
+    file.parent.mkdir(exist_ok=True)
+    # figures are named relative to the folder of the paper
+    run(
+        pypandoc.get_pandoc_path(),
+        "paper.md",
+        *("--standalone", "--citeproc", "--embed-resources", "--mathml", "--fail-if-warnings"),
+        *("--output", file),
+        cwd=ROOT / "paper",
+    )
+    print(f"Written: {file}")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["archives", "matrix"])
+    parser.add_argument("what", choices=["archives", "matrix", "paper"])
     parser.add_argument("--python", nargs="+", default=VERSIONS, metavar="VERSION")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        if given.what == "archives":
+        if given.what == "paper":
+            paper(ROOT / "build" / "paper.html")
+        elif given.what == "archives":
             archives(Path(folder))
         else:
             matrix(Path(folder), tuple(given.python))

@@ -56,6 +56,17 @@ def test_the_paper_cites_what_its_bibliography_has():
         assert (ROOT / "paper" / figure).exists()
 
 
+def test_the_paper_is_built_with_its_citations_and_figures(tmp_path, monkeypatch):
+    pytest.importorskip("pypandoc", reason="pypandoc-binary, of the group paper, is not installed")
+    monkeypatch.syspath_prepend(str(ROOT))
+    from tests import release
+
+    release.paper(tmp_path / "paper.html")
+    built = (tmp_path / "paper.html").read_text(encoding="utf-8")
+    assert built.count('src="data:image/png;base64,') == text("paper/paper.md").count("![") == 3
+    assert len(re.findall(r'id="ref-', built)) == len(re.findall(r"^@", text("paper/paper.bib"), re.M))
+
+
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "CODE_OF_CONDUCT.md", "SECURITY.md"])
 def test_links_of_the_pages_of_the_project(page):
     for link in re.findall(r"\]\((?!https:)([^)#]+)", text(page)):
