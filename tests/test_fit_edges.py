@@ -6,6 +6,9 @@ from typer.testing import CliRunner
 
 import pymdr as mdr
 from pymdr.errors import ProblemError
+from pymdr.solving.fits.determining import refuse_noisy
+from pymdr.solving.fits.searching import Search
+from pymdr.solving.fits.unknowns import unknowns_of
 from pymdr.workbench.cli import app
 
 GEL = mdr.Elastic("30 kPa", 0.5)
@@ -125,6 +128,35 @@ def test_a_retreat_determines_the_work_of_a_body_with_memory():
     found = mdr.fit(start, measured(PROBE, 20e-6), ["adhesion.work"])
     holds(found, adhesion__work=0.05, contact_point=4e-6, baseline=3e-6)
     assert found["adhesion.work"].error < 0.02 * 0.05
+
+
+def slow_retreat(noise=2e-6):
+    return measured(PROBE, 1e-6, 0, noise, approach=2e-6, dwell=30.0, counts=(20, 4, 50))
+
+
+def test_a_slow_retreat_determines_work_and_range_beside_little_noise():
+    """Rates by short steps, in which the steps in time scatter, ended the search at the range of the start."""
+    start = mdr.with_parameters(PROBE, {"adhesion.work": 0.03, "adhesion.range": 3.5e-6})
+    free = ["adhesion.work", "adhesion.range"]
+    found = mdr.fit(start, slow_retreat(), free, contact_point=4e-6, baseline=3e-6)
+    holds(found, adhesion__work=0.05, adhesion__range=5e-6)
+    assert found["adhesion.range"].error < 0.05 * 5e-6
+
+
+def test_work_and_range_that_noise_hides_are_refused():
+    """A pair whose weakest combination has a 95 % interval of more than a factor of 4 is not told apart."""
+    free = ["adhesion.work", "adhesion.range"]
+    known = {"contact_point": 4e-6, "baseline": 3e-6, "tilt": 0.0}
+    search = Search(PROBE, unknowns_of(PROBE, free), (slow_retreat(),), known)
+    best = search.to_free([0.05, 5e-6], [{}])
+    slopes = search.slopes(best)
+    weakest = np.linalg.svd(slopes)[1][-1]
+    error = np.log(4.0) / 3.92
+    refuse_noisy(search, best, slopes, 0.99 * error * weakest)
+    with pytest.raises(
+        ProblemError, match=r"cannot distinguish adhesion\.work and adhesion\.range.*other speeds"
+    ):
+        refuse_noisy(search, best, slopes, 1.01 * error * weakest)
 
 
 def test_two_speeds_determine_work_and_rheology():

@@ -18,6 +18,8 @@ _INDISTINCT = 1e-6
 _EQUAL = 1e-6
 """Largest relative difference of equal works."""
 _LARGEST_ERROR = math.log(1e3)
+_EDGE_ERROR = math.log(4.0) / (2.0 * 1.96)
+"""Largest standard error of the logarithm of a combination that an adhesive edge with a history determines: its 95 % interval spans a factor of 4."""
 _ALONE = 0.05
 """Smallest component of a combination, relative to the largest."""
 _BEYOND = 1e6
@@ -69,6 +71,8 @@ def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: fl
     """
     Refuse sizes whose error by the noise of the records, in N, exceeds a factor of a thousand.
 
+    For an adhesive edge with a history, a combination such as that of work and range is refused whose 95 % interval spans more than a factor of 4.
+
     Raises
     ------
     ProblemError
@@ -78,10 +82,12 @@ def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: fl
         return
     own, _ = _own_slopes(search, slopes)
     _, singular, rows = np.linalg.svd(own, full_matrices=False)
-    if noise <= _LARGEST_ERROR * singular[-1]:
-        return
     weakest = rows[-1] / np.abs(rows[-1]).max()
-    if np.count_nonzero(np.abs(weakest) > _ALONE) > 1:
+    combined = np.count_nonzero(np.abs(weakest) > _ALONE) > 1
+    limit = _EDGE_ERROR if combined and search.contact.has_edge_history else _LARGEST_ERROR
+    if noise <= limit * singular[-1]:
+        return
+    if combined:
         raise ProblemError(_combination_text(search, free, np.where(np.abs(weakest) > _ALONE, weakest, 0.0)))
     undetermined = np.abs(weakest) == 1.0
     raise ProblemError(_undetermined_text(search, free, undetermined))
@@ -145,4 +151,5 @@ def _combination_text(search: Search, free: FloatArray, direction: FloatArray) -
                 u, v = search.unknowns[i], search.unknowns[last]
                 products.append(f"{u.name} x {v.name}^{power:g} = {value:.4g} (in {u.unit} and {v.unit})")
         text += f": it determines {', and '.join(products)}"
-    return f"{text}; fix one of them"
+    more = ", or add retreats at other speeds" if search.contact.has_edge_history else ""
+    return f"{text}; fix one of them{more}"

@@ -30,6 +30,8 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.units import FloatArray
 
 _STEP, _FORWARD = 1e-4, 1e-6
+_LONG_STEP = 1e-3
+"""Step of rates of an edge with memory: its steps in time change with the unknowns, by which the force scatters by about 1e-6."""
 TOLERANCE, _TRIALS = 1e-8, 400
 _PATIENCE = 80
 """Trials after which a search that reduces the sum of squares by less than one variance of the noise is given up: it creeps along a valley."""
@@ -171,11 +173,16 @@ class Search:
     def slopes(self, free: FloatArray) -> FloatArray:
         """Rates of the residuals, one column per free number."""
         columns, fixed = [], self.with_touches_at(free)
-        for i in range(free.size):
-            step = np.zeros(free.size)
-            step[i] = _STEP * (1.0 if i < len(self.unknowns) else 1e-2)
-            columns.append((fixed.residuals(free + step) - fixed.residuals(free - step)) / (2.0 * step[i]))
+        for step in np.diag(self.steps(_STEP, 1e-2 * _STEP)):
+            change = fixed.residuals(free + step) - fixed.residuals(free - step)
+            columns.append(change / (2.0 * step.sum()))
         return np.column_stack(columns)
+
+    def steps(self, unknown: float, origin: float) -> FloatArray:
+        """Steps of the free numbers by which rates are computed: those given, or longer ones where the force scatters."""
+        if self.contact.has_edge_history and self.contact.is_viscoelastic:
+            unknown, origin = _LONG_STEP, 0.1 * _LONG_STEP
+        return np.where(np.arange(len(self.names)) < len(self.unknowns), unknown, origin)
 
     def named(self, free: FloatArray) -> dict[str, float]:
         """Unknowns and origins by name, in SI units."""
@@ -278,7 +285,8 @@ def minimize_from(
         free[moving] = x
         own = search.with_touches_at(free)
         here = residuals(x, own)
-        steps = np.where(x + _FORWARD > high[moving], -_FORWARD, _FORWARD)
+        steps = search.steps(_FORWARD, _FORWARD)[moving]
+        steps = np.where(x + steps > high[moving], -steps, steps)
         return np.column_stack(
             [(residuals(x + one, own) - here) / step for one, step in zip(np.diag(steps), steps, strict=True)]
         )
