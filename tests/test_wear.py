@@ -176,6 +176,17 @@ def test_blocks_of_rings_are_of_second_order() -> None:
     assert change[0] / change[1] > 3.0
 
 
+def test_loops_late_in_wear_at_constant_load_are_known(loaded: mdr.solving.wear.Wear) -> None:
+    """The stiffness is level over half of the depth: that its rise has no digits there says nothing of the last part."""
+    row = int(np.searchsorted(loaded["cycles"].values, 1.2e6))
+    worn = mdr.Contact(loaded.force_curve(row), BODY, BODY, friction=mdr.Coulomb(0.5))
+    loop = mdr.friction_loop(worn, "0.4 um", normal_force="20 N")
+    assert float(loop.claims["dissipated_per_cycle"].error[0]) < 0.03
+    assert float(loop["dissipated_per_cycle"][0]) == pytest.approx(
+        float(loaded["dissipated_per_cycle"][row]), rel=1e-4
+    )
+
+
 def test_friction_of_a_worn_contact_to_the_end(at_depth: mdr.solving.wear.Wear) -> None:
     for row in (15, 25, -1):
         curve = at_depth.force_curve(row)

@@ -42,7 +42,9 @@ class Closure:
     misfit: float
     """Root mean square distance in N of the points from the curve."""
     errors: tuple[FloatArray, FloatArray]
-    """Depths in m, rising, and the relative errors at each of k, F, U and of the rise of k, shape (4, n)."""
+    """
+    Depths in m, rising, and at each the relative errors of k, F, U and of the rise of k, and the error of the rise in N/m, shape (5, n).
+    """
     given: tuple[FloatArray, FloatArray] | None
     """Depths in m of the points and the relative errors of their forces; None without errors."""
     notes: tuple[str, ...]
@@ -62,7 +64,12 @@ class Closure:
         """Relative errors of k, F, U and the rise of k at depths in m, shape (4, n), from half of the points and more segments."""
         table, values = self.errors
         j = np.clip(np.searchsorted(table, depth), 0, table.size - 1)
-        return np.where(depth > 0.0, values[:, j], 0.0)
+        *relative, rise, distance = values[:, j]
+        own = stiffness_states(self.stiffness, depth)[3]
+        # where k is level its rise has no digits, which says nothing about the rise at other depths
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rise = np.fmin(rise, np.where(distance > 0.0, distance / own, rise))
+        return np.where(depth > 0.0, np.stack([*relative, rise]), 0.0)
 
     def given_error(self, depth: FloatArray) -> FloatArray:
         """
@@ -136,7 +143,9 @@ def closure_of(curve: ForceCurve) -> Closure:
         )
     halves = [fit_points(*every_other(d / scales[0], force / scales[1], first), touch) for first in (0, 1)]
     depths, errors = _errors(whole, halves)
-    line = Polyline(whole.line.depth * scales[0], whole.line.stiffness * (scales[1] / scales[0]))
+    slope = scales[1] / scales[0]
+    errors[4] *= slope
+    line = Polyline(whole.line.depth * scales[0], whole.line.stiffness * slope)
     given = None
     if curve.error is not None:
         inside = d / scales[0] > whole.touch
@@ -153,7 +162,7 @@ def closure_of(curve: ForceCurve) -> Closure:
 
 
 def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
-    """Depths, and the relative errors of k, F, U and the rise of k there."""
+    """Depths, and the errors there, as in `Closure`."""
     deepest = min(fit.deepest for fit in (whole, *halves))
     innermost = whole.first * (2.0**-_BELOW if whole.segments else 1.0)
     number = 1 + math.ceil(OCTAVE * math.log2(deepest / innermost)) if deepest > innermost else 1
@@ -170,12 +179,14 @@ def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
     distance = np.maximum(distance, _scatter(whole, tried))
     with np.errstate(divide="ignore", invalid="ignore"):
         each = np.minimum(np.where(distance > 0.0, distance / own, 0.0), 1.0)
-    values = np.zeros((4, number))
+    each = np.vstack([each, distance[3]])
+    values = np.zeros((5, number))
     np.maximum.at(values.T, np.clip(np.searchsorted(depth, tried), 0, number - 1), each.T)
     padded = np.pad(values, ((0, 0), (OCTAVE, OCTAVE)), mode="edge")
     spread = np.lib.stride_tricks.sliding_window_view(padded, 2 * OCTAVE + 1, axis=1).max(axis=2)
     if whole.segments:
-        spread = np.maximum(spread, _unmeasured(whole, depth))
+        spread[:4] = np.maximum(spread[:4], _unmeasured(whole, depth))
+        spread[4, depth < whole.first] = math.inf
     depth[-1] = whole.deepest
     return depth, np.maximum(spread, 1e-15)
 
