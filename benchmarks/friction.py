@@ -298,10 +298,51 @@ def worn() -> Iterator[Ratio]:
     yield Ratio(f"1e6 cycles of wear ({ours:.2f} s)", against, ours, theirs, "aim 1 s")
 
 
+def lubkin_springs(twist: Floats, limit: Floats, x: Floats, shear: float) -> Floats:
+    """Torque over rows of twist at constant load, by springs at x that stick with dQ = 8 G dphi and slip at Q_max."""
+    q, arms = np.zeros(x.size), 2.0 * x * x * (x[1] - x[0])
+    torque = np.empty(twist.size)
+    for row, change in enumerate(np.diff(twist, prepend=0.0)):
+        q = np.clip(q + 8.0 * shear * change, -limit, limit)
+        torque[row] = arms @ q
+    return torque
+
+
+def torsion() -> Iterator[Ratio]:
+    """Cycles of twist of a ball at constant load, against springs whose Q_max is the integral of Hertz' pressure along cosh."""
+    rows, n, mu, force = 192, 1000, 0.3, 10.0
+    steel = mdr.Elastic("210 GPa", 0.3)
+    ball = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(mu))
+    path = mdr.load(force) >> mdr.cycle(twist="5 mrad", cycles=8, steps=rows)
+    result = mdr.solve(ball, path)
+    a = float(result["contact_radius"][0])
+    x = a * (np.arange(n) + 0.5) / n
+    node, weight = np.polynomial.legendre.leggauss(40)
+    part = (node + 1.0) / 2.0
+    most = np.arccosh(a / x)[:, None]
+    p = 1.5 * force / (np.pi * a**2) * np.sqrt(1.0 - (x[:, None] / a * np.cosh(most * (1.0 - part**2))) ** 2)
+    limit = 4.0 * mu * np.sum(most * part * weight * p, axis=1)
+    twist, torque = result["twist"].values[1:], result["torque"].values[1:]
+    plain = partial(lubkin_springs, twist, limit, x, steel.shear / 2.0)
+    off = float(np.max(np.abs(plain() - torque)) / np.max(torque))
+    if off > 1e-5:
+        raise RuntimeError(f"torsion is off the springs by {off:.1g}")
+    ours, theirs = median_times((partial(mdr.solve, ball, path), 3), (plain, 5))
+    against = f"{n} springs in NumPy without fields, energies and claims (off by {off:.0e})"
+    yield Ratio(
+        f"{rows} rows of torsion at constant load ({ours / rows * 1e3:.1f} ms a row)",
+        against,
+        ours,
+        theirs,
+        "no aim",
+    )
+
+
 def ratios() -> Iterator[Ratio]:
     yield from by_force()
     yield from plane()
     yield from worn()
+    yield from torsion()
     yield from per_step()
     yield from flatness()
     yield from tables()
