@@ -22,6 +22,8 @@ result = mdr.solve(
 )
 print(result.summary())
 figure = result.figures()["loop"]
+figure.savefig("afm_tip_on_gel.png")
+print("figure saved as afm_tip_on_gel.png")
 
 # %%
 # The exact pull-off for any cantilever, without following a path:

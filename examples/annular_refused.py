@@ -19,6 +19,8 @@ try:
 except mdr.NotValidError as refusal:
     print(refusal)
 figure = result.plot()
+figure.savefig("annular_refused.png")
+print("figure saved as annular_refused.png")
 
 # %%
 # The bound for an indentation d: 2 E* (d b + b^3 / (3 R)), the load of the full disk (Barber 1974).

@@ -20,6 +20,8 @@ largest_pressure = result.field("pressure", r=0.0).values[0]
 print(f"largest pressure {largest_pressure / 1e6:.1f} MPa")
 
 figure = result.plot()
+figure.savefig("ball_on_glass.png")
+print("figure saved as ball_on_glass.png")
 
 # %%
 # Hertz' formula for the paraboloid, a^3 = 3 F R / (4 E*), differs by (a/R)^2 only.

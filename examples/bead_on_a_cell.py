@@ -23,6 +23,8 @@ start = mdr.Contact(pair, mdr.Elastic("5 kPa", 0.5))
 study = mdr.fit_over_indentation(start, curve, ["body.young"], steps=6)
 print(study)
 figure = study.plot()
+figure.savefig("bead_on_a_cell.png")
+print("figure saved as bead_on_a_cell.png")
 
 # %%
 # A pyramid of four sides, 35 degrees between axis and face.

@@ -16,6 +16,8 @@ joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3)
 result = mdr.solve(joint, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", cycles=2, steps=400))
 print(result.summary())
 figure = result.figures(step=250)["loop"]
+figure.savefig("bolted_joint_loop.png")
+print("figure saved as bolted_joint_loop.png")
 
 # %%
 # The same over many amplitudes:

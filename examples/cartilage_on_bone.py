@@ -19,6 +19,8 @@ path = mdr.indent("0.1 mm", steps=40) >> mdr.indent("-0.1 mm", steps=120)
 result = mdr.solve(ball, path)
 print(result.summary())
 figure = result.figures()["layers"]
+figure.savefig("cartilage_on_bone.png")
+print("figure saved as cartilage_on_bone.png")
 
 # %%
 # A half-space needs less force for the same depth. As a model of the cartilage it gives a modulus that is too large:

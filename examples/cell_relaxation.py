@@ -102,6 +102,8 @@ left.legend()
 right.plot(1e6 * rows.depth, 1e9 * force, ".")
 right.plot(result.to("indentation", "um"), 1e9 * model)
 right.set_xlabel("indentation (µm)")
+figure.savefig("cell_relaxation.png")
+print("figure saved as cell_relaxation.png")
 
 # %%
 # The ramp was not fitted and tests the model. For the cell in the tests of afmformats (``fmt-jpk-sr_cell1-0008.jpk-force``) the residual there

@@ -26,6 +26,8 @@ axes = figure.subplots()
 for i in range(0, count, 4):
     axes.plot(time * 1e3, velocity[:, i] + 0.05 * i, lw=1.0)
 axes.set(xlabel="time (ms)", ylabel="velocity of every fourth sphere (m/s), shifted")
+figure.savefig("chain_of_spheres.png")
+print("figure saved as chain_of_spheres.png")
 
 
 # %%

@@ -27,12 +27,16 @@ for law in ("JKR", "MaugisDugdale", "DMT"):
 axes.set_xlabel("radius of the tip (nm)")
 axes.set_ylabel(r"pull-off force / $\pi w R$")
 axes.legend()
+figure.savefig("choosing_the_law.png")
+print("figure saved as choosing_the_law.png")
 
 # %%
 # All three laws in the transition: curves of equilibria, and the pressure of the unloaded contact. The tension of JKR is
 # infinite at the edge, that of Maugis and Dugdale is constant to the edge of the cohesive zone:
 middle = min(regimes, key=lambda regime: abs(np.log(regime.maugis)))
 figure = middle.plot()
+figure.savefig("choosing_the_law_2.png")
+print("figure saved as choosing_the_law_2.png")
 
 # %%
 # JKR gives 3/2, DMT 2, and Maugis and Dugdale a value between:

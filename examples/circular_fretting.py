@@ -16,7 +16,9 @@ steel = mdr.Elastic(young="210 GPa", poisson=0.3)
 ball = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
 small = mdr.solve(ball, mdr.load("50 N") >> mdr.circle(shift="0.4 um", turns=2, steps=256))
 print(small)
-small.figures()
+figure = small.plot()
+figure.savefig("circular_fretting.png")
+print("figure saved as circular_fretting.png")
 
 # %%
 # Slip in a steady turn of radius A: a spring with the limit m lags by the angle arccos(m / A), so that its force has the component
@@ -41,3 +43,5 @@ assert abs(per_turn / (2 * math.pi * radius * force) - 1) < 5e-4
 # The force lags behind the shift.
 
 figure = large.plot()
+figure.savefig("circular_fretting_2.png")
+print("figure saved as circular_fretting_2.png")

@@ -17,6 +17,8 @@ contact = mdr.Contact(tip, quartz)
 result = mdr.solve(contact, mdr.indent("100 nm", steps=40) >> mdr.load(0.0, steps=20))
 print(result.summary())
 figure = result.plot(step=39)
+figure.savefig("conical_indenter.png")
+print("figure saved as conical_indenter.png")
 
 # %%
 # Sneddon's closed form, F = (2/pi) E* tan(half angle) d^2.

@@ -17,6 +17,8 @@ ball = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0
 creep = mdr.rolling(ball, [1e-3, 2e-3, 4e-3, 8e-3], normal_force="100 N", law="calibrated")
 print(creep)
 figure = creep.plot()
+figure.savefig("creep_curve.png")
+print("figure saved as creep_curve.png")
 
 # %%
 # Creepage at half of the largest force: the springs of the method are too soft by 45 % and need

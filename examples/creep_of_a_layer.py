@@ -25,6 +25,8 @@ for result, label in ((layer, "layer of 50 µm on glass"), (deep, "half-space"))
     axes.plot(result["time"], 1e6 * result["indentation"], label=label)
 axes.set(xlabel="time (s)", ylabel="indentation (µm)", ylim=(0.0, None))
 axes.legend()
+figure.savefig("creep_of_a_layer.png")
+print("figure saved as creep_of_a_layer.png")
 
 # %%
 # At rest the layer is that of an elastic gel of the shear modulus 1 kPa:

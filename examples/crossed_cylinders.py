@@ -13,6 +13,8 @@ wires = mdr.EllipticParaboloid(radius_x="2 mm", radius_y="1 mm")
 result = mdr.solve(mdr.Contact(wires, steel, steel), mdr.load("10 N", steps=20))
 print(result.summary())
 figure = result.plot()
+figure.savefig("crossed_cylinders.png")
+print("figure saved as crossed_cylinders.png")
 
 # %%
 # The largest pressure, p = 3 F / (2 pi a b), and the errors of bound and estimate.

@@ -38,6 +38,8 @@ left.plot(step * np.arange(len(shifts)) * 1e3, np.array(shifts) * 1e6, lw=0.8)
 left.set(xlabel="time (ms)", ylabel="shift (µm)")
 right.plot(np.array(shifts) * 1e6, forces, lw=0.6)
 right.set(xlabel="shift (µm)", ylabel="tangential force (N)")
+figure.savefig("damped_vibration.png")
+print("figure saved as damped_vibration.png")
 
 # %%
 # A late cycle, which hardly shrinks, loses what the closed loop of the same amplitude dissipates:

@@ -42,5 +42,7 @@ case = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("1 kPa", 0.5))
 result = mdr.fit(case, prepared, ["body.young"])
 print(result)
 figure = result.plot()
+figure.savefig("deflection_in_volts.png")
+print("figure saved as deflection_in_volts.png")
 
 assert abs(result["body.young"].value / 5e3 - 1) < 0.005

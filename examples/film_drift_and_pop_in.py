@@ -28,6 +28,8 @@ profile = mdr.continuous_stiffness(record, tip, poisson=0.3, points=8)
 study = mdr.film_modulus(profile, "500 nm", silicon, thickness_error="5 nm")
 print(study)
 figure = study.plot()
+figure.savefig("film_drift_and_pop_in.png")
+print("figure saved as film_drift_and_pop_in.png")
 assert study.interval[0] < 10e9 < study.interval[1]
 
 # %%
@@ -42,6 +44,8 @@ depth += 0.1e-9 * time + 0.1e-9 * rng.normal(size=400)
 drift = mdr.thermal_drift(mdr.MeasuredCurve(force=1e-3 * part, indentation=depth, time=time))
 print(drift)
 figure = drift.plot()
+figure.savefig("film_drift_and_pop_in_2.png")
+print("figure saved as film_drift_and_pop_in_2.png")
 assert float(drift["rate_low"][0]) < 0.1e-9 < float(drift["rate_high"][0])
 
 # %%
@@ -53,4 +57,6 @@ depth = depth + np.where(force > 0.4e-3, 8e-9, 0.0) + 0.05e-9 * rng.normal(size=
 jump = mdr.first_pop_in(mdr.MeasuredCurve(force=force, indentation=depth), round_tip)
 print(jump)
 figure = jump.plot()
+figure.savefig("film_drift_and_pop_in_3.png")
+print("figure saved as film_drift_and_pop_in_3.png")
 assert abs(float(jump["pop_in_force"][0]) / 0.4e-3 - 1) < 0.02

@@ -24,6 +24,8 @@ record = mdr.MeasuredCurve(indentation=depth, force=force)
 pop_in = mdr.first_pop_in(record, contact)
 print(pop_in)
 figure = pop_in.plot()
+figure.savefig("first_pop_in.png")
+print("figure saved as first_pop_in.png")
 
 # %%
 # The stress at that load, in the crystal and in the tip: the largest shear stress lies on the axis at half a contact radius.
@@ -34,6 +36,8 @@ print(
     f"largest shear stress {float(shear[-1]) / 1e9:.1f} GPa, {float(shear[-1]) / tungsten.shear:.3f} G, at z = {float(shear.z[-1]) * 1e9:.0f} nm"
 )
 figure = result.plot("stress")
+figure.savefig("first_pop_in_2.png")
+print("figure saved as first_pop_in_2.png")
 # Huber (1904): 0.31 of the largest pressure where nu = 0.3
 assert abs(float(shear[-1] / result["peak_pressure"][-1]) - 0.3148) < 2e-4
 # the record shows the load at which the jump begins

@@ -29,3 +29,5 @@ pressure = 200e6 * (1 + 1.75 * math.exp(-4.4 * d / 1e-3))
 assert math.isclose(pressure * math.pi * a**2, 30.0, rel_tol=1e-12)
 
 figure = result.plot()
+figure.savefig("flattened_ball.png")
+print("figure saved as flattened_ball.png")

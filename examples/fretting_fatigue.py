@@ -22,6 +22,8 @@ bulk = 80e6 * result["tangential_force"] / 150.0
 worst = mdr.fatigue(result, criterion=mdr.SmithWatsonTopper(), superposed={"xx": bulk})
 print(worst)
 figure = worst.plot()
+figure.savefig("fretting_fatigue.png")
+print("figure saved as fretting_fatigue.png")
 assert abs(abs(worst.x) / float(result["contact_radius"][-1]) - 1) < 1e-3
 assert abs(worst.plane[0]) > 0.999
 
@@ -37,4 +39,6 @@ for added in (None, {"xx": bulk}):
 
 ruiz = mdr.fatigue(result, criterion=mdr.RuizDamage(), superposed={"xx": bulk})
 figure = ruiz.plot()
+figure.savefig("fretting_fatigue_2.png")
+print("figure saved as fretting_fatigue_2.png")
 assert np.hypot(ruiz.x, ruiz.y) < float(result["contact_radius"][-1])

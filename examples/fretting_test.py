@@ -24,9 +24,13 @@ record = made.assign(shift=made["shift"] + made["tangential_force"] / 50e6)
 log = mdr.fretting_log(record, contact=ball, machine_stiffness="50 MN/m", worn_volume="0.001 mm^3")
 print(log)
 figure = log.plot()
+figure.savefig("fretting_test.png")
+print("figure saved as fretting_test.png")
 assert abs(float(log["friction_coefficient"][-1]) - 0.5) < 1e-9
 
 # %%
 # The cycles on the map of running conditions.
 
 figure = mdr.running_conditions(ball, np.linspace(1.0, 100.0, 50), record=log).plot()
+figure.savefig("fretting_test_2.png")
+print("figure saved as fretting_test_2.png")

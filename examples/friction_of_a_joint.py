@@ -28,6 +28,8 @@ start = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("50 GPa", 0.3), steel, fric
 fit = mdr.fit(start, record, ["friction.coefficient", "body.young"])
 print(fit)
 figure = fit.plot()
+figure.savefig("friction_of_a_joint.png")
+print("figure saved as friction_of_a_joint.png")
 
 mu = fit["friction.coefficient"]
 assert mu.low < 0.3 < mu.high

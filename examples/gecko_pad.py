@@ -27,5 +27,7 @@ curve = mdr.pull_off_curve(pad, speed="50 um/s", dwell=dwells, preload="0.5 mN",
 pulls = -curve["largest_pull"].values[0]
 print((1e6 * pulls).round().tolist())
 figure = curve.plot()
+figure.savefig("gecko_pad.png")
+print("figure saved as gecko_pad.png")
 assert (pulls[1:] > pulls[:-1]).all()
 assert abs(pulls[-1] / pulls[0] - 1.352) < 0.01

@@ -106,6 +106,8 @@ left.legend()
 right.plot(1e9 * force, measured, ".")
 right.plot(1e9 * force, 1e6 * model)
 right.set_xlabel("force (nN)")
+figure.savefig("gel_creep.png")
+print("figure saved as gel_creep.png")
 
 # %%
 # The gel in the tests of afmformats (``fmt-jpk-cc_pr14-polymergel-2021.06.30.jpk-force``) is adhesive: the pull in the retraction is as large as

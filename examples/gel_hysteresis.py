@@ -29,6 +29,8 @@ for depth in ("1 um", "2 um", "4 um"):
     area = math.pi * float(a.max()) ** 2
     assert abs(spent / ((costs - gains) * area) - 1) < 1e-9
 figure = loop.figures()["loop"]
+figure.savefig("gel_hysteresis.png")
+print("figure saved as gel_hysteresis.png")
 
 # %%
 # Advancing and receding contacts alone are JKR with one work each. The pull-off after a deep press is that of the larger.

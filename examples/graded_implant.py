@@ -19,6 +19,8 @@ graded = mdr.Contact(mdr.Paraboloid(R), implant)
 result = mdr.solve(graded, mdr.load("50 N", steps=50))
 print(result.summary())
 figure = result.plot()
+figure.savefig("graded_implant.png")
+print("figure saved as graded_implant.png")
 
 # %%
 # A homogeneous body with the same load and indentation, F = (4/3) E* sqrt(R d^3), has a smaller contact:
@@ -33,6 +35,8 @@ for words, one in (("graded", result), ("homogeneous", homogeneous)):
 axes.set_xlabel("radius (µm)")
 axes.set_ylabel("pressure (MPa)")
 axes.legend()
+figure.savefig("graded_implant_2.png")
+print("figure saved as graded_implant_2.png")
 
 # %%
 # In the middle of the contact it is 2 c a^(1+k) / (pi R (1+k)^2), where the springs have the stiffness c x^k per length:

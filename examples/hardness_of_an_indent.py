@@ -38,6 +38,8 @@ indents = [recorded(depth, 9e9, silica) for depth in np.geomspace(30e-9, 600e-9,
 calibration = mdr.calibrate_area(indents, silica, epsilon=None)
 print(calibration)
 figure = calibration.plot()
+figure.savefig("hardness_of_an_indent.png")
+print("figure saved as hardness_of_an_indent.png")
 
 # %%
 # An indent in a steel of 210 GPa and 4 GPa of hardness; the calibration brings its uncertainty.
@@ -45,6 +47,8 @@ steel = mdr.Elastic("210 GPa", 0.3)
 study = mdr.oliver_pharr(recorded(150e-9, 4e9, steel), calibration, poisson=0.3, epsilon=None)
 print(study)
 figure = study.plot()
+figure.savefig("hardness_of_an_indent_2.png")
+print("figure saved as hardness_of_an_indent_2.png")
 
 assert np.all(abs(study["hardness"] / 4e9 - 1) < 0.01)
 assert np.all((study["young_modulus_low"] < 210e9) & (study["young_modulus_high"] > 210e9))

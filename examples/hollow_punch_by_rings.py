@@ -16,6 +16,8 @@ path = mdr.indent("1.5 um", steps=3)
 result = mdr.solve(contact, path, solver=mdr.Rings(n=150))
 print(result.summary())
 figure = result.plot()
+figure.savefig("hollow_punch_by_rings.png")
+print("figure saved as hollow_punch_by_rings.png")
 
 # %%
 # The true force is above the rigorous bound of the refused solution.

@@ -41,6 +41,8 @@ for limit, name in ((1.5, "soft"), (2.0, "stiff")):
 axes.set_ylim(1.45, 2.1)
 axes.set_xlabel("humidity (%)")
 axes.set_ylabel(r"pull-off force / ($\pi R w$)")
+figure.savefig("humid_tip.png")
+print("figure saved as humid_tip.png")
 
 # %%
 # Along a retraction at 50 % humidity the cohesive radius is the radius of the meniscus.

@@ -35,6 +35,8 @@ axes.plot(result.to("shift", "um"), result["tangential_force"], label="solved")
 axes.set_xlabel("shift (µm)")
 axes.set_ylabel("tangential force (N)")
 axes.legend()
+figure.savefig("joint_record.png")
+print("figure saved as joint_record.png")
 
 # %%
 # Energy per cycle, measured over solved: the noise of 0.05 N causes about 1 %.

@@ -23,6 +23,8 @@ grain = mdr.Contact(
 law = mdr.export_law(grain, "10 um", tolerance=1e-6)
 print(law.summary())
 figure = law.plot()
+figure.savefig("law_for_a_particle_code.png")
+print("figure saved as law_for_a_particle_code.png")
 
 # %%
 # The files for another program: a header for C and C++, and a table.

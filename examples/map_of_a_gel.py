@@ -43,6 +43,8 @@ start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5), adhesion
 fit = mdr.fit_map(start, curves, ["body.young", "adhesion.work"])
 print(fit)
 figure = fit.plot()
+figure.savefig("map_of_a_gel.png")
+print("figure saved as map_of_a_gel.png")
 
 off = (fit["body.young"] - young) / fit["body.young_error"]
 assert abs(float((off**2).mean()) - 1) < 4 * np.sqrt(2 / young.size)  # the errors are correct

@@ -43,6 +43,8 @@ print("\n".join(surface.steps))
 spectrum = mdr.power_spectrum(surface, tip_radius="10 nm")
 print(spectrum)
 figure = spectrum.plot()
+figure.savefig("measured_surface.png")
+print("figure saved as measured_surface.png")
 fit = spectrum.fit
 print(f"H = {fit.hurst:.3f} +- {fit.hurst_error:.3f}")
 assert named or abs(fit.hurst - 0.8) < 3.0 * fit.hurst_error < 0.15
@@ -55,7 +57,9 @@ assert abs(rough.rms / float(np.std(surface.heights)) - 1.0) < 1e-12
 steel = mdr.Elastic("210 GPa", 0.3)
 pressed = mdr.press_rough(rough, steel, normal_force=np.geomspace(1e-5, 1e-1, 17))
 print(pressed)
-pressed_figure = pressed.plot()
+figure = pressed.plot()
+figure.savefig("measured_surface_2.png")
+print("figure saved as measured_surface_2.png")
 
 # %%
 # It is not a single bump, and is refused as one:

@@ -53,8 +53,6 @@ int main(void)
 # The restitution of `impact`, and that of the program to the claim of the header:
 whole = [mdr.impact(bead, mass=mass, speed=speed) for speed in speeds]
 print("impact: restitution", *(f"{each.restitution:.4f}" for each in whole))
-figure = Figure(figsize=(5.6, 3.6), layout="constrained")
-axes = figure.subplots()
 if shutil.which("cc"):
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -67,7 +65,11 @@ if shutil.which("cc"):
     in_c = [-part[-1, 3] / speed for part, speed in zip(parts, speeds, strict=True)]
     print("C:      restitution", *(f"{each:.4f}" for each in in_c))
     assert np.allclose(in_c, [each.restitution for each in whole], atol=2e-4)
+    figure = Figure(figsize=(5.6, 3.6), layout="constrained")
+    axes = figure.subplots()
     for part, speed in zip(parts, speeds, strict=True):
         axes.plot(1e3 * part[:, 1], part[:, 2], label=f"{speed:g} m/s")
     axes.set(xlabel="indentation (mm)", ylabel="normal force (N)")
     figure.legend(loc="outside upper right", ncols=3)
+    figure.savefig("memory_in_a_particle_code.png")
+    print("figure saved as memory_in_a_particle_code.png")

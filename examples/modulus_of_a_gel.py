@@ -25,6 +25,8 @@ start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("1 MPa", 0.5), adhesion=
 fit = mdr.fit(start, curve, ["body.young", "adhesion.work"])
 print(fit)
 figure = fit.plot()
+figure.savefig("modulus_of_a_gel.png")
+print("figure saved as modulus_of_a_gel.png")
 
 assert abs(fit["body.young"].value / 3e3 - 1) < 0.01
 assert abs(fit["adhesion.work"].value / 0.2e-3 - 1) < 0.02

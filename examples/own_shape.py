@@ -43,6 +43,8 @@ left.loglog(depths, result["normal_force"].values)
 left.set(xlabel="indentation (m)", ylabel="force (N)")
 right.loglog(depths, radius)
 right.set(xlabel="indentation (m)", ylabel="contact radius (m)")
+figure.savefig("own_shape.png")
+print("figure saved as own_shape.png")
 
 # %%
 # The depth of a hyperboloid is :math:`d = \theta\, a \arctan(a/c)`, and the kink adds :math:`\vartheta\, a

@@ -18,6 +18,8 @@ depths = np.linspace(0.15, 1.0, 14) ** 2 * 1.2e-6
 pressed = mdr.press(surface, steel, steel, indentation=depths)
 print(pressed)
 figure = pressed.plot()
+figure.savefig("pressed_surface.png")
+print("figure saved as pressed_surface.png")
 
 # %%
 # The contact area at this resolution:

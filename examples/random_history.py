@@ -25,6 +25,8 @@ result = mdr.solve(joint, mdr.Path(indentation=depth, shift=shift), keep=1000)
 print(f"{n} steps in {time.perf_counter() - start:.2f} s; {result.data.sizes['step']} rows kept")
 print(result.summary())
 figure = result.figures()["energies"]
+figure.savefig("random_history.png")
+print("figure saved as random_history.png")
 
 # %%
 # The traction of the last row adds up to its force:

@@ -31,6 +31,8 @@ free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
 fit = mdr.fit(start, curve, free, contact_point=0.0)
 print(fit)
 figure = fit.plot()
+figure.savefig("relaxation_of_a_gel.png")
+print("figure saved as relaxation_of_a_gel.png")
 
 assert fit["body.shear.time"].low < 0.5 < fit["body.shear.time"].high
 assert abs(fit["body.shear.equilibrium"].value / 1e3 - 1) < 0.02

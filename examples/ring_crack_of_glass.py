@@ -27,6 +27,8 @@ assert abs(float(ring["peak_pressure"]) / (3 * 400e6 / (1 - 2 * 0.22)) - 1) < 2e
 
 result = mdr.solve(contact, mdr.load(float(ring["normal_force"])))
 figure = result.plot_stress(name="principal_stress", side="body")
+figure.savefig("ring_crack_of_glass.png")
+print("figure saved as ring_crack_of_glass.png")
 
 # %%
 # A ball that slides with a coefficient of friction of 0.1 cracks the glass behind it under a fraction of that load.

@@ -25,6 +25,8 @@ joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.4))
 fretting = mdr.solve(joint, mdr.indent("2.5 um") >> mdr.cycle(shift="0.3 um", cycles=2, steps=200))
 print(fretting.summary())
 figure = fretting.plot()
+figure.savefig("rough_joint.png")
+print("figure saved as rough_joint.png")
 
 # %%
 # Boundary elements with friction on the five caps of the curve (`make_rough_curve.py`) end at 450.883 mN:

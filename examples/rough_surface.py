@@ -15,6 +15,8 @@ steel, glass = mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.22)
 pressed = mdr.press_rough(surface, steel, glass, normal_force=np.geomspace(0.01, 1e3, 26))
 print(pressed)
 figure = pressed.plot()
+figure.savefig("rough_surface.png")
+print("figure saved as rough_surface.png")
 
 # %%
 # At large loads it is a flat square punch, whose stiffness corresponds to the capacity of a plate:
@@ -43,7 +45,9 @@ else:
 # %%
 # A ball with the same roughness is softer than a smooth one where Hertz' depth is below it:
 ball = mdr.press_rough(surface, steel, glass, normal_force=np.geomspace(0.1, 100.0, 16), radius="10 mm")
-ball_figure = ball.plot()
+figure = ball.plot()
+figure.savefig("rough_surface_2.png")
+print("figure saved as rough_surface_2.png")
 softer = (ball["normal_stiffness"] / ball["hertz_stiffness"]).values
 print(f"{softer[0]:.2f} and {softer[-1]:.2f} of Hertz at {0.1} N and {100.0} N")
 assert softer[0] < 0.7

@@ -15,6 +15,8 @@ contact = mdr.Contact(punch, rubber)
 result = mdr.solve(contact, mdr.indent("60 um", steps=60))
 print(result.summary())
 figure = result.plot()
+figure.savefig("rounded_punch.png")
+print("figure saved as rounded_punch.png")
 
 # %%
 # Full contact begins at d = b^2 / R = 20 um; from there the stiffness is that of the flat punch, 2 E* b.

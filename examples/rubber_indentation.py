@@ -21,6 +21,8 @@ path = (
 result = mdr.solve(ball, path)
 print(result.summary())
 figure = result.plot()
+figure.savefig("rubber_indentation.png")
+print("figure saved as rubber_indentation.png")
 
 # %%
 # In the approach at a constant speed v a standard solid has the force of its spring and of its Maxwell branch,

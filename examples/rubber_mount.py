@@ -37,6 +37,8 @@ for frequency in (0.5, 5.0, 50.0):
     whole, slip = (1e6 * last_cycle(result, name) for name in ("dissipated_energy", "slip_work"))
     print(f"{frequency:4g} Hz: {whole:.1f} uJ per cycle, {slip:.1f} uJ of it in slip")
 figure = shaken(0.4, 5.0).plot()
+figure.savefig("rubber_mount.png")
+print("figure saved as rubber_mount.png")
 
 # %%
 # Without slip the foot is a spring 2 a G* whose loss modulus is (8/3) G'', and a cycle dissipates pi 2 a G*'' u^2.

@@ -33,3 +33,5 @@ assert abs(float(mises[-1] / slow[0]) - 1) < 1e-6
 # The stress at the end of the stroke, in section.
 
 figure = result.plot("stress", step=9)
+figure.savefig("rubber_pad_under_stress.png")
+print("figure saved as rubber_pad_under_stress.png")

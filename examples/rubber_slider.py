@@ -18,6 +18,8 @@ slider = mdr.Contact(mdr.Sphere("5 mm"), rubber)
 slid = mdr.sliding_friction(slider, np.geomspace(1e-4, 1e2, 31), normal_force="0.5 N")
 print(slid)
 figure = slid.plot()
+figure.savefig("rubber_slider.png")
+print("figure saved as rubber_slider.png")
 
 # %%
 # Slow sliding is exact: half the friction of the springs, proportional to the speed. For a small

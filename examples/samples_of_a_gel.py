@@ -29,6 +29,8 @@ start = mdr.Contact(tip, mdr.Elastic("10 kPa", 0.5))
 study = mdr.fit_each(start, curves, ["body.young"], groups=groups, uncertainty={"spring_constant": "5 %"})
 print(study)
 figure = study.plot()
+figure.savefig("samples_of_a_gel.png")
+print("figure saved as samples_of_a_gel.png")
 
 over_samples = study.statistics["body.young"]
 assert float(over_samples["typical_low"]) < 2e3 < float(over_samples["typical_high"])

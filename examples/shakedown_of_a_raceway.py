@@ -13,6 +13,8 @@ contact = mdr.Contact(mdr.Paraboloid("5 mm"), steel, steel, friction=mdr.Coulomb
 limits = mdr.shakedown(contact, strength="2 GPa", force_ratio=[0.0, 0.3, 0.6])
 print(limits)
 figure = limits.plot()
+figure.savefig("shakedown_of_a_raceway.png")
+print("figure saved as shakedown_of_a_raceway.png")
 
 # %%
 # In free rolling the load of shakedown is 4.6 times that of first yield: the peak pressure may reach 4.63 times the yield stress in

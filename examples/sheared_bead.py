@@ -27,6 +27,8 @@ for load in (0.0, 0.5, 1.0):  # uN
         f"{load:g} uN: a falls from {float(a[0]):.2f} to {float(a[last]):.2f} um, slip at {slips[load]:.1f} um"
     )
 figure = result.figures(step=last)["shear"]
+figure.savefig("sheared_bead.png")
+print("figure saved as sheared_bead.png")
 
 # %%
 # The error of the claim is the difference from the view that shear leaves the contact as it is.

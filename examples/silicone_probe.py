@@ -31,6 +31,8 @@ for speed in (1.0, 10.0, 100.0, 1000.0):  # um/s
 axes.set_xlabel("indentation (µm)")
 axes.set_ylabel("normal force (µN)")
 axes.legend()
+figure.savefig("silicone_probe.png")
+print("figure saved as silicone_probe.png")
 
 # %%
 # Shortly before the separation at the highest speed the whole contact is pulled; in the zone around it the tension is the cohesive stress.
@@ -40,7 +42,9 @@ pressure = result.field("pressure", [0.0, 0.5 * (a + c)], last).values
 print(f"pressure at the centre: {pressure[0]:.0f} Pa, in the zone: {pressure[1]:.0f} Pa")
 assert abs(pressure[1] + 10e3) < 1e-6 * 10e3
 assert -10e3 <= pressure[0] < 0.0
-section = result.figures(step=last)["section"]
+figure = result.figures(step=last)["section"]
+figure.savefig("silicone_probe_2.png")
+print("figure saved as silicone_probe_2.png")
 
 # %%
 # The slow limit is the elastic contact of the relaxed modulus; no pull-off is below it.

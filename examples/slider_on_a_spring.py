@@ -51,6 +51,8 @@ left.legend()
 shown = right.pcolormesh(stiffnesses, speeds, swing, shading="nearest", norm="log")
 right.set(xscale="log", yscale="log", xlabel="stiffness (N/m)", ylabel="speed (m/s)")
 figure.colorbar(shown, ax=right, label="swing of the force (N)")
+figure.savefig("slider_on_a_spring.png")
+print("figure saved as slider_on_a_spring.png")
 
 # %%
 # A soft spring swings by v sqrt(k m):

@@ -54,3 +54,5 @@ field.plot(x * 1e6, exact.field("pressure", r=x).values / 1e6, label="exact")
 field.set(xlabel="r (µm)", ylabel="pressure (MPa)")
 for axes in (profile, field):
     axes.legend()
+figure.savefig("springs_by_hand.png")
+print("figure saved as springs_by_hand.png")

@@ -42,6 +42,8 @@ assert abs(-np.trapezoid(2 * np.pi * far * axial, far) / 10.0 - 1) < 1e-3
 # The whole stress in section, with the largest value and the interface. The ball has the same pressure on its surface.
 
 figure = result.plot("stress")
+figure.savefig("steel_ball_on_a_coat.png")
+print("figure saved as steel_ball_on_a_coat.png")
 print(result.largest("von_mises"), result.largest("von_mises", side="counterbody"))
 
 # %%

@@ -21,6 +21,8 @@ gels = mdr.sweep(
 )
 print(gels.summary())
 figure = gels.plot()
+figure.savefig("sweep_of_gels.png")
+print("figure saved as sweep_of_gels.png")
 
 # %%
 # The largest pull is that of Johnson, Kendall and Roberts for all stiffnesses, within the resolution of the path:

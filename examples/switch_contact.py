@@ -23,6 +23,8 @@ rivet = mdr.Contact(mdr.Paraboloid("5 mm"), silver, silver)
 result = mdr.solve(rivet, mdr.load("1 N", steps=20))
 print(result.summary())
 figure = result.figures()["conductance"]
+figure.savefig("switch_contact.png")
+print("figure saved as switch_contact.png")
 
 # %%
 # Check: a^3 = 3 F R/(4 E*).

@@ -26,8 +26,11 @@ right.plot(result.to("contact_radius", "um"), label="contact radius")
 right.plot(result.to("stick_radius", "um"), label="stick radius")
 right.set(xlabel="step", ylabel="radius (µm)")
 right.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+figure.savefig("vibrating_contact.png")
+print("figure saved as vibrating_contact.png")
 
 # %%
 # Energy balance: work is stored or dissipated by friction. The last two cycles are steady.
 dissipated = result["dissipated_energy"].values
+print(f"dissipated per cycle: {1e6 * (dissipated[-1] - dissipated[-301]):.3f} µJ")
 assert abs((dissipated[-1] - dissipated[-301]) / (dissipated[-301] - dissipated[-601]) - 1) < 1e-9

@@ -20,6 +20,8 @@ contact = mdr.Contact(tip, gel, adhesion=mdr.JKR(work="10 mJ/m^2"))
 there_and_back = [mdr.indent("4 um", steps=n) >> mdr.indent("-8 um", steps=2 * n) for n in (20, 400)]
 coarse, fine = (mdr.solve(contact, path) for path in there_and_back)
 figure = fine.figures()["loop"]
+figure.savefig("wavy_indenter.png")
+print("figure saved as wavy_indenter.png")
 
 jumps = fine["jump_dissipation"].values
 print(f"{np.count_nonzero(fine['jumped'].values)} steps jumped and lost {jumps.sum():.4g} J")

@@ -32,6 +32,8 @@ laws = {
 comparison = mdr.compare_laws(laws, curve, ["body.young", "adhesion.work"])
 print(comparison)
 figure = comparison.plot()
+figure.savefig("which_law.png")
+print("figure saved as which_law.png")
 
 assert comparison.best == "Maugis"
 assert comparison.weights["Maugis"] > 0.99

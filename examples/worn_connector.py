@@ -14,6 +14,8 @@ cycle = mdr.indent("0.5 um") >> mdr.cycle(shift="0.15 um")
 worn = mdr.wear(pin, cycle, coefficient="2e-5 mm^3/(N m)", cycles=1e6)
 print(worn)
 figure = worn.plot()
+figure.savefig("worn_connector.png")
+print("figure saved as worn_connector.png")
 
 # %%
 # The load that is left is that of the closed form (Popov 2014).

@@ -19,6 +19,8 @@ path = mdr.load("1 kN", steps=50)
 after, before = mdr.solve(worn, path), mdr.solve(new, path)
 print(after.summary())
 figure = after.plot()
+figure.savefig("worn_sphere.png")
+print("figure saved as worn_sphere.png")
 
 # %%
 # The force of a worn ball of contact radius a is E* [(R^2 + a^2) artanh(u / c) - u c], u^2 = a^2 - b^2 and

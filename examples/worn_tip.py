@@ -22,6 +22,8 @@ contact = mdr.Contact(tip, mdr.Elastic(young="2.4 GPa", poisson=0.37))
 result = mdr.solve(contact, mdr.indent("30 nm", steps=30))
 print(result.summary())
 figure = result.plot()
+figure.savefig("worn_tip.png")
+print("figure saved as worn_tip.png")
 
 # %%
 # The samples were made from a hyperboloid, so the exact answer is known: the smoothed noise causes 1 %.

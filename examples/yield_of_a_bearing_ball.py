@@ -13,6 +13,8 @@ contact = mdr.Contact(mdr.Sphere("5 mm"), steel, steel)
 yields = mdr.first_yield(contact, strength="2 GPa")
 print(yields)
 figure = yields.plot()
+figure.savefig("yield_of_a_bearing_ball.png")
+print("figure saved as yield_of_a_bearing_ball.png")
 
 # %%
 # Hertz and Huber give the same load for a paraboloid; that of the true sphere differs by the square of its slope.
@@ -28,3 +30,5 @@ assert abs(yields.to("normal_force", "N").sel(criterion="von Mises").item() / ex
 result = mdr.solve(contact, mdr.load(2 * exact))
 print(result.to("largest_mises", "GPa"))
 figure = result.plot_stress()
+figure.savefig("yield_of_a_bearing_ball_2.png")
+print("figure saved as yield_of_a_bearing_ball_2.png")

@@ -16,6 +16,8 @@ cone = mdr.Contact(mdr.Cone(half_angle="70.3 deg"), zinc)
 result = mdr.solve(cone, mdr.load("10 mN", steps=50) >> mdr.load("0 N", steps=50))
 print(result.summary())
 figure = result.plot()
+figure.savefig("zinc_indentation.png")
+print("figure saved as zinc_indentation.png")
 
 # %%
 # Stiffness and contact radius at the largest load give the modulus, S = 2 E* a, for any tip:

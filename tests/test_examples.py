@@ -1,12 +1,14 @@
 """Every example runs, each asserts a number of its own, and its figures can be read."""
 
 import math
+import re
 import runpy
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from legibility import collected_figures, faults
 from pymdr.solving.verb import solve
@@ -63,13 +65,30 @@ CASE_NUMBERS = {
 SCRIPTS = [*EXAMPLES.glob("*.py"), *(EXAMPLES.parent / "docs" / "demonstrations").glob("*.py")]
 
 
+@pytest.fixture(autouse=True)
+def saved(monkeypatch):
+    """The names under which a script saves its figures; no file is written."""
+    names = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, name: names.append(name))
+    return names
+
+
 @pytest.mark.parametrize("script", sorted(SCRIPTS), ids=lambda p: p.stem)
-def test_script(script):
-    assert "assert " in script.read_text()
+def test_script(script, saved, capsys):
+    text = script.read_text()
+    assert "assert " in text
     with collected_figures() as figures:
         runpy.run_path(str(script))
     for figure in figures:
         assert not faults(figure)
+    output = capsys.readouterr().out.splitlines()
+    if script.parent == EXAMPLES:
+        assert output or script.stem.startswith("make_")
+        assert len(saved) >= len(re.findall(r"^figure = ", text, re.MULTILINE))
+        assert saved == [f"{script.stem}{f'_{k + 1}' if k else ''}.png" for k in range(len(saved))]
+        assert [line for line in output if line.startswith("figure saved")] == [
+            f"figure saved as {name}" for name in saved
+        ]
 
 
 RECORDS = {
