@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pymdr.units import FloatArray
 
-BEYOND = 0.25
-"""Tolerance of the position of the loss of contact, relative to the depth of the fold."""
+BEYOND = 1.0
+"""Distance beyond the fold, relative to its depth, at which a sample may still be in contact: less, and a search whose model loses contact one sample early cannot get it back."""
 FULLY_OUT = 0.3
 """Ratio to the largest pull below which a force is out of contact."""
 
