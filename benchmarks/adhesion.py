@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 import pymdr as mdr
-from benchmarks.timing import Ratio, compare, median_time, median_times
+from benchmarks.timing import Ratio, compare, median_times
 from pymdr.line.adhesion import JKR, PullOff, jkr_force, power_law_factor, power_law_pull_off
 from pymdr.line.curves import ElasticLine
 from pymdr.line.following import Track, energy_balance, follow, trace, under_machine
@@ -71,18 +71,16 @@ def following() -> Iterator[Ratio]:
     what = (
         f"follow {STEPS} steps over {instabilities} instabilities (off the curve by {error:.0e} of the depth)"
     )
-    yield compare(
-        what, lambda: follow(track, PATH), against, interpolated, "aim 20", repeats=15, other_repeats=15
-    )
+    yield compare(what, lambda: follow(track, PATH), against, interpolated, "aim 20")
     yield compare(
         "the same with radii, forces, energies and work", everything, against, interpolated, "no aim"
     )
-    map_time = median_time(lambda: equivalent_profile(wavy()).squared(np.array(MAX_RADIUS)), 1)
+    map_time, per_path, trace_time = median_times(
+        lambda: equivalent_profile(wavy()).squared(np.array(MAX_RADIUS)), lambda: follow(track, PATH), traced
+    )
     once = "following the path once"
-    per_path = median_time(lambda: follow(track, PATH), 5)
     waves = f"{MAX_RADIUS * WAVE_NUMBER / (2 * np.pi):.0f} waves"
     yield Ratio(f"in addition, once: the map of {waves}", once, map_time, per_path, "no aim")
-    trace_time = median_time(traced, 1)
     branches = f"{track.low.size} branches and {track.turning.size - 2} folds"
     yield Ratio(f"in addition, once: {branches} of the JKR curve", once, trace_time, per_path, "no aim")
 
@@ -132,7 +130,7 @@ def forces() -> Iterator[Ratio]:
 
     require(np.max(np.abs(loop() - ours[:few]) / size[:few]) <= 1e-9, "brentq finds other forces")
     time, one, some = median_times(
-        (lambda: jkr_force(*sets), 7), (lambda: jkr_force(sets[0], 1e-6, 1e9, 0.05), 7), (loop, 3)
+        lambda: jkr_force(*sets), lambda: jkr_force(sets[0], 1e-6, 1e9, 0.05), loop
     )
     other = some * n / few
     for what, seconds in (("arrays of d, R, E*, work", time), ("an array of d", one)):
@@ -187,7 +185,7 @@ def pull_off() -> Iterator[Ratio]:
             for x, y in ((found.contact_radius, a), (found.normal_force, F))
         )
         require(error <= 1e-9, f"pull-off differs from brentq by {error:.0e}")
-        time, some = median_times((ours, 7), (loop, 3))
+        time, some = median_times(ours, loop)
         yield Ratio(
             f"pull-off of {n} power laws {control} (differ by {error:.0e})",
             f"brentq for the fold, scaled from {few}",

@@ -53,6 +53,6 @@ def ratios() -> Iterator[Ratio]:
             ("a rough surface at a depth", rough, {"indentation": depth}),
         ):
             ours, other = (partial(one.press, surface, **how) for one in (solved[DEFAULT], half_space))
-            fast, slow = median_times((ours, 3), (other, 3))
+            fast, slow = median_times(ours, other)
             words = f"{what}, {PIXELS} x {PIXELS} pixels by {DEFAULT}"
             yield Ratio(words, name, fast, slow, "aim no slower")

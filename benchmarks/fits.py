@@ -54,11 +54,9 @@ def recorded(made, curves, samples, machine):
     return data if machine is None else data.assign(spring_constant=machine)
 
 
-def per_curve(made, data, free, repeats=5):
+def per_curve(made, data, free):
     """Median time of a map on all cores over the number of its curves."""
-    return (
-        median_times((lambda: mdr.fit_map(made, data, free, workers=CORES), repeats))[0] / data.sizes["curve"]
-    )
+    return median_times(lambda: mdr.fit_map(made, data, free, workers=CORES))[0] / data.sizes["curve"]
 
 
 def own_loop(data):
@@ -121,7 +119,7 @@ def measured() -> Iterator[Ratio]:
         def ours(curves=curves, point=point):
             return mdr.fit_map(start, curves, ["body.young"], contact_point=point)["body.young"].values[0]
 
-        times = median_times((ours, 5), (other, 5))
+        times = median_times(ours, other)
         difference = abs(other() / ours() - 1.0)
         remark = f"differ by {difference:.0e}" if np.isfinite(difference) else "which finds nothing"
         yield Ratio(
@@ -138,7 +136,7 @@ def ratios() -> Iterator[Ratio]:
     hertz = per_curve(contact(TIP, 1e4), approach, ["body.young"])
     what = f"Hertz, 14000 samples, a curve of a map on {CORES} cores"
     curve = mdr.MeasuredCurve(force=approach["force"].values[0], indentation=approach["indentation"].values)
-    single = median_times((lambda: mdr.fit(contact(TIP, 1e4), curve, ["body.young"]), 5))[0]
+    single = median_times(lambda: mdr.fit(contact(TIP, 1e4), curve, ["body.young"]))[0]
     yield Ratio(what, "a single fit, with claims", hertz, single, "aim 0.7 ms")
     other = by_nanite(approach["indentation"].values, approach["force"].values[0])
     if other is not None:
@@ -150,7 +148,7 @@ def ratios() -> Iterator[Ratio]:
             what,
             f"nanite (differ by {difference:.0e})",
             hertz,
-            median_times((other, 15))[0],
+            median_times(other)[0],
             "aim 10 times faster",
         )
     short = recorded(contact(TIP, 3e3), 2000, 500, None)
@@ -158,7 +156,7 @@ def ratios() -> Iterator[Ratio]:
         f"Hertz, 500 samples, a curve of a map on {CORES} cores",
         "an own least_squares over solve",
         per_curve(contact(TIP, 1e4), short, ["body.young"]),
-        median_times((lambda: own_loop(short), 3))[0],
+        median_times(lambda: own_loop(short))[0],
         "",
     )
     times = {}

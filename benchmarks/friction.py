@@ -92,9 +92,9 @@ def per_step() -> Iterator[Ratio]:
             if error > 1e-3:
                 raise RuntimeError(f"the springs are off the stack by {error:.1g}")
             ours, cumsum, some = median_times(
-                (partial(stack, curves, path), 5),
-                (partial(np.cumsum, values), 5),
-                (partial(springs_over, equivalent, short_path, n), 5),
+                partial(stack, curves, path),
+                partial(np.cumsum, values),
+                partial(springs_over, equivalent, short_path, n),
             )
             what = f"1e7 rows of {kind} on {name} ({ours / STEPS * 1e9:.0f} ns a row)"
             yield Ratio(what, "np.cumsum of 1e7", ours, cumsum, "aim 15 times as long")
@@ -106,7 +106,7 @@ def flatness() -> Iterator[Ratio]:
     d, u = walk(STRIDES["middling"])
     sizes = (10_000, 100_000, 1_000_000, STEPS)
     for name, (curves, _) in lines().items():
-        times = median_times(*((partial(stack, curves, (d[:n], u[:n])), 5) for n in sizes))
+        times = median_times(*(partial(stack, curves, (d[:n], u[:n])) for n in sizes))
         step = {n: time / n for n, time in zip(sizes, times, strict=True)}
         table = ", ".join(f"{value * 1e9:.0f}" for value in step.values())
         yield Ratio(
@@ -141,7 +141,7 @@ def tables() -> Iterator[Ratio]:
     }
     closed = power_law_curves(2.0, 1.0, MODULUS)
     for kind, path in histories():
-        times = median_times(*((partial(stack, c, path), 5) for c in (*curves.values(), closed)))
+        times = median_times(*(partial(stack, c, path) for c in (*curves.values(), closed)))
         for name, time_of in zip(curves, times, strict=False):
             what = f"1e7 rows of {kind} on {name} ({time_of / STEPS * 1e9:.0f} ns a row)"
             yield Ratio(what, "the closed form", time_of, times[-1], "aim 1.6 times as long")
@@ -154,8 +154,8 @@ def tables() -> Iterator[Ratio]:
     tabulated_curves(sphere, 0.9, MODULUS)
     count = sum(d.size for d in targets)
     build, radii = median_times(
-        (partial(tabulated_curves, lambda d: np.sqrt(d * (2.0 - d)), 0.9, MODULUS), 20),
-        (partial(time.sleep, 1e-6 * count), 20),
+        partial(tabulated_curves, lambda d: np.sqrt(d * (2.0 - d)), 0.9, MODULUS),
+        partial(time.sleep, 1e-6 * count),
     )
     yield Ratio(
         f"the table of a sphere from {count} radii", "these at 1 us each", build, radii, "aim 30 ms together"
@@ -230,7 +230,7 @@ def by_force() -> Iterator[Ratio]:
             mdr.Path(normal_force=np.full(rows, 10.0), shift=u),
             mdr.load("10 N") >> mdr.Path(shift=u),
         )
-        ours, other = median_times(*((partial(mdr.solve, joint, path), 7) for path in (both, after)))
+        ours, other = median_times(*(partial(mdr.solve, joint, path) for path in (both, after)))
         yield Ratio(
             f"{rows:.0e} rows of a shift under a constant load",
             "load >> shift",
@@ -263,9 +263,9 @@ def plane() -> Iterator[Ratio]:
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
     path = mdr.load("50 N") >> mdr.circle(shift="0.4 um", turns=rows / 256, steps=rows)
     ours, whole, loop = median_times(
-        (partial(follow_plane, law, some, one, one, u, virgin_plane(some)), 5),
-        (partial(mdr.solve, joint, path), 3),
-        (partial(numpy_springs, u[:few], some.label[1:], FRICTION), 5),
+        partial(follow_plane, law, some, one, one, u, virgin_plane(some)),
+        partial(mdr.solve, joint, path),
+        partial(numpy_springs, u[:few], some.label[1:], FRICTION),
     )
     against = f"{n} springs in NumPy by return maps, scaled from {few} rows"
     yield Ratio(f"1e5 rows of a circle by {n} springs", against, ours, loop * rows / few, "aim 0.5 s")
@@ -293,7 +293,7 @@ def worn() -> Iterator[Ratio]:
     off = abs(float(study["worn_volume"][-1]) / float(other.volume[-1]) - 1.0)
     if off > 5e-2:  # the stick radius of rings is that of whole rings
         raise RuntimeError(f"wear is off the rings by {off:.1g}")
-    ours, theirs = median_times((method, 3), (rings, 3))
+    ours, theirs = median_times(method, rings)
     against = f"120 rings and 120 implicit Euler blocks (off by {off:.0e})"
     yield Ratio(f"1e6 cycles of wear ({ours:.2f} s)", against, ours, theirs, "aim 1 s")
 

@@ -94,12 +94,12 @@ def ratios() -> Iterator[Ratio]:
         def other(contact: mdr.Contact = contact) -> object:
             return springs(contact, few)
 
-        fast, slow = median_times((ours, 5), (other, 2))
+        fast, slow = median_times(ours, other)
         aim = "aim 100 times"
         yield Ratio(f"{SPEEDS} impacts of {name}", "solve_ivp", fast, slow * SPEEDS / few.size, aim)
 
     def remembering() -> object:
         return mdr.restitution(BOUNCING, mass=MASS, speeds=speeds)
 
-    fast, slow = median_times((remembering, 5), (lambda: springs_with_memory(BOUNCING, few), 1))
+    fast, slow = median_times(remembering, lambda: springs_with_memory(BOUNCING, few))
     yield Ratio(f"{SPEEDS} impacts on rubber", "solve_ivp", fast, slow * SPEEDS / few.size, "aim 100 times")

@@ -90,7 +90,7 @@ def grains() -> Iterator[Ratio]:
     with tempfile.TemporaryDirectory() as name:
         kinds = ((line, BY_HAND), (line, ALONG), (plane, PLANE))
         run = [collisions(law, code, Path(name) / str(i)) for i, (law, code) in enumerate(kinds)]
-        calls = [(lambda f=f: f(SPEED, 0.2 * SPEED, step, MASS, COLLISIONS), 5) for f in run]
+        calls = [lambda f=f: f(SPEED, 0.2 * SPEED, step, MASS, COLLISIONS) for f in run]
         by_hand, along, across = median_times(*calls)
     words = "Hertz-Mindlin by hand in C, one spring with a slider"
     kinds_of_friction = (
@@ -111,7 +111,7 @@ def ratios() -> Iterator[Ratio]:
     d = 10.0 ** np.random.default_rng(0).uniform(-10, -6, DEPTHS)
     path = mdr.Path(indentation=d)
     knots = f"{law.table.knots.u.size} knots, which err by {max(law.errors.values()):.1g}"
-    python, solved = median_times((lambda: law.force(d), 7), (lambda: mdr.solve(TIP, path), 3))
+    python, solved = median_times(lambda: law.force(d), lambda: mdr.solve(TIP, path))
     yield Ratio(f"{DEPTHS:.0e} forces from {knots}", "solve", python, solved, "aim 10 times faster")
     if shutil.which("cc") is None:
         return
@@ -128,6 +128,6 @@ def ratios() -> Iterator[Ratio]:
         forces.argtypes = [pointer, pointer, ctypes.c_size_t]
         forces.restype = None
         found = np.empty(DEPTHS)
-        in_c, again = median_times((lambda: forces(d, found, DEPTHS), 7), (lambda: mdr.solve(TIP, path), 3))
+        in_c, again = median_times(lambda: forces(d, found, DEPTHS), lambda: mdr.solve(TIP, path))
         assert np.allclose(found, law.force(d), rtol=1e-12)
     yield Ratio(f"{DEPTHS:.0e} forces from the header in C", "solve", in_c, again, "aim 50 times faster")

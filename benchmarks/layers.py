@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from scipy.linalg import cho_factor, cho_solve
 
 import pymdr as mdr
-from benchmarks.timing import Ratio, compare, median_times
+from benchmarks.timing import REPEATS, Ratio, compare, median_times
 from pymdr.independent.rings import solve_indentation
 from pymdr.independent.stacks import stack_of
 from pymdr.line.layered.equation import Outline, numbers, solve_contact
@@ -64,10 +64,10 @@ def single() -> Iterator[Ratio]:
         )
 
 
-def cpu_time(work: Callable[[], object], repeats: int = 7) -> float:
+def cpu_time(work: Callable[[], object]) -> float:
     """Median CPU time of a call in seconds, of all threads together."""
     times = []
-    for _ in range(repeats):
+    for _ in range(REPEATS):
         start = time.process_time()
         work()
         times.append(time.process_time() - start)
@@ -133,7 +133,7 @@ def against_rings() -> Iterator[Ratio]:
             _layered.cache_clear()
             return mdr.solve(contact, mdr.indent(depth))
 
-        first, again, other = median_times((anew, 3), (known, 7), (lambda n=n, rings=rings: rings(n), 3))
+        first, again, other = median_times(anew, known, lambda n=n, rings=rings: rings(n))
         yield Ratio(f"solve() of a/h = {a:g}, its line made anew", against, first, other, "no aim")
         yield Ratio(f"solve() of a/h = {a:g}, its line known", against, again, other, "no aim")
 
@@ -168,7 +168,6 @@ def maps() -> Iterator[Ratio]:
             "in a half-space",
             lambda result=plain, points=points: result.field("stress", r=points, z=points),
             "no aim",
-            repeats=3,
         )
 
 

@@ -34,6 +34,6 @@ def ratios() -> Iterator[Ratio]:
             force = STIFFNESS * (SPEED * STEP * (i + 1) - x) - pull
             v += 0.5 * STEP * force
 
-    ours, fewer = median_times((lambda: follow_motion(system, STEP, 1, STEPS), 3), (verlet, 3))
+    ours, fewer = median_times(lambda: follow_motion(system, STEP, 1, STEPS), verlet)
     text = f"{STEPS:.0e} steps of a slider, {ours:.1f} s (aim 2 s)"
     yield Ratio(text, "velocity Verlet with Stepper from Python", ours, fewer * STEPS / FEWER, "no aim")

@@ -54,8 +54,6 @@ def samples() -> Iterator[Ratio]:
         plain,
         lambda: by_trapezoid(n),
         "equal accuracy",
-        repeats=3,
-        other_repeats=2,
     )
     yield compare(
         what(n, fine),
@@ -63,8 +61,6 @@ def samples() -> Iterator[Ratio]:
         plain,
         lambda: by_trapezoid(n),
         "equal samples",
-        repeats=2,
-        other_repeats=2,
     )
 
 

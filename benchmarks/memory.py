@@ -29,9 +29,9 @@ def forced(kernel: Relaxation) -> Iterator[Ratio]:
     sheared = mdr.Path(time=time, normal_force=np.full(SINGLE, 0.01), shift=0.5e-6 * np.sin(0.05 * rows))
     depth = mdr.solve(ball, pressed)["indentation"].values
     alone, first, second = median_times(
-        (lambda: follow_springs(LINE, kernel, time, depth, n=SPRINGS), 5),
-        (lambda: mdr.solve(ball, pressed), 3),
-        (lambda: mdr.solve(joint, sheared), 3),
+        lambda: follow_springs(LINE, kernel, time, depth, n=SPRINGS),
+        lambda: mdr.solve(ball, pressed),
+        lambda: mdr.solve(joint, sheared),
     )
     against = f"{SPRINGS} springs under the indentations of these rows"
     yield Ratio(f"{SINGLE:.0e} rows of an oscillating force", against, first, alone, "aim 10 times as long")
@@ -54,9 +54,7 @@ def ratios() -> Iterator[Ratio]:
     few = follow_springs(LINE, kernel, time[:1000], depth[:1000], n=SPRINGS).force
     many = follow_springs(LINE, kernel, time[:1000], depth[:1000], n=8 * SPRINGS).force
     reached = float(np.max(np.abs(few - many)) / np.max(many))
-    ours, hundredth = median_times(
-        (lambda: follow_springs(LINE, kernel, time, depth, n=SPRINGS), 3), (passes, 5)
-    )
+    ours, hundredth = median_times(lambda: follow_springs(LINE, kernel, time, depth, n=SPRINGS), passes)
     yield Ratio(
         f"{ROWS:.0e} rows of {SPRINGS} springs, which err by {reached:.1g} of the force",
         f"{PASSES} passes of NumPy over {SPRINGS} numbers a row",
@@ -68,8 +66,8 @@ def ratios() -> Iterator[Ratio]:
     once = np.linspace(0.0, 1.0, SINGLE)
     pressed = DEEPEST * np.minimum(2.0 * once, 2.0 - 2.0 * once)
     fast, slow = median_times(
-        (lambda: ting(LINE, kernel, once, pressed), 5),
-        (lambda: follow_springs(LINE, kernel, once, pressed, n=SPRINGS), 5),
+        lambda: ting(LINE, kernel, once, pressed),
+        lambda: follow_springs(LINE, kernel, once, pressed, n=SPRINGS),
     )
     yield Ratio(f"{SINGLE:.0e} rows by Ting's form", f"{SPRINGS} springs", fast, slow, "aim within 1 s")
     yield from adhesive()
@@ -92,9 +90,7 @@ def adhesive() -> Iterator[Ratio]:
         result = mdr.solve(soft, path)
         error = np.abs(result.claims["normal_force"].error * result["normal_force"].values)
         largest = np.abs(result["normal_force"].values).max()
-        ours, other = median_times(
-            (lambda c=soft: mdr.solve(c, path), 3), (lambda c=elastic: mdr.solve(c, still), 3)
-        )
+        ours, other = median_times(lambda c=soft: mdr.solve(c, path), lambda c=elastic: mdr.solve(c, still))
         yield Ratio(
             f"500 rows, three relaxation times, strength {strength:g}, median error {np.median(error) / largest:.0e} of the largest force",
             "Maugis' elastic law over these rows",

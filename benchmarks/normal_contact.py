@@ -97,7 +97,6 @@ def history() -> Iterator[Ratio]:
         "quad with brentq",
         textbook,
         "aim 100",
-        other_repeats=1,
     )
 
 

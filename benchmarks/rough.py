@@ -26,5 +26,5 @@ def ratios() -> Iterator[Ratio]:
         def other(heights: np.ndarray = heights) -> object:
             return np.sort(heights)
 
-        fast, slow = median_times((ours, 5), (other, 5))
+        fast, slow = median_times(ours, other)
         yield Ratio(f"{SPRINGS:.0e} springs of {name}", "np.sort", fast, slow, "aim within 3 times as long")

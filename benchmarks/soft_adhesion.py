@@ -35,8 +35,8 @@ def ratios() -> Iterator[Ratio]:
         force, error = result["normal_force"].values, result.claims["normal_force"].error
         claimed = float(np.nanmax(np.abs(error * force)) / np.abs(force).max())
         soft, elastic = median_times(
-            (lambda law=law: mdr.solve(ball(law), path), 5),
-            (lambda law=law: mdr.solve(ball(law, SLOW), path), 5),
+            lambda law=law: mdr.solve(ball(law), path),
+            lambda law=law: mdr.solve(ball(law, SLOW), path),
         )
         yield Ratio(
             f"500 rows with three terms, Maugis' parameter {parameter:g}, claimed to {claimed:.0e} of the largest force",
@@ -47,9 +47,7 @@ def ratios() -> Iterator[Ratio]:
         )
     zone = mdr.MaugisDugdale(WORK, strength=strength(5.0))
     short = mdr.JKR(WORK, range=WORK / strength(5.0))
-    quick, slow = median_times(
-        (lambda: mdr.solve(ball(short), path), 5), (lambda: mdr.solve(ball(zone), path), 3)
-    )
+    quick, slow = median_times(lambda: mdr.solve(ball(short), path), lambda: mdr.solve(ball(zone), path))
     yield Ratio("500 rows of short range", "the zone of that length", quick, slow, "aim 0.04 s")
 
     def pulled(speeds: np.ndarray, workers: int = 1) -> object:
@@ -57,5 +55,5 @@ def ratios() -> Iterator[Ratio]:
             ball(zone), speed=speeds, dwell="5 s", preload="2 mN", approach_speed="10 um/s", workers=workers
         )
 
-    all_speeds, one = median_times((lambda: pulled(SPEEDS, 2), 1), (lambda: pulled(SPEEDS[50:51]), 3))
+    all_speeds, one = median_times(lambda: pulled(SPEEDS, 2), lambda: pulled(SPEEDS[50:51]))
     yield Ratio("pull-off at 100 speeds on two cores", "one speed on one core", all_speeds, one, "aim 60 s")

@@ -51,12 +51,10 @@ def adhesion() -> Iterator[Ratio]:
         for row in many:
             several.advance(row)
 
-    ours, solved = median_times((steps, 5), (lambda: mdr.solve(STICKY, mdr.Path(indentation=one)), 5))
+    ours, solved = median_times(steps, lambda: mdr.solve(STICKY, mdr.Path(indentation=one)))
     text = f"{STEPS:.0e} steps with JKR, {ours / STEPS * 1e6:.1f} us a step"
     yield Ratio(text, "solve of the whole path", ours, solved, "no aim")
-    ours, formula = median_times(
-        (together, 5), (lambda: [jkr_force(row, 1e-3, MODULUS, 0.05) for row in many], 5)
-    )
+    ours, formula = median_times(together, lambda: [jkr_force(row, 1e-3, MODULUS, 0.05) for row in many])
     text = f"{CONTACTS} contacts with JKR by {TOGETHER} steps, {ours / depth.size * 1e9:.0f} ns a step"
     yield Ratio(text, "JKR's closed form in NumPy, without jumps", ours, formula, "aim 3 times")
 
@@ -73,9 +71,7 @@ def ratios() -> Iterator[Ratio]:
             stepper.advance(*move)
 
     path = mdr.Path(indentation=depth, shift=shift)
-    ours, plain, solved = median_times(
-        (one, 5), (lambda: hertz_mindlin(d, u), 5), (lambda: mdr.solve(BALL, path), 5)
-    )
+    ours, plain, solved = median_times(one, lambda: hertz_mindlin(d, u), lambda: mdr.solve(BALL, path))
     each = f"{ours / STEPS * 1e6:.1f} us a step"
     yield Ratio(
         f"{STEPS:.0e} steps of one contact, {each}", "Hertz-Mindlin in Python", ours, plain, "aim 5 times"
@@ -98,7 +94,7 @@ def ratios() -> Iterator[Ratio]:
             here = moves[1, row]
 
     long = mdr.Path(indentation=moves[0].ravel(), shift=moves[1].ravel())
-    together, numpy, solved = median_times((many, 5), (vectors, 5), (lambda: mdr.solve(BALL, long), 3))
+    together, numpy, solved = median_times(many, vectors, lambda: mdr.solve(BALL, long))
     each = f"{CONTACTS} contacts by {TOGETHER} steps, {together / (CONTACTS * TOGETHER) * 1e9:.0f} ns a step"
     yield Ratio(each, "solve of one path of as many rows", together, solved, "aim 1.5 times")
     yield Ratio(each, "Hertz-Mindlin in NumPy, which forgets", together, numpy, "no aim")

@@ -88,7 +88,6 @@ def planes() -> Iterator[Ratio]:
         f"the spectral volume solver of tamaas {tamaas.__version__} with a period of {PERIOD} a, on this and the surface plane",
         spectral,
         f"tamaas differs by {differences[2].max():.1e} of the peak pressure in zz and by {differences.max():.1e} in all",
-        repeats=3,
     )
 
 
@@ -109,7 +108,6 @@ def largest() -> Iterator[Ratio]:
         "that on a grid of 100 x 100 points, to about 1e-4, in 10 rows",
         lambda: [result.field("von_mises", step=i, **grid).max() for i in range(99, 1000, 100)],
         "aim 1 s",
-        repeats=3,
     )
 
 

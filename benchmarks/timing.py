@@ -24,40 +24,33 @@ class Ratio:
         return f"{self.what}: {self.ours * 1e3:.3g} ms, {speed} {self.against} ({self.other * 1e3:.3g} ms); {self.aim}"
 
 
-def median_times(*works: tuple[Callable[[], object], int]) -> list[float]:
-    """Median wall times in seconds of calls, each repeated as often as said, after one call to warm up.
+REPEATS = 9
+LONGEST = 20.0
+"""Seconds after which a call is not repeated again."""
+
+
+def median_times(*works: Callable[[], object]) -> list[float]:
+    """Median wall times in seconds of calls, each repeated nine times, or until it has taken 20 s, after one call to warm up.
 
     The calls take turns, so that what slows the machine for a while slows all of them.
     """
     times: list[list[float]] = [[] for _ in works]
-    for work, _ in works:
+    for work in works:
         work()
-    for turn in range(max(repeats for _, repeats in works)):
-        for (work, repeats), own in zip(works, times, strict=True):
-            if turn < repeats:
+    for _ in range(REPEATS):
+        for work, own in zip(works, times, strict=True):
+            if sum(own) < LONGEST:
                 start = time.perf_counter()
                 work()
                 own.append(time.perf_counter() - start)
     return [statistics.median(own) for own in times]
 
 
-def median_time(work: Callable[[], object], repeats: int) -> float:
-    """Median wall time of a call in seconds, after one call to warm up."""
-    return median_times((work, repeats))[0]
-
-
 def compare(
-    what: str,
-    ours: Callable[[], object],
-    against: str,
-    other: Callable[[], object],
-    aim: str,
-    *,
-    repeats: int = 7,
-    other_repeats: int = 3,
+    what: str, ours: Callable[[], object], against: str, other: Callable[[], object], aim: str
 ) -> Ratio:
     """Time two calls in turns."""
-    return Ratio(what, against, *median_times((ours, repeats), (other, other_repeats)), aim)
+    return Ratio(what, against, *median_times(ours, other), aim)
 
 
 def process(*arguments: str) -> Callable[[], object]:
