@@ -81,6 +81,27 @@ def test_values_are_those_of_single_fits_and_the_quality_that_of_maps():
     assert "limit 10" in str(study["excluded"][2])
 
 
+def test_one_fit_has_its_quality(folder, shell, tmp_path):
+    rising = curve_of(2e3, 1, rise=1e-3)
+    found = mdr.fit(CONTACT, rising, ["body.young"])
+    in_map = mdr.fit_map(CONTACT, [rising], ["body.young"])
+    for name in mdr.fit(CONTACT, [rising], ["body.young"]).quality._fields:
+        assert float(found.data[name]) == pytest.approx(float(in_map[name][0]), rel=0.02)
+    assert "quality: not good: the baseline rises by " in found.summary()
+    both = mdr.fit(CONTACT, [curve_of(2e3, 3), rising], ["body.young"])
+    assert both.quality.baseline_rise == pytest.approx(found.quality.baseline_rise, rel=0.1)
+    file = folder / "old" / "0.csv"
+    given = ("fit", tmp_path / "gel.toml", file, "--free", "body.young", "--spring-constant", "0.05 N/m")
+    status, out, _ = shell(*given, "-o", tmp_path / "out")
+    assert status == 0
+    assert "quality: good: 80 samples in contact; of the range of the force, residuals 0." in out
+    table = np.genfromtxt(tmp_path / "out" / "fit.csv", delimiter=",", names=True)
+    quality = json.loads(shell(*given, "--json")[1])["fit"]["quality"]
+    assert quality["good"] is True
+    for name in found.quality._fields:
+        assert table[name] == pytest.approx(quality[name], rel=1e-6)
+
+
 def test_a_fitted_tilt_explains_the_rise_of_the_baseline():
     curves = {"a": curve_of(2e3, 1, rise=1e-3)}
     study = mdr.fit_each(CONTACT, curves, ["body.young", "tilt"])

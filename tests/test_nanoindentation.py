@@ -340,6 +340,8 @@ def test_what_is_no_indent_is_refused():
         mdr.oliver_pharr(good, mdr.Cone(slope=0.3))
     with pytest.raises(mdr.NotValidError, match="give poisson"):
         mdr.oliver_pharr(good, BERKOVICH, frame_compliance=FRAME)["young_modulus"]
+    with pytest.raises(mdr.ProblemError, match=r"20 nm/mN is too large: .* give a smaller frame_comp"):
+        mdr.oliver_pharr(good, BERKOVICH, frame_compliance="20 nm/mN")
     with pytest.raises(mdr.ProblemError, match="3 indents for 4 unknowns"):
         mdr.calibrate_area([good] * 3)
     with pytest.raises(mdr.ProblemError, match="from 1 to 9"):

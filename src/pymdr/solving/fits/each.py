@@ -17,7 +17,6 @@ from pymdr.problem.schedule import Progress
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.calibrations import RECORD
 from pymdr.solving.fits.fitting import SHARES, fit
-from pymdr.solving.fits.quality import Quality, rise_along_baseline
 from pymdr.solving.fits.request import DRIFT, IN_CONTACT, RESIDUAL, WAVES
 from pymdr.solving.fits.results import FitResult, Fitted
 from pymdr.solving.fits.unknowns import Free
@@ -215,24 +214,15 @@ def fit_each(
     if not fits:
         name = next(iter(curves))
         raise ProblemError(f"fit_each: none of {len(curves)} records can be fitted; {name}: {reasons[name]}")
-    quality = {name: _quality(result) for name, result in fits.items()}
-    reasons |= {name: "; ".join(one.faults()) for name, one in quality.items()}
-    return _study(contact, fits, quality, reasons, of_group)
-
-
-def _quality(result: FitResult) -> Quality:
-    """The quality of one fitted record."""
-    data = result.data
-    force = data[result.force].values
-    place, span = data["indentation"].values, float(np.ptp(force))
-    rise = rise_along_baseline(place, force, 0.0)  # a fitted tilt is already subtracted
-    return Quality(int(np.count_nonzero(place > 0.0)), result.noise / span, rise / span)
+    reasons |= {
+        name: "; ".join(one.quality.faults()) for name, one in fits.items() if one.quality is not None
+    }
+    return _study(contact, fits, reasons, of_group)
 
 
 def _study(
     contact: Contact,
     fits: Mapping[str, FitResult],
-    quality: Mapping[str, Quality],
     reasons: Mapping[str, str],
     groups: Mapping[str, str],
 ) -> FittedCurves:
@@ -249,7 +239,7 @@ def _study(
     columns["noise"] = [fits[c].noise if c in fits else math.nan for c in curves], "N"
     columns[WAVES] = [fits[c].waves if c in fits else math.nan for c in curves], ""
     for name in (IN_CONTACT, RESIDUAL, DRIFT):
-        columns[name] = [float(getattr(quality[c], name)) if c in fits else math.nan for c in curves], ""
+        columns[name] = [float(fits[c].data[name]) if c in fits else math.nan for c in curves], ""
     good = [name for name in curves if not reasons[name]]
     data = xr.Dataset(
         {

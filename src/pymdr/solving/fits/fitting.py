@@ -24,9 +24,10 @@ from pymdr.solving.fits.estimating import (
     with_intervals,
 )
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
+from pymdr.solving.fits.quality import worst_quality
 from pymdr.solving.fits.ranges import estimated_within, limits_of
 from pymdr.solving.fits.results import FitResult, Fitted, force_of
-from pymdr.solving.fits.searching import Modelled, Search
+from pymdr.solving.fits.searching import Search
 from pymdr.solving.fits.unexplained import correlation_notes, unexplained
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -217,7 +218,7 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
         contact=estimate.contact,
         curves=search.curves,
         values=values,
-        data=_table(search, estimate.models),
+        data=_table(search, estimate),
         noise=estimate.noise,
         waves=estimate.waves,
         correlated=estimate.correlated,
@@ -263,8 +264,9 @@ def _systematic(estimate: Estimate, claim: Claim) -> FloatArray:
     return (error if error > EXACT_WITHIN else 0.0) * largest
 
 
-def _table(search: Search, models: Sequence[Modelled]) -> xr.Dataset:
-    """The samples of all curves, concatenated."""
+def _table(search: Search, estimate: Estimate) -> xr.Dataset:
+    """The samples of all curves, concatenated, and their quality."""
+    models = estimate.models
     used = search.used or tuple(np.ones(one.force.size, dtype=bool) for one in models)
     columns = {
         "shift" if search.shears else "indentation": np.concatenate([one.depth for one in models]),
@@ -285,6 +287,10 @@ def _table(search: Search, models: Sequence[Modelled]) -> xr.Dataset:
         "curve": np.repeat(np.arange(len(models)), [one.force.size for one in models]),
     }
     units = {"model": "N", "residual": "N"}
-    return table.assign(
+    table = table.assign(
         {name: ("step", column, {"units": units.get(name, "")}) for name, column in more.items()}
     )
+    if search.shears:
+        return table
+    quality = worst_quality([(one.depth, one.force) for one in models], estimate.noise)
+    return table.assign({name: ((), value, {"units": ""}) for name, value in quality._asdict().items()})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,15 @@ class Quality(NamedTuple):
     baseline_rise: float
     """Rise of the force along the baseline over the range of the force; NaN without a baseline."""
 
+    def __str__(self) -> str:
+        if faults := self.faults():
+            return f"not good: {'; '.join(faults)}"
+        rise = "none" if math.isnan(self.baseline_rise) else f"{100 * self.baseline_rise:.2g} %"
+        return (
+            f"good: {self.samples_in_contact} samples in contact; of the range of the force, residuals {100 * self.relative_residual:.2g} %, "
+            f"rise of the baseline {rise}"
+        )
+
     def faults(self) -> list[str]:
         """Texts on the measures that exceed their limits."""
         listed = []
@@ -37,6 +47,29 @@ class Quality(NamedTuple):
                 f"the baseline rises by {100 * self.baseline_rise:.3g} % of the range of the force (limit {100 * LARGEST_RISE:g} %)"
             )
         return listed
+
+
+def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noise: float) -> Quality:
+    """
+    Each measure of the curve in which it is worst.
+
+    Parameters
+    ----------
+    curves : sequence of (ndarray, ndarray)
+        Depth in m beyond the contact point and force in N above the baseline, less a fitted tilt, of each curve.
+    noise : float
+        Standard deviation of the residuals in N.
+    """
+    spans = [float(np.ptp(force)) for _, force in curves]
+    rises = [
+        rise_along_baseline(depth, force, 0.0) / span
+        for (depth, force), span in zip(curves, spans, strict=True)
+    ]
+    return Quality(
+        min(int(np.count_nonzero(depth > 0.0)) for depth, _ in curves),
+        noise / min(spans),
+        max(rises, key=lambda rise: abs(rise) if math.isfinite(rise) else -1.0),
+    )
 
 
 def rise_along_baseline(place: FloatArray, force: FloatArray, point: float) -> float:

@@ -8,12 +8,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from pymdr.errors import QuantityError
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name, parameter_label
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.loops import ShearRecord
+from pymdr.solving.fits.quality import Quality
 from pymdr.solving.fits.searching import Search, profile_end
 from pymdr.solving.study import Answer, TextTable
 from pymdr.units import FloatArray, shown, written
@@ -93,8 +96,8 @@ class FitResult(Answer):
     data: xr.Dataset
     """Over ``step``, the samples of all curves: ``indentation`` (m) and ``normal_force`` (N), with friction ``shift`` (m) and
     ``tangential_force`` (N), from the fitted origins, and the load or indentation of the record; ``model`` and
-    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s). The claims
-    are those of the model at the deepest sample."""
+    ``residual`` (N), ``in_contact``, ``used``, and ``curve``; of bodies with memory ``time`` (s); of force curves the measures of
+    :attr:`quality` as single numbers. The claims are those of the model at the deepest sample."""
     noise: float
     """Standard deviation of the residuals in N."""
     waves: float
@@ -114,6 +117,13 @@ class FitResult(Answer):
 
     summary_claims: ClassVar = ("normal_force", "tangential_force")
     claims_of_rows: ClassVar = False
+
+    @property
+    def quality(self) -> Quality | None:
+        """Samples in contact, residuals and rise of the baseline, of several curves the worst; None for records of friction."""
+        if self.contact.friction is not None:
+            return None
+        return Quality(*(self.data[name].item() for name in Quality._fields))
 
     @property
     def force(self) -> str:
@@ -182,7 +192,14 @@ class FitResult(Answer):
         line = f"noise {written(self.noise, 'N', 3)} in {used} of {self.data.sizes['step']} samples"
         if self.correlated > _CORRELATED:
             line += f", {self.correlated:.3g} of which are equivalent to one independent sample"
-        return [line]
+        return [line] if self.quality is None else [line, f"quality: {self.quality}"]
+
+    def _columns(self) -> dict[str, np.ndarray]:
+        """One row for each sample; the measures of quality are equal in all rows, so that tables of several fits can be joined."""
+        columns = super()._columns()
+        rows = next(iter(columns.values())).size
+        measures = {} if self.quality is None else self.quality._asdict()
+        return columns | {name: np.full(rows, value) for name, value in measures.items()}
 
     def _others(self) -> dict[str, str]:
         return {"values": "; ".join(map(str, self.values.values()))}

@@ -45,6 +45,8 @@ class Unloading(NamedTuple):
     """Times in s, in proportion to which drift was subtracted from the depths."""
     rate_error: float = 0.0
     """Standard deviation in m/s of its rate."""
+    frame: float = 0.0
+    """Compliance in m/N for which the depths are corrected."""
 
 
 def fit_limits(fit_range: Sequence[float], who: str) -> tuple[float, float]:
@@ -108,6 +110,7 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
         slice(0, max(end, low) - begin),
         None if record.elapsed is None else record.elapsed[rows],
         record.rate_error,
+        frame,
     )
 
 
@@ -209,8 +212,13 @@ def fitted_shape(rows: Unloading, who: str, prior: float = 0.5) -> Shape:
 
 def _power(rows: Unloading, stretch: slice, who: str, prior: float = 0.5) -> Shape:
     z, force = rows.depth[0] - rows.depth[stretch], rows.force[stretch]
-    spread = float(np.ptp(z))
-    if not spread > 0.0 or not float(np.polyfit(z / spread, force, 1)[0]) < 0.0:
+    if not _falls(z, force):
+        if _falls(z + rows.frame * (force[0] - force), force):
+            raise ProblemError(
+                f"{who}: the frame compliance {1e6 * rows.frame:.4g} nm/mN is too large: the measured depth falls in the unloading, but "
+                "the depth less the deflection of the frame does not; give a smaller frame_compliance, or leave it out if the instrument has "
+                "subtracted it"
+            )
         raise ProblemError(
             f"{who}: the depth does not fall in the unloading; check the order and the signs of the rows"
         )
@@ -220,6 +228,12 @@ def _power(rows: Unloading, stretch: slice, who: str, prior: float = 0.5) -> Sha
             f"{who}: the unloading does not determine F = B (h - h_f)^m; check the record, its noise and the frame compliance"
         )
     return power
+
+
+def _falls(z: FloatArray, force: FloatArray) -> bool:
+    """Whether the force falls with the recovery z of the depth."""
+    spread = float(np.ptp(z))
+    return spread > 0.0 and float(np.polyfit(z / spread, force, 1)[0]) < 0.0
 
 
 def _fitted(rows: Unloading, stretch: slice, start: FloatArray, prior: float = 0.5) -> Shape:

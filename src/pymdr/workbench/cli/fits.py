@@ -407,6 +407,9 @@ def _plain_fit(result: FitResult) -> dict[str, Any]:
         "waves": result.waves,
         "correlated": result.correlated,
         "aicc": result.aicc,
+        "quality": None
+        if result.quality is None
+        else {**result.quality._asdict(), "good": not result.quality.faults()},
         "calibration": {source: dict(part) for source, part in result.calibration.items()},
     }
     return {"rows": result.data.sizes["step"], "fit": plain}
