@@ -1,6 +1,7 @@
 """A cohesive zone on bodies with memory against converged references, elastic limits and its own balance."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -327,3 +328,16 @@ def test_a_move_that_numbers_do_not_resolve_is_refused():
         mdr.solve(contact(2.0), path)
     with pytest.raises(PathError, match=r"entries 1 and 2.*differ by 1e-08 s"):
         mdr.Path(time=[1e8, 1e8 + 1e-9], indentation=[1.0, 0.5])
+
+
+def test_attraction_and_separation_are_located_between_rows():
+    gel = mdr.Viscoelastic(mdr.StandardSolid("0.25 MPa", "2.25 MPa", "1 s"), poisson=0.5)
+    probe = mdr.Contact(mdr.Sphere("1 mm"), gel, adhesion=mdr.MaugisDugdale("0.1 J/m^2", range="100 nm"))
+    parted = []
+    for rows in (15, 150):
+        path = mdr.indent("-1 um", duration="1 s") >> mdr.indent("5 um", steps=10, duration="2 s")
+        notes = mdr.solve(probe, path >> mdr.indent("-12 um", steps=rows, duration="4 s")).notes
+        assert any(note.startswith("attracted before row 2, at d = -100 nm") for note in notes)
+        (note,) = (note for note in notes if note.startswith("pulled off after row"))
+        parted.append(float(re.search(r"at d = ([\d.]+) µm", note)[1]))
+    assert parted[0] == pytest.approx(parted[1], rel=1e-4)

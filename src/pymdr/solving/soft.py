@@ -393,15 +393,15 @@ def _residual(rows: ZoneRows, balance: FloatArray, work: FloatArray) -> float:
 
 
 def _jump_notes(fine: dict[str, FloatArray]) -> tuple[str, ...]:
-    """Notes on the first row in contact and the last before it is lost."""
+    """Notes on the first attraction and the last separation, where they happen between the rows."""
     touched = fine["cohesive_radius"] > 0.0
     if not touched.any():
         return ()
     first = int(np.argmax(touched))
-    notes = [f"attracted from row {first} on, d = {metres(float(fine['indentation'][first]))}"]
+    notes = [f"attracted before row {first}, at d = {metres(float(fine['event_depth'][first]))}"]
     lost = np.flatnonzero(touched[:-1] & ~touched[1:])
     if lost.size:
         row = int(lost[-1])
-        d, force = float(fine["indentation"][row]), float(fine["normal_force"][row])
-        notes.append(f"pulled off after row {row}, d = {metres(d)}, F = {newtons(force)}")
+        d, force = float(fine["event_depth"][row + 1]), float(fine["event_force"][row + 1])
+        notes.append(f"pulled off after row {row}, at d = {metres(d)}, F = {newtons(force)}")
     return tuple(notes)

@@ -44,6 +44,8 @@ DONE, STUCK, TOO_WIDE, TOO_MANY, _SMALL = range(5)
 OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST, OUT_SPENT = (
     range(11)
 )
+OUT_EVENT_D, OUT_EVENT_F, OUTPUTS = range(11, 14)
+"""Depth and force before the first attraction or separation in a row, nan without one, and the number of all outputs."""
 LARGEST, MISSED = range(2)
 """Limits of a step: largest move of a and c, and largest difference from the extrapolated c, over c - a."""
 WANTED, RATE_A, RATE_C, KNOWN = range(4)
@@ -297,6 +299,8 @@ def fall(zone: Zone, out: FloatArray) -> int:
         return _SMALL
     if found == _WIDE or (free and found == _NONE):
         return TOO_WIDE
+    if (free or found == _NONE) and math.isnan(out[OUT_EVENT_D]):
+        out[OUT_EVENT_D], out[OUT_EVENT_F] = depth, now[FORCE]
     jumped = True
     if found == _FOUND:
         out[OUT_WORK] += load * (end[DEPTH] - depth)

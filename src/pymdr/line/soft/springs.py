@@ -218,7 +218,8 @@ class ZoneSprings:
         self._begin, now[kernels.TIME] = float(time[0]), 0.0
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit
-        out = np.zeros((time.size - 1, driver.OUT_SPENT + 1))
+        out = np.zeros((time.size - 1, driver.OUTPUTS))
+        out[:, driver.OUT_EVENT_D] = math.nan
         scaled = control.astype(float) / (load if by_force else self._unit)
         pace, first, end, size = np.zeros(driver.KNOWN + 1), 0, driver.DONE, time.size - 1
         watched = [row - self._rows for row in self._watched if 0 <= row - self._rows < size]
@@ -263,5 +264,7 @@ class ZoneSprings:
             "work": (driver.OUT_WORK, energy),
             "jump_dissipation": (driver.OUT_LOST, energy),
             "body_dissipation": (driver.OUT_SPENT, energy),
+            "event_depth": (driver.OUT_EVENT_D, self._unit),
+            "event_force": (driver.OUT_EVENT_F, load),
         }
         return {name: unit * out[:, column] for name, (column, unit) in units.items()}
