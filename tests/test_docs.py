@@ -194,6 +194,7 @@ JOBS = {
     "book": "takes one command",
     "plugins": "takes two commands",
     "for_afm": "in two commands",
+    "for_nanoindentation": "evaluation takes one command",
 }
 """Pages of jobs, and how many commands they take."""
 
