@@ -39,7 +39,7 @@ def test_steps_are_those_of_solve(shear):
     result = mdr.solve(contact, mdr.Path(time=np.cumsum(lasting), indentation=depth))
     for name, column in zip(names, np.transpose(rows), strict=True):
         exact = result[name].values
-        assert column == pytest.approx(exact, abs=1e-12 * np.abs(exact).max())
+        assert column == pytest.approx(exact, abs=1e-13 * np.abs(exact).max())
 
 
 @pytest.mark.parametrize("friction", first_of([0.3, math.inf]))
@@ -60,7 +60,7 @@ def test_steps_with_friction_are_those_of_solve(shear, friction):
     result = mdr.solve(contact, mdr.Path(time=np.cumsum(lasting), indentation=depth, shift=shift))
     for name, column in zip(names, np.transpose(rows), strict=True):
         exact = result[name].values
-        assert column == pytest.approx(exact, abs=1e-12 * np.abs(exact).max())
+        assert column == pytest.approx(exact, abs=1e-13 * np.abs(exact).max())
 
 
 def test_a_sudden_shift_has_the_stiffness_of_what_sticks():

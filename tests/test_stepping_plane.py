@@ -49,8 +49,8 @@ def test_steps_are_the_rows_of_springs(seed, size, friction):
     rows, _, _ = follow_plane(law, springs, depth, radius[:-1], shift, virgin_plane(springs))
     assert forces[:, 1:] == pytest.approx(rows.force, abs=1e-13 * np.abs(rows.force).max())
     energy = max(rows.stored.max(), rows.slip_work[-1])
-    assert stepper.stored_tangential_energy == pytest.approx(rows.stored[-1], abs=1e-12 * energy)
-    assert stepper.dissipated_energy == pytest.approx(rows.slip_work[-1], abs=1e-12 * energy)
+    assert stepper.stored_tangential_energy == pytest.approx(rows.stored[-1], abs=1e-13 * energy)
+    assert stepper.dissipated_energy == pytest.approx(rows.slip_work[-1], abs=1e-13 * energy)
     assert stepper.stick_radius == pytest.approx(rows.stick_radius[-1], rel=1e-9)
 
 
