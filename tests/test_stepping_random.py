@@ -1,0 +1,107 @@
+"""Random contacts of every kind that a Stepper takes: its steps are the rows of solve."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import pymdr as mdr
+from drawing import first_of
+
+KINDS = ("friction", "adhesion", "plastic", "memory", "hysteresis", "plane")
+_WITHIN = {"memory": 1e-10, "plane": 2e-4}
+"""Kinds whose rows solve takes in other steps or springs, which also their claims cover."""
+NAMES = (
+    "normal_force",
+    "tangential_force",
+    "contact_radius",
+    "elastic_energy",
+    "surface_energy",
+    "dissipated_energy",
+    "jumped",
+)
+
+
+def random_contact(kind, rng, radius, deepest):
+    young, poisson = 10.0 ** rng.uniform(3.0, 11.5), rng.uniform(-0.3, 0.5)
+    size = math.sqrt(radius * deepest)
+    profiles = (
+        mdr.Paraboloid(radius),
+        mdr.Cone(slope=0.1),
+        mdr.PowerLaw(3.0, deepest, size),
+        mdr.FlatPunch(size),
+        mdr.RoundedFlat(0.5 * size, radius),
+    )
+    smooth = kind in ("adhesion", "hysteresis", "plane")
+    profile = profiles[rng.integers(3 if smooth else len(profiles))]
+    friction = mdr.Coulomb(float(rng.choice([0.01, 0.3, 1.0])))
+    body = mdr.Elastic(young, poisson)
+    if kind == "plastic":
+        strength = young * 10.0 ** rng.uniform(-4.0, -1.5)
+        return mdr.Contact(
+            mdr.Sphere(radius), mdr.ElasticPlastic(young, abs(poisson), yield_strength=strength)
+        )
+    if kind in ("adhesion", "hysteresis"):
+        work = young / (1.0 - poisson**2) * deepest**1.5 / math.sqrt(radius) * 10.0 ** rng.uniform(-3.0, -0.5)
+        receding = {"work_receding": 2.0 * work} if kind == "hysteresis" else {}
+        return mdr.Contact(profile, body, adhesion=mdr.JKR(work, **receding))
+    if kind in ("friction", "plane"):
+        return mdr.Contact(profile, body, friction=friction)
+    soft = mdr.Viscoelastic(mdr.Prony(young, [young, 0.3 * young], [0.1, 2.0]), abs(poisson))
+    return mdr.Contact(profile, soft)
+
+
+def random_path(kind, rng, deepest):
+    """Arrays of a path: walks with stays and, without a plane of springs, moves off the surface."""
+    size = 12 if kind == "plane" else 40
+    low = {"plane": 0.05, "adhesion": -2.0, "hysteresis": -2.0}.get(kind, -0.3) * deepest
+    depth = rng.uniform(low, deepest, size)
+    depth[rng.random(size) < 0.1] = deepest
+    stays = np.flatnonzero(rng.random(size) < 0.1)
+    depth[stays] = depth[stays - 1]
+    path = {"indentation": depth}
+    if kind in ("friction", "plane"):
+        steps = rng.normal(0.0, 0.1 * deepest, (size, 2) if kind == "plane" else size)
+        path["shift"] = np.cumsum(steps, axis=0)
+    if kind == "memory":
+        path["time"] = np.cumsum(rng.exponential(0.3, size))
+    return path
+
+
+@pytest.mark.parametrize("seed", first_of(range(3 * len(KINDS)), 3))
+def test_steps_of_random_contacts_are_the_rows_of_solve(seed):
+    """To 1e-10 of the largest value; with memory and in the plane to what solve claims or chooses its springs by."""
+    kind, rng = KINDS[seed % len(KINDS)], np.random.default_rng(seed)
+    radius = 10.0 ** rng.uniform(-9.0, 0.0)
+    deepest = radius * 10.0 ** rng.uniform(-6.0, -1.5)
+    contact, path = random_contact(kind, rng, radius, deepest), random_path(kind, rng, deepest)
+    stepper = mdr.Stepper(contact, deepest, springs=1000 if kind == "plane" else None)
+    shifts = path.get("shift", np.zeros(len(path["indentation"]))).tolist()
+    lasting = np.diff(path["time"], prepend=0.0).tolist() if "time" in path else [None] * len(shifts)
+    rows = []
+    for depth, shift, duration in zip(path["indentation"].tolist(), shifts, lasting, strict=True):
+        stepper.advance(depth, shift=tuple(shift) if kind == "plane" else shift, duration=duration)
+        rows.append([np.array(getattr(stepper, name), dtype=float) for name in NAMES])
+    result = mdr.solve(contact, mdr.Path(**path))
+    work = max(
+        float(np.nanmax(np.abs(result[n])))
+        for n in ("elastic_energy", "dissipated_energy")
+        if n in result.data
+    )
+    for name, steps in zip(NAMES, zip(*rows, strict=True), strict=True):
+        if name not in result.data or not np.all(
+            result.claims[name].where if name in result.claims else True
+        ):
+            continue
+        solved = result.data[name].values.astype(float)
+        known = np.isfinite(solved)
+        largest = max(
+            float(np.max(np.abs(solved), initial=0.0, where=known)), work if "energy" in name else 0.0
+        )
+        claimed = result.claims[name].error if name in result.claims else None
+        within = _WITHIN.get(kind, 1e-10)
+        if claimed is not None and kind in _WITHIN:
+            within = max(within, float(np.nanmax(claimed)))
+        assert np.all(np.abs(np.array(steps) - solved)[known] <= within * largest), (kind, name)
