@@ -95,6 +95,18 @@ def test_controls_agree():
         )
 
 
+def test_where_the_edge_parts_does_not_depend_on_the_rows():
+    notes = []
+    for rows in (15, 150):
+        result = mdr.solve(short(20.0), at_rest() >> mdr.indent(-30.0, duration=10.0, steps=rows))
+        last = int(np.flatnonzero(result["contact_radius"].values)[-1])
+        assert np.flatnonzero(result["jumped"].values).tolist() == [last + 1]
+        (note,) = (note for note in result.notes if note.startswith(f"pulled off after row {last}, at d = "))
+        notes.append(note.partition("at d")[2])
+        assert not note.endswith("F = 0 N")
+    assert notes[0] == notes[1]
+
+
 def test_nanometres_and_metres_are_alike():
     small = mdr.Viscoelastic(mdr.StandardSolid(0.25e9, 2.25e9, 1e-3), poisson=0.5)
     unit = 1e-9

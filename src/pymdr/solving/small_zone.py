@@ -34,7 +34,7 @@ from pymdr.solving.walk import (
     walk,
     with_travel,
 )
-from pymdr.units import FloatArray, metres
+from pymdr.units import FloatArray, metres, newtons
 
 WITHOUT_FIELDS = "the law of a small zone gives the contact radius and forces only; use MaugisDugdale(work, range=...) for fields"
 _LONGEST = 0.2
@@ -87,7 +87,7 @@ def solve_small_zone(task: Task) -> Result:
     refuse_edge(line, math.inf)
     springs = ShortSprings(zone, springs_of(line), size, line.end)
     walked = walk(task, springs, partial(_step, task.machine_stiffness))
-    return solution(task, walked, _interpret(task, zone, walked))
+    return solution(task, walked, _interpret(task, zone, walked, springs.parted if springs.lost else None))
 
 
 def _step(
@@ -105,8 +105,10 @@ def _step(
     return Rows(rows, np.full(rows.indentation.size, k)), springs, here
 
 
-def _interpret(task: Task, zone: SmallZone, walked: Walked[Rows]) -> Interpretation:
-    """Step 3: quantities, claims and assumptions of every row."""
+def _interpret(
+    task: Task, zone: SmallZone, walked: Walked[Rows], parted: tuple[float, float] | None
+) -> Interpretation:
+    """Step 3: quantities, claims and assumptions of every row, and where the bodies part."""
     rows, control = walked.rows.rows, walked.rows.control
     a, force = rows.contact_radius, rows.normal_force
     attached = a > 0.0
@@ -129,6 +131,7 @@ def _interpret(task: Task, zone: SmallZone, walked: Walked[Rows]) -> Interpretat
             "mean_pressure": mean_pressure(force, a),
             "energy_release_rate": released,
             "edge_speed": speed,
+            "jumped": rows.jumped,
         },
     )
     everywhere = np.ones(a.size, dtype=bool)
@@ -152,7 +155,10 @@ def _interpret(task: Task, zone: SmallZone, walked: Walked[Rows]) -> Interpretat
     no_field = Claim(Level.NOT_VALID, WITHOUT_FIELDS, SOURCES["schapery"], ~everywhere)
     claims |= dict.fromkeys(NORMAL_FIELDS, no_field)
     if torn.any():
-        claims = {name: replace(one, where=one.where & ~torn) for name, one in claims.items()}
+        claims = {
+            name: one if name == "jumped" else replace(one, where=one.where & ~torn)
+            for name, one in claims.items()
+        }
     status = Status.ATTACHED if attached[-1] else Status.PULLED_OFF if attached.any() else Status.NOT_TOUCHED
     unrelaxed = Assumption(
         "relaxed body where the contact grows",
@@ -160,12 +166,16 @@ def _interpret(task: Task, zone: SmallZone, walked: Walked[Rows]) -> Interpretat
         float(late[-1]),
         _RELAXED,
     )
+    notes = notes_of(task.contact.profile)
+    if parted is not None:
+        row = int(np.flatnonzero(attached)[-1])
+        notes = (*notes, f"pulled off after row {row}, at d = {metres(parted[0])}, F = {newtons(parted[1])}")
     return Interpretation(
         columns=columns,
         claims=claims,
         assumptions=(*assumptions_with_memory(task.contact, a), unrelaxed),
         status=status,
-        notes=notes_of(task.contact.profile),
+        notes=notes,
         references=("sneddon", "popov-hess", "schapery", "haiat-barthel"),
         is_viscoelastic=True,
     )

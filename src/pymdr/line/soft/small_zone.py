@@ -103,6 +103,11 @@ class SmallZone:
         """Logarithm of the passing time [s] of an edge beyond the limits."""
         return math.log(_AT_ONCE * float(self.relaxation.times.min()))
 
+    @property
+    def limit(self) -> float:
+        """G/γ of the fastest steady recession."""
+        return 1.0 / float(np.interp(self.shortest, self.table[0], self.table[1]))
+
     def _tabulated(self) -> FloatArray:
         amplitudes, rates = self.creep
         times = np.geomspace(10.0**-_DECADES / rates.max(), 10.0**_DECADES / rates.min(), _TABLE)
@@ -151,6 +156,8 @@ class ShortRows(NamedTuple):
     """q_a [N/m] at the edge, below 0."""
     unrelaxed: FloatArray
     """Load [N/m] that the springs of the contact have yet to relax."""
+    jumped: FloatArray
+    """1 in the first row after the edge has parted."""
 
 
 class ShortSprings:
@@ -179,6 +186,8 @@ class ShortSprings:
     ) -> None:
         self.zone, self._profile, self._size, self._end = zone, profile, size, end
         self.free, self.lost = True, False
+        self.parted: tuple[float, float] | None = None
+        """Depth [m] and force [N] where the edge became faster than any steady one before the bodies parted."""
         relaxation = zone.relaxation
         self._radius, self._lag = 0.0, np.zeros(relaxation.times.size)
         self._springs = np.stack([relaxation.moduli, relaxation.times])
@@ -250,10 +259,11 @@ class ShortSprings:
         setting[edge.MACHINE] = k
         setting[edge.BEGIN], setting[edge.CONTROL] = time[0], control[0]
         setting[edge.SLOPE] = (control[-1] - control[0]) / span if span > 0.0 else 0.0
-        calls = 0
+        calls, below = 0, (math.nan, math.nan)
+        limit = 2.0 * math.pi * setting[edge.RUBBERY] * self.zone.work * self.zone.limit
 
         def rates(t: float, y: FloatArray) -> FloatArray:
-            nonlocal calls
+            nonlocal calls, below
             calls += 1
             if calls > _MOST:
                 raise ConvergenceError(
@@ -262,6 +272,10 @@ class ShortSprings:
                 )
             if setting[edge.TOP] < min(y[0], self._end):
                 self._tabulate(2.0 * float(setting[edge.TOP]))
+            d, force, _, load = edge.state(t, y, setting, self._springs, self._table)
+            # steps of a jump are too short for the roots of an integrator
+            if min(load, 0.0) ** 2 <= limit * y[0]:
+                below = d, force
             return edge.rates(t, y, setting, self._springs, self._table, self.zone.table)
 
         y0 = np.concatenate([[self._radius], self._lag])
@@ -289,10 +303,13 @@ class ShortSprings:
         end = int(open_[0]) if open_.size else radii.size
         for t, y in zip(solved.t[:end].tolist(), solved.y.T[:end].copy(), strict=True):
             d, force, Q, load = edge.state(t, y, setting, self._springs, self._table)
-            rows.append((float(y[0]), d, force, load, Q - setting[edge.RUBBERY] * d))
+            rows.append((float(y[0]), d, force, load, Q - setting[edge.RUBBERY] * d, 0.0))
         if open_.size:
             self.free = self.lost = True
-            rows += [_out_of_contact(each, k) for each in control[1 + len(rows) :].tolist()]
+            self.parted = below
+            first = len(rows)
+            rows += [_out_of_contact(each, k) for each in control[1 + first :].tolist()]
+            rows[first] = (*rows[first][:-1], 1.0)
         else:
             self._radius, self._lag = float(radii[-1]), solved.y[1:, -1].copy()
         return rows
@@ -300,4 +317,5 @@ class ShortSprings:
 
 def _out_of_contact(control: float, k: float) -> tuple[float, ...]:
     """The row of a body out of contact; under a force it is nowhere."""
-    return (0.0, math.nan, math.nan, 0.0, 0.0) if k == 0.0 else (0.0, control, 0.0, 0.0, 0.0)
+    d, force = (math.nan, math.nan) if k == 0.0 else (control, 0.0)
+    return 0.0, d, force, 0.0, 0.0, 0.0
