@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.problem.contact import Contact
+from pymdr.result import Result
 from pymdr.solving.arguments import refuse_unknown
 from pymdr.solving.edge_work import EdgeWork, edge_work_of
 from pymdr.solving.memory import relaxation_along
@@ -69,6 +70,8 @@ class PullOffCurve(Study):
     """
     edge: EdgeWork
     """Energy release rate of the receding edge over its speed in all tests, beside the formula of a short zone."""
+    results: tuple[Result, ...]
+    """The whole tests, over speeds and within these over dwells."""
     subject: ClassVar = "a curve of pull-off"
     columns: ClassVar[Mapping[str, Column]] = {
         "speed": Column("speed", "m/s"),
@@ -84,7 +87,8 @@ class PullOffCurve(Study):
     def _figure(self) -> Figure:
         from pymdr.presentation.plot import pull_off_speeds
 
-        return pull_off_speeds(self.data)
+        rest = self.data.sizes["dwell"]
+        return pull_off_speeds(self.data, [one.data for one in self.results[rest - 1 :: rest]])
 
 
 def pull_off_curve(
@@ -179,6 +183,7 @@ def pull_off_curve(
     return PullOffCurve(
         data=data,
         edge=edge_work_of([one.result for one in answers], relaxation),
+        results=tuple(one.result for one in answers),
         claims=claims,
         assumptions=widest.assumptions,
         notes=(f"every test begins with the same approach at {approach:.4g} m/s",),

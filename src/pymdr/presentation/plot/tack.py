@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,12 +15,13 @@ from pymdr.presentation.plot.shared import (
     MARKED_ROWS,
     ORANGE,
     axis_label,
+    draw_zero,
     legend_above,
     letter_panels,
     new_figure,
     styled,
 )
-from pymdr.units import from_si, good_unit, written
+from pymdr.units import FloatArray, from_si, good_unit, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,29 +29,62 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _CURVES = 6
-"""Largest number of dwells that are drawn."""
+"""Largest number of dwells or speeds that are drawn."""
+_COLOURS = (BLUE, ORANGE, GREEN)
 
 
-def pull_off_speeds(data: xr.Dataset) -> Figure:
+def pull_off_speeds(data: xr.Dataset, tests: Sequence[xr.Dataset]) -> Figure:
     """
-    Largest pull with its limits, and effective work of adhesion, over the speed; over the dwell if there is one speed.
+    Force against depth at several speeds after the last dwell, largest pull with its limits, and effective work of adhesion, over the speed; over the dwell if there is one speed.
 
     Parameters
     ----------
     data : xarray.Dataset
         ``largest_pull`` (N) and ``effective_work`` (J/m^2) over ``speed`` (m/s) and ``dwell`` (s), ``slow_limit`` (N), and ``fast_limit`` (N)
         over ``dwell``.
+    tests : sequence of xarray.Dataset
+        ``indentation`` (m), ``normal_force`` (N) and ``cohesive_radius`` (m) of the tests after the last dwell, one for every speed.
     """
     along, other = (
         ("dwell", "speed") if data.sizes["speed"] == 1 < data.sizes["dwell"] else ("speed", "dwell")
     )
     with styled():
-        figure = new_figure(9.6, 4.0)
-        left, right = figure.subplots(1, 2)
-        _draw(left, data, "largest_pull", along, other)
-        _draw(right, data, "effective_work", along, other)
+        figure = new_figure(13.2, 4.0)
+        loops, pulls, work = figure.subplots(1, 3)
+        _draw_tests(loops, data["speed"].values, tests)
+        _draw(pulls, data, "largest_pull", along, other)
+        _draw(work, data, "effective_work", along, other)
         letter_panels(figure)
     return figure
+
+
+def _some(size: int) -> list[int]:
+    """Evenly spaced rows, no more than are drawn."""
+    rows: list[int] = np.unique(np.linspace(0, size - 1, min(size, _CURVES)).round().astype(int)).tolist()
+    return rows
+
+
+def _draw_tests(axes: Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]) -> None:
+    """Force against depth while the bodies attract each other, one curve for every speed."""
+    rows = _some(speeds.size)
+    curves = []
+    for row in rows:
+        on = tests[row]["cohesive_radius"].values > 0.0
+        curves.append([tests[row][name].values[on] for name in ("indentation", "normal_force")])
+    x_unit, unit = (good_unit(np.concatenate([one[i] for one in curves]), ("m", "N")[i]) for i in (0, 1))
+    for k, (row, (depth, force)) in enumerate(zip(rows, curves, strict=True)):
+        axes.plot(
+            from_si(depth, "m", x_unit),
+            from_si(force, "N", unit),
+            color=_COLOURS[k % 3],
+            ls=("-", "--")[k // 3],
+            lw=1.4,
+            label=f"speed {written(float(speeds[row]), 'm/s', 3)}",
+        )
+    draw_zero(axes)
+    axes.set_xlabel(axis_label("indentation", x_unit))
+    axes.set_ylabel(axis_label("normal_force", unit))
+    legend_above(axes)
 
 
 def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> None:
@@ -58,17 +93,14 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
     values = (-data[name] if pulls else data[name]).transpose(other, along).values
     x = data[along].values
     x_unit, unit = good_unit(x, "m/s" if along == "speed" else "s"), good_unit(values, data[name].units)
-    rows = np.unique(
-        np.linspace(0, data.sizes[other] - 1, min(data.sizes[other], _CURVES)).round().astype(int)
-    )
-    colours = (BLUE, ORANGE, GREEN)
+    rows = _some(data.sizes[other])
     shown_x = np.asarray(from_si(x, "m/s" if along == "speed" else "s", x_unit))
     for k, row in enumerate(rows):
         at = written(float(data[other].values[row]), "m/s" if other == "speed" else "s", 3)
         axes.plot(
             shown_x,
             from_si(values[row], data[name].units, unit),
-            color=colours[k % 3],
+            color=_COLOURS[k % 3],
             ls=("-", "--")[k // 3],
             lw=1.4,
             marker="o" if x.size <= MARKED_ROWS else None,
@@ -77,7 +109,7 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
         )
         if pulls and other == "dwell":
             fast = float(from_si(-float(data["fast_limit"].values[row]), "N", unit))
-            axes.axhline(fast, color=colours[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None)
+            axes.axhline(fast, color=_COLOURS[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None)
     if pulls and along == "dwell":
         fast = from_si(-data["fast_limit"].values, "N", unit)
         axes.plot(shown_x, fast, color=GREY, ls=":", lw=1.2, label="fast limit")
