@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -415,6 +416,31 @@ def test_a_map_from_the_shell(gel, tmp_path, shell):
     status, _, err = shell(*arguments, "--spring-constant", "0.1 N/m")
     assert status == 1
     assert "a stored map has its own" in err
+    for option, remedy in (
+        (
+            ("--uncertainty", "profile.radius=5 %"),
+            "the uncertainty of profile.radius: .*fit one curve with it",
+        ),
+        (("--max-force", "1 nN"), "--max-force is for single records; .* beyond the range to nan"),
+    ):
+        status, _, err = shell(*arguments, *option)
+        assert status == 1
+        assert re.search(remedy, err.replace("\n", " ")), err
+
+
+def test_samples_that_are_nan_are_beyond_the_fit_range():
+    depth = np.linspace(-1e-6, 1.5e-6, 400)
+    noise = 1e-10 * np.random.default_rng(1).normal(size=(2, depth.size))
+    force = 16 / 9 * 3e3 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5 + noise
+    contact, within = contact_of("paraboloid", 1e4), depth < 0.8e-6
+    curves = [mdr.MeasuredCurve(force=one[within], indentation=depth[within]) for one in force]
+    alone = [mdr.fit(contact, curve, ["body.young"])["body.young"].value for curve in curves]
+    dataset = xr.Dataset(
+        {"force": (("curve", "sample"), np.where(within, force, np.nan)), "indentation": ("sample", depth)}
+    )
+    found = mdr.fit_map(contact, dataset, ["body.young"])
+    np.testing.assert_allclose(found["body.young"], alone, rtol=1e-5)
+    assert found["indentation"].values.max() < 0.85e-6
 
 
 def contact_laws():

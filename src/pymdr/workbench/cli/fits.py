@@ -196,9 +196,16 @@ def _fitted(
         if settings["over_indentation"] is not None:
             written += _over_indentation(contact, curves, free, origins, settings["over_indentation"], output)
         return fitted, written
-    for name in ("max_indentation", "max_force", "uncertainty", "over_indentation"):
+    if uncertainty:
+        raise ProblemError(
+            f"the uncertainty of {', '.join(uncertainty)}: all curves of a map share it, and the map has the errors of each by itself; leave it "
+            "out, and fit one curve with it, whose relative error from this source (calibration, --json) is that of the map"
+        )
+    for name in ("max_indentation", "max_force", "over_indentation"):
         if settings[name]:
-            raise ProblemError(f"--{name.replace('_', '-')} is for single records; fit one curve of the map")
+            raise ProblemError(
+                f"--{name.replace('_', '-')} is for single records; fit one curve of the map, or set the samples of the map beyond the range to nan"
+            )
     if origins.pop("shift_origin") is not None:
         raise ProblemError("--shift-origin needs a case with friction; use --contact-point for force curves")
     return _map(contact, curves, free, {**origins, "workers": workers, "progress": stage("fitting")}, output)
