@@ -83,7 +83,11 @@ def test_a_curve_lies_between_its_limits():
     assert ((work > 1.0) & (work < 10.0)).all()
     one = mdr.pull_off(TACKY, speed=0.1, dwell=20.0, pressed_to=1.0, approach_speed=1.0)
     assert one.largest_pull == pytest.approx(float(curve["largest_pull"][0, 1]), rel=1e-9)
-    curve.plot()
+    loops = curve.plot().axes[0].get_lines()
+    # after the last dwell, one for every speed
+    lowest = [float(line.get_ydata().min()) for line in loops[: len(speeds)]]
+    assert lowest == pytest.approx(curve["largest_pull"].values[:, 1].tolist(), rel=1e-12)
+    assert len(curve.results) == 4
     assert "effective work" in curve.summary()
 
 
