@@ -1,12 +1,9 @@
-"""Figures of docs/validation.md: curves over their closed solutions, and errors of random problems over their claims.
+"""Figures of docs/validation.md: curves over their closed solutions, and errors of random problems over their claims."""
 
-``python -m benchmarks.validation_figures`` writes both into docs; ``make validation`` does so with the tables.
-"""
-
-import argparse
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,11 +12,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
 import pymdr as mdr
+from benchmarks.validation.rows import UNIT
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#666666"
-UNIT = mdr.Elastic(1.0, 0.0)
-"""E* = 1 Pa on a rigid body."""
 
 
 def draw(axes: Axes, line: tuple, dots: tuple, source: str, labels: tuple[str, str]) -> None:
@@ -193,12 +188,8 @@ def curves(file: Path) -> None:
     plt.close(figure)
 
 
-def claims(file: Path, count: int, seed: int) -> None:
+def claims(file: Path, outcomes: Sequence[Any]) -> None:
     """The error of every value of random problems over its claim."""
-    from tests import accuracy
-
-    effort = accuracy.Effort(False, 4, 1, 1)
-    outcomes = accuracy.study(seed, count, effort=effort, kinds=accuracy.KINDS).outcomes
     values = [value for outcome in outcomes for value in outcome.values]
     figure, axes = plt.subplots(figsize=(5.2, 4.2), layout="constrained")
     claimed = np.maximum([value.claimed for value in values], 1e-17)
@@ -215,18 +206,3 @@ def claims(file: Path, count: int, seed: int) -> None:
     axes.legend(frameon=False, fontsize=8, loc="upper left")
     figure.savefig(file, dpi=100)
     plt.close(figure)
-
-
-def main() -> None:
-    """Write both figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--random", type=int, default=300, help="random problems")
-    parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    curves(DOCS / "validation_curves.png")
-    if given.random:
-        claims(DOCS / "validation_claims.png", given.random, given.seed)
-
-
-if __name__ == "__main__":
-    main()

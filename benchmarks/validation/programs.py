@@ -1,0 +1,124 @@
+"""Contacts by the method, by independent solvers and by other programs; and measured records against themselves."""
+
+from collections.abc import Iterator
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+import pymdr as mdr
+from benchmarks import halves
+from benchmarks.fits import TIP, by_nanite
+from benchmarks.records import records
+from benchmarks.validation.rows import REFERENCES, Row, claim_of, difference
+
+
+def verified(physics: str, name: str, solver: str, contact: mdr.Contact, path: Any, **options: Any) -> Row:
+    """A quantity along a path by the method, with its largest claim, and by boundary elements."""
+    found = mdr.verify(contact, path, **options)
+    claimed = claim_of(mdr.solve(contact, path), name, slice(None))
+    return Row(physics, name.replace("_", " "), solver, float(found.largest_difference), claimed)
+
+
+def solvers() -> Iterator[Row]:
+    gel = mdr.Elastic("30 kPa", 0.5)
+    steel = mdr.Elastic("210 GPa", 0.3)
+    tip = mdr.Paraboloid("50 um")
+    rings, cells = "rings, 400", "cells on a grid, 32 x 32"
+    yield verified(
+        "sphere", "normal_force", rings, mdr.Contact(mdr.Sphere("10 mm"), steel), mdr.indent("10 um"), steps=1
+    )
+    yield verified(
+        "cone", "normal_force", rings, mdr.Contact(mdr.Cone(slope=0.1), steel), mdr.indent("10 um"), steps=1
+    )
+    sticky = mdr.Contact(tip, gel, adhesion=mdr.JKR("2 mJ/m^2"))
+    yield verified("JKR", "normal_force", rings, sticky, mdr.indent("1 um", steps=2), steps=2)
+    film = mdr.Layered([mdr.Layer(gel, "20 um")])
+    yield verified("layer", "normal_force", rings, mdr.Contact(tip, film), mdr.indent("1 um"), steps=1)
+    rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "10 MPa", "0.1 s"), poisson=0.5)
+    path = mdr.indent("10 um", duration="1 s", steps=8) >> mdr.indent("2 um", duration="1 s", steps=8)
+    yield verified("memory", "normal_force", rings, mdr.Contact(mdr.Paraboloid("10 mm"), rubber), path)
+    silicone = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
+    probe = mdr.Contact(
+        mdr.Paraboloid("1 mm"), silicone, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="5 um")
+    )
+    there = mdr.indent("20 um", duration="2 s", steps=8) >> mdr.hold("5 s", steps=2)
+    yield verified(
+        "adhesion with memory",
+        "normal_force",
+        rings,
+        probe,
+        there >> mdr.indent("-20 um", duration="4 s", steps=8),
+    )
+    like = mdr.Elastic("1 GPa", 0.0)
+    joint = mdr.Contact(mdr.Paraboloid("10 mm"), like, like, friction=mdr.Coulomb(0.3))
+    loop = mdr.indent("10 um") >> mdr.cycle(shift="2 um", steps=8)
+    yield verified("friction, nu = 0", "tangential_force", cells, joint, loop, steps=4)
+    like = mdr.Elastic("1 GPa", 0.3)
+    other = mdr.Contact(mdr.Paraboloid("10 mm"), like, like, friction=mdr.Coulomb(0.3))
+    yield verified("friction, nu = 0.3", "tangential_force", cells, other, loop, steps=4)
+    yield verified("torsion", "torque", "rings, 200", joint, mdr.indent("10 um") >> mdr.twist(1e-3), steps=2)
+
+
+def programs() -> Iterator[Row | str]:
+    entry = REFERENCES["mdr_plastic_Y2e7"]
+    given, rows = entry["inputs"], np.array(entry["expected"]["rows"])
+    rows = rows[rows[:, 1] > 0.0]
+    body = mdr.ElasticPlastic(
+        given["E"], given["nu"], yield_strength=given["Y"], apparent_radius=True, wall_factor=True
+    )
+    n, deepest = given["steps"], given["depth"]
+    path = mdr.indent(deepest, steps=n) >> mdr.indent(0.0, steps=n)
+    result = mdr.solve(mdr.Contact(mdr.Sphere(given["R"]), body), path)
+    d = result["indentation"].values
+    halves = np.where(np.arange(len(rows)) <= int(rows[:, 0].argmax()), 0, n)
+    chosen = [h + int(np.argmin(np.abs(d[h : h + n] - x))) for h, x in zip(halves, rows[:, 0], strict=True)]
+    forces = result["normal_force"].values[chosen]
+    off = difference(forces, rows[:, 1])
+    claimed = claim_of(result, "normal_force", chosen)
+    yield Row("balls that yield, loading and unloading", "normal force", "LAMMPS, recorded", off, claimed)
+    yield from _engines()
+    yield from _nanite()
+
+
+def _engines() -> Iterator[Row | str]:
+    """Boundary elements of other packages."""
+    ellipse = mdr.Contact(mdr.EllipticParaboloid("20 mm", "10 mm"), mdr.Elastic("1 GPa", 0.3))
+    path = mdr.indent("10 um")
+    for package, engine in (("ContactMechanics", "contactmechanics"), ("tamaas", "tamaas")):
+        if find_spec(package) is None:
+            yield absent("elliptic contact", "normal force", package)
+        else:
+            source = f"{package}, 129 x 129"
+            yield verified("elliptic contact", "normal_force", source, ellipse, path, steps=1, engine=engine)
+
+
+def _nanite() -> Iterator[Row | str]:
+    """The fit of a record without noise."""
+    body = mdr.Contact(TIP, mdr.Elastic("3 kPa", 0.5))
+    depth = np.linspace(-1e-6, 1e-6, 2000)
+    force = mdr.solve(body, mdr.Path(indentation=depth))["normal_force"].values
+    fit = by_nanite(depth, force)
+    if fit is None:
+        yield absent("Hertz fit", "Young's modulus", "nanite")
+        return
+    found = mdr.fit(body, mdr.MeasuredCurve(force=force, indentation=depth), ["body.young"])
+    young = found["body.young"]
+    off = difference(fit(), young.value)
+    yield Row(
+        "Hertz fit", "Young's modulus", "nanite", off, f"interval of {young.high / young.value - 1:.1e}"
+    )
+
+
+def absent(physics: str, quantity: str, package: str) -> str:
+    """The row of a package that this run does not have."""
+    return f"| {physics} | {quantity} | {package} | | not installed |"
+
+
+def measured() -> Iterator[str]:
+    """Young's moduli of odd and of even samples of measured records (``benchmarks/halves.py``)."""
+    start, free, segment = halves.LAWS["Hertz"]
+    for name, record in records(segment):
+        _, own = halves.halves(start, record.leave_out_marked(), free)
+        off, likely = own["body.young"]
+        yield f"| {name} | Young's modulus | odd and even samples | {likely:.1e} | {abs(off):.1e} |"
