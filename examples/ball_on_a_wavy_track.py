@@ -58,6 +58,8 @@ right.set(
     xlabel="frequency (kHz)", ylabel="amplitude of the normal force (N)", xlim=(0.0, 20.0), ylim=(1e-5, None)
 )
 right.legend()
+figure.savefig("ball_on_a_wavy_track.png")
+print("figure saved as ball_on_a_wavy_track.png")
 
 print(f"low waves: {amplitude * 1e3:.3f} mN at {frequency / 1e3:g} kHz, formula {expected * 1e3:.3f} mN")
 print(

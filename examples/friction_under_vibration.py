@@ -61,6 +61,8 @@ right.plot(speeds, 2.0 / np.pi * np.arcsin(np.minimum(speeds, 1.0)), "C2", label
 right.plot(ratios, sideways, "C2o", label="motion")
 right.set(xlabel="speed / largest speed of the vibration along it", ylabel="mean friction / µ F(d0)")
 right.legend()
+figure.savefig("friction_under_vibration.png")
+print("figure saved as friction_under_vibration.png")
 
 errors = np.abs(np.array(slow) - (1.0 - amplitudes / depth) ** 1.5)
 print(f"slow sliding over normal vibration: within {errors.max():.1e} of its limit")
