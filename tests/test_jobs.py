@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 import pymdr as mdr
 
@@ -209,6 +210,32 @@ def test_a_coated_glass_under_a_rigid_ball(tmp_path, job):
     assert force("70 GPa") == pytest.approx(substrate, rel=1e-6)
 
 
+PUNCH_STIFFNESS = 2.0 * PLANE_STRAIN * 1e-3
+"""Of a rigid flat punch of 1 mm on glass, in N/m."""
+
+WAVE_SPEED = 2e3 * math.pi * PUNCH_STIFFNESS * 1e-8 / ((2e3 * math.pi) ** 2 - PUNCH_STIFFNESS)
+"""Of 1 kg in steady motion in the middle of a wave of 10 nm and 1 kHz that such a punch follows, in m/s."""
+
+
+def maugis_radius(force, radius, modulus, work, strength):
+    """Contact radius of the elastic paraboloid under a stable load, in m: Maugis (1992), eqs. (6.15) and (6.16)."""
+    stiffness = 4.0 / 3.0 * modulus
+    unit = (math.pi * work * radius**2 / stiffness) ** (1.0 / 3.0)
+    zone = 2.0 * strength / (math.pi * work * stiffness**2 / radius) ** (1.0 / 3.0)
+
+    def unbalanced(unknowns):
+        a, m = unknowns
+        root, angle = math.sqrt(m * m - 1.0), math.acos(1.0 / m)
+        return (
+            0.5 * zone * a * a * (root + (m * m - 2.0) * angle)
+            + 4.0 / 3.0 * zone**2 * a * (root * angle - m + 1.0)
+            - 1.0,
+            a**3 - zone * a * a * (root + m * m * angle) - force / (math.pi * work * radius),
+        )
+
+    return unit * float(fsolve(unbalanced, (2.0, 1.5), xtol=1e-13)[0])
+
+
 CHAPTERS = {
     "3, cone": (
         f'[profile]\nkind = "cone"\nslope = 0.1\n[body]\n{GLASS}[[path]]\nkind = "indent"\nindentation = "1 um"\n',
@@ -268,6 +295,17 @@ CHAPTERS = {
         {"thermal_conductance [W/K]": 4e-3 / (1.0 / 3.0 + 1.0 / 6.0)},
         1e-12,
     ),
+    "9, adhesion of a relaxed elastomer": (
+        '[profile]\nkind = "paraboloid"\nradius = "1 mm"\n[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
+        'shear = { kind = "standard_solid", equilibrium = "10 kPa", modulus = "90 kPa", time = "1 s" }\n'
+        '[adhesion]\nkind = "maugis_dugdale"\nwork = "50 mJ/m^2"\nstrength = "1 kPa"\n'
+        '[[path]]\nkind = "load"\nnormal_force = "50 uN"\nduration = "1 s"\nsteps = 5\n'
+        '[[path]]\nkind = "hold"\nduration = "1000 s"\nsteps = 10\n',
+        "run --csv --no-figures",
+        "result.csv",
+        {"contact_radius [m]": maugis_radius(50e-6, 1e-3, 40e3, 50e-3, 1e3)},
+        1e-3,
+    ),
     "11, friction of an elastomer": (
         '[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\nkind = "viscoelastic"\npoisson = 0.5\n'
         'shear = { kind = "kelvin_voigt", modulus = "1 MPa", viscosity = "10 kPa*s" }\n',
@@ -305,6 +343,21 @@ CHAPTERS = {
             / 0.1**0.2
         },
         1e-6,
+    ),
+    "14, a body on a wavy track": (
+        f'[profile]\nkind = "flat_punch"\nradius = "1 mm"\n[body]\n{GLASS}[machine]\nduration = "1.25 ms"\nsteps = 50\n'
+        f'[[machine.bodies]]\nkind = "mass"\nname = "ball"\nmass = "1 kg"\nvelocity = {WAVE_SPEED!r}\n'
+        '[[machine.bodies]]\nkind = "drive"\nname = "track"\namplitude = "10 nm"\nfrequency = "1 kHz"\n'
+        '[[machine.links]]\nkind = "joint"\nnormal = { ball = 1, track = 1 }\nindentation = "1 um"\n'
+        f'[[machine.links]]\nkind = "force"\non = "ball"\nforce = {PUNCH_STIFFNESS * 1e-6!r}\n',
+        "move",
+        "move.csv",
+        # at the crest of a wave the mean force plus k w m omega^2 / (m omega^2 - k)
+        {
+            "normal_force of contact [N]": PUNCH_STIFFNESS
+            * (1e-6 + 1e-8 * (2e3 * math.pi) ** 2 / ((2e3 * math.pi) ** 2 - PUNCH_STIFFNESS))
+        },
+        1e-4,
     ),
     "17, power laws": (
         f'[profile]\nkind = "power_law"\nexponent = 4\nheight = "1 um"\nradius = "1 mm"\n[body]\n{GLASS}'
@@ -348,11 +401,22 @@ def test_what_the_book_has_and_the_shell_refuses(tmp_path, shell):
     status, _, error = shell("check", case)
     assert status == 1
     assert "no limit of short range" in error  # chapter 9
-    rough = '[surface]\nhurst = 0.8\nrms = "1 um"\nsize = "1 mm"\nshortest = "50 um"\n'
+
+
+def test_the_exponent_of_a_rough_contact(tmp_path, job):
+    """Chapter 10: k ~ F^(1/(1+H)), by the springs of 100 random lines; the area is not in the table."""
+    case = tmp_path / "case.toml"
+    rough = '[surface]\nhurst = 0.8\nrms = "1 um"\nsize = "1 mm"\nshortest = "5 um"\n'
     case.write_text(f"{rough}[body]\n{STEEL}")
-    status, _, error = shell("rough", case, "--normal-force", "1 N", "-o", tmp_path / "out")
-    assert status == 0, error
-    assert "area" not in (tmp_path / "out" / "rough.csv").read_text()  # chapter 10
+    job("rough", case, "--normal-force", "0.03 N, 1 N", "--points", "4", "-o", tmp_path / "out")
+    found = table(tmp_path / "out" / "rough.csv")
+    slopes = {
+        name: np.polyfit(np.log(found["normal_force [N]"]), np.log(found[f"{name} [N/m]"]), 1)[0]
+        for name in ("normal_stiffness", "power_law_stiffness")
+    }
+    assert slopes["power_law_stiffness"] == pytest.approx(1.0 / 1.8, rel=1e-9)
+    assert slopes["normal_stiffness"] == pytest.approx(1.0 / 1.8, rel=0.05)
+    assert not any("area" in name for name in found.dtype.names)
 
 
 PLUGINS = Path(__file__).parent.parent / "docs" / "plugins.md"
