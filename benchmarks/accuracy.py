@@ -1,12 +1,11 @@
-"""Claimed against actual errors of random profiles, as the table that the documentation draws.
+"""Claimed against actual errors of random problems of all kinds, as the table that the documentation draws.
 
-``python -m benchmarks.accuracy --count 300 docs/demonstrations/claimed_and_actual.csv`` solves random profiles as
-``python -m tests.accuracy`` does, holds every number against the reference in extended precision, prints the study and
-writes, for every profile and quantity, the value that came closest to the error that it claims.
+``python -m benchmarks.accuracy --folder out docs/demonstrations/claimed_and_actual.csv`` reads the outcomes that ``python -m tests.accuracy --folder out``
+has kept, and writes, for every problem and quantity, the value that came closest to the error that it claims.
 """
 
 import argparse
-import secrets
+import json
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ HEAD = "kind,quantity,claimed,actual,rounding"
 
 
 def closest(outcome):
-    """Of every quantity of a profile the value whose error is the largest part of what is allowed."""
+    """Of every quantity of a problem the value whose error is the largest part of what is allowed."""
     found = {}
     for value in outcome.values:
         part = np.nan_to_num(value.miss / value.allowed, nan=np.inf)
@@ -25,20 +24,20 @@ def closest(outcome):
     return [value for _, value in found.values()]
 
 
-def table(study, drawn):
-    """The study as CSV, with the rows of its first `drawn` profiles; what it found of all of them is a comment."""
+def table(study):
+    """The study as CSV; what it found is a comment."""
     values = sum(len(o.values) for o in study.outcomes)
     solved = sum(bool(o.values) for o in study.outcomes)
     lines = [
-        f"# seed {study.seed}: {len(study.outcomes)} profiles, {solved} of them solved, {values} values, "
-        f"{len(study.violations)} outside their claim; EXACT: {study.share_exact():.1%} of smooth profiles, "
-        f"{study.share_exact(False):.1%} of the others",
+        f"# seed {study.seed}: {len(study.outcomes)} problems, {solved} of them solved, {values} values, "
+        f"{len(study.violations)} outside their claim",
         HEAD,
     ]
-    for outcome in study.outcomes[:drawn]:
+    for outcome in study.outcomes:
+        kind = outcome.kind if outcome.kind in accuracy.FAMILIES else "profiles"
         for v in closest(outcome):
             rounding = max(v.allowed - 10.0 * v.claimed, 1e-14)
-            lines.append(f"{outcome.kind},{v.quantity},{v.claimed:.2e},{v.miss:.2e},{rounding:.2e}")
+            lines.append(f"{kind},{v.quantity},{v.claimed:.2e},{v.miss:.2e},{rounding:.2e}")
     return "\n".join(lines) + "\n"
 
 
@@ -46,19 +45,13 @@ def main():
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("file", type=Path, help="CSV file to write")
-    parser.add_argument("--count", type=int, default=300)
-    parser.add_argument("--drawn", type=int, default=300, help="profiles whose rows are written")
-    parser.add_argument("--seed", type=int, default=None, help="a fresh one unless given")
-    parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument(
-        "--quick", action="store_true", help="four depths, one energy and one pressure a profile"
-    )
+    parser.add_argument("--folder", type=Path, required=True, help="that of python -m tests.accuracy")
     given = parser.parse_args()
-    seed = secrets.randbits(31) if given.seed is None else given.seed
-    effort = accuracy.Effort(4, 1, 1) if given.quick else accuracy.Effort()
-    study = accuracy.study(seed, given.count, given.processes, progress=True, effort=effort)
+    about = json.loads((given.folder / "about.json").read_text(encoding="utf-8"))
+    effort = accuracy.Effort(**about["effort"])
+    study = accuracy.study(about["seed"], 0, effort=effort, kinds=about["kinds"], folder=given.folder)
     print(study.table())
-    given.file.write_text(table(study, given.drawn), encoding="utf-8")
+    given.file.write_text(table(study), encoding="utf-8")
 
 
 if __name__ == "__main__":
