@@ -86,7 +86,7 @@ def memory() -> Iterator[Row]:
         yield Row(
             "impact on a viscoelastic body",
             "restitution",
-            "Willert et al. (2017)",
+            "Willert et al. (2017), integrated to 1e-11",
             difference(hit.restitution, expected(name)["e"]),
             claim_of(hit, "restitution"),
         )

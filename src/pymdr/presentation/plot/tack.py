@@ -79,7 +79,7 @@ def _draw_tests(axes: Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]) -> 
             color=_COLOURS[k % 3],
             ls=("-", "--")[k // 3],
             lw=1.4,
-            label=f"speed {written(float(speeds[row]), 'm/s', 3)}",
+            label=f"speed {written(float(speeds[row]), 'm', 3)}/s",
         )
     draw_zero(axes)
     axes.set_xlabel(axis_label("indentation", x_unit))
@@ -96,7 +96,8 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
     rows = _some(data.sizes[other])
     shown_x = np.asarray(from_si(x, "m/s" if along == "speed" else "s", x_unit))
     for k, row in enumerate(rows):
-        at = written(float(data[other].values[row]), "m/s" if other == "speed" else "s", 3)
+        value = float(data[other].values[row])
+        at = f"{written(value, 'm', 3)}/s" if other == "speed" else written(value, "s", 3)
         axes.plot(
             shown_x,
             from_si(values[row], data[name].units, unit),
