@@ -34,7 +34,7 @@ def rolled(height, duration, start=0.0, **accuracy):
 
 
 # %%
-# A start at the speed of the steady motion leaves no free vibration. The force of low waves has the amplitude w k m omega^2 / |k - m omega^2|:
+# A start at the speed of the steady motion leaves no free vibration. The force of low waves has the amplitude w k m omega^2 divided by the size of k - m omega^2:
 omega = 2.0 * math.pi * frequency
 inertia, low = mass * omega**2, 1e-9
 gentle = rolled(low, "10 ms", start=-low * omega * stiffness / (stiffness - inertia))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.errors import PathError, ProblemError
+from pymdr.units import metres, newtons
 from pymdr.workbench.casefile import read_case
 
 BALL = mdr.Paraboloid(1.0)
@@ -339,5 +340,17 @@ def test_attraction_and_separation_are_located_between_rows():
         notes = mdr.solve(probe, path >> mdr.indent("-12 um", steps=rows, duration="4 s")).notes
         assert any(note.startswith("attracted before row 2, at d = -100 nm") for note in notes)
         (note,) = (note for note in notes if note.startswith("pulled off after row"))
-        parted.append(float(re.search(r"at d = ([\d.]+) µm", note)[1]))
+        parted.append(float(re.search(r", d = ([\d.]+) µm", note)[1]))
     assert parted[0] == pytest.approx(parted[1], rel=1e-4)
+
+
+def test_a_snap_on_a_machine_is_noted_by_the_row_before_it():
+    probe = mdr.Contact(BALL, RUBBER, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+    path = mdr.Path(
+        time=np.linspace(0.0, 6.0, 61), travel=np.interp(np.linspace(0.0, 6.0, 61), [0, 1, 6], [0, 1, -9])
+    )
+    result = mdr.solve(probe, path, machine_stiffness=2.0)
+    (note,) = (note for note in result.notes if note.startswith("pulled off after row"))
+    row = int(note.split()[4].rstrip(","))
+    assert f"d = {metres(float(result['indentation'][row]))}" in note
+    assert f"F = {newtons(float(result['normal_force'][row]))}" in note

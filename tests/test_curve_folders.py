@@ -236,3 +236,16 @@ def test_empty_folders_and_records_are_refused(tmp_path):
         mdr.fit_each(CONTACT, {"a": curve_of(1e3)}, ["body.young"], groups={})
     with pytest.raises(mdr.ProblemError, match="none of 1 records can be fitted; a: "):
         mdr.fit_each(CONTACT, {"a": curve_of(0.0)}, ["body.young"])
+
+
+def test_the_quality_of_several_curves_is_that_of_the_worst():
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("20 kPa", 0.5))
+    depth = np.linspace(-1e-6, 1e-6, 150)
+    force = mdr.solve(contact, mdr.Path(indentation=depth))["normal_force"].values
+    draw = np.random.default_rng(0).normal(size=(6, 150)) * force.max()
+    curves = [mdr.MeasuredCurve(indentation=depth, force=force + 0.005 * each) for each in draw[:5]]
+    bad = mdr.MeasuredCurve(indentation=depth, force=force + 0.25 * draw[5])
+    together = mdr.fit(contact, [*curves, bad], ["body.young"]).quality
+    alone = mdr.fit(contact, bad, ["body.young"]).quality
+    assert together.relative_residual == pytest.approx(alone.relative_residual, rel=0.1)
+    assert together.faults()

@@ -328,7 +328,7 @@ def _interpret(
         }
     touched = fine["cohesive_radius"] > 0.0
     status = Status.ATTACHED if touched[-1] else Status.PULLED_OFF if touched.any() else Status.NOT_TOUCHED
-    notes = [*notes_of(task.contact.profile), *_jump_notes(fine)]
+    notes = [*notes_of(task.contact.profile), *_jump_notes(rows)]
     if relaxation.error > 0.0:
         notes.append(
             f"the rheology is a Prony series whose kernel has an error of at most {relaxation.error:.1g}"
@@ -392,8 +392,13 @@ def _residual(rows: ZoneRows, balance: FloatArray, work: FloatArray) -> float:
     return float(np.max(np.abs(balance[known]), initial=0.0)) / size if size > 0.0 else 0.0
 
 
-def _jump_notes(fine: dict[str, FloatArray]) -> tuple[str, ...]:
-    """Notes on the first attraction and the last separation, where they happen between the rows."""
+def _jump_notes(rows: ZoneRows) -> tuple[str, ...]:
+    """
+    Notes on the first attraction and the last separation.
+
+    What the control prescribes is known between the rows; in a snap the rest changes at once, so that of the row before is given.
+    """
+    fine = rows.fine
     touched = fine["cohesive_radius"] > 0.0
     if not touched.any():
         return ()
@@ -402,6 +407,8 @@ def _jump_notes(fine: dict[str, FloatArray]) -> tuple[str, ...]:
     lost = np.flatnonzero(touched[:-1] & ~touched[1:])
     if lost.size:
         row = int(lost[-1])
-        d, force = float(fine["event_depth"][row + 1]), float(fine["event_force"][row + 1])
-        notes.append(f"pulled off after row {row}, at d = {metres(d)}, F = {newtons(force)}")
+        depths = fine["event_depth"][1:] if math.isinf(rows.control[row + 1]) else fine["indentation"]
+        forces = fine["event_force"][1:] if rows.control[row + 1] == 0.0 else fine["normal_force"]
+        d, force = float(depths[row]), float(forces[row])
+        notes.append(f"pulled off after row {row}, d = {metres(d)}, F = {newtons(force)}")
     return tuple(notes)

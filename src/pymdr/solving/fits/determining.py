@@ -84,7 +84,7 @@ def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: fl
     _, singular, rows = np.linalg.svd(own, full_matrices=False)
     weakest = rows[-1] / np.abs(rows[-1]).max()
     combined = np.count_nonzero(np.abs(weakest) > _ALONE) > 1
-    limit = _EDGE_ERROR if combined and search.contact.has_edge_history else _LARGEST_ERROR
+    limit = _EDGE_ERROR if combined and _adheres_by_rate(search) else _LARGEST_ERROR
     if noise <= limit * singular[-1]:
         return
     if combined:
@@ -151,5 +151,11 @@ def _combination_text(search: Search, free: FloatArray, direction: FloatArray) -
                 u, v = search.unknowns[i], search.unknowns[last]
                 products.append(f"{u.name} x {v.name}^{power:g} = {value:.4g} (in {u.unit} and {v.unit})")
         text += f": it determines {', and '.join(products)}"
-    more = ", or add retreats at other speeds" if search.contact.has_edge_history else ""
+    more = ", or add retreats at other speeds" if _adheres_by_rate(search) else ""
     return f"{text}; fix one of them{more}"
+
+
+def _adheres_by_rate(search: Search) -> bool:
+    """Whether unknowns of adhesion act on a body with memory, where retreats at other speeds tell more."""
+    adhesive = any(name.startswith("adhesion.") for name in search.names)
+    return adhesive and search.contact.has_edge_history and search.contact.is_viscoelastic

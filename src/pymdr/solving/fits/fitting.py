@@ -292,5 +292,7 @@ def _table(search: Search, estimate: Estimate) -> xr.Dataset:
     )
     if search.shears:
         return table
-    quality = worst_quality([(one.depth, one.force) for one in models], estimate.noise)
+    left = [(one.force - one.model)[part] for one, part in zip(models, used, strict=True)]
+    noises = [float(np.sqrt(np.mean(each**2))) for each in left] if len(models) > 1 else [estimate.noise]
+    quality = worst_quality([(one.depth, one.force) for one in models], noises)
     return table.assign({name: ((), value, {"units": ""}) for name, value in quality._asdict().items()})

@@ -49,7 +49,7 @@ class Quality(NamedTuple):
         return listed
 
 
-def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noise: float) -> Quality:
+def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noises: Sequence[float]) -> Quality:
     """
     Each measure of the curve in which it is worst.
 
@@ -57,8 +57,8 @@ def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noise: float)
     ----------
     curves : sequence of (ndarray, ndarray)
         Depth in m beyond the contact point and force in N above the baseline, less a fitted tilt, of each curve.
-    noise : float
-        Standard deviation of the residuals in N.
+    noises : sequence of float
+        Standard deviation of the residuals of each curve in N.
     """
     spans = [float(np.ptp(force)) for _, force in curves]
     rises = [
@@ -67,7 +67,7 @@ def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noise: float)
     ]
     return Quality(
         min(int(np.count_nonzero(depth > 0.0)) for depth, _ in curves),
-        noise / min(spans),
+        max(noise / span for noise, span in zip(noises, spans, strict=True)),
         max(rises, key=lambda rise: abs(rise) if math.isfinite(rise) else -1.0),
     )
 
