@@ -3,6 +3,7 @@
 import pickle
 
 import numpy as np
+import pint
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -206,3 +207,15 @@ def test_values_that_are_no_numbers_leave_the_state(contact, options, step, word
         stepper.rotate(step) if isinstance(step, str) else stepper.advance(*step)
     assert not np.any(stepper.indentation)
     assert not np.any(stepper.shift)
+
+
+@pytest.mark.parametrize("options", [{}, {"count": 3}, {"springs": 32}, {"springs": 32, "count": 3}])
+def test_units_are_not_lost(options):
+    """NumPy takes 10 nm for 10."""
+    short = pint.application_registry.Quantity(10.0, "nm")
+    steps = mdr.Stepper(ball(), "2 um", **options)
+    for shift in (short, 1e-8):
+        moved = (shift, 0.0) if "springs" in options else shift
+        depth = 1e-6 if shift is short else short
+        with pytest.raises(mdr.PathError, match=r"a number in m.*without units"):
+            steps.advance(depth, moved)

@@ -644,3 +644,17 @@ shift = "0.2 um"
     without_case = CliRunner().invoke(app, ["fretting", str(measured), "--map", str(chart), "--json"])
     assert without_case.exit_code != 0
     assert "give --case" in without_case.output
+
+
+def test_force_curves_of_rows_carry_their_load():
+    """Where the stick radius has moved, springs are frozen one after the other."""
+    steel = mdr.Elastic("210 GPa", 0.3)
+
+    def joint(profile):
+        return mdr.Contact(profile, steel, steel, friction=mdr.Coulomb(0.5))
+
+    cycle = mdr.load("10 N") >> mdr.cycle(shift="0.3 um")
+    worn = mdr.wear(joint(mdr.Sphere("10 mm")), cycle, coefficient="1e-6 mm^3/(N m)", cycles=1e8)
+    for row in range(1, worn.data.sizes["cycles"], 3):
+        loaded = mdr.solve(joint(worn.force_curve(row)), cycle)
+        assert float(loaded["normal_force"][0]) == pytest.approx(10.0, rel=1e-6)

@@ -34,7 +34,7 @@ _ERROR = "pymdr_error_"
 _CHECKSUM = "pymdr_checksum"
 _LONG = 100
 """Rows above which a path is saved as an array."""
-_URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
+_URL = re.compile(r"[a-z][a-z0-9+.-]+:(:[a-z0-9+.-]+:)*/", re.IGNORECASE)
 """The beginning of a URL, of whose two slashes a Path keeps one; a drive of Windows has one letter."""
 
 

@@ -22,6 +22,11 @@ def out_of_reach(indentation: float, deepest: float) -> PathError:
     )
 
 
+def has_unit(value: Any) -> bool:
+    """Whether a value is a quantity of pint, which NumPy takes without its unit."""
+    return hasattr(value, "magnitude")
+
+
 def refuse_malformed(verb: str, count: int, given: Mapping[str, tuple[Any, str]]) -> None:
     """
     Refuse values that are no numbers, or not as many as there are contacts.
@@ -45,11 +50,12 @@ def refuse_malformed(verb: str, count: int, given: Mapping[str, tuple[Any, str]]
         said, needed = f"Stepper.{verb}: {name} = {shown(value)}", f"a number in {unit}{several} is needed"
         try:
             text = np.asarray(value).dtype.kind == "U"
-            shape = None if value is None or text else np.asarray(value, dtype=float).shape
-        except (TypeError, ValueError):
+            plain = not (value is None or text or has_unit(value))
+            shape = np.asarray(value, dtype=float).shape if plain else None
+        except (TypeError, ValueError, OverflowError):
             shape = None
         if shape is None:
-            raise PathError(f"{said}; {needed}. Steps take SI floats, without units as texts, for speed")
+            raise PathError(f"{said}; {needed}. Steps take SI floats, without units, for speed")
         if shape == () or (count > 1 and shape in ((1,), (count,))):
             continue
         line = (

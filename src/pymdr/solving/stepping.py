@@ -19,7 +19,7 @@ from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.moving import moving_of
 from pymdr.solving.springs_error import errors_of_springs
-from pymdr.solving.step_values import out_of_reach, refuse_malformed
+from pymdr.solving.step_values import has_unit, out_of_reach, refuse_malformed
 from pymdr.solving.verb import solve
 from pymdr.solving.viscoelastic import SPRINGS
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
@@ -217,6 +217,9 @@ class Stepper:
         return forces
 
     def _advance_all(self, indentation: Any, shift: Any, duration: Any) -> Forces | PlaneForces:
+        pair = shift if isinstance(shift, tuple | list) else (shift,)
+        if any(map(has_unit, (indentation, duration, *pair))):
+            self._refuse_malformed(indentation, shift, duration)
         d = np.empty(self.count)
         d[:] = indentation
         taken = np.logical_and(d > -math.inf, d <= self._deepest)

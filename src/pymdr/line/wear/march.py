@@ -333,9 +333,13 @@ def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, 
     rings, frozen = spread_again(mesh, state.worn, nodes)
     new_x = np.append(mesh.nodes[1 : k + 1], c)
     new_gap = np.append(state.depth - springs[1 : k + 1], state.depth - wearing.amplitude)
+    # a spring is as exact as its block, but g of the stuck part rises
+    gap = np.minimum(
+        np.maximum.accumulate(np.append(mesh.stuck.gap, new_gap)), state.depth - wearing.amplitude
+    )
     stuck = Stuck(
         np.append(mesh.stuck.x, new_x),
-        np.append(mesh.stuck.gap, new_gap),
+        gap,
         np.append(mesh.stuck.worn, np.interp(new_x, *mesh.whole(state.worn))),
         mesh.stuck.volume + frozen,
     )
