@@ -200,7 +200,7 @@ def test_profiles_are_what_users_write(drawn):
 # --- the study -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("seed", "count"), [(7, 25), pytest.param(8, 120, marks=pytest.mark.long)])
+@pytest.mark.parametrize(("seed", "count"), [(7, 25), pytest.param(7, 120, marks=pytest.mark.long)])
 def test_no_result_lies_further_off_than_it_claims(accuracy, seed, count):
     found = accuracy.study(seed, count, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
     assert not found.crashes, found.table()

@@ -339,8 +339,8 @@ def test_attraction_and_separation_are_located_between_rows():
         path = mdr.indent("-1 um", duration="1 s") >> mdr.indent("5 um", steps=10, duration="2 s")
         notes = mdr.solve(probe, path >> mdr.indent("-12 um", steps=rows, duration="4 s")).notes
         assert any(note.startswith("attracted before row 2, at d = -100 nm") for note in notes)
-        (note,) = (note for note in notes if note.startswith("pulled off after row"))
-        parted.append(float(re.search(r", d = ([\d.]+) µm", note)[1]))
+        (note,) = (note for note in notes if note.startswith("pulled off"))
+        parted.append(float(re.search(r"off at d = ([\d.]+) µm", note)[1]))
     assert parted[0] == pytest.approx(parted[1], rel=1e-4)
 
 

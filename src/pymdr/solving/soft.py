@@ -396,7 +396,7 @@ def _jump_notes(rows: ZoneRows) -> tuple[str, ...]:
     """
     Notes on the first attraction and the last separation.
 
-    What the control prescribes is known between the rows; in a snap the rest changes at once, so that of the row before is given.
+    A separation is located between the rows by what the control prescribes, depth or force: in a snap the rest changes at once.
     """
     fine = rows.fine
     touched = fine["cohesive_radius"] > 0.0
@@ -407,8 +407,11 @@ def _jump_notes(rows: ZoneRows) -> tuple[str, ...]:
     lost = np.flatnonzero(touched[:-1] & ~touched[1:])
     if lost.size:
         row = int(lost[-1])
-        depths = fine["event_depth"][1:] if math.isinf(rows.control[row + 1]) else fine["indentation"]
-        forces = fine["event_force"][1:] if rows.control[row + 1] == 0.0 else fine["normal_force"]
-        d, force = float(depths[row]), float(forces[row])
-        notes.append(f"pulled off after row {row}, d = {metres(d)}, F = {newtons(force)}")
+        place, k = "", rows.control[row + 1]
+        if math.isinf(k):
+            place = f" at d = {metres(float(fine['event_depth'][row + 1]))},"
+        elif k == 0.0:
+            place = f" at F = {newtons(float(fine['event_force'][row + 1]))},"
+        d, force = float(fine["indentation"][row]), float(fine["normal_force"][row])
+        notes.append(f"pulled off{place} after row {row}, d = {metres(d)}, F = {newtons(force)}")
     return tuple(notes)

@@ -49,10 +49,10 @@ def refuse_malformed(verb: str, count: int, given: Mapping[str, tuple[Any, str]]
     for name, (value, unit) in given.items():
         said, needed = f"Stepper.{verb}: {name} = {shown(value)}", f"a number in {unit}{several} is needed"
         try:
-            text = np.asarray(value).dtype.kind == "U"
-            plain = not (value is None or text or has_unit(value))
+            # texts, None, and integers beyond all floats
+            plain = not has_unit(value) and np.asarray(value).dtype.kind not in "UO"
             shape = np.asarray(value, dtype=float).shape if plain else None
-        except (TypeError, ValueError, OverflowError):
+        except (TypeError, ValueError):
             shape = None
         if shape is None:
             raise PathError(f"{said}; {needed}. Steps take SI floats, without units, for speed")

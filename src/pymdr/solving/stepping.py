@@ -217,8 +217,8 @@ class Stepper:
         return forces
 
     def _advance_all(self, indentation: Any, shift: Any, duration: Any) -> Forces | PlaneForces:
-        pair = shift if isinstance(shift, tuple | list) else (shift,)
-        if any(map(has_unit, (indentation, duration, *pair))):
+        shifts = shift if self._forces is PlaneForces and isinstance(shift, tuple | list) else (shift,)
+        if indentation is None or any(map(has_unit, (indentation, duration, *shifts))):
             self._refuse_malformed(indentation, shift, duration)
         d = np.empty(self.count)
         d[:] = indentation

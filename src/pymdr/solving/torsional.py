@@ -250,7 +250,7 @@ def _interpret(task: Task, law: TorsionLaw, walked: Walked[Rows]) -> Interpretat
     if errors:
         worst = np.maximum(errors["normal_force"], errors["pressure"])
         errors |= dict.fromkeys((*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS), worst)
-    lost = np.maximum.accumulate([law.line.lost_beside_kink(d) for d in depth.tolist()])
+    lost = np.maximum.accumulate([law.line.lost_near_kink(d) for d in depth.tolist()])
     if lost.any():
         for name in (*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS):
             errors[name] = errors.get(name, 0.0) + lost

@@ -22,7 +22,7 @@ _FARTHEST = 40.0
 """Where sech^3 t vanishes to rounding."""
 _ONTO_KINK = 1e-8
 """Relative distance from a kink up to which a contact ends there."""
-_BESIDE_KINK = 0.1
+_NEAR_KINK = 0.1
 """Relative distance from a kink beyond which the rounding of the contact radius loses no digits."""
 _KEPT = 256
 """Number of contact radii that a line keeps."""
@@ -71,7 +71,7 @@ class TwistedLine:
             steep = not math.isfinite(float(self.line.equivalent.slope(np.array([inner]))[0]))
         return (inner,) if steep else ()
 
-    def lost_beside_kink(self, depth: float) -> float:
+    def lost_near_kink(self, depth: float) -> float:
         """
         Relative error of the limit by the rounding of a contact radius next to a kink where g' has no bound.
 
@@ -79,7 +79,7 @@ class TwistedLine:
         by up to 0.3 d.
         """
         radius = float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
-        for inner in self._steep_kink(radius, _BESIDE_KINK):
+        for inner in self._steep_kink(radius, _NEAR_KINK):
             distance = (radius - inner) / radius
             return 0.3 * distance if distance <= _ONTO_KINK else float(np.finfo(float).eps) / distance
         return 0.0
