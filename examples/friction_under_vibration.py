@@ -42,7 +42,7 @@ amplitudes = depth * np.linspace(0.1, 0.9, 4)
 slow = [normal(2e-4, amplitude, periods=120) for amplitude in amplitudes]
 fast = [normal(5.0, amplitude, periods=2) for amplitude in amplitudes]
 ratios = np.array([0.1, 0.3, 0.6, 0.9, 1.2])
-sideways = [along(ratio) for ratio in ratios]
+tangential = [along(ratio) for ratio in ratios]
 
 # %%
 # The limits, and the motions between them:
@@ -58,7 +58,7 @@ left.set(xlabel="amplitude normal to the surface / indentation", ylabel="mean fr
 left.legend()
 speeds = np.linspace(0.0, 1.5, 400)
 right.plot(speeds, 2.0 / np.pi * np.arcsin(np.minimum(speeds, 1.0)), "C2", label="limit")
-right.plot(ratios, sideways, "C2o", label="motion")
+right.plot(ratios, tangential, "C2o", label="motion")
 right.set(xlabel="speed / largest speed of the vibration along it", ylabel="mean friction / µ F(d0)")
 right.legend()
 figure.savefig("friction_under_vibration.png")
@@ -66,5 +66,7 @@ print("figure saved as friction_under_vibration.png")
 
 errors = np.abs(np.array(slow) - (1.0 - amplitudes / depth) ** 1.5)
 print(f"slow sliding over normal vibration: within {errors.max():.1e} of its limit")
-print(f"along the surface: {sideways[0]:.4f} at a tenth of the speed, limit {2 / np.pi * np.arcsin(0.1):.4f}")
-assert abs(sideways[0] / (2.0 / np.pi * np.arcsin(0.1)) - 1.0) < 0.02
+print(
+    f"along the surface: {tangential[0]:.4f} at a tenth of the speed, limit {2 / np.pi * np.arcsin(0.1):.4f}"
+)
+assert abs(tangential[0] / (2.0 / np.pi * np.arcsin(0.1)) - 1.0) < 0.02

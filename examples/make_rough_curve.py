@@ -38,16 +38,16 @@ noisy = np.array(force) + 3e-3 * force[-1] * rng.standard_normal(depth.size)
 # A shift of 0.3 um at a depth of 2.5 um, there and back:
 pressure = solve_pressure(surface, gap, 2.5e-6, np.zeros(gap.shape))
 tractions = moved = np.zeros((2, *gap.shape))
-sideways = []
+tangential_forces = []
 for step in (0.3e-6, -0.6e-6):
     wanted = moved + np.array([step, 0.0])[:, None, None]
     tractions = solve_tractions(surface, wanted, mu * pressure, tractions)
     moved = surface.tangential_displacement(tractions)
-    sideways.append(cell * tractions[0].sum())
+    tangential_forces.append(cell * tractions[0].sum())
 print(
-    f"normal force {cell * pressure.sum():.6g} N, tangential forces {sideways[0]:.6g} N and {sideways[1]:.6g} N"
+    f"normal force {cell * pressure.sum():.6g} N, tangential forces {tangential_forces[0]:.6g} N and {tangential_forces[1]:.6g} N"
 )
-assert abs(sideways[0] + sideways[1]) < 1e-6 * sideways[0]
+assert abs(tangential_forces[0] + tangential_forces[1]) < 1e-6 * tangential_forces[0]
 
 try:
     here = Path(__file__).parent

@@ -493,9 +493,9 @@ class KeptOutcomes:
 
     def add(self, outcomes):
         """Write some more, whole or not at all."""
-        beside = self.folder / "unfinished"
-        beside.write_bytes(pickle.dumps(outcomes))
-        beside.rename(self.folder / f"outcomes-{len(self._files()):06d}.pickle")
+        unfinished = self.folder / "unfinished"
+        unfinished.write_bytes(pickle.dumps(outcomes))
+        unfinished.rename(self.folder / f"outcomes-{len(self._files()):06d}.pickle")
 
     def _files(self):
         return sorted(self.folder.glob("outcomes-*.pickle"))

@@ -82,7 +82,7 @@ def test_integrals_of_a_polygon_are_those_of_quadrature(steps, part, scale):
         assert float(line.moment(line.inverse_moment(own))) == pytest.approx(own, rel=1e-9)
 
 
-def test_places_keep_their_digits_on_a_steep_piece():
+def test_places_keep_their_digits_on_a_steep_segment():
     line = PolygonLine(np.array([0.0, 1.0, 1.0 + 1e-10, 2.0]), np.array([0.0, 0.0, 1.0, 2.0]))
     depth = np.linspace(1e-6, 1.0 - 1e-6, 7)
     assert np.allclose(line.g(line.place(depth)), depth, rtol=1e-14)

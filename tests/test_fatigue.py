@@ -144,8 +144,8 @@ def test_stresses_of_a_plane():
     across = vectors @ normal[:, 0]
     np.testing.assert_allclose(normal_stress(cycle, normal)[:, 0], across, rtol=1e-13)
     shear = vectors - across[:, None] * normal[:, 0]
-    apart = np.linalg.norm(shear[:, None] - shear, axis=2)
-    assert shear_amplitude(cycle, normal)[0] == pytest.approx(0.5 * apart.max(), rel=1e-13)
+    distance = np.linalg.norm(shear[:, None] - shear, axis=2)
+    assert shear_amplitude(cycle, normal)[0] == pytest.approx(0.5 * distance.max(), rel=1e-13)
 
 
 @pytest.fixture(scope="module")

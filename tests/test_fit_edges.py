@@ -67,7 +67,7 @@ def test_a_tilted_baseline_leaves_out_only_samples_at_jumps():
     assert int((~found.data["used"].values).sum()) <= 6
 
 
-def test_laws_with_and_without_hysteresis_are_told_apart():
+def test_laws_with_and_without_hysteresis_are_distinguished():
     laws = {
         "one": mdr.Contact(BALL, GEL, adhesion=mdr.JKR("20 mJ/m^2")),
         "two": mdr.Contact(BALL, GEL, adhesion=mdr.JKR("20 mJ/m^2", work_receding="60 mJ/m^2")),
@@ -134,7 +134,7 @@ def slow_retreat(noise=2e-6):
     return measured(PROBE, 1e-6, 0, noise, approach=2e-6, dwell=30.0, counts=(20, 4, 50))
 
 
-def test_a_slow_retreat_determines_work_and_range_beside_little_noise():
+def test_a_slow_retreat_determines_work_and_range_with_little_noise():
     """Rates by short steps, in which the steps in time scatter, ended the search at the range of the start."""
     start = mdr.with_parameters(PROBE, {"adhesion.work": 0.03, "adhesion.range": 3.5e-6})
     free = ["adhesion.work", "adhesion.range"]

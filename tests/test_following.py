@@ -201,21 +201,21 @@ def test_places_of_folds_do_not_depend_on_the_start_of_the_path(start, turns, de
 
 @settings(max_examples=examples(60), deadline=None)
 @given(st.floats(-9.0, 3.0), st.floats(0.02, 0.9), st.floats(0.05, 20.0), st.booleans())
-def test_slopes_without_bound_at_a_corner(decade, power, strength, falls):
+def test_slopes_without_bound_at_a_corner(decade, power, strength, decreases):
     # the slope -strength delta^-power of a corner passes a slope of 1 at a known distance behind it
     corner = 1.7 * 10.0**decade
 
     def slope(s):
         with np.errstate(divide="ignore"):
             distance = np.where(s > corner, (s - corner) / corner, np.inf)
-            return (1.0 - strength * distance**-power) * (1.0 if falls else -1.0)
+            return (1.0 - strength * distance**-power) * (1.0 if decreases else -1.0)
 
     fold = corner * (1.0 + strength ** (1.0 / power))
     if not 1e-6 * corner < fold - corner < 1e6 * corner:
         return
     points, rising = turning_points(slope, 0.0, 3.0 * fold, (corner,))
     assert np.allclose(points, [0.0, corner, fold, 3.0 * fold], rtol=1e-9, atol=0.0)
-    assert rising == [falls, not falls, falls]
+    assert rising == [decreases, not decreases, decreases]
 
 
 def test_samples_are_a_curve_too():

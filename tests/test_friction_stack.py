@@ -208,7 +208,7 @@ CLUSTERED = NODES**4 * (35 - 84 * NODES + 70 * NODES**2 - 20 * NODES**3)
 CLUSTERED_RATE = 140 * NODES**3 * (1.0 - NODES) ** 3
 
 
-def bends(state, dd, dv, kinks):
+def kinks_of(state, dd, dv, kinks):
     """Times in [0, 1] of a step at which F_x(t) may bend: a border of slip or of contact meets a vertex."""
     y, b, slope = state.y, state.b, state.slope
     if y.size > 1:
@@ -242,7 +242,7 @@ def work_done(curves, run, kinks, tangential):
     for row in run.rows:
         d, u = run.indentation[row], run.shift[row]
         dd, du = d - start.indentation, u - start.shift
-        parts = np.array(list(pairwise(bends(start, dd, du / start.shift_scale, kinks))))
+        parts = np.array(list(pairwise(kinks_of(start, dd, du / start.shift_scale, kinks))))
         span = parts[:, 1:] - parts[:, :1]
         t = (parts[:, :1] + span * CLUSTERED).ravel()
         fine = follow_displacements(

@@ -340,7 +340,7 @@ class Memory:
     def __init__(self):
         self.y, self.b, self.d, self.v = np.zeros(1), np.zeros(1), 0.0, 0.0
 
-    def bends(self, d, v, rough):
+    def kinks_of(self, d, v, rough):
         """Times of a straight move at which a border of slip or of contact meets a vertex or a rough depth."""
         dd, dv = d - self.d, v - self.v
         y = np.unique(np.append(self.y, rough))
@@ -388,7 +388,7 @@ CLUSTERED = NODES**4 * (35 - 84 * NODES + 70 * NODES**2 - 20 * NODES**3)
 CLUSTERED_WEIGHTS = WEIGHTS * 140 * NODES**3 * (1.0 - NODES) ** 3
 
 
-def on_pieces(marks):
+def on_intervals(marks):
     """Nodes and weights of an integral over the pieces between some marks, whose ends may be rough."""
     parts = np.array(list(pairwise(marks)))
     span = parts[:, 1:] - parts[:, :1]
@@ -447,7 +447,7 @@ def test_energy_and_forces_by_an_independent_memory(problem, history):
         rough = mdr.equivalent_profile(case.profile).g(case.profile.radius)
     memory, curves, fine, weights = Memory(), [], [], []
     for x, v in zip(d, u / scale, strict=True):
-        t, w = on_pieces(memory.bends(x, v, rough))
+        t, w = on_intervals(memory.kinks_of(x, v, rough))
         t, w = np.append(t, 1.0), np.append(w, 0.0)
         fine.append(np.array([memory.d + (x - memory.d) * t, scale * (memory.v + (v - memory.v) * t)]))
         weights.append(w * scale * (v - memory.v))
@@ -799,7 +799,7 @@ def test_displacement_and_slip_fields(turned):
 def test_springs_carry_the_force(turned):
     for step in range(7):
         a = float(turned["contact_radius"][step])
-        x, w = on_pieces(marks(turned, step))
+        x, w = on_intervals(marks(turned, step))
         shift = turned.field("spring_shift", x, step).values
         total = 2.0 * np.dot(w, shift)
         assert total == pytest.approx(float(turned["tangential_force"][step]), rel=1e-12)
@@ -1150,7 +1150,7 @@ def test_what_cannot_be_pressed(profile, path, words):
         mdr.solve(contact(profile), path)
 
 
-def test_sideways_without_a_law():
+def test_tangential_paths_without_a_law():
     for path in (mdr.drag(0.1), mdr.cycle(shift=0.1)):
         with pytest.raises(mdr.PathError, match="the contact has no friction: add Contact"):
             mdr.solve(mdr.Contact(BALL, BODY, BODY), mdr.load(1.0) >> path)

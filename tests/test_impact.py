@@ -378,7 +378,7 @@ def _speed(psi, moduli):
 
 @settings(deadline=None, max_examples=examples(20))
 @given(psi=st.floats(0.05, 5.0), spin=st.floats(-50.0, 50.0), heavy=st.floats(0.3, 3.0))
-def test_energy_and_momentum_sideways(psi, spin, heavy):
+def test_tangential_energy_and_momentum(psi, spin, heavy):
     mass, radius = 0.033, 0.01
     inertia = 0.4 * mass * radius**2 * heavy
     hit, _ = rolling_in(psi, spin=spin, inertia=inertia)
@@ -418,7 +418,7 @@ def test_against_springs():
     assert v == pytest.approx(hit.contact_point_speed, rel=2e-3)
 
 
-def test_without_friction_nothing_changes_sideways():
+def test_without_friction_the_tangential_motion_is_unchanged():
     hit = mdr.impact(BALL, mass="1 g", speed="1 m/s", angle="60 deg", spin="10 rad/s", radius="10 mm")
     assert hit.tangential_speed == pytest.approx(math.sqrt(0.75), rel=1e-15)
     assert hit.spin == 10.0

@@ -606,7 +606,7 @@ def test_hollow_profiles_are_refused_with_the_reason(deep, at, time, mass, speed
         mdr.impact(mdr.Contact(hollow, liquid), mass=10.0**mass, speed=10.0**speed)
 
 
-def test_sideways_nothing_happens():
+def test_there_is_no_tangential_motion():
     hit = mdr.impact(
         on(RUBBER, mdr.Sphere("5 mm")), mass="1 g", speed="1 m/s", angle="60 deg", spin="10 rad/s"
     )

@@ -38,9 +38,9 @@ def test_lammps_parts_at_the_fold_of_force_control(study):
     pair = study.curves["JKR"]
     joined = pair.other != 0.0
     assert np.allclose(pair.other[joined], pair.method[joined], rtol=1e-9, atol=1e-9)
-    first_apart = pair.along[np.argmax(~joined)]
+    first_separated = pair.along[np.argmax(~joined)]
     assert pair.method[~joined].min() < 0.0
-    assert pair.along[pair.method != 0.0].min() < first_apart
+    assert pair.along[pair.method != 0.0].min() < first_separated
 
 
 def test_linear_springs_err_by_what_is_known(study):
@@ -75,9 +75,9 @@ def test_a_history_goes_straight_from_row_to_row(tmp_path):
     assert there.normal.tolist() == [1.0, 3.0, 2.0]
     assert there.tangential.tolist() == [0.0, 2.0, -4.0]
     script = (tmp_path / "script").read_text()
-    ways = np.array(re.findall(r"move linear (\S+) 0 (\S+)", script), dtype=float)
-    assert np.cumsum(ways[:, 0]) * 1e-4 == pytest.approx(shift, rel=1e-12)
-    assert np.cumsum(-ways[:, 1]) * 1e-4 == pytest.approx(depth, rel=1e-12)
+    velocities = np.array(re.findall(r"move linear (\S+) 0 (\S+)", script), dtype=float)
+    assert np.cumsum(velocities[:, 0]) * 1e-4 == pytest.approx(shift, rel=1e-12)
+    assert np.cumsum(-velocities[:, 1]) * 1e-4 == pytest.approx(depth, rel=1e-12)
 
 
 def test_an_error_of_the_program_is_shown(tmp_path):

@@ -278,7 +278,7 @@ def test_bounds_of_measured_tips_hold_between_all_knots(
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-2])
-def test_bounds_hold_beside_a_kink_with_a_vertical_tangent(size):
+def test_bounds_hold_next_to_a_kink_with_a_vertical_tangent(size):
     cone = mdr.RoundedCone(slope=0.3, tip_radius=0.3 * size)
     contact = mdr.Contact(cone, mdr.Elastic("1 GPa", 0.3), adhesion=mdr.JKR(1e5 * size))
     law = mdr.export_law(contact, 0.1 * size, tolerance=1e-2)

@@ -64,8 +64,8 @@ def test_errors_are_of_second_order():
     exact = mdr.impact(BALL, mass=0.033, speed=1.0).largest_indentation
     errors = np.abs(np.array(ends) - exact)
     # at the turning point the error of the time does not count, so that the steps are compared with the finest
-    ways = [followed(falling(), 0.7 * span, n).position[-1, 0] for n in (50, 100, 200, 400)]
-    orders = np.log2(np.abs(np.diff(ways))[:-1] / np.abs(np.diff(ways))[1:])
+    distances = [followed(falling(), 0.7 * span, n).position[-1, 0] for n in (50, 100, 200, 400)]
+    orders = np.log2(np.abs(np.diff(distances))[:-1] / np.abs(np.diff(distances))[1:])
     assert np.all(np.abs(orders - 2.0) < 0.05)
     assert errors[-1] < 1e-4 * exact
 

@@ -797,8 +797,8 @@ def test_rows_without_force_are_not_divided_after_bodies_have_parted(rows, seed,
     goal = dividing.Goal(np.append(t, t[-1] + [1.0, 100.0]), np.append(load, [0.0, 0.0]), 0.0, 0.0)
     parts = dividing.parts_of(line_of(shape), body, goal, virgin(), tolerance=1e-3, loads=loads, n=40)
     counts = np.bincount(parts.row, minlength=goal.time.size)
-    apart = (goal.target == 0.0) & (np.append(1.0, goal.target[:-1]) == 0.0)
-    assert (counts[apart] == 1).all()
+    separated = (goal.target == 0.0) & (np.append(1.0, goal.target[:-1]) == 0.0)
+    assert (counts[separated] == 1).all()
     assert counts.max() < 1000
 
 

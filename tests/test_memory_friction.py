@@ -27,7 +27,7 @@ from pymdr.solving.teaching import friction_foundation
 
 SOLID = mdr.StandardSolid(equilibrium=0.3, modulus=1.0, time=0.4)
 SHAPES = (mdr.Paraboloid(1.0), mdr.Cone(slope=0.3), mdr.PowerLaw(4.0, 0.2, 1.0), mdr.FlatPunch(0.3))
-SIDEWAYS = ("shift", "tangential_force", "stick_radius", "slip_distance")
+TANGENTIAL = ("shift", "tangential_force", "stick_radius", "slip_distance")
 ENERGIES = ("stored_tangential_energy", "slip_work", "dissipated_energy", "external_work")
 
 

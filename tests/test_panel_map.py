@@ -452,11 +452,11 @@ def test_what_a_line_gives_does_not_change_it(name):
 @given(
     st.integers(60, 250), st.floats(0.0, 0.03), st.integers(0, 10**6), st.floats(0.01, 0.99), st.booleans()
 )
-def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, by_pieces):
+def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, shape_preserving):
     """The line leads back to the samples, and its integral over a disk of pressures is the load."""
     r = np.linspace(0.0, 1.0, count)
     f = r**2 / 2 * (1.0 + noise * np.random.default_rng(seed).standard_normal(count))
-    interpolation = mdr.ShapePreserving() if by_pieces else mdr.CubicSpline()
+    interpolation = mdr.ShapePreserving() if shape_preserving else mdr.CubicSpline()
     tip = mdr.Sampled(r, f, interpolation=interpolation)
     line = equivalent_profile(tip)
     at = np.sort(np.random.default_rng(seed + 1).uniform(1e-6, 1.0, 200))

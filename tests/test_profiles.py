@@ -204,7 +204,7 @@ def test_waves_against_struve(size, decades, steepness):
 @settings(max_examples=examples(20), deadline=None)
 @given(SIZES, st.floats(-13.0, 0.0), st.floats(-2.0, 0.5))
 @example(36399730135.84496, -9.358, 0.263)
-def test_a_cosine_that_cancels_beside_a_paraboloid(radius, decades, steepness):
+def test_a_cosine_that_cancels_next_to_a_paraboloid(radius, decades, steepness):
     # 1 - cos(k r) is 0 in doubles where k r is below 1e-8, and f seems to be the paraboloid alone
     k = 2e-5 * 36399730135.84496 / radius
     height = 10.0**steepness / (k * k * radius)

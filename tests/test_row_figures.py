@@ -45,8 +45,11 @@ def test_springs_of_bodies_with_memory_end_below_the_indenter(seed, friction):
     time = np.cumsum(
         np.where(np.arange(n) < n // 2, *rng.uniform(((0.1,), (0.01,)), ((0.4,), (0.05,)), (2, n)))
     )
-    rises, falls = np.sort(rng.uniform(1e-6, 9e-6, n // 2 - 1)), -np.sort(-rng.uniform(4e-6, 7e-6, n // 2))
-    depth = np.concatenate([rises, [1e-5], falls])
+    increasing, decreasing = (
+        np.sort(rng.uniform(1e-6, 9e-6, n // 2 - 1)),
+        -np.sort(-rng.uniform(4e-6, 7e-6, n // 2)),
+    )
+    depth = np.concatenate([increasing, [1e-5], decreasing])
     path = mdr.Path(indentation=depth, time=time, **({} if friction is None else {"shift": 1e-7 * time}))
     result = mdr.solve(mdr.Contact(BALL, SOLID, friction=friction), path)
     for step in (n // 2 - 1, n // 2, n - 1):

@@ -214,7 +214,7 @@ def test_rounded_flats_under_an_offset_claim_about_what_they_err(order, offset):
     assert np.all(error[:, [0, 2]] <= 5e3 * hidden[:, None] + 1e-11)
 
 
-def off_beside_a_kink(S, cone, kink, order, b, beyond):
+def error_next_to_a_kink(S, cone, kink, order, b, beyond):
     """Error of the contact radius just beyond a named kink of f alone, over what is claimed."""
     f = mdr.Function(lambda r: cone * (r / S) + kink * np.maximum((r - b) / S, 0.0) ** order, [b])
     a = np.longdouble(b) * (1 + np.longdouble(beyond))
@@ -224,11 +224,11 @@ def off_beside_a_kink(S, cone, kink, order, b, beyond):
     return float(abs(float(result["contact_radius"][0]) / a - 1)) / (10.0 * error + 1e-13)
 
 
-def test_rounding_beside_a_named_kink_is_no_further_kink():
+def test_rounding_next_to_a_named_kink_is_no_further_kink():
     # f has the place of a kink of fractional order to 2e-14, and its slope between two such places is noise
     S, b = 7.1618437444431906e-06, 1.1893580436091455e-10
     heights = 1.2587737102802619e-08, 6.456114146643692e-08
-    assert off_beside_a_kink(S, *heights, 4 / 3, b, 1.3165e-10) <= 1.0
+    assert error_next_to_a_kink(S, *heights, 4 / 3, b, 1.3165e-10) <= 1.0
 
 
 @pytest.mark.long
@@ -237,9 +237,9 @@ def test_rounding_beside_a_named_kink_is_no_further_kink():
     RADII, st.floats(-5, 0), st.floats(-2, 2), st.sampled_from([1.2, 4 / 3, 1.5, 1.75]), st.floats(-5, 0),
     st.floats(-13, -1),
 )  # fmt: skip
-def test_contacts_beside_a_named_kink_of_fractional_order_err_as_claimed(S, steep, more, order, at, beyond):
+def test_contacts_next_to_a_named_kink_of_fractional_order_err_as_claimed(S, steep, more, order, at, beyond):
     cone = S * 10.0**steep
-    assert off_beside_a_kink(S, cone, cone * 10.0**more, order, S * 10.0**at, 10.0**beyond) <= 1.0
+    assert error_next_to_a_kink(S, cone, cone * 10.0**more, order, S * 10.0**at, 10.0**beyond) <= 1.0
 
 
 @pytest.mark.parametrize("gives", ["f", "derivative"])
@@ -264,16 +264,16 @@ def test_a_breakpoint_next_to_a_kink_of_higher_order_is_no_error(order, gives):
 # --- splines -------------------------------------------------------------------------------------------
 
 
-def image_of(pieces, x):
+def image_of(spline, x):
     """Of a piecewise polynomial f, with x = r sin t piece by piece in extended precision."""
     z, w = (np.asarray(v, dtype=np.longdouble) for v in np.polynomial.legendre.leggauss(40))
-    x, slope = np.longdouble(x), pieces.derivative()
-    marks = [0.0, *(k for k in pieces.x if 0.0 < k < x), x]
+    x, slope = np.longdouble(x), spline.derivative()
+    marks = [0.0, *(k for k in spline.x if 0.0 < k < x), x]
     total = np.longdouble(0)
     for low, high in itertools.pairwise(marks):
         first, last = np.arcsin(np.longdouble(low) / x), np.arcsin(np.longdouble(high) / x)
-        i = int(np.clip(np.searchsorted(pieces.x, float(low + high) / 2) - 1, 0, pieces.x.size - 2))
-        away = x * np.sin((first + last) / 2 + (last - first) / 2 * z) - np.longdouble(pieces.x[i])
+        i = int(np.clip(np.searchsorted(spline.x, float(low + high) / 2) - 1, 0, spline.x.size - 2))
+        away = x * np.sin((first + last) / 2 + (last - first) / 2 * z) - np.longdouble(spline.x[i])
         total += (last - first) / 2 * np.sum(w * np.polyval(slope.c[:, i].astype(np.longdouble), away))
     return float(x * total)
 
@@ -302,15 +302,15 @@ def spline_of(kind, seed):
 @pytest.mark.long
 @pytest.mark.parametrize("case", SPLINES)
 def test_splines_given_as_f_alone_claim_what_they_err(case):
-    pieces, R = spline_of(*case)
-    line = equivalent_profile(mdr.Function(lambda x: pieces(x), max_radius=R))
+    spline, R = spline_of(*case)
+    line = equivalent_profile(mdr.Function(lambda x: spline(x), max_radius=R))
     x = R * np.array([0.3, 0.6, 0.95])
-    miss = np.abs(line.g(x) / [image_of(pieces, float(v)) for v in x] - 1)
+    miss = np.abs(line.g(x) / [image_of(spline, float(v)) for v in x] - 1)
     error = line.error(x)
     assert np.all(miss <= 10.0 * error[:, 0] + 1e-14)
     assert np.max(error[:, 0]) < 1e-11
     steep = mdr.Function(
-        lambda x: pieces(x), derivative=pieces.derivative(), breakpoints=tuple(pieces.x[1:-1]), max_radius=R
+        lambda x: spline(x), derivative=spline.derivative(), breakpoints=tuple(spline.x[1:-1]), max_radius=R
     )
     missed = np.abs(line.slope(x) / equivalent_profile(steep).slope(x) - 1)
     assert np.all(missed <= 10.0 * error[:, 1] + 1e-12)
@@ -319,8 +319,8 @@ def test_splines_given_as_f_alone_claim_what_they_err(case):
 @pytest.mark.long
 @pytest.mark.parametrize("case", SPLINES)
 def test_slopes_of_splines_given_as_f_alone_have_nine_digits(case):
-    pieces, R = spline_of(*case)
-    line = equivalent_profile(mdr.Function(lambda x: pieces(x), max_radius=R))
+    spline, R = spline_of(*case)
+    line = equivalent_profile(mdr.Function(lambda x: spline(x), max_radius=R))
     assert np.max(line.error(R * np.array([0.3, 0.6, 0.95]))[:, 1]) < 1e-9
 
 

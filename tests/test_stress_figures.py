@@ -106,9 +106,9 @@ def test_a_cycle_as_an_animation(tmp_path):
         assert movie.n_frames == 3
     with pytest.raises(mdr.FileError, match=r"end its name with \.gif"):
         result.animate_stress(tmp_path / "cycle.mp4")
-    apart = solved(TIP, mdr.indent("-1 um", steps=2), GEL)
+    separated = solved(TIP, mdr.indent("-1 um", steps=2), GEL)
     with pytest.raises(mdr.NotValidError, match="do not touch"):
-        apart.animate_stress(tmp_path / "none.gif")
+        separated.animate_stress(tmp_path / "none.gif")
     assert [file.name for file in tmp_path.iterdir()] == ["cycle.gif"]
 
 

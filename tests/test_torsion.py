@@ -182,7 +182,7 @@ def test_rows_may_be_divided(kind, power, slope, moves, parts):
 
 
 @pytest.mark.parametrize("beyond", [1e-10, 1e-7, 1e-4, 1e-2])
-def test_the_limit_beside_the_flat_of_a_truncated_cone(beyond):
+def test_the_limit_next_to_the_flat_of_a_truncated_cone(beyond):
     """Where g' has an inverse square root, by a quadrature over the root of the distance from the flat."""
     slope, x = 0.05, np.array([0.01, 0.3, 0.9, 0.999])
     line = TwistedLine(

@@ -171,11 +171,11 @@ def test_rows_may_be_cut_into_legs_anywhere(law, data):
         for name in [channel] + (tangential if channel == "indentation" else [])
     }
     marks = sorted(data.draw(st.sets(st.integers(1, size - 1), min_size=1)))
-    pieces = [
+    legs = [
         mdr.Path(time=None, **{name: values[i:j] for name, values in columns.items()})
         for i, j in zip([0, *marks], [*marks, size], strict=True)
     ]
-    alike(solved(law, mdr.Path(**columns)), solved(law, History(tuple(pieces))), 1e-14)
+    alike(solved(law, mdr.Path(**columns)), solved(law, History(tuple(legs))), 1e-14)
 
 
 @LAWS

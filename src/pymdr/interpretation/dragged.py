@@ -28,13 +28,13 @@ class Dragged:
         normal = self.normal.loads(step).normal
         if self.revolves:
             return Loads(normal)
-        pieces = tuple(self._shared(piece) for piece in normal.pieces)
+        segments = tuple(self._shared(segment) for segment in normal.segments)
         scale = abs(self.ratio) * normal.scale
-        return Loads(normal, replace(normal, pieces=pieces, edge=self.ratio * normal.edge, scale=scale))
+        return Loads(normal, replace(normal, segments=segments, edge=self.ratio * normal.edge, scale=scale))
 
-    def _shared(self, piece: Punches) -> Punches:
+    def _shared(self, segment: Punches) -> Punches:
         """Punches of the normal load times the ratio of the tractions."""
-        return piece._replace(density=lambda distance: self.ratio * piece.density(distance))
+        return segment._replace(density=lambda distance: self.ratio * segment.density(distance))
 
     def field(self, name: str, position: FloatArray, step: int) -> FloatArray:
         """Values of a field on the surface at radii in m."""

@@ -260,7 +260,7 @@ def stress_cycle(
         marks += interior.marks(step)
         for one in (load.shear, load.twist):
             if one is not None:
-                marks += sorted({piece.anchor for piece in one.pieces})
+                marks += sorted({segment.anchor for segment in one.segments})
     cycle = StressCycle(
         interior.solid,
         interior.sign,

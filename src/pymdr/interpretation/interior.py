@@ -303,7 +303,9 @@ class Interior:
         marks = self.marks(step)
         for load in (shear, loads.twist):
             if load is not None:
-                rings = sorted({piece.anchor for piece in load.pieces} | {ring for ring, _ in load.rings})
+                rings = sorted(
+                    {segment.anchor for segment in load.segments} | {ring for ring, _ in load.rings}
+                )
                 marks += rings[:: max(1, len(rings) // _SHOWN_RINGS)]
         return largest_on(
             measure, revolving, None if shear is None else amplitudes, background, marks, normal.radius
@@ -410,7 +412,7 @@ class Interior:
         corners = np.array([0.0, *self.surface.marks(step)])
         infinite = np.isinf(self.surface.field("pressure", corners, step))
         balanced = isinstance(self.solid, IsotropicSolid) and self.solid.poisson == 0.5
-        sheared = any(one is not None and one.pieces for one in loads[1:])
+        sheared = any(one is not None and one.segments for one in loads[1:])
         if infinite.any() and not (balanced and not sheared):
             return float(corners[infinite][0])
         return None

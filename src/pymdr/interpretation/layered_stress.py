@@ -419,23 +419,23 @@ def _punches(load: LineLoad, end: float, order: int) -> tuple[FloatArray, FloatA
     """Radii in m and weights in N/m of punches that stand for a line load in waves up to a wavenumber."""
     unit, rule_weights = gauss(order)
     radii, weights = [np.empty(0)], [np.empty(0)]
-    for piece in load.pieces:
-        extent = abs(piece.extent)
-        if piece.breaks is None:
+    for segment in load.segments:
+        extent = abs(segment.extent)
+        if segment.breaks is None:
             count = max(2, math.ceil(2.0 * extent * end / _PHASE))
             ends = np.arange(count + 1) / count
             ends = np.unique(np.concatenate([ends, 0.5 ** np.arange(_TIP, 0.0, -1.0) / count]))
         else:
-            parts = np.maximum(np.ceil(np.diff(piece.breaks) * end / _PHASE), 1.0).astype(int)
-            ends = _divided(piece.breaks / extent, parts)
+            parts = np.maximum(np.ceil(np.diff(segment.breaks) * end / _PHASE), 1.0).astype(int)
+            ends = _divided(segment.breaks / extent, parts)
         half = 0.5 * np.diff(ends)[:, None]
         part, rule = (ends[:-1, None] + half * (unit + 1.0)).ravel(), (half * rule_weights).ravel()
-        if piece.breaks is None:
+        if segment.breaks is None:
             # with the root of the distance the density at the anchor is bounded
             part, rule = part * part, 2.0 * part * rule
         distance = extent * part
-        weights.append(piece.density(distance) * rule * extent)
-        radii.append(piece.anchor + math.copysign(1.0, piece.extent) * distance)
+        weights.append(segment.density(distance) * rule * extent)
+        radii.append(segment.anchor + math.copysign(1.0, segment.extent) * distance)
     return np.concatenate(radii), np.concatenate(weights)
 
 

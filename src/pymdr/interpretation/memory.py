@@ -329,8 +329,8 @@ def spring_load(state: LineState) -> LineLoad:
         return np.asarray(-curve(np.minimum(above / a, 1.0)) / a)
 
     # its slope has kinks at the springs
-    piece = Punches(0.0, a, density, a * curve.x)
-    return LineLoad((piece,), a, edge, a, size / a)
+    segment = Punches(0.0, a, density, a * curve.x)
+    return LineLoad((segment,), a, edge, a, size / a)
 
 
 def edge_load(state: LineState) -> float:

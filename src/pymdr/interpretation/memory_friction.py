@@ -55,7 +55,7 @@ _PARTS = 2, 4
 """Substeps of every row for the fields of a history with many rows, and with few."""
 _MANY = 2000
 """Least number of rows that counts as many."""
-_MAX_BENDS = 24
+_MAX_KINKS = 24
 """Number of springs with the largest change of slope of the line load that are checked in a row."""
 _SEARCHED = 0.01, 0.985
 """Range of these springs over the contact radius."""
@@ -271,7 +271,7 @@ def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
     pairs = zip(rows, _states(surface, rows, parts), _states(half, rows, parts // 2), strict=True)
     for i, (row, *both) in enumerate(pairs):
         a = both[0].radius
-        r = np.concatenate([a * TO_EDGE, _sharpest_bends(both[0])]) if a > 0.0 else TO_EDGE
+        r = np.concatenate([a * TO_EDGE, _sharpest_kinks(both[0])]) if a > 0.0 else TO_EDGE
         r = r[away_from(r, surface.marks(row))]
         shift = float(surface.shift[row])
         moved = [displacement(state, r) for state in both]
@@ -293,15 +293,15 @@ def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
     }
 
 
-def _sharpest_bends(state: LineState) -> FloatArray:
+def _sharpest_kinks(state: LineState) -> FloatArray:
     """Radii in m next to the sharpest bends of the line load: the errors of tractions are largest at earlier stick radii."""
     low, high = _SEARCHED
     inside = (state.position > low * state.radius) & (state.position < high * state.radius)
     x, q = state.position[inside], state.load[inside]
-    if x.size < _MAX_BENDS:
+    if x.size < _MAX_KINKS:
         return np.zeros(0)
     slopes = np.diff(q) / np.diff(x)
-    most = np.argsort(np.abs(np.diff(slopes)))[-_MAX_BENDS:]
+    most = np.argsort(np.abs(np.diff(slopes)))[-_MAX_KINKS:]
     return np.concatenate([0.5 * (x[most] + x[most + 1]), x[most + 1], 0.5 * (x[most + 1] + x[most + 2])])
 
 

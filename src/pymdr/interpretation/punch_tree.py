@@ -42,7 +42,7 @@ class Punches(NamedTuple):
     """Rising distances in m, the ends included, between which the density is a polynomial; None of a density that is smooth, or has a root."""
 
     def parts(self) -> Sequence[Punches]:
-        """The piece between its breaks."""
+        """The segments between its breaks."""
         if self.breaks is None:
             return (self,)
         return [
@@ -64,13 +64,13 @@ class _Sizes(NamedTuple):
     noise: float
 
 
-def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: float) -> Cells | None:
+def resolved(segments: Sequence[Punches], radius: float, scale: float, noise: float) -> Cells | None:
     """
     The intervals of a load.
 
     Parameters
     ----------
-    pieces : sequence of Punches
+    segments : sequence of Punches
     radius : float
         The loaded radius in m.
     scale : float
@@ -86,7 +86,7 @@ def resolved(pieces: Sequence[Punches], radius: float, scale: float, noise: floa
     from pymdr.interpretation.punch_kernel import Cells
 
     anchor, low, high, series = (
-        np.concatenate(parts) for parts in _leaves(pieces, _Sizes(radius, scale, noise))
+        np.concatenate(parts) for parts in _leaves(segments, _Sizes(radius, scale, noise))
     )
     if anchor.size == 0 or anchor.size > _MOST or np.isnan(series).any():
         return None
@@ -144,8 +144,8 @@ def _tree(
     return shared, start, stop, carried, own_series, terms, left, right
 
 
-def _leaves(pieces: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], ...]:
-    """Anchors, ends counted from them, and series of the intervals of all pieces."""
+def _leaves(segments: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], ...]:
+    """Anchors, ends counted from them, and series of the intervals of all segments."""
     leaves: tuple[list[FloatArray], ...] = (
         [np.zeros(0)],
         [np.zeros(0)],
@@ -153,15 +153,15 @@ def _leaves(pieces: Sequence[Punches], load: _Sizes) -> tuple[list[FloatArray], 
         [np.zeros((0, _TERMS))],
     )
     count, unit = 0, unit_of(load.radius)
-    for piece in pieces:
-        low, high, series = _of_piece(piece, load)
+    for segment in segments:
+        low, high, series = _of_segment(segment, load)
         count += low.size
         if count > _MOST:
             return ([np.full(1, np.nan)],) * 3 + ([np.full((1, _TERMS), np.nan)],)
         low, high = low / unit, high / unit
-        if piece.extent < 0.0:
+        if segment.extent < 0.0:
             low, high, series = -high, -low, series * (-1.0) ** np.arange(_TERMS)
-        values = np.full(low.size, piece.anchor / unit), low, high, series
+        values = np.full(low.size, segment.anchor / unit), low, high, series
         for parts, own in zip(leaves, values, strict=True):
             parts.append(own)
     return leaves
@@ -172,19 +172,19 @@ def unit_of(radius: float) -> float:
     return math.ldexp(1.0, math.frexp(radius)[1])
 
 
-def _of_piece(piece: Punches, load: _Sizes) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _of_segment(segment: Punches, load: _Sizes) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Ends of intervals as distances in m from the anchor, and their series over the typical stress."""
-    ends = np.array([0.0, abs(piece.extent)]) if piece.breaks is None else piece.breaks
+    ends = np.array([0.0, abs(segment.extent)]) if segment.breaks is None else segment.breaks
     low, high = ends[:-1], ends[1:]
     kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for _ in range(_LEVELS):
         at = low[:, None] + (high - low)[:, None] * nodes(_TERMS)
-        series = piece.density(at.ravel()).reshape(at.shape) / load.scale @ to_coefficients(_TERMS).T
+        series = segment.density(at.ravel()).reshape(at.shape) / load.scale @ to_coefficients(_TERMS).T
         largest = np.max(np.abs(series), axis=1)
         tail = np.max(np.abs(series[:, -2:]), axis=1)
         # closed forms grow as 1 / s at the axis, and elsewhere as 1 / sqrt(s - r)
         fraction = (high - low) / load.radius
-        small = largest * (1.0 if piece.anchor == 0.0 else np.sqrt(fraction)) <= _NOTHING
+        small = largest * (1.0 if segment.anchor == 0.0 else np.sqrt(fraction)) <= _NOTHING
         small |= fraction <= _SHORTEST
         done = (tail <= np.maximum(_RESOLVED * largest, load.noise)) | small
         kept.append((low[done], high[done], series[done]))

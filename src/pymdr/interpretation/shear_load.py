@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pymdr.interpretation.disk_sums import grouped
-from pymdr.interpretation.stress import LineLoad, Punches, contact_pieces
+from pymdr.interpretation.stress import LineLoad, Punches, contact_segments
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import DiskStates, states_at_depth
 from pymdr.line.friction import FrictionState, superposition
@@ -62,12 +62,12 @@ def shear_load(line: ElasticLine, state: FrictionState) -> LineLoad:
     if not np.any(a > 0.0):
         return _NOTHING
     slopes = scale * np.cumsum(weight[::-1])[::-1]
-    pieces: list[Punches] = []
+    segments: list[Punches] = []
     inside = None
     for i in np.flatnonzero(a > 0.0):
         outer = disks.place.take(i)
         if abs(slopes[i]) > _ROUNDING * scale:
-            pieces += contact_pieces(line, outer, inside, float(slopes[i]))
+            segments += contact_segments(line, outer, inside, float(slopes[i]))
         inside = outer
     rings, heights = steps_of(disks, weight, edge)
     pairs = zip(rings.tolist(), (scale * line.modulus * heights).tolist(), strict=True)
@@ -75,4 +75,4 @@ def shear_load(line: ElasticLine, state: FrictionState) -> LineLoad:
         np.sum(np.abs(heights))
     )
     radius = float(a[-1])
-    return LineLoad(tuple(pieces), radius, 0.0, radius, line.modulus * largest / radius, tuple(pairs))
+    return LineLoad(tuple(segments), radius, 0.0, radius, line.modulus * largest / radius, tuple(pairs))

@@ -47,7 +47,7 @@ _BLOCK = 1 << 16
 class LineLoad:
     """A load on the line of a half-space as punches."""
 
-    pieces: tuple[Punches, ...]
+    segments: tuple[Punches, ...]
     edge_radius: float
     """Radius in m of the contact."""
     edge: float
@@ -66,9 +66,9 @@ class LineLoad:
         """The load resolved into series and punches; None where it cannot be, or without compiled code."""
         from pymdr.compiling import INTERPRETED
 
-        if INTERPRETED or not self.pieces or self.scale == 0.0:
+        if INTERPRETED or not self.segments or self.scale == 0.0:
             return None
-        return resolved(self.pieces, self.radius, self.scale, self.noise)
+        return resolved(self.segments, self.radius, self.scale, self.noise)
 
 
 class Loads(NamedTuple):
@@ -110,21 +110,21 @@ def line_load(
     LineLoad
     """
     a = float(contact.x)
-    pieces = list(contact_pieces(line, contact))
+    segments = list(contact_segments(line, contact))
     if zone > a:
 
         def pulled(below: FloatArray) -> FloatArray:
             return -2.0 * strength * (zone - below) / np.sqrt(below * (2.0 * zone - below))
 
-        pieces.append(Punches(zone, a - zone, pulled))
+        segments.append(Punches(zone, a - zone, pulled))
         excess = 0.0
     edge, radius = line.modulus * excess, max(a, zone)
     pressed = line.modulus * float(line.depth(contact)) + abs(edge)
     scale = strength + (abs(pressed) / a if a > 0.0 else 0.0)
-    return LineLoad(tuple(pieces), a, edge, radius, scale)
+    return LineLoad(tuple(segments), a, edge, radius, scale)
 
 
-def contact_pieces(
+def contact_segments(
     line: ElasticLine, contact: Place, inside: Place | None = None, factor: float = 1.0
 ) -> Iterator[Punches]:
     """
@@ -275,8 +275,8 @@ def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, size
     total = np.zeros((sizes.size, radius.size))
     limits = np.outer([load.noise, _ENOUGH], load.scale * sizes)
     if load.radius > 0.0:
-        for piece in itertools.chain.from_iterable(piece.parts() for piece in load.pieces):
-            total += _integrated(piece, radius, depth, punch, limits)
+        for segment in itertools.chain.from_iterable(segment.parts() for segment in load.segments):
+            total += _integrated(segment, radius, depth, punch, limits)
         total += _of_rings(load, radius, depth, punch)
     return total.reshape(-1, *np.shape(r))
 
@@ -316,18 +316,18 @@ def punch_forms(r: FloatArray, z: FloatArray, s: FloatArray, above: FloatArray) 
 
 
 class _Parts(NamedTuple):
-    """Points, and for each the punches of a piece on one side of its radius, whose radii are counted from that one."""
+    """Points, and for each the punches of a segment on one side of its radius, whose radii are counted from that one."""
 
     r: FloatArray
     z: FloatArray
     start: FloatArray
-    """Lower end of the piece."""
+    """Lower end of the segment."""
     low: FloatArray
     """Lower end of the part."""
     high: FloatArray
     """Upper end of the part."""
     stop: FloatArray
-    """Upper end of the piece."""
+    """Upper end of the segment."""
 
     def take(self, some: np.ndarray) -> _Parts:
         """Those of some points."""
@@ -335,33 +335,33 @@ class _Parts(NamedTuple):
 
 
 def _integrated(
-    piece: Punches, r: FloatArray, z: FloatArray, punch: Kernel, limits: FloatArray
+    segment: Punches, r: FloatArray, z: FloatArray, punch: Kernel, limits: FloatArray
 ) -> FloatArray:
     """
-    The closed forms integrated over the punches of a piece, at points of shape (n,).
+    The closed forms integrated over the punches of a segment, at points of shape (n,).
 
     The limits are the errors that are rounding, and those that are accepted where the load itself changes on lengths that no rule resolves.
     """
     answer = np.zeros((limits.shape[1], r.size))
-    ends = piece.anchor - r, (piece.anchor - r) + piece.extent
-    start, stop = ends if piece.extent > 0.0 else ends[::-1]
+    ends = segment.anchor - r, (segment.anchor - r) + segment.extent
+    start, stop = ends if segment.extent > 0.0 else ends[::-1]
     for low, high in ((start, np.minimum(stop, 0.0)), (np.maximum(start, 0.0), stop)):
         inside = np.flatnonzero(high > low)
         for some in np.array_split(inside, max(1, inside.size * _nodes(1).shape[1] // _BLOCK)):
             if some.size:
                 parts = _Parts(r, z, start, low, high, stop).take(some)
-                answer[:, some] += _converged(piece, parts, punch, limits)
+                answer[:, some] += _converged(segment, parts, punch, limits)
     return answer
 
 
-def _converged(piece: Punches, parts: _Parts, punch: Kernel, limits: FloatArray) -> FloatArray:
-    """The integral over parts of a piece, by a double exponential rule of rising level."""
+def _converged(segment: Punches, parts: _Parts, punch: Kernel, limits: FloatArray) -> FloatArray:
+    """The integral over parts of a segment, by a double exponential rule of rising level."""
     noise, enough = limits[:, :, None]
     answer = np.empty((noise.size, parts.r.size))
     left = np.arange(parts.r.size)
-    total, size = _rule(piece, parts, punch, 0)
+    total, size = _rule(segment, parts, punch, 0)
     for level in range(1, len(_LEVELS)):
-        more, sizes = _rule(piece, parts.take(left), punch, level)
+        more, sizes = _rule(segment, parts.take(left), punch, level)
         finer, size = 0.5 * total + more, 0.5 * size + sizes
         least = noise if level < len(_LEVELS) - 1 else enough
         agreed = np.all(np.abs(finer - total) <= _AGREEMENT * size + least, axis=0)
@@ -389,26 +389,26 @@ def _nodes(level: int) -> FloatArray:
     return np.array([below, above, h * math.pi * np.cosh(w) * below * above])
 
 
-def _rule(piece: Punches, parts: _Parts, punch: Kernel, level: int) -> tuple[FloatArray, FloatArray]:
+def _rule(segment: Punches, parts: _Parts, punch: Kernel, level: int) -> tuple[FloatArray, FloatArray]:
     """Contributions of the nodes of a level to the integrals, and to those of their absolute values."""
     below, above, weight = _nodes(level)[:, :, None]
     r, z, start, low, high, stop = parts
     first, last = np.arcsinh(low / z), np.arcsinh(high / z)
-    # of a whole piece the difference of its ends has lost the digits of its extent
-    width = np.where((low == start) & (high == stop), abs(piece.extent), high - low)
+    # of a whole segment the difference of its ends has lost the digits of its extent
+    width = np.where((low == start) & (high == stop), abs(segment.extent), high - low)
     length = 2.0 * np.arcsinh(0.5 * width / z / np.cosh(0.5 * (first + last)))
     t = np.where(below < 0.5, first + length * below, last - length * above)
     # distances from an end as products: differences of radii lose the digits of nodes close to it
-    if piece.extent > 0.0:
+    if segment.extent > 0.0:
         step = 0.5 * length * below
         distance = (low - start) + 2.0 * z * np.cosh(first + step) * np.sinh(step)
-        s = piece.anchor + distance
+        s = segment.anchor + distance
     else:
         step = 0.5 * length * above
         distance = (stop - high) + 2.0 * z * np.cosh(last - step) * np.sinh(step)
-        s = piece.anchor - distance
+        s = segment.anchor - distance
     terms = punch(r, z, s, z * np.sinh(t))
-    terms *= weight * length * z * np.cosh(t) * piece.density(distance)
+    terms *= weight * length * z * np.cosh(t) * segment.density(distance)
     return terms.sum(axis=1), np.abs(terms).sum(axis=1)
 
 

@@ -182,7 +182,7 @@ def twist_load(line: TwistedLine, segments: Sequence[Segment], radius: float) ->
     LineLoad
         Q in Pa, with its scale in Pa/m.
     """
-    pieces: list[Punches] = []
+    punches: list[Punches] = []
     size = 0.0
     for one in segments:
         ends = [one.low, *(x for x in line.kinks(one.high) if x > one.low), one.high]
@@ -196,7 +196,7 @@ def twist_load(line: TwistedLine, segments: Sequence[Segment], radius: float) ->
 
             size = max(size, abs(float(load_of(line, one, low + _HALF * (high - low))[0])))
             if one.sign or one.rate:
-                pieces.append(Punches(low, high - low, density))
+                punches.append(Punches(low, high - low, density))
     if size == 0.0:
         return LineLoad((), radius, 0.0, radius, 0.0)
-    return LineLoad(tuple(pieces), radius, 0.0, radius, size / radius, steps_of(line, segments), _NOISE)
+    return LineLoad(tuple(punches), radius, 0.0, radius, size / radius, steps_of(line, segments), _NOISE)

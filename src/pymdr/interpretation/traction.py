@@ -44,7 +44,7 @@ from pymdr.units import FloatArray
 
 PARTS = "parts"
 """Key among the channels at the start of a leg: the number of substeps of its two-channel moves."""
-_BESIDE = 1e-9
+_OFFSET = 1e-9
 """Relative distance at which the finite traction of a sticking sharp tip (over the smallest disk) or kink is evaluated."""
 _BALANCED = 1e-12
 """Sum of weights up to which singularities cancel."""
@@ -84,9 +84,9 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
         return tau
     singular = np.isinf(pressure(line, float(a[-1]), 0.0, radius))
     above = np.array([weight[a > ring].sum() for ring in radius[singular]])
-    tip = _BESIDE * np.min(a[a > 0.0], initial=math.inf)
+    tip = _OFFSET * np.min(a[a > 0.0], initial=math.inf)
     near = radius.copy()
-    near[singular] = np.where(radius[singular] == 0.0, tip, (1.0 - _BESIDE) * radius[singular])
+    near[singular] = np.where(radius[singular] == 0.0, tip, (1.0 - _OFFSET) * radius[singular])
     summed = _summed(line, disks.place, a, weight, near) if a.size > _MANY else None
     if summed is None:
         summed = np.zeros(radius.shape)

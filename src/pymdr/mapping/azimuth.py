@@ -176,11 +176,11 @@ class RayTable:
     low: float
     """ln a of the first radius."""
     coefficients: FloatArray
-    """Of the cubic pieces, (4, pieces, directions), highest power first."""
+    """Of the cubic segments, (4, segments, directions), highest power first."""
     logarithmic: bool
     """Whether they are of ln P, which is straight for powers."""
     gap: FloatArray
-    """F in m at the ends of the pieces, (pieces + 1, directions)."""
+    """F in m at the ends of the segments, (segments + 1, directions)."""
     error: float
     """Of P, relative: its change by the last doubling of nodes, and an eighth of that by the doubling of radii."""
 
@@ -191,7 +191,7 @@ class RayTable:
 
     @property
     def nodes(self) -> FloatArray:
-        """Ln a of the ends of the pieces."""
+        """Ln a of the ends of the segments."""
         return np.asarray(self.low + _SPACING * np.arange(self.coefficients.shape[1] + 1))
 
     def half(self) -> RayTable:
@@ -207,9 +207,9 @@ class RayTable:
         s : ndarray
             (..., directions).
         """
-        piece = np.clip(((s - self.low) / _SPACING).astype(int), 0, self.coefficients.shape[1] - 1)
-        x = s - self.low - _SPACING * piece
-        c3, c2, c1, c0 = self.coefficients[:, piece, np.arange(self.directions)]
+        segment = np.clip(((s - self.low) / _SPACING).astype(int), 0, self.coefficients.shape[1] - 1)
+        x = s - self.low - _SPACING * segment
+        c3, c2, c1, c0 = self.coefficients[:, segment, np.arange(self.directions)]
         value = ((c3 * x + c2) * x + c1) * x + c0
         first, second = (3.0 * c3 * x + 2.0 * c2) * x + c1, 6.0 * c3 * x + 2.0 * c2
         if self.logarithmic:

@@ -249,15 +249,15 @@ class SplineSource(SlopeSource):
     def sample(self, base: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F' next to base + offset."""
         r = base + offset
-        piece = np.clip(np.searchsorted(self.breaks, r, side="right") - 1, 0, self.breaks.size - 2)
-        start = self.breaks[piece]
-        # a base that is a knot begins its piece, however r is rounded
+        segment = np.clip(np.searchsorted(self.breaks, r, side="right") - 1, 0, self.breaks.size - 2)
+        start = self.breaks[segment]
+        # a base that is a knot begins its segment, however r is rounded
         own = np.clip(np.searchsorted(self.breaks, base, side="right") - 1, 0, self.breaks.size - 2)
-        on_knot = (self.breaks[own] == base) & (piece == own + 1) & (r <= self.breaks[own + 1])
-        piece = np.where(on_knot, own, piece)
-        start = self.breaks[piece]
+        on_knot = (self.breaks[own] == base) & (segment == own + 1) & (r <= self.breaks[own + 1])
+        segment = np.where(on_knot, own, segment)
+        start = self.breaks[segment]
         t = (base - start) + offset
-        third, second, first = (self.coefficients[k][piece] for k in range(3))
+        third, second, first = (self.coefficients[k][segment] for k in range(3))
         values = (3.0 * third * t + 2.0 * second) * t + first
         return np.where(r > self.max_radius, math.nan, values), offset
 

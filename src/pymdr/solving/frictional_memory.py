@@ -104,7 +104,7 @@ class _Rows:
 @dataclass(frozen=True)
 class _State:
     normal: MemoryState
-    sideways: TangentialState
+    tangential: TangentialState
     sums: tuple[float, ...]
     """Cumulative values of the quantities `_SUMMED`."""
 
@@ -180,7 +180,7 @@ def _followed(
     forced = stretch.controls.tangential == "tangential_force"
     target = parts.along(stretch.tangential, stretch.start[1])
     histories: list[TangentialHistory] = []
-    now, done = state.sideways, 0
+    now, done = state.tangential, 0
 
     def watch(passage: Passage) -> None:
         nonlocal now, done

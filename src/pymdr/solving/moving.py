@@ -163,10 +163,10 @@ def _relaxing(contact: Contact, deepest: float, count: int, springs: int) -> Mov
     path = path >> indent(0.9 * deepest, duration=slowest)
     if contact.friction is None:
         return Moving(contacts, path)
-    sideways = relaxation_of(contact.body, contact.counterbody, tangential=True)
+    shear_relaxation = relaxation_of(contact.body, contact.counterbody, tangential=True)
     division = STRAIGHT, 2 * LEVELS[0][0]
     return Moving(
-        ShearedContacts(contacts, sideways, contact.friction.coefficient, division),
+        ShearedContacts(contacts, shear_relaxation, contact.friction.coefficient, division),
         path >> ramp(shift=0.1 * deepest, duration=slowest),
     )
 

@@ -115,7 +115,7 @@ def _turned(curve: MeasuredCurve) -> MeasuredCurve:
     assert signs is not None
     name = "travel" if curve.indentation is None else "indentation"
     if signs.numbers[name] == 1.0:
-        turned = signs.numbers["force"] == -1.0 and _falls_in_contact(curve.mark_outliers())
+        turned = signs.numbers["force"] == -1.0 and _decreases_in_contact(curve.mark_outliers())
         return curve.orient(signs.numbers) if turned else curve
     moving = [one.name for one in segments_in(curve.position, curve.time, None) if one.name != "hold"]
     if not moving or moving[0] != "retreat":
@@ -128,7 +128,7 @@ def _turned(curve: MeasuredCurve) -> MeasuredCurve:
     return curve.orient(signs.numbers)
 
 
-def _falls_in_contact(curve: MeasuredCurve) -> bool:
+def _decreases_in_contact(curve: MeasuredCurve) -> bool:
     """Whether the force decreases over the deepest third: a body in tension only has a negative force as well, but one that increases."""
     deep = ~curve.marked & (curve.position >= curve.position.max() - np.ptp(curve.position) / 3.0)
     return float(np.polyfit(curve.position[deep] - curve.position.max(), curve.force[deep], 1)[0]) < 0.0

@@ -159,7 +159,7 @@ def _by_point_loads(
     marks = {*interior.marks(step)}
     if loads.shear is not None:
         rings = sorted(
-            {piece.anchor for piece in loads.shear.pieces} | {ring for ring, _ in loads.shear.rings}
+            {segment.anchor for segment in loads.shear.segments} | {ring for ring, _ in loads.shear.rings}
         )
         marks |= {*rings[:: math.ceil(len(rings) / _MOST_RINGS)]} if rings else set()
     # radii that rounding alone separates are one

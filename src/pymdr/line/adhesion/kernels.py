@@ -140,7 +140,7 @@ _CELL, _TOP = 1.0 / 16.0, 48.0
 
 @lru_cache(maxsize=32)
 def _power_table(n: float) -> FloatArray:
-    """Return cubic pieces of w = ln y over u = ln(1 + sqrt t), where (e^(Nw) - 1)/N - (e^w - 1) = t, N = 2n."""
+    """Return cubic segments of w = ln y over u = ln(1 + sqrt t), where (e^(Nw) - 1)/N - (e^w - 1) = t, N = 2n."""
     N = 2.0 * n
     u = np.arange(0.0, _TOP + 0.5 * _CELL, _CELL)
     t = np.expm1(u) ** 2

@@ -220,7 +220,7 @@ class JKR:
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds = d0' - Δl' (dimensionless) and dF/ds = k d0' - (k Δl)' [N/m], times da/ds.
 
-        With Δl' = (1 - a k''/k') Δl / 2a. Both are -inf or finite at s = 0, and (1, k) on the vertical piece above a
+        With Δl' = (1 - a k''/k') Δl / 2a. Both are -inf or finite at s = 0, and (1, k) on the vertical segment above a
         sharp edge.
         """
         s = as_floats(s)
@@ -243,7 +243,7 @@ class JKR:
         return np.where(stuck, 1.0, rate * per), np.where(stuck, stiffness, force_rate * per)
 
     def radius_rate(self, s: ArrayLike) -> FloatArray:
-        """Return da/ds, 0 on the vertical piece above a sharp edge; next to a corner as `slopes`."""
+        """Return da/ds, 0 on the vertical segment above a sharp edge; next to a corner as `slopes`."""
         s, edge = as_floats(s), self._edge
         return np.where(s >= edge, 0.0, self._radii.rate(self._radii.off_corners(np.minimum(s, edge))))
 

@@ -205,7 +205,7 @@ def _away(panels: Panels, panel: _Index, at: FloatArray) -> NDArray[np.bool_]:
 def _near(
     table: _Table, parts_: _Parts
 ) -> Iterator[tuple[_Parts, tuple[FloatArray, FloatArray, FloatArray]]]:
-    """Offsets, distances from c and weights of the nodes on pieces that are cut or next to c, by kind."""
+    """Offsets, distances from c and weights of the nodes on segments that are cut or next to c, by kind."""
     panels = table.panels
     rooted = panels.rooted[parts_.panel]
     corner = rooted & (parts_.low == 0.0)

@@ -49,8 +49,8 @@ def energy_residual(track: Track, history: History) -> float:
     # a contact forms or ends without a jump at the start of the curve
     bound = np.isfinite(begin) | np.isfinite(end)
     low, high = (np.where(np.isfinite(x), x, curve.start) for x in (begin, end))
-    pieces, back = np.unique(np.stack([low, high], axis=1), axis=0, return_inverse=True)
-    work = _integrals(curve, pieces[:, 0], pieces[:, 1])[back.reshape(-1)]
+    stretches, back = np.unique(np.stack([low, high], axis=1), axis=0, return_inverse=True)
+    work = _integrals(curve, stretches[:, 0], stretches[:, 1])[back.reshape(-1)]
     change = np.zeros(low.size)
     change[bound] = curve.energy(high[bound]) - curve.energy(low[bound])
     done = np.cumsum(work)

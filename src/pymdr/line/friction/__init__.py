@@ -12,7 +12,7 @@ be followed ends the run: later values are NaN, and the result states the row.
 """
 
 from pymdr.line.friction.closed_forms import cattaneo_mindlin, loop_energy, shift_ratio_at
-from pymdr.line.friction.collisions import Sideways, follow_collision
+from pymdr.line.friction.collisions import TangentialMotion, follow_collision
 from pymdr.line.friction.curves import ElasticCurves, curves_of, power_law_curves, tabulated_curves
 from pymdr.line.friction.driver import depths_at_force, evaluate
 from pymdr.line.friction.histories import (
@@ -41,10 +41,10 @@ __all__ = [
     "FrictionLeg",
     "FrictionState",
     "Replay",
-    "Sideways",
     "SpringHistory",
     "Stacks",
     "Superposition",
+    "TangentialMotion",
     "cattaneo_mindlin",
     "curves_of",
     "depths_at_force",

@@ -15,7 +15,7 @@ from pymdr.line.friction.state import frozen, virgin_state
 from pymdr.units import FloatArray
 
 
-class Sideways(NamedTuple):
+class TangentialMotion(NamedTuple):
     """The tangential motion, one entry per row."""
 
     tangential_force: FloatArray
@@ -40,7 +40,7 @@ def follow_collision(
     velocity: float,
     friction: float,
     tangential_modulus: float,
-) -> Sideways:
+) -> TangentialMotion:
     """
     Follow m u_x'' = -F_x while the indentation is given, by velocity Verlet: its errors fall like the square of a step.
 
@@ -86,4 +86,4 @@ def follow_collision(
     code = runs.run_collision(run, d, t, float(mass), speed)
     if code != COMPLETE:
         raise PathError(f"the impact cannot be followed: {ENDINGS[code].value}")
-    return Sideways(out[0], out[1], out[2], out[3], out[4], speed)
+    return TangentialMotion(out[0], out[1], out[2], out[3], out[4], speed)

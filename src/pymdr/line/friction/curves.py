@@ -107,8 +107,8 @@ def tabulated_curves(
     """
     Curves of any elastic line, from its contact radius alone, with errors relative to their size at every depth.
 
-    F_N = 2 E* int_0^d a and W = int_0^d F_N are integrated exactly over polynomial pieces of a. Toward d = 0 and
-    toward each mark from below the surface the pieces shrink in proportion to the distance, down to 1e-51 of
+    F_N = 2 E* int_0^d a and W = int_0^d F_N are integrated exactly over polynomial segments of a. Toward d = 0 and
+    toward each mark from below the surface the segments shrink in proportion to the distance, down to 1e-51 of
     `depth` or until a(d) is b + c (d - d_j)^q to rounding, by which it is closed. Pieces are cut until a is met
     between the nodes, or until cutting gains nothing: a(d) has noise.
 
@@ -123,7 +123,7 @@ def tabulated_curves(
         E* in Pa.
     marks : array_like, optional
         Depths d_j in m, in any order, at which a(d) is not smooth: to the right of d_j it may behave like
-        b + c (d - d_j)^q, or step up. Without its mark a kink is found too, by more pieces; slope without bound is
+        b + c (d - d_j)^q, or step up. Without its mark a kink is found too, by more segments; slope without bound is
         not resolved.
     tolerance : float, optional
         Largest error of a relative to a.
@@ -134,7 +134,7 @@ def tabulated_curves(
         If `depth` or `modulus` is not finite and above 0, if a mark is not finite, or if a(d) is not finite, not
         above 0 or falls.
     ConvergenceError
-        If more than 200 000 pieces are needed: a(d) is rougher than `tolerance`.
+        If more than 200 000 segments are needed: a(d) is rougher than `tolerance`.
 
     Examples
     --------

@@ -106,7 +106,7 @@ def slip_work(line: FloatArray, slope: float, g: float, upper: Loaded, lower: Lo
 @fused.merged
 def short_slip_work(line: FloatArray, upper: Point, e_u: float, lower: Point, e_l: float) -> float:
     """
-    Integral of F_N(D) - F_N(y) - 2 E* (D - y) a(y) over a piece where D is close to y, by quadrature.
+    Integral of F_N(D) - F_N(y) - 2 E* (D - y) a(y) over a segment where D is close to y, by quadrature.
 
     With delta = D - y it is 2 E* int_0^delta [a(y + t) - a(y)] dt: the terms of the closed form cancel to the
     second order in delta, those of this one to the first.

@@ -70,7 +70,7 @@ def moment(line: FloatArray, p: Point, q: Point) -> float:
     """
     Moment int (y_q - y) dF_N between two points, p above q in depth.
 
-    Over a short piece the difference of W has lost its digits; then by what a smooth a gives, unless the two
+    Over a short segment the difference of W has lost its digits; then by what a smooth a gives, unless the two
     differ by more than was lost (a kink or step of a). a rises, so that it never leaves E* length^2 [a_p, a_q].
     """
     length = q.y - p.y
@@ -227,7 +227,7 @@ def shallow_slip_work(
     """
     -int phi' dF_N for phi = (D - y) s at constant depth D, with the part of a(y) that is not a(D).
 
-    A constant a adds nothing over all pieces of a step, as phi is 0 at both ends, and the slip work of a slip far
+    A constant a adds nothing over all segments of a step, as phi is 0 at both ends, and the slip work of a slip far
     smaller than the depth would be lost in its rounding.
     """
     length = upper - lower

@@ -35,7 +35,7 @@ _PER_DISTORTION, _PER_ELONGATION = 0.75, 0.2
 elongation."""
 _MOST_DISTORTED = 0.3
 """Distortion of an outline up to which the estimate was measured."""
-_FALLS_BY = 1e-3
+_MAX_DECREASE = 1e-3
 """Largest decrease of the mean image of a section per unit of ln a that counts as rising, relative to the mean."""
 _WITHIN = 1e-9
 """Tolerance of a bracket of less than one unit of ln a; the error of the force is its square."""
@@ -122,7 +122,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         p, dp, ddp = table.at(at)
         return np.asarray(2.0 * (d - p) - 3.0 * dp - ddp)
 
-    turning = _falls(rise_at, s[top - 1], s[top + 1])
+    turning = _crossing(rise_at, s[top - 1], s[top + 1])
     highest = q_at(turning)
     level = np.zeros(depth.size)
     at, first = turning, top
@@ -137,7 +137,7 @@ def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
         below = beyond & (q < level[:, None, None])
         ends = below.any(axis=1)
         first = np.argmax(below, axis=1)
-        root = _falls(partial(q_above, level[:, None]), turning, s[np.maximum(first, 1)])
+        root = _crossing(partial(q_above, level[:, None]), turning, s[np.maximum(first, 1)])
         at = np.where(highest <= level[:, None], turning, root)
         inside &= ends.all(axis=1)
         level = np.where(inside, level, before)
@@ -200,9 +200,9 @@ def _images_rise(table: RayTable, outline: FloatArray) -> BoolArray:
     """Whether the images of all sections rise up to the outline: where one falls, the contact may have holes."""
     s = np.broadcast_to(table.nodes[:, None], (table.nodes.size, table.directions))
     p, dp, ddp = table.at(s)
-    falls = dp + ddp < -_FALLS_BY * np.abs(p)
+    decreasing = dp + ddp < -_MAX_DECREASE * np.abs(p)
     inside = np.exp(s) < outline[:, None, :]
-    return np.asarray(~(falls & inside).any(axis=(1, 2)))
+    return np.asarray(~(decreasing & inside).any(axis=(1, 2)))
 
 
 def _touches_beyond(table: RayTable, depth: FloatArray, outline: FloatArray, force: FloatArray) -> BoolArray:
@@ -235,6 +235,6 @@ def _others_touch(shape: Shape, depth: FloatArray, outline: FloatArray, force: F
     return touches
 
 
-def _falls(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
+def _crossing(falling: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
     """The sign change of a function that decreases from low to high."""
     return boundary(lambda x: falling(x) > 0.0, low, high, _WITHIN)[0]

@@ -229,8 +229,8 @@ class ShortSprings:
         lasts = steps > 0.0
         rate = np.divide(np.diff(control), steps, out=np.zeros_like(steps), where=lasts)
         shaken = 1e-9 + 1e-15 * time[-1] / float(np.min(steps, initial=math.inf, where=lasts))
-        bends = np.flatnonzero(np.abs(np.diff(rate)) > shaken * np.max(np.abs(rate), initial=0.0)) + 1
-        for first, last in pairwise([0, *bends.tolist(), time.size - 1]):
+        kinks = np.flatnonzero(np.abs(np.diff(rate)) > shaken * np.max(np.abs(rate), initial=0.0)) + 1
+        for first, last in pairwise([0, *kinks.tolist(), time.size - 1]):
             rows += self._stretch(time[first : last + 1], control[first : last + 1], k)
         return ShortRows(*(np.array(column) for column in zip(*rows, strict=True)))
 

@@ -100,7 +100,7 @@ def _short_fit() -> tuple[FloatArray, FloatArray]:
 
 def rounding(f: Curve, radii: ArrayLike) -> FloatArray:
     """
-    Rounding noise of a callable around radii: its scatter about smooth pieces over short stretches.
+    Rounding noise of a callable around radii: its scatter about smooth segments over short stretches.
 
     It is never taken as less than one rounding of f itself; where all values have no more digits than single
     precision, than one of those.

@@ -26,7 +26,7 @@ class PolygonLine(EquivalentProfile):
     """
     A rising polygon g(x) from (0, 0) on; where it is horizontal, a ring comes into contact at once.
 
-    Integrals are sums of closed forms of its pieces.
+    Integrals are sums of closed forms of its segments.
 
     Examples
     --------
@@ -47,7 +47,7 @@ class PolygonLine(EquivalentProfile):
 
     @cached_property
     def _segments(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Slopes of the pieces; first moment and square integral at the corners."""
+        """Slopes of the segments; first moment and square integral at the corners."""
         h, rise = np.diff(self.x), np.diff(self.depth)
         x = self.x[:-1]
         moment = np.append(0.0, np.cumsum(rise * (x + 0.5 * h)))

@@ -21,7 +21,7 @@ from pymdr.solving.pulloff import PullOff
 from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, metres, newtons
 
-_BESIDE_KINK = 2e-7
+_NEXT_TO_KINK = 2e-7
 """Relative distance of the knots on both sides of a kink: the rounding of ln F, over this distance, is an error of the stiffness below 5e-8, and
 a jump of da/dd one of the radius below 5e-8."""
 _NEAR_FOLD = 1e-9
@@ -249,7 +249,7 @@ def _from_tip(line: Line, pull: float, to: float, tolerance: float) -> Source:
     return Source(
         Tip(power, radius_power, pull),
         sample,
-        _marked(sample, (first, math.log(to)), kinks, np.full(kinks.shape, _BESIDE_KINK), tolerance),
+        _marked(sample, (first, math.log(to)), kinks, np.full(kinks.shape, _NEXT_TO_KINK), tolerance),
     )
 
 
@@ -334,7 +334,7 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
             np.where(fold, at_fold[1], widening),
         )
 
-    return Source(form, sample, _marked(sample, (begin, end), knots, _BESIDE_KINK * knots, tolerance))
+    return Source(form, sample, _marked(sample, (begin, end), knots, _NEXT_TO_KINK * knots, tolerance))
 
 
 def _slopes(curve: ShortRange, s: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:

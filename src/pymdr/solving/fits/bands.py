@@ -77,10 +77,10 @@ def bands_of(
     samples = residuals.shape[1]
     columns = np.concatenate([tangents, residuals[:, None, :]], axis=1)
     cuts = np.cumsum(lengths)[:-1] if len(lengths) > 1 else np.zeros(0, dtype=int)
-    pieces = np.split(columns, cuts, axis=2)
-    transformed = np.concatenate([dct(piece, axis=2, norm="ortho") for piece in pieces], axis=2)
-    omega = np.concatenate([math.pi * np.arange(piece.shape[2]) / piece.shape[2] for piece in pieces])
-    if len(pieces) > 1:
+    segments = np.split(columns, cuts, axis=2)
+    transformed = np.concatenate([dct(segment, axis=2, norm="ortho") for segment in segments], axis=2)
+    omega = np.concatenate([math.pi * np.arange(segment.shape[2]) / segment.shape[2] for segment in segments])
+    if len(segments) > 1:
         order = np.argsort(omega, kind="stable")
         transformed, omega = transformed[:, :, order], omega[order]
     low = min(modes, samples)

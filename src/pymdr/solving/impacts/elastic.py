@@ -10,7 +10,7 @@ import numpy as np
 from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
-from pymdr.line.friction import Sideways, evaluate, follow_collision
+from pymdr.line.friction import TangentialMotion, evaluate, follow_collision
 from pymdr.line.impact import Along, Potential, depths_of_energy, elastic_potential, work
 from pymdr.problem.paths import indent
 from pymdr.rows import taken
@@ -68,7 +68,7 @@ def _rubbed(request: ImpactRequest, normal: Impact, mapped: Springs, claim: Clai
     energy = np.array([0.25 * request.mass * request.normal**2])
     depths = (float(depths_of_energy(table, energy, deepest)[0]), deepest)
 
-    def run(parts: int) -> Sideways:
+    def run(parts: int) -> TangentialMotion:
         time, depth, _ = motion(table, request.mass, request.normal, depths, parts * request.steps)
         followed = follow_collision(curves, depth, time, mass, before, mu, mapped.moduli.tangential)
         return taken(followed, slice(None, None, parts))

@@ -212,8 +212,8 @@ def fitted_shape(rows: Unloading, who: str, prior: float = 0.5) -> Shape:
 
 def _power(rows: Unloading, stretch: slice, who: str, prior: float = 0.5) -> Shape:
     z, force = rows.depth[0] - rows.depth[stretch], rows.force[stretch]
-    if not _falls(z, force):
-        if _falls(z + rows.frame * (force[0] - force), force):
+    if not _is_decreasing(z, force):
+        if _is_decreasing(z + rows.frame * (force[0] - force), force):
             raise ProblemError(
                 f"{who}: the frame compliance {1e6 * rows.frame:.4g} nm/mN is too large: the measured depth falls in the unloading, but "
                 "the depth less the deflection of the frame does not; give a smaller frame_compliance, or leave it out if the instrument has "
@@ -230,7 +230,7 @@ def _power(rows: Unloading, stretch: slice, who: str, prior: float = 0.5) -> Sha
     return power
 
 
-def _falls(z: FloatArray, force: FloatArray) -> bool:
+def _is_decreasing(z: FloatArray, force: FloatArray) -> bool:
     """Whether the force falls with the recovery z of the depth."""
     spread = float(np.ptp(z))
     return spread > 0.0 and float(np.polyfit(z / spread, force, 1)[0]) < 0.0
