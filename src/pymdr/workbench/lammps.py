@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from pymdr.problem.paths import Path
 from pymdr.problem.plasticity import ElasticPlastic
 from pymdr.problem.profiles import Paraboloid, Sphere
 from pymdr.solving.impacts import Impact, impact
+from pymdr.solving.pulloff import elastic_pull_off
 from pymdr.solving.study import Column, Study
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
@@ -37,6 +38,9 @@ _YIELDING = Contact(
 # an impact has no steps over which a particle code averages the growth of the radius
 _REBOUNDING = Contact(_YIELDING.profile, ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, wall_factor=True))
 _DEEPEST, _DEEP, _SHALLOW, _ROWS = 1e-3, 1e-4, 5e-6, 80
+_SLIP = _FRICTION * (2.0 - _POISSON) / (2.0 * (1.0 - _POISSON)) * _DEEP
+"""Shift in m at which the contact slips as a whole."""
+_PARTED = "JKR to largest pull"
 _STEPS = 40_000
 """Of a collision: LAMMPS is of second order in them, and of first at the first touch."""
 _MOVES = 4000
@@ -68,6 +72,12 @@ class _History(NamedTuple):
     shift: FloatArray
     steps: int = 100
     """Of LAMMPS between two rows."""
+    parts_at: float = -math.inf
+    """Indentation in m at which the method lets go, if not at the pull-off."""
+    series: str = ""
+    """Of cases along the largest shift."""
+    loop: int = 0
+    """Row from which on the history is a closed loop."""
 
 
 class _Collision(NamedTuple):
@@ -78,19 +88,23 @@ class _Collision(NamedTuple):
     contact: Contact
     speed: float
     degrees: float
+    series: str
+    """Of cases along the speed or the angle."""
+    parts_at: float = -math.inf
+    """As for histories."""
 
 
 class Pair(NamedTuple):
     """A curve of both programs."""
 
-    name: str
-    """Of the abscissa."""
+    along_name: str
+    """A quantity, or a label."""
     unit: str
     along: FloatArray
-    force: str
+    name: str
     """Name of the quantity."""
     method: FloatArray
-    """Force in N."""
+    """In its SI unit."""
     other: FloatArray
 
 
@@ -104,7 +118,7 @@ class LammpsComparison(Study):
     dissipated_energy and lammps_dissipated_energy (J) of histories, restitution and lammps_restitution of collisions, tangential where they are oblique.
     """
     curves: dict[str, Pair]
-    """Forces of both along each history, and over time in each collision."""
+    """Of both: forces along histories and over time in collisions, the first of each series; energies and restitution along each series."""
 
     subject: ClassVar = "contact laws of LAMMPS"
     columns: ClassVar = {
@@ -119,7 +133,7 @@ class LammpsComparison(Study):
     }
 
     def _figure(self) -> Figure:
-        """Both forces in every case."""
+        """Forces, energies and restitution of both."""
         from pymdr.presentation.plot import pairs_of_programs
 
         return pairs_of_programs(self.curves, "LAMMPS")
@@ -150,8 +164,8 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
 
     Notes
     -----
-    Surface energies of LAMMPS are half of the work of adhesion. Its JKR parts at the fold of force control under prescribed motion too; its
-    Mindlin models are linear until the contact slips as a whole.
+    Surface energies of LAMMPS are half of the work of adhesion. Its JKR parts at the fold of force control under prescribed motion too, and is
+    compared with JKR up to the pull-off and with JKR that parts there; its Mindlin models are linear until the contact slips as a whole.
     """
     import xarray as xr
 
@@ -167,7 +181,8 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
                 **row,
             }
         )
-        curves[case.name] = pair
+        if not case.series or all(case.series != other.series for other in cases[: i - 1]):
+            curves[case.name] = pair
         if progress is not None:
             progress(i, len(cases))
     names = [name for name in LammpsComparison.columns if name != "case"]
@@ -183,7 +198,7 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
             },
             coords={"case": [row["case"] for row in rows]},
         ),
-        curves=curves,
+        curves=curves | _series(cases, rows),
         notes=(version_of(program), "its surface energy is half of the work of adhesion"),
     )
 
@@ -200,45 +215,98 @@ def _histories() -> Iterator[_History]:
     still = np.zeros(there_and_back.size)
     yield _History("Hertz", _sheared(_HERTZ, "mindlin"), _ROUND, there_and_back, still)
     away = _SHALLOW * np.concatenate([up, np.linspace(1.0, -0.6, 2 * _ROWS + 1)[1:]])
-    yield _History("JKR", _JKR, _STICKING, away, np.zeros(away.size))
-    yield _History("DMT", _DMT, _PULLING, away, np.zeros(away.size))
+    still = np.zeros(away.size)
+    yield _History("JKR", _JKR, _STICKING, away, still)
+    yield _History(_PARTED, _JKR, _STICKING, away, still, parts_at=_fold())
+    yield _History("DMT", _DMT, _PULLING, away, still)
     # the apparent radius grows with the steps of the program, which are the rows of the method
     deep = _DEEPEST * np.concatenate([np.linspace(0.0, 1.0, 401)[1:], np.linspace(1.0, 0.0, 401)[1:]])
     yield _History("yielding ball", _MDR, _YIELDING, deep, np.zeros(deep.size), steps=1)
-    # from stick to the shift at which the contact slips as a whole, and beyond
-    for part, name in ((0.5, "partial slip"), (2.0, "gross slip")):
-        limit = part * _FRICTION * (2.0 - _POISSON) / (2.0 * (1.0 - _POISSON)) * _DEEP
-        cycle = np.concatenate(
-            [up, np.linspace(1.0, -1.0, 2 * _ROWS + 1)[1:], np.linspace(-1.0, 1.0, 2 * _ROWS + 1)[1:]]
+    # parts of the shift at which the contact slips as a whole, from stick and beyond
+    cycle = np.concatenate(
+        [up, np.linspace(1.0, -1.0, 2 * _ROWS + 1)[1:], np.linspace(-1.0, 1.0, 2 * _ROWS + 1)[1:]]
+    )
+    depth = np.full(_ROWS + cycle.size, _DEEP)
+    depth[:_ROWS] = _DEEP * up
+    for part in (0.5, 0.25, 0.75, 1.0, 1.5, 2.0):
+        shift = part * _SLIP * np.concatenate([np.zeros(_ROWS), cycle])
+        yield _History(
+            f"shear to {part:g} of gross slip",
+            _sheared(_HERTZ, "mindlin"),
+            _SLIDING,
+            depth,
+            shift,
+            series="energy lost in a loop of shear",
+            loop=2 * _ROWS - 1,
         )
-        depth = np.full(_ROWS + cycle.size, _DEEP)
-        depth[:_ROWS] = _DEEP * up
-        shift = np.concatenate([np.zeros(_ROWS), limit * cycle])
-        yield _History(f"shear, {name}", _sheared(_HERTZ, "mindlin"), _SLIDING, depth, shift)
     for rule in ("mindlin", "mindlin_rescale"):
         depth = np.concatenate(
             [
                 _DEEP * up,
                 _DEEP * np.linspace(1.0, 0.3, _ROWS + 1)[1:],
                 _DEEP * np.linspace(0.3, 1.0, _ROWS + 1)[1:],
+                _DEEP * down,
             ]
         )
         turns = np.concatenate(
-            [0.6 * up, np.linspace(0.6, 0.2, _ROWS + 1)[1:], np.linspace(0.2, 0.5, _ROWS + 1)[1:]]
+            [
+                0.6 * up,
+                np.linspace(0.6, 0.2, _ROWS + 1)[1:],
+                np.linspace(0.2, 0.5, _ROWS + 1)[1:],
+                np.full(_ROWS, 0.5),
+            ]
         )
-        shift = _FRICTION * (2.0 - _POISSON) / (2.0 * (1.0 - _POISSON)) * _DEEP * turns
+        shift = _SLIP * turns
         yield _History(f"oblique load, {rule}", _sheared(_HERTZ, rule), _SLIDING, depth, shift)
 
 
+def _fold() -> float:
+    """Indentation in m of the pull-off under force control."""
+    return float(elastic_pull_off(_STICKING, machine_stiffness=0.0).indentation)
+
+
 def _collisions() -> Iterator[_Collision]:
-    yield _Collision("collision, Hertz", _sheared(_HERTZ, "mindlin"), _ROUND, 1.0, 0.0)
-    yield _Collision("collision, JKR", _JKR, _STICKING, 0.02, 0.0)
-    for speed in (0.5, 2.0, 8.0):
-        yield _Collision(f"collision, yielding, {speed:g} m/s", _MDR, _REBOUNDING, speed, 0.0)
-    for degrees in (15.0, 30.0, 45.0, 60.0):
+    yield _Collision("collision, Hertz", _sheared(_HERTZ, "mindlin"), _ROUND, 1.0, 0.0, "")
+    for law, parts_at in (("JKR", -math.inf), (_PARTED, _fold())):
+        for speed in (0.02, 0.008, 0.012, 0.04, 0.08):
+            name, series = f"collision, {law}, {1e3 * speed:g} mm/s", f"restitution, {law}"
+            yield _Collision(name, _JKR, _STICKING, speed, 0.0, series, parts_at)
+    for speed in (2.0, 0.5, 1.0, 4.0, 8.0):
         yield _Collision(
-            f"collision at {degrees:g} degrees", _sheared(_HERTZ, "mindlin_rescale"), _SLIDING, 1.0, degrees
+            f"collision, yielding, {speed:g} m/s", _MDR, _REBOUNDING, speed, 0.0, "restitution, yielding"
         )
+    for degrees in (30.0, 5.0, 15.0, 45.0, 60.0, 75.0):
+        yield _Collision(
+            f"collision at {degrees:g} degrees",
+            _sheared(_HERTZ, "mindlin_rescale"),
+            _SLIDING,
+            1.0,
+            degrees,
+            "restitution, oblique",
+        )
+
+
+def _series(cases: list[_History | _Collision], rows: list[dict[str, Any]]) -> dict[str, Pair]:
+    """Energies and restitution along each series of cases."""
+    pairs = {}
+    for series in dict.fromkeys(case.series for case in cases if case.series):
+        among = [(case, row) for case, row in zip(cases, rows, strict=True) if case.series == series]
+        name, along_name, unit = "restitution", "velocity", "m/s"
+        along = np.array([_along(case) for case, _ in among])
+        if isinstance(among[0][0], _History):
+            name, along_name, unit = "dissipated_energy", "shift", "m"
+        elif among[0][0].degrees:
+            name, along_name, unit = "tangential_restitution", "angle of the velocity (degrees)", ""
+        column = name.removeprefix("tangential_")
+        method, other = (np.array([row[of] for _, row in among]) for of in (column, f"lammps_{column}"))
+        order = np.argsort(along)
+        pairs[series] = Pair(along_name, unit, along[order], name, method[order], other[order])
+    return pairs
+
+
+def _along(case: _History | _Collision) -> float:
+    """Where a case is in its series."""
+    return float(case.shift.max()) if isinstance(case, _History) else case.degrees or case.speed
 
 
 def _followed(program: str, case: _History) -> tuple[dict[str, float], Pair]:
@@ -247,14 +315,16 @@ def _followed(program: str, case: _History) -> tuple[dict[str, float], Pair]:
     path = Path(indentation=case.depth, shift=case.shift) if sheared else Path(indentation=case.depth)
     result = solve(case.contact, path)
     there = moved(program, case.model, _BALL, case.depth, case.shift, case.steps)
-    normal = result["normal_force"].values
+    parted = (case.depth < case.parts_at) & (np.arange(case.depth.size) > case.depth.argmax())
+    normal = np.where(parted, 0.0, result["normal_force"].values)
     largest = float(np.abs(normal).max())
-    lost, lost_there = _area(normal, case.depth), _area(there.normal, case.depth)
+    lost, lost_there = _area(normal, case.depth, case.loop), _area(there.normal, case.depth, case.loop)
     pair = Pair("indentation", "m", case.depth, "normal_force", normal, there.normal)
     off = float(np.abs(there.normal - normal).max()) / largest
     if sheared:
         along = result["tangential_force"].values
-        lost, lost_there = lost + _area(along, case.shift), lost_there + _area(there.tangential, case.shift)
+        lost += _area(along, case.shift, case.loop)
+        lost_there += _area(there.tangential, case.shift, case.loop)
         off = float(np.abs(there.tangential - along).max()) / (_FRICTION * largest)
         pair = Pair("shift", "m", case.shift, "tangential_force", along, there.tangential)
     row = {
@@ -275,12 +345,18 @@ def _flown(program: str, case: _Collision) -> tuple[dict[str, float], Pair]:
     duration = 1.5 * float(method["contact_time"])
     there = collided(program, case.model, _BALL, (along, against), duration, _STEPS)
     largest = float(method["normal_force"].max())
-    at_rows = _at(there.time, method, "normal_force")
+    leaves, restitution = float(method["contact_time"]), float(method["restitution"])
+    if case.parts_at > -math.inf:
+        leaves, velocity = _leaving(method, case.parts_at)
+        restitution = velocity / case.speed
+    # at the first touch the program has no force yet
+    joined = (there.time > 0.0) & (there.time < leaves)
+    at_rows = np.where(joined, _at(there.time, method, "normal_force"), 0.0)
     pair = Pair("time", "s", there.time, "normal_force", at_rows, there.normal)
     row = {
         "largest_force": largest,
         "force_difference": float(np.abs(there.normal - at_rows).max()) / largest,
-        "restitution": float(method["restitution"]),
+        "restitution": restitution,
         "lammps_restitution": there.velocity[1] / against,
     }
     if angle:
@@ -295,12 +371,22 @@ def _flown(program: str, case: _Collision) -> tuple[dict[str, float], Pair]:
     return row, pair
 
 
+def _leaving(method: Impact, depth: float) -> tuple[float, float]:
+    """Time in s and velocity in m/s at which the ball leaves an indentation in m."""
+    d, time, velocity = (method[name].values[::-1] for name in ("indentation", "time", "velocity"))
+    back = slice(0, int(d.argmax()) + 1)
+    at = [float(np.interp(depth, d[back], values[back])) for values in (time, velocity)]
+    return at[0], -at[1]
+
+
 def _at(time: FloatArray, method: Impact, name: str) -> FloatArray:
     """A force of an impact at other times, 0 after it."""
     return np.asarray(np.interp(time, method["time"].values, method[name].values, right=0.0))
 
 
-def _area(force: FloatArray, along: FloatArray) -> float:
-    """The integral of a force over its path."""
-    steps, sums = np.diff(along, prepend=0.0), force + np.concatenate([[0.0], force[:-1]])
-    return float(np.sum(0.5 * sums * steps))
+def _area(force: FloatArray, along: FloatArray, loop: int) -> float:
+    """The integral of a force over its path, or over the loop from a row on."""
+    first = slice(loop, None)
+    if not loop:
+        force, along = np.append(0.0, force), np.append(0.0, along)
+    return float(np.trapezoid(force[first], along[first]))

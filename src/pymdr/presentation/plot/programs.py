@@ -1,26 +1,40 @@
-"""Forces by the method and by another program."""
+"""Curves by the method and by another program."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from textwrap import fill
 from typing import TYPE_CHECKING, Protocol
 
-from pymdr.presentation.plot.shared import BLUE, ORANGE, SMALL, axis_label, draw_zero, new_figure, styled
+from pymdr.presentation.plot.shared import (
+    BLUE,
+    MARKED_ROWS,
+    ORANGE,
+    SMALL,
+    axis_label,
+    draw_zero,
+    new_figure,
+    styled,
+    with_unit,
+)
+from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLUMNS = 4
+_LETTERS = 34
+"""Of a line of a label."""
 
 
-class ForcePair(Protocol):
-    """Forces of both programs along something."""
+class CurvePair(Protocol):
+    """A quantity of both programs along something."""
 
     @property
-    def name(self) -> str:
-        """Of the abscissa."""
+    def along_name(self) -> str:
+        """A quantity, or a label."""
 
     @property
     def unit(self) -> str:
@@ -31,25 +45,25 @@ class ForcePair(Protocol):
         """The abscissa, in its unit."""
 
     @property
-    def force(self) -> str:
+    def name(self) -> str:
         """Name of the quantity."""
 
     @property
     def method(self) -> FloatArray:
-        """In N."""
+        """In its SI unit."""
 
     @property
     def other(self) -> FloatArray:
-        """In N."""
+        """In the same."""
 
 
-def pairs_of_programs(pairs: Mapping[str, ForcePair], program: str) -> Figure:
+def pairs_of_programs(pairs: Mapping[str, CurvePair], program: str) -> Figure:
     """
-    A panel for each case, with the force by the method and by another program.
+    A panel for each case, with the curve by the method and by another program.
 
     Parameters
     ----------
-    pairs : mapping of str to ForcePair
+    pairs : mapping of str to CurvePair
         By the names of the cases.
     program : str
         Name of the other program.
@@ -59,14 +73,20 @@ def pairs_of_programs(pairs: Mapping[str, ForcePair], program: str) -> Figure:
         figure = new_figure(2.7 * _COLUMNS, 2.1 * rows + 0.4)
         panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
         for axes, (case, pair) in zip(panels, pairs.items(), strict=False):
-            along, force = good_unit(pair.along, pair.unit), good_unit(pair.method, "N")
+            own, few = QUANTITIES[pair.name].unit, "o" if pair.along.size <= MARKED_ROWS else None
+            along, unit = good_unit(pair.along, pair.unit), good_unit(pair.method, own)
             x = from_si(pair.along, pair.unit, along)
-            axes.plot(x, from_si(pair.method, "N", force), color=BLUE, label="MDR")
-            axes.plot(x, from_si(pair.other, "N", force), color=ORANGE, ls=(0, (4, 3)), label=program)
+            for values, color, dashes, label in (
+                (pair.method, BLUE, "-", "MDR"),
+                (pair.other, ORANGE, (0, (4, 3)), program),
+            ):
+                y = from_si(values, own, unit)
+                axes.plot(x, y, color=color, ls=dashes, marker=few, ms=3, label=label)
             draw_zero(axes)
             axes.set_title(case)
-            axes.set_xlabel(axis_label(pair.name, along))
-            axes.set_ylabel(axis_label(pair.force, force))
+            label = QUANTITIES[pair.along_name].label if pair.along_name in QUANTITIES else pair.along_name
+            axes.set_xlabel(with_unit(label, along))
+            axes.set_ylabel(fill(axis_label(pair.name, unit), _LETTERS))
         for axes in panels[len(pairs) :]:
             axes.remove()
         lines, names = panels[0].get_legend_handles_labels()
