@@ -229,7 +229,6 @@ def test_case_file_saving_and_figures(tmp_path):
             ),
             "begins in contact",
         ),
-        (lambda: mdr.export_law(contact(), 0.1), "JKR with two works .* use Stepper"),
         (lambda: mdr.solve(contact(), mdr.load(-1.0)), "out of contact cannot be pulled"),
     ],
 )

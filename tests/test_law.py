@@ -53,6 +53,13 @@ def laws():
     return law
 
 
+def test_checks_below_the_touch_are_in_contact():
+    """The intervals with the largest errors may all be below d = 0, where only bodies in contact pull."""
+    contact = mdr.Contact(mdr.Cone(slope=0.1), mdr.Elastic("40 kPa", 0.5), adhesion=mdr.JKR(0.05))
+    law = mdr.export_law(contact, "20 um")
+    assert np.isfinite(law.checks["contact_radius"].values).all()
+
+
 def depths_of(law, count, rng):
     """Depths within the table and, where there is a tip, far below it, at random."""
     first, last = law.range

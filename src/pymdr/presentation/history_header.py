@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pymdr.presentation.memory_header import MemoryInC
+from pymdr.presentation.resting_header import RestingInC
 
 CAPACITY = 64
 """Vertices of a stack, the first of which is the tip."""
@@ -107,7 +108,7 @@ class SpringsInC:
         return _SPRINGS.replace("COUNT_", str(len(self.touches))).replace("TOUCHES_", rows)
 
 
-HistoryInC = StackInC | SpringsInC | TouchInC | MemoryInC
+HistoryInC = StackInC | SpringsInC | TouchInC | RestingInC | MemoryInC
 
 _SPRINGS = """\
 #define @@_SPRINGS COUNT_

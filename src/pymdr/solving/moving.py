@@ -52,6 +52,15 @@ class Moving(NamedTuple):
     path: LoadingPath
 
 
+class Resting(NamedTuple):
+    """Contacts whose edge may rest, and a path that passes their states."""
+
+    contacts: RestingBranches
+    path: LoadingPath
+    lines: HystereticLine
+    """Their curves."""
+
+
 def moving_of(contact: Contact, deepest: float, count: int, springs: int | None = None) -> Moving:
     """
     Contacts that have not touched, whose curves reach down to an indentation in m; of a number of springs, if it is given.
@@ -73,7 +82,7 @@ def moving_of(contact: Contact, deepest: float, count: int, springs: int | None 
     if contact.adhesion is None:
         return _stacks(contact, deepest, count)
     if contact.adhesion.has_hysteresis:
-        return _resting_branches(contact, deepest, count)
+        return Moving(*resting_of(contact, deepest, count)[:2])
     return _branches(contact, deepest, count)
 
 
@@ -188,7 +197,8 @@ def _in_and_out(track: Track, deepest: float) -> LoadingPath:
     return indent(deepest, steps=_ROWS) >> Path(indentation=np.linspace(deepest, last - abs(last), _ROWS))
 
 
-def _resting_branches(contact: Contact, deepest: float, count: int) -> Moving:
+def resting_of(contact: Contact, deepest: float, count: int) -> Resting:
+    """As :func:`moving_of`, of contacts with two works of adhesion."""
     lines = HystereticLine(contact)
     advancing = lines.advancing.track(math.inf, deepest)
     receding = lines.receding.track(math.inf, -math.inf, advancing.curve.stop)
@@ -217,7 +227,7 @@ def _resting_branches(contact: Contact, deepest: float, count: int) -> Moving:
         lambda s, depth, moves: edge_states(line, _known(s, 0.0), depth, moves, works),
         count,
     )
-    return Moving(branches, _in_and_out(receding, deepest))
+    return Resting(branches, _in_and_out(receding, deepest), lines)
 
 
 def _known(s: FloatArray, start: float) -> FloatArray:

@@ -37,7 +37,9 @@ class _Motion(NamedTuple):
     duration: FloatArray
 
 
-def errors_of_springs(contact: Contact, deepest: float, springs: int) -> dict[str, float]:
+def errors_of_springs(
+    contact: Contact, deepest: float, springs: int, own: Moved | None = None
+) -> dict[str, float]:
     """
     Errors of the quantities that depend on the number of springs, relative to their largest value, of radii to that of the contact radius, in motions down to the deepest indentation.
 
@@ -52,11 +54,14 @@ def errors_of_springs(contact: Contact, deepest: float, springs: int) -> dict[st
         The largest indentation in m.
     springs : int
         Their number.
+    own : Moved, optional
+        A contact of that many springs which has not been moved, if it is there already.
     """
     if contact.is_viscoelastic and contact.friction is not None and springs > _FOLLOWED:
         measured = errors_of_springs(contact, deepest, _FOLLOWED)
         return {name: error * _FOLLOWED / springs for name, error in measured.items()}
-    own, fewer = (moving_of(contact, deepest, 1, n).contacts for n in (springs, springs // 2))
+    own = own or moving_of(contact, deepest, 1, springs).contacts
+    fewer = moving_of(contact, deepest, 1, springs // 2).contacts
     normal = own.normal if isinstance(own, ShearedContacts) else own
     between: tuple[str, ...]
     if isinstance(normal, RelaxingContacts):

@@ -16,7 +16,6 @@ from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.values import within_range
-from pymdr.result import Result
 from pymdr.solving.moving import moving_of
 from pymdr.solving.springs_error import errors_of_springs
 from pymdr.solving.step_values import has_unit, out_of_reach, refuse_malformed
@@ -154,13 +153,12 @@ class Stepper:
         self._moved, self._path = moving_of(contact, self._deepest, count, springs)
         self._several = count > 1
         self._springs, self._forces = springs, Forces if self._moved.shift.ndim == 1 else PlaneForces
-        if contact.adhesion is not None and not (disk := self._solved().claims["contact_radius"]).where.all():
+        if (
+            contact.adhesion is not None
+            and not (disk := solve(contact, self._path).claims["contact_radius"]).where.all()
+        ):
             raise RefusedError(f"Stepper: {disk.reason}")
         self._undoable = False
-
-    def _solved(self) -> Result:
-        """The result of `solve` for a path that passes the states of the contact."""
-        return solve(self._contact, self._path)
 
     @property
     def contact(self) -> Contact:
@@ -442,25 +440,7 @@ class Stepper:
         They are those of the largest indentation and a shift in partial slip; with adhesion of the way there and back to pull-off. On springs their errors
         include those of random motions, which take seconds with memory and friction.
         """
-        solved = self._solved()
-        everywhere = np.ones(1, dtype=bool)
-        claims = {
-            name: replace(
-                solved.claims[name],
-                where=everywhere,
-                error=None if (error := solved.claims[name].error) is None else np.array([error.max()]),
-            )
-            for name in _CLAIMED
-            if name in solved.claims
-        }
-        springs = self._springs or (SPRINGS if self._contact.is_viscoelastic else 0)
-        if not springs:
-            return claims
-        for name, missed in errors_of_springs(self._contact, self._deepest, springs).items():
-            largest = "the largest contact radius" if name == "stick_radius" else "its largest value"
-            remark = f"; {springs} springs change it by up to {missed:.1e} of {largest} in motions that reach max_indentation"
-            claims |= approximated({name: claims[name]}, remark, missed) if missed > 0.0 else {}
-        return claims
+        return claims_of_steps(self._contact, self._path, self._deepest, self._springs)
 
     def __repr__(self) -> str:
         """The contact, and where it is."""
@@ -472,6 +452,45 @@ class Stepper:
         if self.count > 1:
             return values.copy()
         return values[0].copy() if values.ndim > 1 else float(values[0])
+
+
+def claims_of_steps(
+    contact: Contact, path: LoadingPath, deepest: float, springs: int | None, own: Moved | None = None
+) -> dict[str, Claim]:
+    """
+    Claims of quantities of steps.
+
+    Parameters
+    ----------
+    contact : Contact
+    path : LoadingPath
+        Through the states of the contact.
+    deepest : float
+        The largest indentation in m.
+    springs : int or None
+        Their number, if it was given.
+    own : Moved, optional
+        A contact of that many springs which has not been moved, if it is there already.
+    """
+    solved = solve(contact, path)
+    everywhere = np.ones(1, dtype=bool)
+    claims = {
+        name: replace(
+            solved.claims[name],
+            where=everywhere,
+            error=None if (error := solved.claims[name].error) is None else np.array([error.max()]),
+        )
+        for name in _CLAIMED
+        if name in solved.claims
+    }
+    springs = springs or (SPRINGS if contact.is_viscoelastic else 0)
+    if not springs:
+        return claims
+    for name, missed in errors_of_springs(contact, deepest, springs, own).items():
+        largest = "the largest contact radius" if name == "stick_radius" else "its largest value"
+        remark = f"; {springs} springs change it by up to {missed:.1e} of {largest} in motions that reach max_indentation"
+        claims |= approximated({name: claims[name]}, remark, missed) if missed > 0.0 else {}
+    return claims
 
 
 def check_springs(springs: Any, where: str) -> None:

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim
+from pymdr.line.following import layout as at
 from pymdr.line.memory import RelaxingContacts
 from pymdr.line.memory.modes import modes_of
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.numerics.panels import nodes, to_coefficients
+from pymdr.numerics.table import FIRST_TERM, KEY, START, WIDTH
 from pymdr.presentation.history_header import HistoryInC, SpringsInC, StackInC, TouchInC
 from pymdr.presentation.memory_header import MemoryInC
+from pymdr.presentation.resting_header import CurveInC, RestingInC
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import JKR
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.solving.exporting.sources import Fold, Form
-from pymdr.solving.moving import moving_of
+from pymdr.solving.moving import moving_of, resting_of
 from pymdr.solving.pulloff import PullOff
-from pymdr.solving.stepping import Stepper, check_springs, plane_body
+from pymdr.solving.stepping import check_springs, claims_of_steps, plane_body
+from pymdr.units import FloatArray
 
 SPRINGS = 100
 """Springs of bodies with memory, unless their number is given."""
@@ -64,6 +71,8 @@ def remembered(contact: Contact, deepest: float, tangential: bool, springs: int 
         raise ProblemError(
             "export_law: springs are those of bodies with memory or of friction in the plane; give tangential=True too"
         )
+    if contact.adhesion is not None and contact.adhesion.has_hysteresis and not tangential:
+        return _resting(contact, deepest)
     history = _friction_of(contact, deepest, springs) if tangential else None
     return Remembered(replace(contact, friction=None), history, {})
 
@@ -93,7 +102,7 @@ def _relaxing(contact: Contact, deepest: float, springs: int) -> Remembered:
     """Springs with memory, and the contact of elastic bodies of the moduli that have not relaxed."""
     check_springs(springs, "export_law")
     alone = replace(contact, friction=None)
-    moved = moving_of(alone, deepest, 1, springs).contacts
+    moved, path = moving_of(alone, deepest, 1, springs)
     assert isinstance(moved, RelaxingContacts)
     relaxation = moved.relaxation
     glassy = relaxation.equilibrium + float(relaxation.moduli.sum())
@@ -107,7 +116,7 @@ def _relaxing(contact: Contact, deepest: float, springs: int) -> Remembered:
         modes.to_modes,
         modes.to_branches,
     )
-    claims = Stepper(alone, deepest, springs=springs).claims
+    claims = claims_of_steps(alone, path, deepest, springs, moved)
     # E* = 2 G/(1 - nu) = E/(1 - nu^2)
     at_once = replace(alone, body=Elastic(0.75 * glassy, 0.5), counterbody=Rigid())
     return Remembered(
@@ -117,3 +126,56 @@ def _relaxing(contact: Contact, deepest: float, springs: int) -> Remembered:
         f"the table is a sudden indentation of bodies at rest, of the modulus E* = {glassy:.6g} Pa that has not relaxed; the header "
         f"follows {rows.position.size} springs with memory",
     )
+
+
+def _resting(contact: Contact, deepest: float) -> Remembered:
+    """The curves of an edge that advances and of one that recedes, and the contact of an edge that advances."""
+    moved, path, lines = resting_of(contact, deepest, 1)
+    ahead, back, edge = moved.both
+    if ahead[0, at.BRANCHES] != 2 or back[0, at.BRANCHES] != 2:
+        raise ProblemError(
+            "export_law: the contact jumps while its edge moves, which headers of two works do not have; use Stepper, or a smoother profile"
+        )
+    works, receding = lines.works, lines.receding.equilibria
+    rims = [
+        float(line.equilibria.states(np.array([lines.rim])).indentation[0])
+        if lines.rim < math.inf
+        else math.inf
+        for line in (lines.advancing, lines.receding)
+    ]
+    free, pull_off = ahead[2], receding.states(back[1, [at.BOTTOM]])
+
+    def energy(s: FloatArray) -> FloatArray:
+        return np.add(*receding.energies(np.minimum(s, lines.rim)))
+
+    history = RestingInC(
+        CurveInC(_cells_of(ahead, energy), 5, rims[0], float(free[at.UP_LOSS])),
+        CurveInC(_cells_of(back), 4, rims[1], float(back[1, at.DOWN_LOSS])),
+        touch=float(np.nextafter(free[at.HIGH], math.inf)),
+        pull_off=(float(back[1, at.LOW]), float(pull_off.contact_radius[0]), float(pull_off.normal_force[0])),
+        per_area=float(edge[at.PER_AREA]),
+    )
+    claims = claims_of_steps(contact, path, deepest, None)
+    return Remembered(
+        replace(contact, adhesion=JKR(works.advancing)),
+        history,
+        {"dissipated_energy": claims["dissipated_energy"]},
+        f"the table is of an edge that advances, at {works.advancing:.6g} J/m^2; the header follows the edge, which recedes at "
+        f"{works.receding:.6g} J/m^2 and rests in between",
+    )
+
+
+def _cells_of(rows: FloatArray, further: Callable[[FloatArray], FloatArray] | None = None) -> FloatArray:
+    """The cells of a curve with one branch as a header reads them, with a further function of the parameter."""
+    first, cells, terms = 3, rows[int(rows[0, at.CELLS]) :], int(rows[0, at.TERMS])
+    segment = cells[:, KEY].astype(int)
+    low, high = rows[first + segment, at.SEGMENT_LOW], rows[first + segment, at.SEGMENT_HIGH]
+    v, width = cells[:, START], cells[:, WIDTH]
+    begin = low + (high - low) * v**2 / (v**2 + (1.0 - v) ** 2)
+    series = cells[:, FIRST_TERM : FIRST_TERM + (at.OTHER + 1) * terms].reshape(-1, at.OTHER + 1, terms)
+    columns = [series[:, each] for each in (at.FORCE, at.RADIUS, at.STIFFNESS, at.OTHER)]
+    if further is not None:
+        parameters = np.polynomial.chebyshev.chebval(2.0 * nodes(terms) - 1.0, series[:, at.PARAMETER].T)
+        values = further(np.asarray(parameters, dtype=float).ravel()).reshape(parameters.shape)
+        columns.append(values @ to_coefficients(terms).T)
+    return np.column_stack([begin, low, high, v, width, *columns])

@@ -125,7 +125,7 @@ class ContactLaw(Study):
     """Measured errors between the knots and below them, over ``check``."""
     history: HistoryInC | None
     """What contacts remember in the header: the stack of friction along a line, springs in the plane or with memory, or with JKR whether they
-    touch."""
+    touch and, with two works, where the edge rests."""
     pull_off: PullOff | None
     """With adhesion: loss of contact under displacement control, and the state after the jump into contact."""
 

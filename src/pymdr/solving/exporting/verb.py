@@ -65,7 +65,7 @@ def export_law(
     Parameters
     ----------
     contact : Contact
-        Elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR or DMT; or `Viscoelastic` half-spaces
+        Elastic bodies of revolution: half-spaces, graded or layered, without adhesion or with JKR, of one or two works, or DMT; or `Viscoelastic` half-spaces
         without adhesion. Friction has no effect on the table.
     to : quantity
         The largest indentation in m.
@@ -84,7 +84,8 @@ def export_law(
     ContactLaw
         A table of force (N), stiffness (N/m) and radius (m) over the indentation (m), with bounds of its errors; it
         writes a C header. The table of bodies with memory is that of a sudden indentation, of the moduli that have not relaxed; the
-        claims of force and energies are those of the springs.
+        claims of force and energies are those of the springs. That of two works of adhesion is of an edge that advances; the header also has
+        the edge that recedes and rests.
 
     Raises
     ------
@@ -192,12 +193,9 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
             "the force of a body that yields depends on its largest indentation; use Stepper, which follows it step by step",
         ),
         (
-            contact.adhesion is not None and contact.adhesion.has_hysteresis,
-            f"{type(contact.adhesion).__name__} with two works has a force that depends on where the edge rests; use Stepper, which follows "
-            "it step by step, or give one work",
-        ),
-        (
-            contact.adhesion is not None and not theory_of(contact.adhesion).proportional(contact.adhesion),
+            contact.adhesion is not None
+            and not contact.adhesion.has_hysteresis
+            and not theory_of(contact.adhesion).proportional(contact.adhesion),
             f"{type(contact.adhesion).__name__} is not tabulated; give JKR or DMT, or write the curve of solve(...) with Result.to_csv",
         ),
         (
@@ -214,8 +212,8 @@ def _solved(contact: Contact, depths: FloatArray) -> Result:
     """Exact states at increasing depths in m, all of them disks."""
     path: LoadingPath = Path(indentation=depths)
     if contact.adhesion is not None:
-        # the branch in contact
-        path = indent(float(depths[-1])) >> Path(indentation=depths[::-1])
+        # the branch in contact, from the touch at 0 on
+        path = indent(max(float(depths[-1]), 0.0)) >> Path(indentation=depths[::-1])
     result = solve(contact, path)
     claim = result.claims["contact_radius"]
     if not claim.where.all() or not claim.readable:
