@@ -191,23 +191,48 @@ PLANE_STRAIN = 70e9 / (1.0 - 0.22**2)
 """E* of glass against a rigid body, in Pa."""
 
 
-def test_a_coated_glass_under_a_rigid_ball(tmp_path, job):
-    """Between half-spaces of coat and of substrate, and that of the substrate where the coat is as stiff."""
+def test_a_coated_glass_under_a_steel_ball(tmp_path, job):
+    """One command from a case to the stress below the coat: that of Huber where coat and glass are alike, and bonded to it where not."""
     case = tmp_path / "coat.toml"
 
-    def force(young, thickness="20 um"):
+    def stresses(young):
         case.write_text(
             '[profile]\nkind = "paraboloid"\nradius = "10 mm"\n[body]\nkind = "layered"\n'
-            f"base = {{ kind = 'elastic', young = '70 GPa', poisson = 0.22 }}\n[[body.layers]]\nthickness = '{thickness}'\n"
-            f"material = {{ kind = 'elastic', young = '{young}', poisson = 0.22 }}\n"
-            '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
+            "base = { kind = 'elastic', young = '70 GPa', poisson = 0.22 }\n[[body.layers]]\nthickness = '20 um'\n"
+            f"material = {{ kind = 'elastic', young = '{young}', poisson = 0.22 }}\n[counterbody]\n{STEEL}"
+            '[[path]]\nkind = "load"\nnormal_force = "50 N"\n'
+            '[stress]\nside = "body"\nr = ["0 um"]\nz = ["20 um", "20 um"]\n'
         )
         job("run", case, "--csv", "--no-figures", "-o", tmp_path / "out")
-        return float(table(tmp_path / "out" / "result.csv")["normal_force [N]"][0])
+        coat, base = table(tmp_path / "out" / "stress.csv")
+        depth = float(table(tmp_path / "out" / "result.csv")["indentation [m]"][0])
+        return depth, coat, base
 
-    substrate = 4.0 / 3.0 * PLANE_STRAIN * math.sqrt(0.01) * (1e-6) ** 1.5
-    assert substrate < force("200 GPa") < force("200 GPa", "80 um") < 200.0 / 70.0 * substrate
-    assert force("70 GPa") == pytest.approx(substrate, rel=1e-6)
+    def hertz(modulus):
+        radius = (0.75 * 50.0 * 0.01 / modulus) ** (1.0 / 3.0)
+        return radius, radius**2 / 0.01
+
+    steel = 210e9 / (1.0 - 0.3**2)
+    modulus = 1.0 / (1.0 / PLANE_STRAIN + 1.0 / steel)
+    radius, indentation = hertz(modulus)
+    depth, _, below = stresses("70 GPa")
+    assert depth == pytest.approx(indentation, rel=1e-6)
+    ratio, peak = 20e-6 / radius, 75.0 / (math.pi * radius**2)
+    along = -peak / (1.0 + ratio**2)
+    across = peak * (0.5 / (1.0 + ratio**2) - 1.22 * (1.0 - ratio * math.atan(1.0 / ratio)))
+    assert below["stress_zz [Pa]"] == pytest.approx(along, rel=1e-6)
+    assert below["von_mises [Pa]"] == pytest.approx(across - along, rel=1e-6)
+
+    coated_depth, coat, base = stresses("200 GPa")
+    stiffer = 1.0 / (1.0 / (200.0 / 70.0 * PLANE_STRAIN) + 1.0 / steel)
+    assert hertz(stiffer)[1] < coated_depth < indentation
+    strains = [
+        (0.78 * s["stress_rr [Pa]"] - 0.22 * s["stress_zz [Pa]"]) / young
+        for s, young in ((coat, 200e9), (base, 70e9))
+    ]
+    assert strains[0] == pytest.approx(strains[1], rel=1e-8)
+    assert coat["stress_zz [Pa]"] == pytest.approx(base["stress_zz [Pa]"], rel=1e-8)
+    assert base["von_mises [Pa]"] > below["von_mises [Pa]"]
 
 
 PUNCH_STIFFNESS = 2.0 * PLANE_STRAIN * 1e-3

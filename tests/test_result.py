@@ -380,7 +380,7 @@ def test_a_save_that_fails_keeps_the_old_file(ball, tmp_path, monkeypatch):
     def fail(*args, **kwargs):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
+    monkeypatch.setattr(xr.Dataset, "dump_to_store", fail)
     with pytest.raises(mdr.FileError, match="No space left"):
         RESULTS["timed"]().save(target)
     assert target.read_bytes() == before

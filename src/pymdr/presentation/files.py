@@ -380,13 +380,18 @@ def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
             f"cannot write {str(file)!r}: results are saved as NetCDF with a name that ends with '.nc'; for a table use "
             "Result.to_csv('ball.csv')"
         )
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
     small = {str(name): {"zlib": True} for name in dataset if str(name).startswith(_ERROR)}
 
     def write(temporary: FilePath) -> None:
         marked = dataset.assign_attrs(
             {_CHECKSUM: "SHA-256 of the file up to its last 77 bytes, which hold it"}
         )
-        marked.to_netcdf(temporary, engine="h5netcdf", encoding=small)
+        # not to_netcdf, which imports dask and its scheduler where they are installed
+        with h5netcdf.File(temporary, "w") as netcdf:
+            marked.dump_to_store(H5NetCDFStore(netcdf), encoding=small)
         seal = _SEAL + _checksum(temporary, temporary.stat().st_size).encode()
         with temporary.open("ab") as opened:
             opened.write(seal)

@@ -29,8 +29,8 @@ def locked_data(data: xr.Dataset) -> xr.Dataset:
     """A copy of the dataset with read-only arrays."""
     locked = data.copy()
     for name, variable in locked.variables.items():
-        # an index of xarray is read-only already
-        if variable.ndim and name not in locked.dims:
+        # an index of xarray is read-only already, and so are arrays of `labelled`
+        if variable.ndim and name not in locked.dims and variable.values.flags.writeable:
             variable.data = _locked(variable.values)
     return locked
 
@@ -43,7 +43,7 @@ def locked_claim(claim: Claim) -> Claim:
 
 def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) -> xr.Dataset:
     """
-    Arrays over ``step``, vectors over ``step`` and ``axis``, with units and names from the table of quantities.
+    Read-only arrays over ``step``, vectors over ``step`` and ``axis``, with units and names from the table of quantities.
 
     Parameters
     ----------
@@ -54,19 +54,19 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
     """
     import xarray as xr
 
+    def variable(dims: tuple[str, ...], values: ArrayLike, words: Mapping[str, str]) -> xr.Variable:
+        # to look whether an array is one of dask, xarray imports dask.array where it is installed: longer than to solve
+        return xr.Variable(dims, _locked(np.asarray(values)), words, fastpath=True)
+
     variables = {}
     for name, values in columns.items():
         q = quantity(name)
-        array = np.asarray(values)
-        variables[name] = (
-            ("step", "axis")[: array.ndim],
-            array,
-            {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol},
-        )
+        words = {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol}
+        variables[name] = variable(("step", "axis")[: np.ndim(values)], values, words)
     coords: dict[str, Any] = {}
     if rows is not None:
-        coords["row"] = ("step", np.asarray(rows), {"long_name": "row of the path"})
-    if any(len(dims) == 2 for dims, _, _ in variables.values()):
+        coords["row"] = variable(("step",), rows, {"long_name": "row of the path"})
+    if any(one.ndim == 2 for one in variables.values()):
         coords["axis"] = list(AXES)
     return xr.Dataset(variables, coords=coords)
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
-from pymdr.problem.codec.outputs import output_tables
+from pymdr.problem.codec.outputs import CLOSED, output_tables
 from pymdr.problem.codec.tables import (
     MACHINE_BODIES,
     MACHINE_LINKS,
@@ -108,11 +108,10 @@ def rough_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a rough case."""
     from pydantic import ConfigDict, Field, TypeAdapter, create_model
 
-    closed = ConfigDict(extra="forbid")
     columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
     radius: Any = (int | float | str, Field(..., description="radius; text with unit, or number in m"))
-    surface: Any = create_model("surface", __config__=closed, **columns)
-    ball: Any = create_model("ball", __config__=closed, radius=radius)
+    surface: Any = create_model("surface", __config__=CLOSED, **columns)
+    ball: Any = create_model("ball", __config__=CLOSED, radius=radius)
     model = create_model(
         "rough_case",
         __config__=ConfigDict(extra="forbid", title="pymdr rough case"),
@@ -131,13 +130,12 @@ def press_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a case whose surface is pressed by boundary elements."""
     from pydantic import ConfigDict, Field, StrictBool, TypeAdapter, create_model
 
-    closed = ConfigDict(extra="forbid")
     columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
-    rough: Any = create_model("surface", __config__=closed, **columns)
+    rough: Any = create_model("surface", __config__=CLOSED, **columns)
     length: Any = int | float | str
     measured: Any = create_model(
         "measured",
-        __config__=closed,
+        __config__=CLOSED,
         file=(str, Field(..., description="file of measured heights; relative to the case file")),
         channel=(int | str | None, Field(None, description="number or name, if the file has several")),
         size=(length | list[length] | None, Field(None, description="sides, if not in the file")),
@@ -162,12 +160,11 @@ def machine_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a case of a machine."""
     from pydantic import ConfigDict, Field, TypeAdapter, create_model
 
-    closed = ConfigDict(extra="forbid")
     number: Any = int | float | str
     bodies, links = (_any_of(kinds) for kinds in (MACHINE_BODIES, MACHINE_LINKS))
     table: Any = create_model(
         "machine",
-        __config__=closed,
+        __config__=CLOSED,
         __doc__="Masses, rotors and drives, and what acts between them.",
         duration=(number, Field(..., description="of the motion; text with unit, or number in s")),
         steps=(int, Field(1000, description="rows after the first", ge=2, strict=True)),
@@ -204,21 +201,21 @@ def forget_models() -> None:
 
 
 def _options_model() -> type[BaseModel]:
-    from pydantic import ConfigDict, Field, create_model
+    from pydantic import Field, create_model
 
     stiffness = Field(None, description="stiffness of the loading machine, above 0 N/m")
     kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
     rings_only: Any = Literal["rings"]
     rings: Any = create_model(
         "rings",
-        __config__=ConfigDict(extra="forbid"),
+        __config__=CLOSED,
         __doc__="Boundary elements on rings instead of the method, annular contacts included.",
         kind=(rings_only, ...),
         n=(int, Field(400, description="number of rings in contact", ge=20, le=5000, strict=True)),
     )
     return create_model(
         "solve",
-        __config__=ConfigDict(extra="forbid"),
+        __config__=CLOSED,
         __doc__="How a case is solved.",
         machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
         keep=(int | None, kept),
@@ -252,7 +249,7 @@ def _union(table: str) -> Any:
 
 @lru_cache(maxsize=64)
 def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[BaseModel]:
-    from pydantic import ConfigDict, Field, create_model
+    from pydantic import Field, create_model
 
     columns: dict[str, Any] = {"kind": (Literal[kind], ...)}
     for f in fields(cls):
@@ -267,12 +264,12 @@ def _model(kind: str, cls: type, only: tuple[str, ...] | None = None) -> type[Ba
     doc = inspect.cleandoc(cls.__doc__ or "").split("\n\n")[0]
     if doc.startswith(f"{cls.__name__}("):  # the default of dataclasses
         doc = ""
-    return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+    return create_model(kind, __config__=CLOSED, __doc__=doc, **columns)
 
 
 def _orbit_model(kind: str) -> type[BaseModel]:
     """The model of a circle or a Lissajous figure."""
-    from pydantic import ConfigDict, Field, create_model
+    from pydantic import Field, create_model
 
     number: Any = int | float | str
     size = number if kind == "circle" else list[number]
@@ -296,16 +293,16 @@ def _orbit_model(kind: str) -> type[BaseModel]:
         )
         columns["phase"] = (number, Field(0.0, description="phase of x; text with unit, or number in rad"))
     doc = inspect.cleandoc(ORBIT_LEGS[kind].__doc__ or "").split("\n\n")[0]
-    return create_model(kind, __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+    return create_model(kind, __config__=CLOSED, __doc__=doc, **columns)
 
 
 @lru_cache(maxsize=1)
 def _layer_model() -> Any:
-    from pydantic import ConfigDict, create_model
+    from pydantic import create_model
 
     columns: dict[str, Any] = {f.name: _field_type(Layer, f) for f in fields(Layer)}
     doc = "One layer of a body."
-    return create_model("layer", __config__=ConfigDict(extra="forbid"), __doc__=doc, **columns)
+    return create_model("layer", __config__=CLOSED, __doc__=doc, **columns)
 
 
 def _checked(kind: Any, descriptor: SIField | OptionalArrayField) -> Any:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
+    from pydantic import BaseModel, ConfigDict
+
+CLOSED: ConfigDict = {"extra": "forbid", "defer_build": True}
+"""Of the models inside a case: no other keys, and no validator of their own, since only the whole case is validated."""
 
 _Number: TypeAlias = int | float | str
 _SIDE: Any = Literal["body", "counterbody"] | None
@@ -107,11 +110,11 @@ def output_tables() -> dict[str, Any]:
 
 
 def _model(name: str) -> type[BaseModel]:
-    from pydantic import ConfigDict, Field, StrictBool, create_model
+    from pydantic import Field, StrictBool, create_model
 
     text, keys = OUTPUTS[name]
     columns: dict[str, Any] = {
         key: (StrictBool if kind is bool else kind, Field(default, description=description))
         for key, (kind, default, description) in keys.items()
     }
-    return create_model(name, __config__=ConfigDict(extra="forbid"), __doc__=text, **columns)
+    return create_model(name, __config__=CLOSED, __doc__=text, **columns)

@@ -106,7 +106,7 @@ def before_commands(
         raise typer.Exit(OK)
 
 
-_ALLOCATIONS = 50_000
+_ALLOCATIONS = 200_000
 """Allocations between garbage collections; modules and figures live until the command ends, so more find little."""
 
 
