@@ -27,6 +27,7 @@ from pymdr.units import shown
 if TYPE_CHECKING:
     import xarray as xr
     from pydantic import TypeAdapter
+    from xarray.backends import H5NetCDFStore
 
 FORMAT = "pymdr result 2"
 _PREFIX = "pymdr_path_"
@@ -373,6 +374,17 @@ def _base(name: str) -> str:
 _SUFFIXES = (".nc", ".nc4", ".cdf", ".h5", ".hdf5")
 
 
+def _store_class() -> type[H5NetCDFStore]:
+    """The store of xarray, without its search for arrays of bytes, of which a result has none, and which imports dask.array."""
+    from xarray.backends import H5NetCDFStore
+
+    class Store(H5NetCDFStore):
+        def encode_variable(self, variable: xr.Variable, name: Any = None) -> xr.Variable:
+            return variable
+
+    return Store
+
+
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
     """Write a packed dataset as NetCDF and append its checksum."""
     if named_file(file, "write").suffix.lower() not in _SUFFIXES:
@@ -381,7 +393,6 @@ def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
             "Result.to_csv('ball.csv')"
         )
     import h5netcdf
-    from xarray.backends import H5NetCDFStore
 
     small = {str(name): {"zlib": True} for name in dataset if str(name).startswith(_ERROR)}
 
@@ -391,7 +402,7 @@ def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
         )
         # not to_netcdf, which imports dask and its scheduler where they are installed
         with h5netcdf.File(temporary, "w") as netcdf:
-            marked.dump_to_store(H5NetCDFStore(netcdf), encoding=small)
+            marked.dump_to_store(_store_class()(netcdf), encoding=small)
         seal = _SEAL + _checksum(temporary, temporary.stat().st_size).encode()
         with temporary.open("ab") as opened:
             opened.write(seal)

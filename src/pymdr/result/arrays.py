@@ -54,35 +54,66 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
     """
     import xarray as xr
 
-    def variable(dims: tuple[str, ...], values: ArrayLike, words: Mapping[str, str]) -> xr.Variable:
-        # to look whether an array is one of dask, xarray imports dask.array where it is installed: longer than to solve
-        return xr.Variable(dims, _locked(np.asarray(values)), words, fastpath=True)
-
     variables = {}
     for name, values in columns.items():
         q = quantity(name)
         words = {"units": q.unit, "long_name": q.long_name, "symbol": q.symbol}
-        variables[name] = variable(("step", "axis")[: np.ndim(values)], values, words)
+        variables[name] = variable_of(("step", "axis")[: np.ndim(values)], _locked(np.asarray(values)), words)
     coords: dict[str, Any] = {}
     if rows is not None:
-        coords["row"] = variable(("step",), rows, {"long_name": "row of the path"})
+        coords["row"] = variable_of(("step",), _locked(np.asarray(rows)), {"long_name": "row of the path"})
     if any(one.ndim == 2 for one in variables.values()):
         coords["axis"] = list(AXES)
     return xr.Dataset(variables, coords=coords)
 
 
-def field_axes(axis: Quantity, places: FloatArray, rows: Sequence[int]) -> dict[str, Any]:
+def variable_of(dims: Sequence[str], values: ArrayLike, attrs: Mapping[str, str]) -> xr.Variable:
+    """A variable of an array as it is. To look whether it is one of dask, xarray imports dask.array, which takes longer than to solve."""
+    import xarray as xr
+
+    return xr.Variable(dims, np.asarray(values), attrs, fastpath=True)
+
+
+def field_array(
+    name: str,
+    values: FloatArray,
+    places: tuple[Quantity, FloatArray],
+    rows: Sequence[int],
+    several: bool,
+    attrs: Mapping[str, str],
+    amplitude: tuple[FloatArray, str] | None,
+) -> xr.DataArray:
     """
-    Coordinates of a field.
+    A field over its places, and over ``step`` if there are several rows.
+
+    Parameters
+    ----------
+    values : ndarray
+        Over rows, components of vectors and places.
+    places : tuple
+        Their quantity, and radii or positions in m.
+    amplitude : tuple, optional
+        Of the singularity at the edge in the rows, with its unit.
 
     Notes
     -----
-    They are indices already: to make an index of an array xarray imports pint.
+    Axes are indices already: to make an index of an array xarray imports pint.
     """
+    import xarray as xr
     from pandas import Index
 
-    words = {"units": "m", "long_name": axis.long_name}
-    return {axis.name: (axis.name, Index(places), words), "step": ("step", Index(rows))}
+    axis, at = places
+    over, row = (("step",), slice(None)) if several else ((), 0)
+    coords: dict[str, Any] = {
+        axis.name: (axis.name, Index(at), {"units": "m", "long_name": axis.long_name}),
+        "step": ("step", Index(rows)) if several else variable_of((), rows[0], {}),
+    }
+    if amplitude is not None:
+        coords["edge_amplitude"] = variable_of(over, amplitude[0][row], {"units": amplitude[1]})
+    if values.ndim == 3:
+        coords["axis"] = list(AXES)
+    dims = (*over, *["axis"] * (values.ndim - 2), axis.name)
+    return xr.DataArray(variable_of(dims, values[row], attrs), coords=coords, name=name)
 
 
 def by_component(data: xr.Dataset) -> xr.Dataset:

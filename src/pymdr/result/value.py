@@ -29,11 +29,11 @@ from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
-from pymdr.quantities import AXES, POSITION, RADIUS, one_name, quantity
+from pymdr.quantities import POSITION, RADIUS, one_name, quantity
 from pymdr.result.arrays import (
     by_component,
     error_with_band,
-    field_axes,
+    field_array,
     labelled,
     locked_claim,
     locked_data,
@@ -299,8 +299,6 @@ class Result:
         ProblemError
             If the gap or the equivalent profile is read beyond the saved range of a callable.
         """
-        import xarray as xr
-
         places = checked(inside, name, within=one_name(name) in INTERIOR_FIELDS)
         if name in INTERIOR_FIELDS:
             if angle is not None or drop is not None or flow is not None:
@@ -327,17 +325,17 @@ class Result:
         if drop is not None or flow is not None:
             unit, factor = driven(name, drop, flow, partial(self._column_values, chosen), len(chosen))
             values, long_name = values * factor[:, None], long_name.split(" per ")[0]
-        coords = field_axes(axis, radii, chosen)
+        edged = name == "pressure" or carried is not None
         amplitude = np.array([surface.edge_amplitude(i) for i in chosen]) * factor
-        edged = {"units": f"{unit}*m^0.5"} if name == "pressure" or carried is not None else None
-        if edged is not None:
-            coords["edge_amplitude"] = ("step", amplitude, edged)
-        attrs = {"units": unit, "long_name": long_name, "symbol": row.symbol}
-        dims: tuple[str, ...] = ("step", axis.name)
-        if values.ndim == 3:
-            dims, coords["axis"] = ("step", "axis", axis.name), list(AXES)
-        array = xr.DataArray(values, dims=dims, coords=coords, name=name, attrs=attrs)
-        return array if several else array.isel(step=0)
+        return field_array(
+            name,
+            values,
+            (axis, radii),
+            chosen,
+            several,
+            {"units": unit, "long_name": long_name, "symbol": row.symbol},
+            (amplitude, f"{unit}*m^0.5") if edged else None,
+        )
 
     def _require_field(self, name: str) -> None:
         self._require(name)

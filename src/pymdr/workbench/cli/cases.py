@@ -92,6 +92,8 @@ def _run_one(
 ) -> dict[str, Any]:
     import logging
 
+    import numpy as np
+
     from pymdr.result.arrays import by_component
     from pymdr.solving.verb import solve
     from pymdr.workbench.case_studies import contact_studies, fatigue_of
@@ -133,7 +135,7 @@ def _run_one(
             for name, array in by_component(result.data).items()
         },
         largest={
-            name: with_unit(float(result.data[name].max()), result.data[name].attrs["units"])
+            name: with_unit(float(np.fmax.reduce(result.data[name].values)), result.data[name].attrs["units"])
             for name in ("indentation", "normal_force", "contact_radius")
             if name in result.data
         },
