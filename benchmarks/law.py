@@ -62,21 +62,60 @@ BY_HAND = (
         fx = fx > 0.3 * fn ? 0.3 * fn : fx < -0.3 * fn ? -0.3 * fn : fx;
         here = x;""",
 )
+RUBBER = mdr.Viscoelastic(mdr.Prony("1 MPa", ["2 MPa", "0.5 MPa"], ["1 ms", "20 ms"]), 0.5)
+PAD = mdr.Contact(mdr.Paraboloid(RADIUS), RUBBER)
+SPRINGS, BOUNCES, IN_PYTHON = 100, 400, 20
+"""Springs with memory, and collisions of the header and of the stepper."""
+STICKY = mdr.Contact(
+    mdr.Paraboloid("1 mm"),
+    mdr.Elastic("40 kPa", 0.5),
+    adhesion=mdr.JKR("50 mJ/m^2", work_receding="0.2 J/m^2"),
+)
+DAMPED = (
+    "",
+    """const double a = z > 0.0 ? sqrt(z * RADIUS) : 0.0;
+        fn = 4.0 / 3.0 * NORMAL * a * z + 2.0 * NORMAL * 1e-3 * a * vz;""",
+)
+REMEMBERS = ("grain_state s = {0};", "grain_advance(&s, z, h); fn = s.normal_force;")
+WALK = """#include "law.h"
+double walk(const double *d, int n);
+double walk(const double *d, int n)
+{
+    law_state s = {0};
+    double sum = 0.0;
+    int i;
+    for (i = 0; i < n; ++i) {
+        law_advance(&s, d[i]);
+        sum += s.normal_force;
+    }
+    return sum;
+}
+"""
 ALONG = ("grain_state s = {0};", "grain_advance(&s, z, x); fn = s.normal_force; fx = s.tangential_force;")
 PLANE = ("grain_state s = {0};", "grain_advance(&s, z, x, 0.0); fn = s.normal_force; fx = s.force[0];")
 
 
-def collisions(law: ContactLaw, code: tuple[str, str], folder: Path) -> Callable[..., float]:
-    """Collisions by velocity Verlet, compiled with the forces of a law."""
+def compiled(law: ContactLaw, source: str, folder: Path, name: str) -> ctypes.CDLL:
+    """A source that includes the header of a law."""
+    law.to_c(folder / f"{name}.h")
+    (folder / "c.c").write_text(source)
+    library = folder / "c.so"
+    subprocess.run(
+        ["cc", "-std=c99", "-O2", "-shared", "-fPIC", folder / "c.c", "-o", library, "-lm"], check=True
+    )
+    return ctypes.CDLL(str(library))
+
+
+def collisions(
+    law: ContactLaw, code: tuple[str, str], folder: Path, body: mdr.Elastic = STEEL
+) -> Callable[..., float]:
+    """Collisions by velocity Verlet, compiled with the forces of a law; laws by hand have the moduli of two bodies."""
     folder.mkdir()
-    law.to_c(folder / "grain.h")
-    moduli = mdr.effective_moduli(STEEL, STEEL)
+    moduli = mdr.effective_moduli(body, body)
     constants = {"RADIUS": RADIUS, "NORMAL": moduli.normal, "TANGENTIAL": moduli.tangential}
     defined = "".join(f"#define {name} {value!r}\n" for name, value in constants.items())
-    (folder / "c.c").write_text(defined + COLLISION.replace("STATE", code[0]).replace("FORCES", code[1]))
-    library = folder / "c.so"
-    subprocess.run(["cc", "-O2", "-shared", "-fPIC", folder / "c.c", "-o", library, "-lm"], check=True)
-    function = ctypes.CDLL(str(library)).collisions
+    source = defined + COLLISION.replace("STATE", code[0]).replace("FORCES", code[1])
+    function = compiled(law, source, folder, "grain").collisions
     function.argtypes, function.restype = [ctypes.c_double] * 4 + [ctypes.c_int], ctypes.c_double
     return function
 
@@ -103,10 +142,72 @@ def grains() -> Iterator[Ratio]:
         yield Ratio(text, words, time, by_hand, aim)
 
 
+def bounces(stepper: mdr.Stepper, step: float, count: int) -> float:
+    """Collisions of a ball with memory by the same integrator in Python."""
+    first, total = stepper.state, 0.0
+    for _ in range(count):
+        stepper.restore(first)
+        v, z, force = SPEED, 0.0, 0.0
+        while True:
+            v -= 0.5 * step * force / MASS
+            z += step * v
+            force = stepper.advance(z, duration=step).normal
+            v -= 0.5 * step * force / MASS
+            if z <= 0.0:
+                break
+        total += v
+    return total / count
+
+
+def pads() -> Iterator[Ratio]:
+    """Collisions of a ball that remembers: the header against the stepper, and against a dashpot by hand."""
+    hit = mdr.impact(PAD, mass=MASS, speed=SPEED)
+    deepest, step = 1.2 * hit.largest_indentation, hit.contact_time / 100
+    law, stepper = mdr.export_law(PAD, deepest, springs=SPRINGS), mdr.Stepper(PAD, deepest, springs=SPRINGS)
+    with tempfile.TemporaryDirectory() as name:
+        ours, by_hand = (
+            collisions(law, code, Path(name) / str(i), mdr.Elastic("4 MPa", 0.5))
+            for i, code in enumerate((REMEMBERS, DAMPED))
+        )
+        header, dashpot, python = median_times(
+            lambda: ours(SPEED, 0.0, step, MASS, BOUNCES),
+            lambda: by_hand(SPEED, 0.0, step, MASS, BOUNCES),
+            lambda: bounces(stepper, step, IN_PYTHON),
+        )
+    text = f"a collision of the law with memory, {SPRINGS} springs"
+    yield Ratio(text, "the stepper in Python", header / BOUNCES, python / IN_PYTHON, "aim 2 times faster")
+    yield Ratio(
+        text,
+        "Hertz with a dashpot by hand in C, which forgets",
+        header / BOUNCES,
+        dashpot / BOUNCES,
+        "no aim",
+    )
+
+
+def edges() -> Iterator[Ratio]:
+    """A walk of an edge that advances, rests and recedes."""
+    law, stepper = mdr.export_law(STICKY, "20 um"), mdr.Stepper(STICKY, "20 um")
+    rng = np.random.default_rng(3)
+    d = np.mod(np.cumsum(rng.normal(0.0, 2e-6, DEPTHS)), 8e-5) - 6e-5
+    with tempfile.TemporaryDirectory() as name:
+        walk = compiled(law, WALK, Path(name), "law").walk
+        walk.argtypes = [np.ctypeslib.ndpointer(dtype=float, flags="C"), ctypes.c_int]
+        walk.restype = ctypes.c_double
+        depths = d.tolist()
+        header, python = median_times(
+            lambda: walk(d, DEPTHS), lambda: sum(stepper.advance(each).normal for each in depths)
+        )
+    text = f"{DEPTHS:.0e} steps of the law with two works of adhesion"
+    yield Ratio(text, "the stepper in Python", header, python, "aim 5 times faster")
+
+
 def ratios() -> Iterator[Ratio]:
     """Forces at many depths, and collisions."""
     if shutil.which("cc") is not None:
         yield from grains()
+        yield from pads()
+        yield from edges()
     law = mdr.export_law(TIP, "1 um")
     d = 10.0 ** np.random.default_rng(0).uniform(-10, -6, DEPTHS)
     path = mdr.Path(indentation=d)
@@ -116,14 +217,7 @@ def ratios() -> Iterator[Ratio]:
     if shutil.which("cc") is None:
         return
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        law.to_c(folder / "tip.h")
-        (folder / "tip.c").write_text(SOURCE)
-        library = folder / "tip.so"
-        subprocess.run(
-            ["cc", "-std=c99", "-O2", "-shared", "-fPIC", folder / "tip.c", "-o", library, "-lm"], check=True
-        )
-        forces = ctypes.CDLL(str(library)).forces
+        forces = compiled(law, SOURCE, Path(name), "tip").forces
         pointer = np.ctypeslib.ndpointer(dtype=float, flags="C")
         forces.argtypes = [pointer, pointer, ctypes.c_size_t]
         forces.restype = None

@@ -1,4 +1,4 @@
-"""Steps with the whole memory of friction against a hand-written Hertz-Mindlin law that remembers one force."""
+"""Steps with the whole memory of friction and of the bodies against laws by hand, which remember one force or none."""
 
 import math
 from collections.abc import Iterator
@@ -15,6 +15,9 @@ BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0
 DEEPEST = 1e-5
 STICKY = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("40 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
 MODULI = mdr.effective_moduli(STEEL, STEEL)
+RUBBER = mdr.Viscoelastic(mdr.Prony("1 MPa", ["2 MPa", "0.5 MPa"], ["0.1 s", "2 s"]), 0.5)
+PAD, LASTING = mdr.Paraboloid("10 mm"), 0.01
+"""A ball on rubber, and the duration in s of its steps."""
 MODULUS = 4e4 / 0.75
 """E* of the sticky contact in Pa."""
 
@@ -59,9 +62,43 @@ def adhesion() -> Iterator[Ratio]:
     yield Ratio(text, "JKR's closed form in NumPy, without jumps", ours, formula, "aim 3 times")
 
 
+def hertz_with_dashpot(depth: list[float]) -> float:
+    """4/3 E* a d and a dashpot 2 E* tau a d'."""
+    here = force = 0.0
+    for d in depth:
+        a = math.sqrt(1e-2 * d) if d > 0.0 else 0.0
+        force = max(4e6 / 0.75 * a * (4.0 / 3.0 * d + 2e-2 * (d - here) / LASTING), 0.0)
+        here = d
+    return force
+
+
+def memory(friction: mdr.Coulomb | None, springs: int, count: int) -> Iterator[Ratio]:
+    """A ball on bodies with memory, springs of Maxwell bodies, without and with friction."""
+    contact = mdr.Contact(PAD, RUBBER, friction=friction)
+    depth, shift = walk(count)
+    d, u, time = depth.tolist(), shift.tolist(), LASTING * np.arange(1.0, count + 1.0)
+    path = mdr.Path(time=time, indentation=depth, **({} if friction is None else {"shift": shift}))
+    stepper = mdr.Stepper(contact, 2 * DEEPEST, springs=springs if friction is None else None)
+    first = stepper.state
+
+    def steps() -> None:
+        stepper.restore(first)
+        for depth, shift in zip(d, u, strict=True):
+            stepper.advance(depth, shift, LASTING)
+
+    ours, plain, solved = median_times(steps, lambda: hertz_with_dashpot(d), lambda: mdr.solve(contact, path))
+    kind = "memory" if friction is None else "memory and friction"
+    text = f"{count} steps with {kind}, {springs} springs, {ours / count * 1e6:.0f} us a step"
+    yield Ratio(text, "solve of the whole path, 1000 springs", ours, solved, "no aim")
+    if friction is None:
+        yield Ratio(text, "Hertz with a dashpot in Python, which forgets", ours, plain, "no aim")
+
+
 def ratios() -> Iterator[Ratio]:
     """One contact from Python, and many at once."""
     yield from adhesion()
+    yield from memory(None, 100, 10_000)
+    yield from memory(mdr.Coulomb(0.3), 1000, 200)
     depth, shift = walk(STEPS)
     d, u = depth.tolist(), shift.tolist()
 

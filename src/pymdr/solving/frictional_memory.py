@@ -155,7 +155,8 @@ def _step(
         none = (0.0,) * len(_SUMMED)
         virgin = untouched_states(task, bodies.line, bodies.normal, stretch)
         state = tuple(_State(normal, unsheared(), none) for normal in virgin)
-    parts = parts_between(task, bodies.line, bodies.normal, stretch, state[1].normal, loads=True)
+    # on the springs of the finest level, as a stepper does
+    parts = parts_between(task, bodies.line, bodies.normal, stretch, state[0].normal, loads=True, n=SPRINGS)
     pressed, (sheared, half, quarter), ends = zip(
         *(
             _followed(task, bodies, stretch, one, parts.halved(2 * many), n, slack)

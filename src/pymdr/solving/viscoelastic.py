@@ -221,26 +221,34 @@ def untouched_states(task: Task, line: Line, relaxation: Relaxation, stretch: St
 
 
 def parts_between(
-    task: Task, line: Line, relaxation: Relaxation, stretch: Stretch, state: MemoryState, loads: bool
+    task: Task,
+    line: Line,
+    relaxation: Relaxation,
+    stretch: Stretch,
+    state: MemoryState,
+    loads: bool,
+    n: int = SPRINGS // 2,
 ) -> Parts:
-    """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed, or its loads."""
+    """Parts of the rows of a leg, as short as its indentation bends where it is not prescribed, or its loads; n springs are laid if none are."""
     assert stretch.time is not None
     machine = 0.0 if stretch.by_force else math.inf
     if stretch.controls.normal == "travel" and task.machine_stiffness is not None:
         machine = task.machine_stiffness
     goal = Goal(stretch.time, stretch.normal, stretch.start[0], machine)
-    return _divided(line, relaxation, goal, state, loads)
+    return _divided(line, relaxation, goal, state, loads, n)
 
 
-def _divided(line: Line, relaxation: Relaxation, goal: Goal, state: MemoryState, loads: bool) -> Parts:
+def _divided(
+    line: Line, relaxation: Relaxation, goal: Goal, state: MemoryState, loads: bool, n: int
+) -> Parts:
     """Parts of rows; of first ones that are far shallower than the deepest, as if they were the whole path."""
-    parts = parts_of(line, relaxation, goal, state, tolerance=STRAIGHT, loads=loads, n=SPRINGS // 2)
+    parts = parts_of(line, relaxation, goal, state, tolerance=STRAIGHT, loads=loads, n=n)
     so_far = np.maximum.accumulate(goal.target)
     shallow = int(np.count_nonzero(so_far < _SHALLOW * so_far[-1]))
     if shallow == 0 or so_far[shallow - 1] <= 0.0 or state.deflection.any():
         return parts
     first = goal._replace(time=goal.time[:shallow], target=goal.target[:shallow])
-    whole = _divided(line, relaxation, first, virgin(state.time, state.indentation), loads)
+    whole = _divided(line, relaxation, first, virgin(state.time, state.indentation), loads, n)
     later = parts.row >= shallow
     return Parts(
         np.concatenate([whole.row, parts.row[later]]), np.concatenate([whole.share, parts.share[later]])
