@@ -88,19 +88,19 @@ def test_the_limit_of_a_sphere_is_closed():
     x = np.array([1e-12, 1e-6, 1e-3, 0.2, 0.5, 0.9, 0.99]) * a
     k2 = 1 - (x / a) ** 2
     np.testing.assert_allclose(
-        line.limit(x, d), 4 * 0.3 * p0 * (ellipkm1((x / a) ** 2) - ellipe(k2)), rtol=1e-12
+        line.limit_at(d).load(x), 4 * 0.3 * p0 * (ellipkm1((x / a) ** 2) - ellipe(k2)), rtol=1e-12
     )
     force = 4 / 3 * 2.0 * d**1.5
-    assert line.limit_torque(np.zeros(1), d)[0] == pytest.approx(
+    assert line.limit_at(d).torque(np.zeros(1))[0] == pytest.approx(
         3 * math.pi / 16 * 0.3 * force * a, rel=1e-12
     )
     # a flat punch: mu p = mu F / (2 pi a sqrt(a^2 - r^2)) gives 2 mu F K / (pi a^2)
     flat = TwistedLine(ElasticLine(mdr.equivalent_profile(mdr.FlatPunch(a)), 2.0), 0.7, 0.3)
     force = 2 * 2.0 * a * d
     np.testing.assert_allclose(
-        flat.limit(x[3:], d), 2 * 0.3 * force * ellipk(k2[3:]) / (math.pi * a**2), rtol=1e-12
+        flat.limit_at(d).load(x[3:]), 2 * 0.3 * force * ellipk(k2[3:]) / (math.pi * a**2), rtol=1e-12
     )
-    assert flat.limit_torque(np.zeros(1), d)[0] == pytest.approx(math.pi / 4 * 0.3 * force * a, rel=1e-12)
+    assert flat.limit_at(d).torque(np.zeros(1))[0] == pytest.approx(math.pi / 4 * 0.3 * force * a, rel=1e-12)
 
 
 def drawn_line(kind, size, slope):
@@ -120,8 +120,8 @@ KINDS = ["paraboloid", "cone", "quartic", "worn", "rounded"]
 def drawn_history(line, size, slope, moves):
     """Rows of depth and twist with both, one or the other moving."""
     deepest = 0.01 * slope * size
-    a = line.radius(deepest)
-    scale = float(line.limit(np.array([0.5 * a]), deepest)[0]) / (8 * line.shear)
+    a = line.limit_at(deepest).radius
+    scale = float(line.limit_at(deepest).load(np.array([0.5 * a]))[0]) / (8 * line.shear)
     rows, d, phi = [], 0.0, 0.0
     for kind, depth, twist in moves:
         d = depth * deepest if kind != "twist" or not rows else d
@@ -144,15 +144,15 @@ def test_segments_are_the_limit_of_many_springs(kind, power, slope, moves):
     line = drawn_line(kind, size, slope)
     rows = drawn_history(line, size, slope, moves)
     n = 2000
-    top = line.radius(max(d for d, _ in rows))
+    top = line.limit_at(max(d for d, _ in rows)).radius
     x = (np.arange(n) + 0.5) * top / n
     g = line.line.equivalent.g(x)
     q, d0, phi0, state = np.zeros(n), 0.0, 0.0, TwistState()
-    full = 2 * np.sum(x**2 * line.limit(x, max(d for d, _ in rows))) * top / n
+    full = 2 * np.sum(x**2 * line.limit_at(max(d for d, _ in rows)).load(x)) * top / n
     for d, phi in rows:
         rise = d - d0
         part = np.where(g < d0, 1.0, np.clip((d - g) / rise, 0.0, 1.0) if rise > 0 else 0.0)
-        most = line.limit(x, d)
+        most = line.limit_at(d).load(x)
         q = np.where(g < d, np.clip(q + 8 * line.shear * (phi - phi0) * part, -most, most), 0.0)
         d0, phi0 = d, phi
         before, state = state, turn(line, state, d, phi)
@@ -195,15 +195,15 @@ def test_the_limit_next_to_the_flat_of_a_truncated_cone(beyond):
     s = 1.0 + e
     expected = [float(np.sum(terms * ellipkm1((one / s) ** 2) / s)) * 1.2 / math.pi for one in x]
     depth = slope * (1.0 + beyond) * math.atan(math.sqrt(beyond * (2.0 + beyond)))
-    assert line.limit(x, depth) == pytest.approx(expected, rel=1e-12 + line.lost_near_kink(depth))
+    assert line.limit_at(depth).load(x) == pytest.approx(expected, rel=1e-12 + line.lost_near_kink(depth))
 
 
 def test_work_of_slip_is_that_of_many_springs():
     """Load and twist change together; 100 parts of a row by the middle of the force of every spring."""
     line = drawn_line("paraboloid", 1.0, 0.1)
     n, parts, deepest = 200, 100, 1e-3
-    top = line.radius(deepest)
-    unit = float(line.limit(np.array([0.5 * top]), deepest)[0]) / (8 * line.shear)
+    top = line.limit_at(deepest).radius
+    unit = float(line.limit_at(deepest).load(np.array([0.5 * top]))[0]) / (8 * line.shear)
     x = (np.arange(n) + 0.5) * top / n
     g, q, state, total, known = line.line.equivalent.g(x), np.zeros(n), TwistState(), 0.0, 0.0
     for depth, twist in [(0.6, 1.0), (1.0, -0.4), (0.9, 0.9)]:
@@ -215,7 +215,7 @@ def test_work_of_slip_is_that_of_many_springs():
             d = state.indentation + k / parts * (end.indentation - state.indentation)
             before = state.indentation + (k - 1) / parts * (end.indentation - state.indentation)
             change = 8 * line.shear * (end.twist - state.twist) / parts
-            most = line.limit(x, d)
+            most = line.limit_at(d).load(x)
             # a spring that enters is moved by the rest of the part
             share = 1.0 if d <= before else np.clip((d - g) / (d - before), 0.0, 1.0)
             moved = q + change * share
@@ -518,7 +518,7 @@ def test_kept_fields_of_a_segment_with_entering_springs():
     strong = TwistedLine(line.line, line.shear, 1e6)
     d, phi = 1e-3, 1e-6
     state = turn(strong, TwistState(), d, phi)
-    a = strong.radius(d)
+    a = strong.limit_at(d).radius
     rate = 8 * line.shear * phi / d
     assert state.segments == (Segment(0.0, a, rate * d, rate=rate),)
     r = np.array([0.1, 0.6, 0.95]) * a
@@ -571,9 +571,9 @@ def test_a_worn_cone_twisted_once_is_the_limit_of_many_springs():
         state = turn(line, state, depth, twist)
     depth, twist = rows[-1]
     n = 16000
-    top = line.radius(depth)
+    top = line.limit_at(depth).radius
     x = (np.arange(n) + 0.5) * top / n
-    most = line.limit(x, depth)
+    most = line.limit_at(depth).load(x)
     q = np.where(line.line.equivalent.g(x) < depth, np.clip(8 * line.shear * twist, -most, most), 0.0)
     assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-5)
 

@@ -170,7 +170,7 @@ class TorsionLaw:
         start = excess(state.twist)
         if start == 0.0:
             return state.twist
-        radius = self.line.radius(depth)
+        radius = self.line.limit_at(depth).radius
         range_ = abs(start) / (16.0 / 3.0 * self.line.shear * radius**3)
         other = state.twist
         for _ in range(200):
@@ -187,9 +187,8 @@ class TorsionLaw:
 
     def largest_torque(self, depth: float) -> float:
         """Torque in N m of full slip, mu int p r dA."""
-        if self.line.radius(depth) == 0.0:
-            return 0.0
-        return float(self.line.limit_torque(np.zeros(1), depth)[0])
+        limit = self.line.limit_at(depth)
+        return float(limit.torque(np.zeros(1))[0]) if limit.radius > 0.0 else 0.0
 
 
 def torsion_law(contact: Contact, machine_stiffness: float | None) -> TorsionLaw:

@@ -24,8 +24,6 @@ _ONTO_KINK = 1e-8
 """Relative distance from a kink up to which a contact ends there."""
 _NEAR_KINK = 0.1
 """Relative distance from a kink beyond which the rounding of the contact radius loses no digits."""
-_KEPT = 256
-"""Number of contact radii that a line keeps."""
 _CANCELLING = 0.75
 """1 - k^2 above which Carlson's integrals replace those of Legendre, whose difference loses digits."""
 
@@ -51,16 +49,16 @@ class TwistedLine:
     line: ElasticLine
     shear: float
     friction: float
-    _known_radii: dict[float, float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    def radius(self, depth: float) -> float:
-        """Contact radius in m at an indentation in m; the last ones are kept, for a move asks for the same often."""
-        if depth not in self._known_radii:
-            if len(self._known_radii) >= _KEPT:
-                self._known_radii.clear()
-            radius = float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
-            self._known_radii[depth] = max(self._steep_kink(radius, _ONTO_KINK), default=radius)
-        return self._known_radii[depth]
+    def limit_at(self, depth: float) -> Limit:
+        """The limit of the springs at an indentation in m."""
+        own = self._radius(depth)
+        radius = max(self._steep_kink(own, _ONTO_KINK), default=own)
+        excess = depth - float(self.line.equivalent.g(np.array([radius]))[0])
+        return Limit(depth, radius, excess if excess > 1e-13 * depth else 0.0, self)
+
+    def _radius(self, depth: float) -> float:
+        return float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
 
     def _steep_kink(self, radius: float, near: float) -> tuple[float, ...]:
         """The kink below a radius, if it is within a relative distance and g' has no bound there."""
@@ -78,7 +76,7 @@ class TwistedLine:
         The distance d from the kink, relative to the radius, is rounded to eps/d; up to 1e-8 the contact ends at the kink, which changes the limit
         by up to 0.3 d.
         """
-        radius = float(states_at_depth(self.line, np.array([depth])).contact_radius[0])
+        radius = self._radius(depth)
         for inner in self._steep_kink(radius, _NEAR_KINK):
             distance = (radius - inner) / radius
             return 0.3 * distance if distance <= _ONTO_KINK else float(np.finfo(float).eps) / distance
@@ -88,81 +86,94 @@ class TwistedLine:
         """Radii in m below `top` to whose right g is not smooth."""
         return tuple(x for x in self.line.equivalent.kinks(top) if 0.0 < x < top)
 
-    def limit(self, x: FloatArray, depth: float) -> FloatArray:
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest load of the springs at an indentation; :meth:`TwistedLine.limit_at` makes it."""
+
+    depth: float
+    """Indentation in m."""
+    radius: float
+    """Contact radius a in m."""
+    excess: float
+    """D - g(a) in m, above 0 at a sharp edge."""
+    twisted: TwistedLine = field(repr=False, compare=False)
+
+    @property
+    def _scale(self) -> float:
+        """4 mu E*/pi in Pa."""
+        return 4.0 * self.twisted.friction * self.twisted.line.modulus / math.pi
+
+    def load(self, x: FloatArray) -> FloatArray:
         """
-        Largest Q in Pa at some x in m for an indentation in m.
+        Largest Q in Pa at some x in m.
 
         Q_max = 4 mu int_x^a p dr/sqrt(r^2 - x^2) = (4 mu E*/pi) [int_x^a g'(s) K(k) ds/s + (d - g(a)) K(k_a)/a],
         k^2 = 1 - x^2/s^2; without bound toward the axis.
         """
         from scipy.special import ellipkm1
 
-        a = self.radius(depth)
-        total = self._integral(x, a, lambda ratio, s: ellipkm1(np.minimum(ratio**2, 1.0)) / s)
-        total += self._excess(depth, a) * ellipkm1(np.minimum((x / a) ** 2, 1.0)) / a
-        return np.where(x <= a, 4.0 * self.friction * self.line.modulus / math.pi * total, 0.0)
+        a = self.radius
+        total = self._integral(x, lambda ratio, s: ellipkm1(np.minimum(ratio**2, 1.0)) / s)
+        total += self.excess * ellipkm1(np.minimum((x / a) ** 2, 1.0)) / a
+        return np.where(x <= a, self._scale * total, 0.0)
 
-    def limit_rate(self, x: FloatArray, depth: float) -> FloatArray:
-        """Derivative of :meth:`limit` over the indentation in Pa/m, at some x in m below the contact radius: (4 mu E*/pi) K(k_a)/a."""
+    def rate(self, x: FloatArray) -> FloatArray:
+        """Derivative of :meth:`load` over the indentation in Pa/m, at some x in m below the contact radius: (4 mu E*/pi) K(k_a)/a."""
         from scipy.special import ellipkm1
 
-        a = self.radius(depth)
-        return np.asarray(4.0 * self.friction * self.line.modulus / (math.pi * a) * ellipkm1((x / a) ** 2))
+        return np.asarray(self._scale / self.radius * ellipkm1((x / self.radius) ** 2))
 
-    def limit_slope(self, x: FloatArray, depth: float) -> FloatArray:
+    def slope(self, x: FloatArray) -> FloatArray:
         """
-        Derivative of :meth:`limit` over x in Pa/m, at some x in m below the contact radius, from the right.
+        Derivative of :meth:`load` over x in Pa/m, at some x in m below the contact radius, from the right.
 
         -(4 mu E*/(pi x)) [(pi/2) g'(x) + int_x^a g'(s) B(k) ds/s + (d - g(a)) B(k_a)/a], B = (E - (1 - k^2) K)/k^2.
         """
-        a = self.radius(depth)
-        total = self._integral(x, a, lambda ratio, s: _complete(ratio**2) / s)
-        total += self._excess(depth, a) * _complete((x / a) ** 2) / a
-        total += 0.5 * math.pi * self.line.equivalent.slope(x)
-        return np.where(x < a, -4.0 * self.friction * self.line.modulus / (math.pi * x) * total, 0.0)
+        a = self.radius
+        total = self._integral(x, lambda ratio, s: _complete(ratio**2) / s)
+        total += self.excess * _complete((x / a) ** 2) / a
+        total += 0.5 * math.pi * self.twisted.line.equivalent.slope(x)
+        return np.where(x < a, -self._scale / x * total, 0.0)
 
-    def limit_torque(self, x: FloatArray, depth: float) -> FloatArray:
+    def torque(self, x: FloatArray) -> FloatArray:
         """
         Torque in N m of the springs from x outward if all are at their limit.
 
         2 int_x^a y^2 Q_max dy = (8 mu E*/pi) [int_x^a g'(s) s^2 H(x/s) ds + (d - g(a)) a^2 H(x/a)],
         H(t) = int_t^1 y^2 K(sqrt(1 - y^2)) dy.
         """
-        a = self.radius(depth)
+        a = self.radius
         x = np.minimum(x, a)
-        total = self._integral(x, a, lambda ratio, s: s**2 * _moment(ratio))
-        total += self._excess(depth, a) * a**2 * _moment(x / a)
-        return np.asarray(8.0 * self.friction * self.line.modulus / math.pi * total)
+        total = self._integral(x, lambda ratio, s: s**2 * _moment(ratio))
+        total += self.excess * a**2 * _moment(x / a)
+        return np.asarray(2.0 * self._scale * total)
 
-    def largest_traction(self, r: FloatArray, depth: float) -> FloatArray:
+    def traction(self, r: FloatArray) -> FloatArray:
         """Mu p in Pa at some r in m below the contact radius."""
-        a = self.radius(depth)
+        a = self.radius
         with np.errstate(divide="ignore"):
-            edge = self._excess(depth, a) / np.sqrt((a - r) * (a + r))
-        p = self.line.modulus / math.pi * (self.line.equivalent.pressure_integral(r, a) + edge)
-        return np.asarray(self.friction * p)
+            edge = self.excess / np.sqrt((a - r) * (a + r))
+        smooth = self.twisted.line.equivalent.pressure_integral(r, a)
+        return np.asarray(0.25 * self._scale * (smooth + edge))
 
-    def _excess(self, depth: float, a: float) -> float:
-        """D - g(a), above 0 at a sharp edge."""
-        excess = depth - float(self.line.equivalent.g(np.array([a]))[0])
-        return excess if excess > 1e-13 * depth else 0.0
-
-    def _integral(self, x: FloatArray, a: float, kernel: Kernel) -> FloatArray:
-        """Integral of g'(s) times a kernel of x/s and s, from every x to a."""
-        s, weights = self._radii(x, a)
+    def _integral(self, x: FloatArray, kernel: Kernel) -> FloatArray:
+        """Integral of g'(s) times a kernel of x/s and s, from every x to the contact radius."""
+        s, weights = self._radii(x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            terms = self.line.equivalent.slope(s) * kernel(x[:, None] / s.x, s.x) * weights
+            terms = self.twisted.line.equivalent.slope(s) * kernel(x[:, None] / s.x, s.x) * weights
         # at a kink itself g' may have no bound, where its weight is 0
         return np.asarray(np.sum(np.where(weights > 0.0, terms, 0.0), axis=1))
 
-    def _radii(self, x: FloatArray, a: float) -> tuple[Place, FloatArray]:
+    def _radii(self, x: FloatArray) -> tuple[Place, FloatArray]:
         """
-        Nodes s between every x and a, and their weights: x cosh t, in which logarithms of s/x are smooth.
+        Nodes s between every x and the contact radius, and their weights: x cosh t, in which logarithms of s/x are smooth.
 
         Nodes are places beside the kinks, next to which g' may have an inverse square root.
         """
+        a = self.radius
         inner = np.maximum(x, 1e-16 * a)[:, None]
-        ends = np.maximum(np.array([*self.kinks(a), a]), inner)
+        ends = np.maximum(np.array([*self.twisted.kinks(a), a]), inner)
         bases = np.concatenate([inner, ends[:, :-1]], axis=1)
         # the differences of arcosh s/x between near ends, from those of s
         starts = 2.0 * np.arcsinh(np.sqrt((bases - inner) / (2.0 * inner)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.line.torsion.limits import NODES, WEIGHTS, TwistedLine
+from pymdr.line.torsion.limits import NODES, WEIGHTS, Limit, TwistedLine
 from pymdr.units import FloatArray
 
 _TERMS = 20
@@ -21,34 +21,34 @@ _ROUNDING = 1e-11
 
 @dataclass(frozen=True)
 class Segment:
-    """Springs between two radii with Q = constant + sign Q_max(x; depth) - rate g(x)."""
+    """Springs between two radii with Q = constant + sign Q_max(x) - rate g(x)."""
 
     low: float
     high: float
     constant: float = 0.0
     """In Pa."""
     sign: int = 0
-    depth: float = 0.0
-    """Indentation in m whose limit these springs reached."""
+    limit: Limit | None = None
+    """The limit Q_max that these springs reached, if they have a sign."""
     rate: float = 0.0
     """In Pa/m, of springs that entered while the body turned."""
 
     def slips(self, indentation: float) -> bool:
         """Whether the springs are at their limit at an indentation."""
-        return self.sign != 0 and self.depth == indentation and self.constant == 0.0
+        return self.limit is not None and self.limit.depth == indentation and self.constant == 0.0
 
 
 def load_of(line: TwistedLine, segment: Segment, x: FloatArray) -> FloatArray:
     """Q in Pa of some springs of a segment."""
     q = np.full(x.shape, segment.constant)
-    if segment.sign:
-        q = q + segment.sign * line.limit(x, segment.depth)
+    if segment.limit is not None:
+        q = q + segment.sign * segment.limit.load(x)
     return q - segment.rate * line.line.equivalent.g(x) if segment.rate else q
 
 
 def load_slope(line: TwistedLine, segment: Segment, x: FloatArray) -> FloatArray:
     """Derivative of :func:`load_of` over x in Pa/m at some x in m above 0, from the right."""
-    slope = segment.sign * line.limit_slope(x, segment.depth) if segment.sign else np.zeros(x.shape)
+    slope = np.zeros(x.shape) if segment.limit is None else segment.sign * segment.limit.slope(x)
     return slope - segment.rate * line.line.equivalent.slope(x) if segment.rate else slope
 
 
@@ -72,8 +72,8 @@ def torque_of(line: TwistedLine, segments: Iterable[Segment]) -> float:
     total = 0.0
     for one in segments:
         total += 2.0 / 3.0 * one.constant * (one.high**3 - one.low**3)
-        if one.sign:
-            low, high = line.limit_torque(np.array([one.low, one.high]), one.depth)
+        if one.limit is not None:
+            low, high = one.limit.torque(np.array([one.low, one.high]))
             total += one.sign * float(low - high)
         if one.rate:
             x, weights = nodes_of(line, one.low, one.high)
