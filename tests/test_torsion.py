@@ -15,6 +15,7 @@ from drawing import examples, first_of
 from pymdr.independent.point_loads import tangential_point_load
 from pymdr.independent.torsion import follow_torsion
 from pymdr.line.curves import ElasticLine
+from pymdr.line.torsion.constant import tabulated_limit, turn_at_constant_depth
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState, slip_work, turn
 from pymdr.line.torsion.segments import Segment, displacement_of, traction_of
@@ -224,6 +225,66 @@ def test_work_of_slip_is_that_of_many_springs():
             q = new
         state = end
         assert 2 * total * top / n == pytest.approx(known, rel=5e-3)
+
+
+def cone_with_a_flat(depth_over_flat):
+    """The line of a truncated cone of radius 1, an indentation, and Q_max by a quadrature over the root of the distance from the flat."""
+    slope = 0.05
+    line = TwistedLine(
+        ElasticLine(mdr.equivalent_profile(mdr.TruncatedCone(1.0, slope=slope)), 1.0), 1.0, 0.3
+    )
+    a = 1.0 + depth_over_flat
+    node, weight = np.polynomial.legendre.leggauss(60)
+    parts = np.concatenate([[0.0], 0.5 ** np.arange(40.0, -1.0, -1.0)])
+
+    def most(x):
+        first = np.sqrt(np.maximum(x - 1.0, 0.0))
+        edges = first + (math.sqrt(depth_over_flat) - first) * parts
+        e = edges[:-1, None] + np.diff(edges)[:, None] * (node + 1.0) / 2.0
+        root = e * np.sqrt(2.0 + e * e)
+        s = 1.0 + e * e
+        terms = slope * (np.arctan(root) + 1.0 / root) * ellipkm1(np.minimum((x / s) ** 2, 1.0)) / s
+        return float(np.sum(terms * 2.0 * e * weight / 2.0 * np.diff(edges)[:, None])) * 1.2 / math.pi
+
+    return line, slope * a * math.atan(math.sqrt(depth_over_flat * (2.0 + depth_over_flat))), most
+
+
+@pytest.mark.parametrize("beyond", [0.1, 1.5])
+def test_a_limit_is_known_on_both_sides_of_a_kink(beyond):
+    """Close to the flat, above which g' has an inverse square root; in full slip the torsional traction is mu p."""
+    line, depth, most = cone_with_a_flat(beyond)
+    limit = line.limit_at(depth)
+    x = np.array([0.9, 1.0 - 1e-6, 1.0 - 1e-10, 1.0 + 1e-10, 1.0 + 1e-6, 1.0 + 1e-3, 1.0 + 0.5 * beyond])
+    expected = [most(one) for one in x]
+    np.testing.assert_allclose(limit.load(x), expected, rtol=1e-12)
+    np.testing.assert_allclose(tabulated_limit(limit).at(x).load, expected, rtol=1e-11)
+    slid = (Segment(0.0, limit.radius, 0.0, 1, limit),)
+    r = np.array([0.5, 0.99, 1.001, 1.0 + 0.5 * beyond])
+    np.testing.assert_allclose(traction_of(line, slid, r), limit.traction(r), rtol=1e-10)
+
+
+@settings(max_examples=examples(8), deadline=None)
+@given(st.sampled_from(KINDS), st.floats(-9.0, 0.0), st.floats(0.01, 0.3), st.floats(-2.0, 0.5), st.randoms())
+def test_a_table_of_the_limit_turns_like_the_integrals(kind, power, slope, amplitude, random):
+    """Torque, energy, stick radius and work along twists at constant depth, by integrals of the limit in every row."""
+    line = drawn_line(kind, 10.0**power, slope)
+    depth = 0.01 * slope * 10.0**power
+    limit = line.limit_at(depth)
+    unit = float(limit.load(np.array([0.5 * limit.radius]))[0]) / (8 * line.shear)
+    table, twist = tabulated_limit(limit), 0.0
+    assert table.resolved
+    state = other = turn(line, TwistState(), depth, 0.0)
+    largest = lost = known = 0.0
+    for _ in range(8):
+        twist += unit * 10.0**amplitude * random.uniform(-1.0, 1.0)
+        state, work = turn_at_constant_depth(table, state, twist)
+        before, other = other, turn(line, other, depth, twist)
+        lost, known = lost + work, known + slip_work(line, before, other)[0]
+        largest = max(largest, abs(other.torque))
+        assert state.torque == pytest.approx(other.torque, rel=1e-12, abs=1e-12 * largest)
+        assert state.energy == pytest.approx(other.energy, rel=1e-10, abs=1e-11 * largest * abs(twist))
+        assert state.stick_radius == pytest.approx(other.stick_radius, rel=1e-11, abs=2e-9 * limit.radius)
+        assert lost == pytest.approx(known, rel=1e-9, abs=1e-12 * largest * unit)
 
 
 def test_energies_balance_over_a_loop():

@@ -88,16 +88,14 @@ class Table:
         v /= v + np.sqrt(np.maximum(self.high[segment] - x, 0.0))
         cell = np.searchsorted(self.keys, segment + np.minimum(v, 1.0 - _EPS), side="right") - 1
         u = np.clip((v - self.start[cell]) * (2.0 / self.width[cell]) - 1.0, -1.0, 1.0)
-        for row, out in enumerate(values):
-            terms = self.coefficients[:, row]
-            last, before = np.zeros(u.shape), np.zeros(u.shape)
-            for term in terms[:0:-1]:
-                # b_j = c_j + 2 u b_(j+1) - b_(j+2), in place
-                np.subtract(term.take(cell), before, out=before)
-                before += 2.0 * u * last
-                last, before = before, last
-            np.subtract(terms[0].take(cell), before, out=out)
-            out += u * last
+        last, before = np.zeros(values.shape), np.zeros(values.shape)
+        for terms in self.coefficients[:0:-1]:
+            # b_j = c_j + 2 u b_(j+1) - b_(j+2), in place
+            np.subtract(terms.take(cell, axis=1), before, out=before)
+            before += 2.0 * u * last
+            last, before = before, last
+        np.subtract(self.coefficients[0].take(cell, axis=1), before, out=values)
+        values += u * last
 
 
 @dataclass(frozen=True)

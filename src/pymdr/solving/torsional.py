@@ -29,6 +29,12 @@ from pymdr.line.foundation import (
     states_at_force,
     states_at_travel,
 )
+from pymdr.line.torsion.constant import (
+    TabulatedLimit,
+    is_simple,
+    tabulated_limit,
+    turn_at_constant_depth,
+)
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState, slip_work, turn
 from pymdr.problem.contact import Contact
@@ -53,6 +59,8 @@ from pymdr.solving.walk import (
 )
 from pymdr.units import FloatArray, written
 
+_MANY = 12
+"""Rows at one indentation from which on a table of the limit of the springs takes less time than the rows."""
 _WITHIN = (0.25, 0.5, 0.75)
 """Parts of a row that unloads after slip at which the traction is compared with friction, as at its end."""
 
@@ -78,6 +86,8 @@ class TorsionLaw:
     mapped: Springs
     machine_stiffness: float | None
     line: TwistedLine
+    table: TabulatedLimit | None = None
+    """Of the last indentation at which many rows turn."""
     work: float = 0.0
     missed: float = 0.0
     deepest: float = -math.inf
@@ -92,6 +102,8 @@ class TorsionLaw:
         states: list[TwistState] = []
         works, missed = np.empty(depths.size), np.empty(depths.size)
         for i, (depth, target) in enumerate(zip(depths.tolist(), targets.tolist(), strict=True)):
+            if depth == state.indentation:
+                self._tabulate(depth, depths[i : i + _MANY])
             twist = self._twist_at(state, depth, target, stretch, i) if by_torque else target
             state = self._move(state, depth, twist)
             states.append(state)
@@ -131,8 +143,28 @@ class TorsionLaw:
                 )
         return states.indentation
 
+    def _tabulate(self, depth: float, following: FloatArray) -> None:
+        """Tabulate the limit at an indentation at which many rows follow."""
+        many = following.size == _MANY and np.all(following == depth)
+        if many and (self.table is None or self.table.limit.depth != depth):
+            limit = self.line.limit_at(depth)
+            if limit.radius > 0.0 and 0.0 < self.line.friction < math.inf:
+                self.table = tabulated_limit(limit)
+
+    def _table_of(self, state: TwistState, depth: float) -> TabulatedLimit | None:
+        """The table of an indentation, if it knows all springs of a state."""
+        table = self.table
+        if table is None or table.limit.depth != depth or not table.resolved:
+            return None
+        return table if is_simple(state, table.limit) else None
+
     def _move(self, state: TwistState, depth: float, twist: float) -> TwistState:
         """One row; where it unloads after slip, the traction is compared with friction within it too."""
+        table = self._table_of(state, depth)
+        if table is not None:
+            end, dissipated = turn_at_constant_depth(table, state, twist)
+            self.work += dissipated
+            return end
         unloads = depth < state.indentation and any(one.sign for one in state.segments)
         end = turn(self.line, state, depth, twist)
         if unloads and end.segments:
@@ -164,7 +196,11 @@ class TorsionLaw:
                 "(torque of full slip); reduce it, or turn the body with twist(...)"
             )
 
+        table = self._table_of(state, depth)
+
         def excess(twist: float) -> float:
+            if table is not None:
+                return turn_at_constant_depth(table, state, twist)[0].torque - torque
             return turn(self.line, state, depth, twist).torque - torque
 
         start = excess(state.twist)
@@ -241,7 +277,8 @@ def _interpret(task: Task, law: TorsionLaw, walked: Walked[Rows]) -> Interpretat
         "stored_torsional_energy": energy,
         "dissipated_energy": rows.slip_work,
     }
-    largest = np.array([law.largest_torque(d) for d in depth.tolist()])
+    depths, back = np.unique(depth, return_inverse=True)
+    largest = np.array([law.largest_torque(d) for d in depths.tolist()])[back]
     everywhere = np.ones(depth.size, dtype=bool)
     claims = torsional_claims(tuple(columns), everywhere, excess, measured_error(torque, largest, excess))
     claims = with_rings(claims, disks_down_to(task.contact, line, law.deepest, "torsion"))
@@ -249,7 +286,7 @@ def _interpret(task: Task, law: TorsionLaw, walked: Walked[Rows]) -> Interpretat
     if errors:
         worst = np.maximum(errors["normal_force"], errors["pressure"])
         errors |= dict.fromkeys((*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS), worst)
-    lost = np.maximum.accumulate([law.line.lost_near_kink(d) for d in depth.tolist()])
+    lost = np.maximum.accumulate(np.array([law.line.lost_near_kink(d) for d in depths.tolist()])[back])
     if lost.any():
         for name in (*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS):
             errors[name] = errors.get(name, 0.0) + lost

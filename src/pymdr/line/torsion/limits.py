@@ -167,32 +167,58 @@ class Limit:
 
     def _radii(self, x: FloatArray) -> tuple[Place, FloatArray]:
         """
-        Nodes s between every x and the contact radius, and their weights: x cosh t, in which logarithms of s/x are smooth.
+        Nodes s between every x and the contact radius, and their weights.
 
-        Nodes are places beside the kinks, next to which g' may have an inverse square root.
+        From x and every kink on up to twice that radius s is the square of the variable, counted from the kink, above which g' may have an inverse
+        square root; beyond it is x cosh t, in which logarithms of s/x are smooth.
         """
-        a = self.radius
+        a, v = self.radius, (NODES + 1.0) / 2.0
         inner = np.maximum(x, 1e-16 * a)[:, None]
-        ends = np.maximum(np.array([*self.twisted.kinks(a), a]), inner)
-        bases = np.concatenate([inner, ends[:, :-1]], axis=1)
-        # the differences of arcosh s/x between near ends, from those of s
-        starts = 2.0 * np.arcsinh(np.sqrt((bases - inner) / (2.0 * inner)))
-        middle = starts + np.arcsinh(np.sqrt((ends - inner) / (2.0 * inner))) - 0.5 * starts
-        rising = 2.0 * inner * np.sinh(middle)
-        widths = 2.0 * np.arcsinh(
-            np.divide(ends - bases, rising, out=np.zeros_like(rising), where=rising > 0.0)
+        marks = np.array([*self.twisted.kinks(a), a])
+        count = np.searchsorted(marks[:-1], inner, side="right")
+        kink = np.where(count > 0, marks[count - 1], inner)
+        bases = np.maximum(
+            np.concatenate([inner, np.broadcast_to(marks[:-1], (x.size, marks.size - 1))], axis=1), inner
         )
-        counts = np.maximum(np.ceil(2.0 * np.max(widths, axis=0) / _WIDEST), 2.0).astype(int)
-        span, start, base = (np.repeat(one, counts, axis=1)[:, :, None] for one in (widths, starts, bases))
-        low = np.concatenate([np.arange(n) / n for n in counts])[:, None]
-        width = np.repeat(1.0 / counts, counts)[:, None]
-        v = low + width * (NODES + 1.0) / 2.0
-        along = span * v**2
-        offset = 2.0 * inner[:, :, None] * np.sinh(start + 0.5 * along) * np.sinh(0.5 * along)
-        weights = span * v * width * WEIGHTS * inner[:, :, None] * np.sinh(start + along)
-        shape = (x.size, -1)
-        place = Place(np.broadcast_to(base, offset.shape).reshape(shape), offset.reshape(shape))
-        return place, weights.reshape(shape)
+        ends = np.maximum(marks, inner)
+        near = np.minimum(2.0 * bases, ends)
+        low = np.where(bases == inner, np.sqrt(inner - kink), 0.0)
+        width = (near - bases) / (np.sqrt(near - bases + low**2) + low + 1e-300)
+        step = width[:, :, None] * v
+        places = [(np.broadcast_to(bases[:, :, None], step.shape), step * (2.0 * low[:, :, None] + step))]
+        weights = [(low[:, :, None] + step) * width[:, :, None] * WEIGHTS]
+        far = np.flatnonzero(np.any(ends > near, axis=0))
+        if far.size:
+            base, end = near[:, far], ends[:, far]
+            # the differences of arcosh s/x between near ends, from those of s
+            start = 2.0 * np.arcsinh(np.sqrt((base - inner) / (2.0 * inner)))
+            span = 2.0 * np.arcsinh(np.sqrt((end - inner) / (2.0 * inner))) - start
+            counts = np.ceil(np.max(span, axis=0) / _WIDEST).astype(int)
+            part = (
+                np.concatenate([np.arange(n) / n for n in counts])[:, None]
+                + v / np.repeat(counts, counts)[:, None]
+            )
+            start, span, base = (np.repeat(one, counts, axis=1)[:, :, None] for one in (start, span, base))
+            along = span * part
+            places.append(
+                (
+                    np.broadcast_to(base, along.shape),
+                    2.0 * inner[:, :, None] * np.sinh(start + 0.5 * along) * np.sinh(0.5 * along),
+                )
+            )
+            weights.append(
+                span
+                / np.repeat(counts, counts)[:, None]
+                * WEIGHTS
+                / 2.0
+                * inner[:, :, None]
+                * np.sinh(start + along)
+            )
+        base, offset, weight = (
+            np.concatenate([one.reshape(x.size, -1) for one in parts], axis=1)
+            for parts in (*zip(*places, strict=True), weights)
+        )
+        return Place(base, offset), weight
 
 
 def _complete(rest: FloatArray) -> FloatArray:

@@ -15,6 +15,8 @@ _TERMS = 20
 _OCTAVES = 34
 _FEW_OCTAVES = 6
 """Toward the axis, for integrands with a factor x^2."""
+_KINKS = 11
+"""Octaves toward the kinks of g from above, for slopes."""
 _ROUNDING = 1e-11
 """Of the largest load: steps of the load below it are those of a border between stick and slip, which is found to rounding."""
 
@@ -104,17 +106,21 @@ def traction_of(line: TwistedLine, segments: Sequence[Segment], r: FloatArray) -
     for one in segments:
         if one.high <= innermost or not (one.sign or one.rate):
             continue
-        low, high = _panels(line, max(one.low, innermost, 1e-10 * one.high), one.high)
-        half = (high - low) / 2.0
+        low, high, power = _panels(
+            line, max(one.low, innermost, 1e-10 * one.high), one.high, _OCTAVES, _KINKS
+        )
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
-        values = load_of(line, one, (low + half * (u[:, None] + 1.0)).ravel()).reshape(_TERMS, -1)
+        at = low + (high - low) * ((u[:, None] + 1.0) / 2.0) ** power
+        values = load_of(line, one, at.ravel()).reshape(_TERMS, -1)
         slopes = np.polynomial.chebyshev.chebder(np.polynomial.chebyshev.chebfit(u, values, _TERMS - 1))
         start, stop = (np.sqrt(np.maximum(end**2 - r[:, None] ** 2, 0.0)) for end in (low, high))
-        y = start[:, :, None] + (stop - start)[:, :, None] * (NODES + 1.0) / 2.0
+        y, weights = _nodes_between(start, stop, power)
         x = np.sqrt(r[:, None, None] ** 2 + y**2)
-        at = np.clip((x - low[:, None]) / half[:, None] - 1.0, -1.0, 1.0)
-        rates = _series(slopes / half, at) / x
-        total -= np.sum(rates @ (WEIGHTS / 2.0) * (stop - start), axis=1)
+        # no node is closer to a kink than 2e-5 of its panel, but x is rounded
+        offset = np.clip((x - low[:, None]) / (high - low)[:, None], 1e-6, 1.0)
+        v = np.asarray(offset ** (1.0 / power[:, None]), dtype=np.float64)
+        per_x = 2.0 * v ** (1.0 - power[:, None]) / (power * (high - low))[:, None]
+        total -= np.sum(weights * _series(slopes, 2.0 * v - 1.0) * per_x / x, axis=(1, 2))
     for radius, drop in steps_of(line, segments):
         with np.errstate(divide="ignore"):
             total += np.where(r <= radius, drop / np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)), 0.0)
@@ -129,30 +135,44 @@ def displacement_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArra
     """
     total = np.zeros(r.shape)
     for one in segments:
-        low, high = _panels(line, one.low, one.high, _FEW_OCTAVES)
+        low, high, power = _panels(line, one.low, one.high, _FEW_OCTAVES)
         start, stop = (np.arcsin(np.minimum(end / r[:, None], 1.0)) for end in (low, high))
-        angle = start[:, :, None] + (stop - start)[:, :, None] * (NODES + 1.0) / 2.0
+        angle, weights = _nodes_between(start, stop, power)
         x = r[:, None, None] * np.sin(angle)
         q = load_of(line, one, np.minimum(x, one.high).ravel()).reshape(x.shape)
-        total += np.sum((x**2 * q) @ (WEIGHTS / 2.0) * (stop - start), axis=1)
+        total += np.sum(weights * x**2 * q, axis=(1, 2))
     return np.asarray(4.0 / (math.pi * r) * total / (8.0 * line.shear))
 
 
 def nodes_of(line: TwistedLine, low: float, high: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights of integrals between two radii."""
-    start, stop = (ends[:, None] for ends in _panels(line, low, high, _FEW_OCTAVES))
-    x = start + (stop - start) * (NODES + 1.0) / 2.0
-    return x.ravel(), ((stop - start) * WEIGHTS / 2.0).ravel()
+    x, weights = _nodes_between(*_panels(line, low, high, _FEW_OCTAVES))
+    return x.ravel(), weights.ravel()
+
+
+def _nodes_between(start: FloatArray, stop: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights between the ends of panels, in the variable whose power is the distance from the start: shape (..., panels, nodes)."""
+    v, power = (NODES + 1.0) / 2.0, power[:, None]
+    width = (stop - start)[..., None]
+    return start[..., None] + width * v**power, width * power * v ** (power - 1.0) * WEIGHTS / 2.0
 
 
 def _panels(
-    line: TwistedLine, low: float, high: float, octaves: int = _OCTAVES
-) -> tuple[FloatArray, FloatArray]:
-    """Panels between two radii, in octaves toward the axis, where loads have logarithms, and split at kinks of g."""
-    halvings = high * 0.5 ** np.arange(octaves, 0.0, -1.0)
-    inside = np.concatenate([halvings, line.kinks(high)])
+    line: TwistedLine, low: float, high: float, octaves: int, above_kinks: int = 0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Ends of panels between two radii, and the power of their variable.
+
+    They are in octaves toward the axis, where loads have logarithms, and split at kinks of g, above which loads have roots.
+    """
+    kinks = np.array(line.kinks(high))
+    toward_axis = high * 0.5 ** np.arange(octaves, 0.0, -1.0)
+    gaps = np.diff(np.append(kinks, high))[:, None]
+    toward_kinks = kinks[:, None] + gaps * 0.5 ** np.arange(above_kinks, 0.0, -1.0)
+    inside = np.concatenate([toward_axis, kinks, toward_kinks.ravel()])
     edges = np.unique(np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]]))
-    return edges[:-1], edges[1:]
+    start = edges[:-1]
+    return start, edges[1:], np.where(np.isin(start, kinks), 2.0, np.where(start == 0.0, 4.0, 1.0))
 
 
 def _series(coefficients: FloatArray, u: FloatArray) -> FloatArray:
