@@ -112,7 +112,8 @@ def traction_of(line: TwistedLine, segments: Sequence[Segment], r: FloatArray) -
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
         at = low + (high - low) * ((u[:, None] + 1.0) / 2.0) ** power
         values = load_of(line, one, at.ravel()).reshape(_TERMS, -1)
-        slopes = np.polynomial.chebyshev.chebder(np.polynomial.chebyshev.chebfit(u, values, _TERMS - 1))
+        series = np.polynomial.chebyshev.chebfit(u, values, _TERMS - 1)
+        slopes = np.asarray(np.polynomial.chebyshev.chebder(series), dtype=np.float64)
         start, stop = (np.sqrt(np.maximum(end**2 - r[:, None] ** 2, 0.0)) for end in (low, high))
         y, weights = _nodes_between(start, stop, power)
         x = np.sqrt(r[:, None, None] ** 2 + y**2)
@@ -120,7 +121,8 @@ def traction_of(line: TwistedLine, segments: Sequence[Segment], r: FloatArray) -
         offset = np.clip((x - low[:, None]) / (high - low)[:, None], 1e-6, 1.0)
         v = np.asarray(offset ** (1.0 / power[:, None]), dtype=np.float64)
         per_x = 2.0 * v ** (1.0 - power[:, None]) / (power * (high - low))[:, None]
-        total -= np.sum(weights * _series(slopes, 2.0 * v - 1.0) * per_x / x, axis=(1, 2))
+        rates = _series(slopes, 2.0 * v - 1.0) * per_x / x
+        total -= np.sum(weights * rates, axis=(1, 2))
     for radius, drop in steps_of(line, segments):
         with np.errstate(divide="ignore"):
             total += np.where(r <= radius, drop / np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)), 0.0)
