@@ -95,7 +95,7 @@ def test_the_branch_is_that_of_the_history(shape, log_work, log_machine):
     solved = mdr.solve(contact, mdr.indent(0.8) >> mdr.Path(**channel), machine_stiffness=machine)
     force = solved["normal_force"].values[1:]
     compliance = 0.0 if machine is None else 1.0 / machine
-    model, touches = modelled(forces_of(contact, 0.9, compliance, None), way, force)
+    model, touches, _ = modelled(forces_of(contact, 0.9, compliance, None), way, force)
     assert model == pytest.approx(force, abs=2e-8 * np.abs(force).max())
     assert np.array_equal(touches, force != 0.0)
 

@@ -15,6 +15,7 @@ from pymdr.solving.fits.families import FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
 from pymdr.solving.fits.kernels import point_across_samples
 from pymdr.solving.fits.limits import starts_from_limits
+from pymdr.solving.fits.minimizing import TOLERANCE, Minimum, minimize_from
 from pymdr.solving.fits.quick import depth_ranges, fit_by_family
 from pymdr.solving.fits.records import ListedCurves, Stretch
 from pymdr.solving.fits.request import (
@@ -26,7 +27,7 @@ from pymdr.solving.fits.request import (
     FitRequest,
     fewest_in_contact,
 )
-from pymdr.solving.fits.searching import TOLERANCE, Minimum, Modelled, Search, minimize_from
+from pymdr.solving.fits.searching import Modelled, Search
 from pymdr.solving.fits.starting import Start, edge_starts, is_pressed_once, pressed_once, starts
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -37,7 +38,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray, written
 
-_STARTS, _COARSE, _FINE = 4, 14, 12
+_STARTS, _COARSE, _FINE = 4, 14, 13
 _LIKE_NOISE = 1.0
 """Smallest ratio of squared differences between neighbours to squared residuals of noise; 2 for white noise."""
 _BOUNDED = f", or free both {' and '.join(WORKS)}: a fixed one bounds the other"
@@ -47,6 +48,8 @@ _SLIGHTLY = 1e-4
 """Relative decrease of the sum of squares with which a search across samples goes on."""
 _FINE_ENOUGH = 1e-3
 """Tolerance of a sum of squares that is compared with a limit, relative to that limit."""
+_FROM_FAMILY = 1e-5
+"""Tolerance of the sum of squares of a search from the end of that over a family: it is compared with a limit, and the last search goes on from its end."""
 _AS_WELL = 1e-11
 """Relative difference below which two sums of squares are equal."""
 
@@ -81,6 +84,8 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
             starts(monotone.contact, monotone.unknowns, curve, monotone.known, _STARTS)
             for curve in monotone.curves
         ]
+    if quick is not None and not followed.jumps:
+        tolerance = max(tolerance, _FROM_FAMILY)
     ends = []
     for rank in range(max(map(len, starts_by_curve))):
         chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
@@ -251,8 +256,10 @@ def _nearby(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> FitReque
     if fitted["ending"][0] != FITTED:
         return request
     (middle,) = axes.numbers(np.array([[fitted[u.name][0] for u in request.unknowns]]))
-    half = 0.5 * (_FINE - 1) * (whole.last - whole.first) / (whole.rungs - 1)
-    return replace(request, ladder=Ladder(float(middle) - half, float(middle) + half, _FINE))
+    step = (whole.last - whole.first) / (whole.rungs - 1)
+    # on rungs of the whole ladder, so that fits of similar records share them
+    low = whole.first + step * (round((float(middle) - whole.first) / step) - _FINE // 2)
+    return replace(request, ladder=Ladder(low, low + step * (_FINE - 1), _FINE))
 
 
 def refuse_few(search: Search, models: Sequence[Modelled]) -> None:

@@ -13,8 +13,9 @@ from pymdr.errors import ProblemError
 from pymdr.problem.parameters import parameter_of, with_parameters
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.estimating import Estimate, with_intervals
+from pymdr.solving.fits.minimizing import minimize_from, refuse_unsettled
 from pymdr.solving.fits.results import Fitted
-from pymdr.solving.fits.searching import Search, minimize_from, refuse_unsettled
+from pymdr.solving.fits.searching import Search
 from pymdr.solving.fits.unknowns import BASELINE
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from pymdr.numerics.panels import IndexArray
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.searching import Minimum, Search, minimize_from
+from pymdr.solving.fits.minimizing import Minimum, minimize_from
+from pymdr.solving.fits.searching import Search
 from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
 from pymdr.units import FloatArray
 

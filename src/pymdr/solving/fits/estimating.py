@@ -25,16 +25,15 @@ from pymdr.solving.fits.condensing import Blocks, condensed
 from pymdr.solving.fits.determining import refuse_equal_works, refuse_noisy, refuse_undetermined
 from pymdr.solving.fits.edges import off_jumps, solve_edge
 from pymdr.solving.fits.loops import ShearRecord
-from pymdr.solving.fits.residuals import DECIDED, waves_of
-from pymdr.solving.fits.results import Fitted
-from pymdr.solving.fits.searching import (
+from pymdr.solving.fits.minimizing import (
     TOLERANCE,
-    Modelled,
-    Search,
     minimize_from,
     refuse_unsettled,
     samples_off_jumps,
 )
+from pymdr.solving.fits.residuals import DECIDED, waves_of
+from pymdr.solving.fits.results import Fitted
+from pymdr.solving.fits.searching import Modelled, Search
 from pymdr.solving.fits.spectrum import WHITE_PRIOR, NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.touching import BoolArray

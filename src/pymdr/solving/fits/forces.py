@@ -156,9 +156,10 @@ class AdhesiveForces:
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m; those of the fold before it."""
         root = np.sqrt(np.clip(depth - self.fold, 0.0, self.end - self.fold))
-        away = np.maximum(root, 1e-3 * math.sqrt(self.end - self.fold))
-        rate = self._at_roots(away)[1] / (2.0 * away)
-        return self._at_roots(root)[0] + rate * np.maximum(depth - self.end, 0.0), rate
+        force, slope = self._at_roots(root)
+        least = np.array(1e-3 * math.sqrt(self.end - self.fold))
+        rate = np.where(root > least, slope, self._at_roots(least)[1]) / (2.0 * np.maximum(root, least))
+        return force + rate * np.maximum(depth - self.end, 0.0), rate
 
     def on_machine(self, compliance: float) -> AdhesiveForces:
         """The forces over the travel of a machine, from the loss of contact on, with its compliance in m/N."""
@@ -397,12 +398,12 @@ def _parameter_at_depth(line: AdhesiveLine, deepest: float) -> float:
 
 def modelled(
     forces: Forces, depth: FloatArray, measured: FloatArray, touches: BoolArray | None = None
-) -> tuple[FloatArray, BoolArray]:
-    """Force of the model in N at every sample, and whether it is in contact; between the jumps the record decides unless it is given."""
-    force, _ = forces.at(depth)
-    if touches is not None:
-        return np.where(touches, force, 0.0), touches
-    if math.isinf(forces.fold):
-        return force, force != 0.0
-    touches = in_contact(depth, measured, force, forces.fold) if forces.fold < 0.0 else depth > 0.0
-    return np.where(touches, force, 0.0), touches
+) -> tuple[FloatArray, BoolArray, FloatArray]:
+    """Force of the model in N at every sample, whether it is in contact, and its rate in N/m; between the jumps the record decides unless it is given."""
+    force, rate = forces.at(depth)
+    if math.isinf(forces.fold) and touches is None:
+        return force, force != 0.0, rate
+    if touches is None:
+        touches = in_contact(depth, measured, force, forces.fold) if forces.fold < 0.0 else depth > 0.0
+    # before the fold the force is that of the fold
+    return np.where(touches, force, 0.0), touches, np.where(touches & (depth >= forces.fold), rate, 0.0)

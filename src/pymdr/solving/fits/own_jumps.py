@@ -13,10 +13,11 @@ import numpy as np
 
 from pymdr.errors import PymdrError
 from pymdr.solving.fits.forces import Forces, forces_of
+from pymdr.solving.fits.minimizing import forward_steps
 from pymdr.solving.fits.results import FitResult
 from pymdr.solving.fits.searching import Search
 from pymdr.solving.fits.touching import BoolArray, in_contact_by_law
-from pymdr.solving.fits.unknowns import put_into
+from pymdr.solving.fits.unknowns import BASELINE, TILT, put_into
 from pymdr.units import FloatArray
 
 _POINTS = 201
@@ -66,24 +67,17 @@ def _with_jumps_near(search: Search, free: FloatArray) -> FloatArray:
     from scipy.optimize import least_squares
 
     unit = max(float(np.ptp(one.force)) for one in search.curves)
-
-    def residuals(x: FloatArray) -> FloatArray:
-        try:
-            distances = [
-                jumps.heights * _distances(curve.position - jumps.origin, touches, jumps)
-                for curve, touches, jumps in zip(
-                    search.measured, search.touches, _jumps(search, x), strict=True
-                )
-            ]
-        except PymdrError:
-            distances = [np.full(2, unit)] * len(search.curves)
-        return np.concatenate([search.residuals(x), *distances]) / unit
-
     low, high = np.array(search.bounds()).T
+
+    def slopes(x: FloatArray) -> FloatArray:
+        steps = forward_steps(search, x, high)
+        return np.vstack([search.slopes(x, steps, central=False), _penalty_slopes(search, x, steps)]) / unit
+
     return np.asarray(
         least_squares(
-            residuals,
+            lambda x: np.concatenate([search.residuals(x), _penalties(search, x)]) / unit,
             np.clip(free, low, high),
+            slopes,
             bounds=(low, high),
             x_scale="jac",
             ftol=_TOLERANCE,
@@ -91,6 +85,38 @@ def _with_jumps_near(search: Search, free: FloatArray) -> FloatArray:
             max_nfev=_TRIALS,
         ).x
     )
+
+
+def _penalties(search: Search, free: FloatArray) -> FloatArray:
+    """Distances of the jumps of the law from those of the record in samples, times the changes of the force in N."""
+    try:
+        return np.concatenate(
+            [
+                jumps.heights * _distances(curve.position - jumps.origin, touches, jumps)
+                for curve, touches, jumps in zip(
+                    search.measured, search.touches, _jumps(search, free), strict=True
+                )
+            ]
+        )
+    except PymdrError:
+        return np.full(2 * len(search.curves), max(float(np.ptp(one.force)) for one in search.curves))
+
+
+def _penalty_slopes(search: Search, free: FloatArray, steps: FloatArray) -> FloatArray:
+    """Rates of the penalties over the free numbers, by steps."""
+    here = _penalties(search, free)
+    slopes = np.zeros((here.size, free.size))
+    if not here.any():
+        return slopes
+    # at given depths the penalties are proportional to a common factor of all forces, as the forces are
+    scaled = () if any(one.compliance for one in search.measured) else search.scaled_together
+    for i, name in enumerate(search.names):
+        if name.partition("[")[0] not in (BASELINE, TILT) and i not in scaled[:1]:
+            step = np.where(np.arange(free.size) == i, steps, 0.0)
+            slopes[:, i] = (_penalties(search, free + step) - here) / steps[i]
+    if scaled:
+        slopes[:, scaled[0]] = here - slopes[:, list(scaled[1:])].sum(axis=1)
+    return slopes
 
 
 class _Jumps(NamedTuple):

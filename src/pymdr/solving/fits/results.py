@@ -16,8 +16,9 @@ from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name, parameter_label
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.loops import ShearRecord
+from pymdr.solving.fits.minimizing import profile_end
 from pymdr.solving.fits.quality import Quality
-from pymdr.solving.fits.searching import Search, profile_end
+from pymdr.solving.fits.searching import Search
 from pymdr.solving.study import Answer, TextTable
 from pymdr.units import FloatArray, shown, written
 

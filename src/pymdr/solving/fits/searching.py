@@ -1,40 +1,38 @@
-"""The search of a fit: least squares from a start."""
+"""The search of a fit: its free numbers, residuals and their rates."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, PymdrError
+from pymdr.errors import PymdrError
 from pymdr.interpretation.theories import theory_of
+from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.edges import off_jumps
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.touching import BoolArray
 from pymdr.solving.fits.unknowns import (
     BASELINE,
     CONTACT_POINT,
-    FARTHEST,
     SHIFT_ORIGIN,
     TILT,
     Unknown,
     put_into,
+    scales_together,
 )
 from pymdr.units import FloatArray
 
-_STEP, _FORWARD = 1e-4, 1e-6
+_STEP = 1e-4
+"""Step of the free numbers of central differences."""
 _LONG_STEP = 1e-3
 """Step of rates of an edge with memory: its steps in time change with the unknowns, by which the force scatters by about 1e-6."""
-TOLERANCE, _TRIALS = 1e-8, 400
-_PATIENCE = 80
-"""Trials after which a search that reduces the sum of squares by less than one variance of the noise is given up: it creeps along a valley."""
 _POOR = 10.0
 """Residual relative to the range of the force where the model cannot be solved."""
 
@@ -48,6 +46,8 @@ class Modelled(NamedTuple):
     """As measured, without offset."""
     model: FloatArray
     touches: BoolArray
+    rate: FloatArray
+    """Of the model over the position in N/m; NaN where it is not known."""
 
 
 @dataclass(frozen=True)
@@ -146,23 +146,16 @@ class Search:
             size = sum(one.force.size for one in self.curves)
             size = sum(int(one.sum()) for one in self.used) if self.used else size
             return np.full(size, _POOR * max(float(np.ptp(one.force)) for one in self.curves))
-        residuals = [one.force - one.model for one in models]
+        return self._residuals_of(models)
+
+    def _residuals_of(self, models: Sequence[Modelled]) -> FloatArray:
+        return self._used_samples([one.force - one.model for one in models])
+
+    def _used_samples(self, columns: Sequence[FloatArray]) -> FloatArray:
+        """The used samples of a column of every curve."""
         if self.used:
-            residuals = [one[part] for one, part in zip(residuals, self.used, strict=True)]
-        return residuals[0] if len(residuals) == 1 else np.concatenate(residuals)
-
-    def with_touches_at(self, free: FloatArray) -> Search:
-        """
-        The search with the samples in contact of some free numbers, if the contact has adhesion.
-
-        The force jumps where a sample gets in or out of contact; the rates of the residuals are those between the jumps.
-        """
-        if self.contact.adhesion is None or self.shears or self.touches:
-            return self
-        try:
-            return replace(self, touches=tuple(one.touches for one in self.models(free)))
-        except PymdrError:
-            return self
+            columns = [one[part] for one, part in zip(columns, self.used, strict=True)]
+        return columns[0] if len(columns) == 1 else np.concatenate(columns)
 
     @cached_property
     def jumps(self) -> bool:
@@ -170,13 +163,88 @@ class Search:
         law = self.contact.adhesion
         return law is not None and not self.shears and theory_of(law).pulls_beyond
 
-    def slopes(self, free: FloatArray) -> FloatArray:
-        """Rates of the residuals, one column per free number."""
-        columns, fixed = [], self.with_touches_at(free)
-        for step in np.diag(self.steps(_STEP, 1e-2 * _STEP)):
-            change = fixed.residuals(free + step) - fixed.residuals(free - step)
-            columns.append(change / (2.0 * step.sum()))
-        return np.column_stack(columns)
+    def slopes(
+        self,
+        free: FloatArray,
+        steps: FloatArray | None = None,
+        moving: IndexArray | None = None,
+        *,
+        central: bool = True,
+    ) -> FloatArray:
+        """
+        Rates of the residuals, one column per free number, or per one of some.
+
+        Those over the origins and over a common factor of all forces are known where the model has a stiffness; others are differences. The
+        samples in contact stay the same: with adhesion the force jumps where one gets in or out of contact.
+        """
+        steps = self.steps(_STEP, 1e-2 * _STEP) if steps is None else steps
+        numbers = list(range(free.size)) if moving is None else moving.tolist()
+        try:
+            models = self.models(free)
+        except PymdrError:
+            return np.zeros((self.residuals(free).size, len(numbers)))
+        own = self
+        if self.contact.adhesion is not None and not self.shears and not self.touches:
+            own = replace(self, touches=tuple(one.touches for one in models))
+        here = own._residuals_of(models)
+
+        def difference(i: int) -> FloatArray:
+            step = np.zeros(free.size)
+            step[i] = steps[i]
+            if central:
+                return (own.residuals(free + step) - own.residuals(free - step)) / (2.0 * steps[i])
+            return (own.residuals(free + step) - here) / steps[i]
+
+        known = own._slopes_over_origins(models)
+        scaled = self.scaled_together
+        total = own._slope_over_scale(models) if scaled and set(scaled) <= set(numbers) else None
+        if total is not None:
+            known |= {i: difference(i) for i in scaled[1:]}
+            known[scaled[0]] = total - sum(known[i] for i in scaled[1:])
+        return np.column_stack([known[i] if i in known else difference(i) for i in numbers])
+
+    def _slopes_over_origins(self, models: Sequence[Modelled]) -> dict[int, FloatArray]:
+        """The known columns of :meth:`slopes` over the origins, by their free numbers."""
+        slopes, i = {}, len(self.unknowns)
+        for j, (curve, one) in enumerate(zip(self.curves, models, strict=True)):
+            for name in self._free_origins:
+                column = {
+                    self.place: one.rate,
+                    BASELINE: -np.ones(one.force.size),
+                    TILT: -_from_middle(curve.position),
+                }[name]
+                if np.isfinite(column).all():
+                    columns = [
+                        column if k == j else np.zeros(other.force.size) for k, other in enumerate(models)
+                    ]
+                    slopes[i] = self.origin_scales[i - len(self.unknowns)] * self._used_samples(columns)
+                i += 1
+        return slopes
+
+    @cached_property
+    def scaled_together(self) -> tuple[int, ...]:
+        """The free numbers of sizes to which, taken together, all forces at given depths are proportional; none if one of them is known."""
+        law = self.contact.adhesion
+        if self.shears or self.contact.has_edge_history or not scales_together(self.contact, self.unknowns):
+            return ()
+        if law is not None and not theory_of(law).proportional(law):
+            return ()
+        chosen = [(i, u) for i, u in enumerate(self.unknowns) if u.is_of_force]
+        return tuple(i for i, _ in chosen) if all(u.is_size for _, u in chosen) else ()
+
+    def _slope_over_scale(self, models: Sequence[Modelled]) -> FloatArray | None:
+        """The rate of the residuals over the logarithm of the common factor of all forces; None if it is not known."""
+        columns = []
+        for curve, one in zip(self.measured, models, strict=True):
+            # the force scales at a depth: at a travel the machine deflects more
+            column = -one.model
+            if curve.compliance != 0.0:
+                # before the fold the force is that of the fold, which moves
+                if np.any(one.touches & (one.rate == 0.0)) or not np.isfinite(one.rate).all():
+                    return None
+                column = column * (1.0 - curve.compliance * one.rate)
+            columns.append(column)
+        return self._used_samples(columns)
 
     def steps(self, unknown: float, origin: float) -> FloatArray:
         """Steps of the free numbers by which rates are computed: those given, or longer ones where the force scatters."""
@@ -217,172 +285,16 @@ def _modelled(
 ) -> Modelled:
     origin = origins[SHIFT_ORIGIN if isinstance(curve, ShearRecord) else CONTACT_POINT]
     baseline, tilt = origins[BASELINE], origins.get(TILT, 0.0)
-    middle = 0.5 * float(curve.position.min() + curve.position.max())
-    force, position = curve.force - baseline - tilt * (curve.position - middle), curve.position - origin
+    force, position = curve.force - baseline - tilt * _from_middle(curve.position), curve.position - origin
     if isinstance(curve, ShearRecord):
-        return Modelled(position, force, curve.forces(contact, origin), np.ones(force.size, dtype=bool))
+        unknown, all_samples = np.full(force.size, math.nan), np.ones(force.size, dtype=bool)
+        return Modelled(position, force, curve.forces(contact, origin), all_samples, unknown)
     deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
     forces = forces_of(contact, deepest, curve.compliance, curve.time)
-    model, touches = modelled(forces, position, force, touches)
-    return Modelled(position - curve.compliance * model, force, model, touches)
+    model, touches, rate = modelled(forces, position, force, touches)
+    return Modelled(position - curve.compliance * model, force, model, touches, rate)
 
 
-class Minimum(NamedTuple):
-    """The end of a search over free numbers."""
-
-    free: FloatArray
-    misfit: float
-    """In N^2."""
-    settled: bool
-    trials: int
-    message: str
-    creeps: bool = False
-    """Whether the search was given up in a valley, which the records hardly determine."""
-
-
-class _CreepsError(Exception):
-    """A search along a valley of the sum of squares."""
-
-
-class _Progress:
-    """The trials of a search: the best one, and whether they still gain."""
-
-    def __init__(self, residuals: Callable[[FloatArray], FloatArray]) -> None:
-        self._residuals = residuals
-        self.least: list[float] = []
-        """Least sum of squares after each trial."""
-        self.best = np.empty(0)
-
-    def __call__(self, x: FloatArray) -> FloatArray:
-        left = self._residuals(x)
-        misfit = float(left @ left)
-        if not self.least or misfit < self.least[-1]:
-            self.best = x.copy()
-        self.least.append(min(misfit, *self.least[-1:]) if self.least else misfit)
-        variance = self.least[-1] / max(left.size - x.size, 1)
-        if len(self.least) > _PATIENCE and self.least[-1 - _PATIENCE] - self.least[-1] < variance:
-            raise _CreepsError
-        return left
-
-
-def minimize_from(
-    search: Search, start: FloatArray, fixed: int | None = None, tolerance: float = TOLERANCE
-) -> Minimum:
-    """Least squares by Levenberg and Marquardt from one start, within bounds by trust regions; one free number may be fixed."""
-    from scipy.optimize import least_squares
-
-    low, high = np.array(search.bounds()).T
-    margin = np.where(np.isfinite(high - low), 1e-9 * (high - low), 1e-9)
-    free = np.clip(start, low + margin, high - margin)
-    moving = np.flatnonzero(np.arange(free.size) != fixed)
-    unit = max(float(np.ptp(curve.force)) for curve in search.curves)
-
-    def residuals(x: FloatArray, own: Search = search) -> FloatArray:
-        free[moving] = x
-        return own.residuals(free) / unit
-
-    def slopes(x: FloatArray) -> FloatArray:
-        free[moving] = x
-        own = search.with_touches_at(free)
-        here = residuals(x, own)
-        steps = search.steps(_FORWARD, _FORWARD)[moving]
-        steps = np.where(x + steps > high[moving], -steps, steps)
-        return np.column_stack(
-            [(residuals(x + one, own) - here) / step for one, step in zip(np.diag(steps), steps, strict=True)]
-        )
-
-    if fixed is not None:
-        free[fixed] = start[fixed]
-    if not moving.size:
-        return Minimum(free, float((search.residuals(free) ** 2).sum()), True, 1, "")
-    bounded = bool(np.isfinite([*low[moving], *high[moving]]).any())
-    progress = _Progress(residuals)
-    try:
-        solution = least_squares(
-            progress,
-            free[moving],
-            slopes,
-            bounds=(low[moving], high[moving]),
-            method="trf" if bounded else "lm",
-            x_scale="jac",
-            ftol=tolerance,
-            xtol=TOLERANCE,
-            gtol=1e-15,
-            max_nfev=_TRIALS,
-        )
-    except _CreepsError:
-        free[moving] = progress.best
-        names = " and ".join(u.name for u in search.unknowns)
-        text = f"its last {_PATIENCE} trials reduced the sum of squares by less than one variance of the noise, so the record hardly determines {names}; fix {'one of them' if len(search.unknowns) > 1 else 'it'}"
-        return Minimum(free, progress.least[-1] * unit**2, False, len(progress.least), text, True)
-    free[moving] = solution.x
-    return Minimum(
-        free,
-        2.0 * float(solution.cost) * unit**2,
-        bool(solution.success),
-        int(solution.nfev),
-        solution.message,
-    )
-
-
-def profile_end(search: Search, best: FloatArray, i: int, step: float, grows: float) -> float:
-    """The value of a free number, on one side of its best, at which the sum of squares has grown by a fraction."""
-    from scipy.optimize import brentq
-
-    least, others = float((search.residuals(best) ** 2).sum()), best.copy()
-
-    def beyond(x: float) -> float:
-        start = others.copy()
-        start[i] = x
-        end = minimize_from(search, start, fixed=i)
-        others[:] = end.free
-        return end.misfit / least - 1.0 - grows
-
-    low, high = search.bounds()[i]
-    inner, outer = float(best[i]), float(best[i])
-    while low < outer < high and abs(outer) < FARTHEST:
-        inner, outer = outer, min(max(best[i] + step, low), high)
-        if beyond(outer) > 0.0:
-            return float(brentq(beyond, inner, outer, xtol=1e-6 * abs(step)))
-        step *= 2.0
-    return outer
-
-
-def samples_off_jumps(
-    models: Sequence[Modelled], search: Search, widths: Sequence[int] = ()
-) -> tuple[BoolArray, ...]:
-    """
-    Used samples: all but those adjacent to a jump into contact or out of it.
-
-    Close to a jump the rates of the force are unbounded; the widths are the numbers of samples of each curve to either side, 1 by default.
-    """
-    if search.contact.has_edge_history:
-        return tuple(
-            off_jumps(curve, one.force, one.touches)
-            for curve, one in zip(search.measured, models, strict=True)
-        )
-    used = []
-    for one, width in zip(models, widths or [1] * len(models), strict=True):
-        keep = np.ones(one.touches.size, dtype=bool)
-        if search.contact.adhesion is not None and not search.shears:
-            for at in np.flatnonzero(np.diff(one.touches.astype(int))).tolist():
-                keep[max(at + 1 - width, 0) : at + 1 + width] = False
-        used.append(keep)
-    return tuple(used)
-
-
-def refuse_unsettled(minimum: Minimum) -> None:
-    """
-    Refuse a search that did not converge.
-
-    Raises
-    ------
-    ConvergenceError
-    """
-    if minimum.creeps:
-        raise ConvergenceError(f"fit: the search creeps: {minimum.message}, or give bounds in free")
-    if not minimum.settled:
-        raise ConvergenceError(
-            f"fit: the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "
-            "and units of the record and its signs (curve.orient()), or give bounds in free"
-        )
+def _from_middle(position: FloatArray) -> FloatArray:
+    """Positions in m from the middle of their range."""
+    return position - 0.5 * float(position.min() + position.max())
