@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -416,16 +415,93 @@ def test_a_map_from_the_shell(gel, tmp_path, shell):
     status, _, err = shell(*arguments, "--spring-constant", "0.1 N/m")
     assert status == 1
     assert "a stored map has its own" in err
-    for option, remedy in (
-        (
-            ("--uncertainty", "profile.radius=5 %"),
-            "the uncertainty of profile.radius: .*fit one curve with it",
-        ),
-        (("--max-force", "1 nN"), "--max-force is for single records; .* beyond the range to nan"),
+    status, _, err = shell(*arguments, "--over-indentation", "3")
+    assert status == 1
+    assert "--over-indentation is for single records" in err
+    more = ("--uncertainty", "profile.radius=5 %", "--max-force", "100 uN", "--json")
+    status, out, _ = shell(*arguments, *more)
+    assert status == 0
+    values = json.loads(out)["fit"]["values"]["body.young"]
+    assert values["median_systematic"] / values["median"] == pytest.approx(0.025, rel=0.1)  # E ~ R^(-1/2)
+
+
+def test_uncertainties_that_all_curves_share_are_beside_the_noise_of_each():
+    curves = [
+        curve_of(contact_of("paraboloid", young), 1.5e-6, 0.05, noise=0.01, seed=4) for young in (2e3, 3e3)
+    ]
+    given = {"spring_constant": "10 %", "sensitivity": "3 %", "profile.radius": "5 %"}
+    plain, found = (
+        mdr.fit_map(contact_of("paraboloid", 1e4), curves, ["body.young"], uncertainty=each)
+        for each in (None, given)
+    )
+    assert "body.young_systematic" not in plain.data
+    for name in ("body.young", "body.young_error"):
+        np.testing.assert_array_equal(found[name], plain[name])
+    scaled = found["body.young_systematic"] / found["body.young"]
+    # a stiffer cantilever and a softer one turn a deflection into forces in proportion; E ~ R^(-1/2)
+    assert (scaled > math.hypot(0.1, 0.025)).all()
+    np.testing.assert_allclose(
+        mdr.fit_map(
+            contact_of("paraboloid", 1e4), curves, ["body.young"], uncertainty={"spring_constant": "5 mN/m"}
+        )["body.young_systematic"]
+        / found["body.young"],
+        0.1,
+        rtol=1e-3,
+    )
+    one = mdr.fit(contact_of("paraboloid", 1e4), curves[1], ["body.young"], uncertainty=given)["body.young"]
+    for end, value in (("low", one.low), ("high", one.high)):
+        assert found[f"body.young_{end}"].values[1] == pytest.approx(value, rel=1e-3)
+    assert "from spring_constant, sensitivity, profile.radius, which all curves share" in found.summary()
+    folded = [mdr.MeasuredCurve(force=one.force, indentation=one.travel) for one in curves]
+    for wrong, words in (
+        ({}, "by name"),
+        ({"body.young": "1 %"}, "it is fitted"),
+        ({"sensitivity": "1 %"}, "give travel and spring_constant"),
     ):
-        status, _, err = shell(*arguments, *option)
-        assert status == 1
-        assert re.search(remedy, err.replace("\n", " ")), err
+        with pytest.raises(ProblemError, match=words):
+            mdr.fit_map(contact_of("paraboloid", 1e4), folded, ["body.young"], uncertainty=wrong)
+
+
+@pytest.mark.parametrize("limits", [{"indentation": "500 nm"}, {"force": "4 nN"}])
+@pytest.mark.parametrize("work", [None, 2e-4])
+def test_each_curve_of_a_map_has_the_fit_range(limits, work):
+    free = ["body.young"] if work is None else ["body.young", "adhesion.work"]
+    start = contact_of("paraboloid", 1e4, None if work is None else 1e-3)
+    curves = [
+        curve_of(contact_of("paraboloid", young, work), 1.5e-6, 0.05, 0.01, seed, 0.1, 0.2)
+        for seed, young in enumerate((2e3, 4e3))
+    ]
+    found = mdr.fit_map(start, curves, free, fit_range=limits)
+    for i, curve in enumerate(curves):
+        one = mdr.fit(start, curve, free, fit_range=limits)
+        step = float(np.diff(curve.travel).max())  # one sample may enter or leave
+        assert found["indentation"].values[i] == pytest.approx(
+            float(one.data["indentation"].max()), abs=1.01 * step
+        )
+        assert abs(found["body.young"].values[i] - one["body.young"].value) < 0.5 * one["body.young"].error
+        assert one["body.young"].error == pytest.approx(found["body.young_error"].values[i], rel=0.15)
+    assert found.notes[0].startswith("fit range: ")
+    for wrong in ({"depth": 1.0}, {}, {"force": "-1 nN"}):
+        with pytest.raises(ProblemError, match="fit_range"):
+            mdr.fit_map(start, curves, free, fit_range=wrong)
+
+
+def test_ranges_and_uncertainties_hold_curve_by_curve_too():
+    tip, law = mdr.Paraboloid("5 um"), mdr.MaugisDugdale("0.2 mJ/m^2", strength="1 kPa")
+    true, start = (mdr.Contact(tip, mdr.Elastic(young, 0.5), adhesion=law) for young in ("3 kPa", "5 kPa"))
+    assert axes_of(start, unknowns_of(start, ["body.young"])) is None
+    curve = curve_of(true, 1.5e-6, noise=0.01, n=100)
+    options = {"fit_range": {"indentation": "1 um"}, "uncertainty": {"profile.radius": "5 %"}}
+    found = mdr.fit_map(start, [curve], ["body.young"], **options)
+    one = mdr.fit(start, curve, ["body.young"], **options)
+    assert found["body.young"].values[0] == pytest.approx(one["body.young"].value, rel=1e-6)
+    assert found["body.young_low"].values[0] == pytest.approx(one["body.young"].low, rel=2e-3)
+    shared = found["body.young_systematic"].values[0]
+    assert shared == pytest.approx(one.calibration["profile.radius"]["body.young"], rel=1e-6)
+    assert found["indentation"].values[0] < 1.05e-6
+    slow = mdr.Contact(tip, mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "2 kPa", "0.5 s"), poisson=0.5))
+    with pytest.raises(ProblemError, match="only force curves of elastic bodies are cut"):
+        mdr.fit_map(slow, [curve], ["body.shear.modulus"], fit_range={"force": "1 nN"})
 
 
 def test_samples_that_are_nan_are_beyond_the_fit_range():

@@ -172,6 +172,9 @@ def test_a_map_masks_curves_of_poor_quality():
     assert not found.mask(samples_in_contact=1000).values.any()
     with pytest.raises(ProblemError, match="relative_residual = -1; a limit of 0 or more"):
         found.mask(relative_residual=-1.0)
+    for wrong in ("small", None, [1.0], math.nan):
+        with pytest.raises(ProblemError, match=r"baseline_rise = .*; a limit of 0 or more is needed"):
+            found.mask(baseline_rise=wrong)
     inside = int((curves[0].travel > found["contact_point"].values[0]).sum())
     assert found["samples_in_contact"].values[0] == inside
     assert found["relative_residual"].values[0] == pytest.approx(0.01, rel=0.15)

@@ -6,6 +6,8 @@ import json
 import math
 import pickle
 import re
+from dataclasses import replace
+from functools import partial
 from html import escape
 
 import numpy as np
@@ -19,8 +21,11 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
-from pymdr.solving.fits.estimating import estimate
+from pymdr.solving.fits.estimating import estimated, search_of
 from pymdr.solving.fits.forces import forces_of, modelled
+from pymdr.solving.fits.minimizing import samples_off_jumps
+from pymdr.solving.fits.searching import Search
+from pymdr.solving.fits.unknowns import ORIGINS, unknowns_of
 from pymdr.solving.study import Answer
 from pymdr.workbench.cli import app
 from pymdr.workbench.tables import read_curve
@@ -98,6 +103,41 @@ def test_the_branch_is_that_of_the_history(shape, log_work, log_machine):
     model, touches, _ = modelled(forces_of(contact, 0.9, compliance, None), way, force)
     assert model == pytest.approx(force, abs=2e-8 * np.abs(force).max())
     assert np.array_equal(touches, force != 0.0)
+
+
+@pytest.mark.parametrize("law", [None, mdr.JKR, mdr.DMT, partial(mdr.MaugisDugdale, range="100 nm")])
+@pytest.mark.parametrize("machine", [None, 0.1])
+def test_known_rates_are_those_of_the_residuals(law, machine):
+    free = ["body.young"] if law is None else ["body.young", "adhesion.work"]
+    contact = mdr.Contact(
+        mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=None if law is None else law("0.2 mJ/m^2")
+    )
+    curves = [
+        recorded(
+            contact,
+            np.concatenate([np.linspace(-1e-6, top, 40), np.linspace(top, -2e-6, 60)]),
+            machine,
+            place=1e-7,
+        )
+        for top in (0.8e-6, 1e-6)
+    ]
+    search = Search(contact, unknowns_of(contact, free), tuple(curves), {})
+    here = search.to_free(
+        [3.1e3, 0.21e-3][: len(free)], 2 * [dict.fromkeys(ORIGINS, 0.0) | {"contact_point": 1e-7}]
+    )
+    models = search.models(here)
+    used = samples_off_jumps(models, search)
+    fixed = replace(search, used=used, touches=tuple(one.touches for one in models))
+    numeric = [
+        (fixed.residuals(here + step) - fixed.residuals(here - step)) / 2e-5
+        for step in 1e-5 * np.eye(here.size)
+    ]
+    for forward in (False, True):
+        steps = np.full(here.size, 1e-6) if forward else None
+        slopes = replace(search, used=used).slopes(here, steps, central=not forward)
+        for column, other in zip(slopes.T, numeric, strict=True):
+            assert np.linalg.norm(column - other) < 1e-4 * np.linalg.norm(other)
+    assert search.scaled_together == tuple(range(len(free)))
 
 
 @pytest.mark.long
@@ -248,7 +288,7 @@ def test_dashpots_are_recovered_from_any_start(log_modulus, log_viscosity):
     force = mdr.solve(damped(modulus, viscosity), path)["normal_force"].values
     curve = mdr.MeasuredCurve(force=force, indentation=depth + 1e-7, time=time)
     start = damped(modulus * 10.0**log_modulus, viscosity * 10.0**log_viscosity)
-    found = estimate(start, curve, ["body.shear.modulus", "body.shear.viscosity"], {"tilt": 0.0})
+    found = estimated(search_of(start, curve, ["body.shear.modulus", "body.shear.viscosity"], {"tilt": 0.0}))
     assert found.values["body.shear.modulus"].value == pytest.approx(modulus, rel=1e-3)
     assert found.values["body.shear.viscosity"].value == pytest.approx(viscosity, rel=1e-3)
 
@@ -266,9 +306,9 @@ def test_tables_recover_memory_as_springs_do(machine, monkeypatch):
     force = force + 0.01 * np.ptp(force) * np.random.default_rng(2).normal(size=force.size)
     curve = mdr.MeasuredCurve(force=force, time=time, spring_constant=machine, **{channel: way + 1e-7})
     free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
-    quick = estimate(contact, curve, free, {"tilt": 0.0})
+    quick = estimated(search_of(contact, curve, free, {"tilt": 0.0}))
     monkeypatch.setattr("pymdr.solving.fits.forces.approach_and_retreat", lambda *given: None)
-    for name, one in estimate(contact, curve, free, {"tilt": 0.0}).values.items():
+    for name, one in estimated(search_of(contact, curve, free, {"tilt": 0.0})).values.items():
         assert quick.values[name].value == pytest.approx(one.value, rel=0.0, abs=0.01 * one.error)
         assert quick.values[name].error == pytest.approx(one.error, rel=0.01)
 

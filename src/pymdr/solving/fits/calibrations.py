@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NoReturn
 
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameter_of, with_parameters
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.estimating import Estimate, with_intervals
@@ -25,8 +27,12 @@ SPRING_CONSTANT, SENSITIVITY = "spring_constant", "sensitivity"
 _PERCENT = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))\s*%\s*\Z", re.ASCII)
 _LARGEST = 0.5
 """Largest relative uncertainty; errors are propagated by one step to either side."""
-_NORMAL_95 = 1.959963984540054
+NORMAL_95 = 1.959963984540054
 _STEP = 1e-6
+NO_DEFLECTION = (
+    "uncertainty of sensitivity: the record has indentations and no spring constant, from which its deflection follows; "
+    "give travel and spring_constant"
+)
 
 
 def relative_uncertainty(given: QuantityLike, value: float, unit: str, name: str) -> float:
@@ -73,6 +79,21 @@ def relative_uncertainty(given: QuantityLike, value: float, unit: str, name: str
     return relative
 
 
+def refuse_unnamed(uncertainty: object) -> None:
+    """Refuse uncertainties that are not given by name."""
+    if not isinstance(uncertainty, Mapping) or not uncertainty:
+        raise ProblemError(
+            f"uncertainty = {shown(uncertainty)}; give standard uncertainties by name, such as {{'spring_constant': '10 %'}}"
+        )
+
+
+def refuse_beyond_limits(name: str, given: QuantityLike) -> NoReturn:
+    """Refuse an uncertainty on neither side of which a parameter is valid."""
+    raise ProblemError(
+        f"uncertainty of {name}: {shown(given)} exceeds the limits of {name} on both sides; give a smaller one"
+    )
+
+
 def with_uncertainty(
     estimate: Estimate, uncertainty: Mapping[str, QuantityLike]
 ) -> tuple[dict[str, Fitted], dict[str, dict[str, float]]]:
@@ -92,10 +113,7 @@ def with_uncertainty(
     standard error. Uncertainties are independent of one another and of the noise, so that squares add up (JCGM 100:2008, 5.1.2).
     """
     search, best = estimate.search, estimate.best
-    if not isinstance(uncertainty, Mapping) or not uncertainty:
-        raise ProblemError(
-            f"uncertainty = {shown(uncertainty)}; give standard uncertainties by name, such as {{'spring_constant': '10 %'}}"
-        )
+    refuse_unnamed(uncertainty)
     if search.shears:
         raise ProblemError("uncertainty= is for force curves; records of friction have none")
     rates = _rates(search, best)
@@ -107,16 +125,14 @@ def with_uncertainty(
         here = np.array([search.named(best)[one] for one in search.names])
         known = [end - here for end in ends if end is not None]
         if not known:
-            raise ProblemError(
-                f"uncertainty of {name}: {shown(given)} exceeds the limits of {name} on both sides; give a smaller one"
-            )
+            refuse_beyond_limits(name, given)
         # at a limit, such as Poisson's ratio 0.5, only one side exists
         moved = 0.5 * (known[0] - known[1]) if len(known) == 2 else known[0]
         shares[name] = dict(zip(search.names, np.abs(moved).tolist(), strict=True))
         squares += (moved / rates) ** 2
     total = np.sqrt(estimate.errors**2 + squares)
     with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise, and unknowns at a bound
-        half = np.sqrt((estimate.width * estimate.errors) ** 2 + _NORMAL_95**2 * squares)
+        half = np.sqrt((estimate.width * estimate.errors) ** 2 + NORMAL_95**2 * squares)
         width = np.where(total > 0.0, half / total, estimate.width)
     return with_intervals(search, best, total, width), shares
 
@@ -153,20 +169,27 @@ def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Sea
         known = {k: v * factor if k == BASELINE else v for k, v in search.known.items()}
         change = _recalibrated if name == SPRING_CONSTANT else _with_sensitivity
         return replace(search, curves=tuple(change(one, factor) for one in search.measured), known=known)
-    if name in search.names:
+    contact = with_moved_parameter(search.contact, search.names, name, given, side)
+    return None if contact is None else replace(search, contact=contact)
+
+
+def with_moved_parameter(
+    contact: Contact, fitted: Sequence[str], name: str, given: QuantityLike, side: float
+) -> Contact | None:
+    """The contact with a known parameter one standard uncertainty off; None if it would leave its limits."""
+    if name in fitted:
         raise ProblemError(
             f"uncertainty of {name}: it is fitted, and the fit gives its interval; leave it out of uncertainty or of free"
         )
     try:
-        parameter = parameter_of(search.contact, name)
+        parameter = parameter_of(contact, name)
     except ProblemError as error:
         raise ProblemError(
             f"uncertainty of {SPRING_CONSTANT}, {SENSITIVITY} or a parameter of the contact: {error}"
         ) from None
     relative = relative_uncertainty(given, parameter.value, parameter.unit, name)
-    moved = parameter.value * (1.0 + side * relative)
     try:
-        return replace(search, contact=with_parameters(search.contact, {name: moved}))
+        return with_parameters(contact, {name: parameter.value * (1.0 + side * relative)})
     except ProblemError:
         return None
 
@@ -184,10 +207,7 @@ def _with_sensitivity(curve: MeasuredCurve, factor: float) -> MeasuredCurve:
     if curve.indentation is None:
         return replace(curve, force=factor * curve.force)
     if curve.spring_constant is None:
-        raise ProblemError(
-            "uncertainty of sensitivity: the record has indentations and no spring constant, from which its deflection follows; "
-            "give travel and spring_constant"
-        )
+        raise ProblemError(NO_DEFLECTION)
     deflection = curve.force / curve.spring_constant
     return replace(
         curve, force=factor * curve.force, indentation=curve.indentation - (factor - 1.0) * deflection

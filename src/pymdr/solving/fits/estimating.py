@@ -99,9 +99,9 @@ class Estimate(NamedTuple):
         return max(float(one.depth.max()) for one in self.models)
 
 
-def estimate(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[str, float]) -> Estimate:
-    """The estimate of :func:`fit` from one force curve, without claims, which are slower than the search for bodies with memory."""
-    return estimated(Search(contact, unknowns_of(contact, free), (checked(curve),), dict(known)))
+def search_of(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[str, float]) -> Search:
+    """The search of :func:`fit` from one force curve."""
+    return Search(contact, unknowns_of(contact, free), (checked(curve),), dict(known))
 
 
 def estimated(search: Search) -> Estimate:

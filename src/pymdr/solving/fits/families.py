@@ -78,10 +78,14 @@ class FamilyAxes:
             if self.shape is None
             else np.array([number.to_free(float(v)) for v in values[:, self.shape]])
         )
-        if self.work is not None and self.scale is not None:
-            own = self.fraction * self.unknowns[self.scale].start / values[:, self.scale]
-            free += np.log(own + 1.0 - self.fraction)
-        return free
+        return free - self.log_scales(values) if self.work is not None else free
+
+    def log_scales(self, values: FloatArray) -> FloatArray:
+        """Logarithms of the scale of the family, of values of the unknowns, shape (curves, unknowns)."""
+        if self.scale is None:
+            return np.zeros(len(values))
+        own = self.fraction * self.unknowns[self.scale].start / values[:, self.scale]
+        return -np.log(own + 1.0 - self.fraction)
 
     def values(self, log_scale: FloatArray, number: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values of the unknowns and their rates over their free numbers, shape (curves, unknowns) each."""

@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Assumption, Claim
+from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
@@ -23,6 +25,7 @@ from pymdr.solving.fits.families import WORK
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED
 from pymdr.solving.fits.quality import FEWEST_IN_CONTACT, LARGEST_RESIDUAL, LARGEST_RISE
 from pymdr.solving.fits.quick import depth_ranges
+from pymdr.solving.fits.ranges import limits_of, range_text, refuse_history
 from pymdr.solving.fits.records import Records, records_of
 from pymdr.solving.fits.request import (
     DRIFT,
@@ -32,6 +35,7 @@ from pymdr.solving.fits.request import (
     OF_LIMIT,
     PLATEAU,
     RESIDUAL,
+    SYSTEMATIC,
     WAVES,
     Columns,
     FitRequest,
@@ -40,6 +44,7 @@ from pymdr.solving.fits.request import (
 )
 from pymdr.solving.fits.storing import InMemory, Kept, attributes_of
 from pymdr.solving.fits.stretches import curves_of_chunk, fitted_stretches, of_limits
+from pymdr.solving.fits.systematic import refuse_uncertainty
 from pymdr.solving.fits.unexplained import WAVY, range_of_law
 from pymdr.solving.fits.unknowns import (
     BASELINE,
@@ -52,7 +57,7 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.study import Study, TextTable
 from pymdr.solving.verb import solve
 from pymdr.solving.workers import Workers, checked_workers
-from pymdr.units import QuantityLike, written
+from pymdr.units import QuantityLike, shown, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,7 +78,8 @@ class FittedMap(Study):
     """The contact whose parameters were fitted."""
     data: xr.Dataset
     """
-    Over the grid of the curves: values by name and standard errors as ``..._error``, NaN where a fit failed;
+    Over the grid of the curves: values by name and standard errors by noise as ``..._error``, NaN where a fit failed;
+    with ``uncertainty=`` the standard errors that all curves share as ``..._systematic``, and 95 % intervals with both as ``..._low`` and ``..._high``;
     ``noise`` (N), ``waves`` (see :attr:`~pymdr.solving.fits.FitResult.waves`), ``correlated``, ``indentation`` (m, the largest), ``of_limit``, the
     largest ratio of a measure of the assumptions to its limit (not met above 1), ``plateau``, the number of samples at the largest
     force while the depth changes, ``samples_in_contact``, ``relative_residual`` (standard deviation of the residuals) and ``baseline_rise`` (of the
@@ -132,8 +138,10 @@ class FittedMap(Study):
             OF_LIMIT: of_limit,
         }
         for name, limit in limits.items():
-            if not limit >= 0.0:
-                raise ProblemError(f"mask: {name} = {limit:g}; a limit of 0 or more is needed")
+            is_number = isinstance(limit, Real) and not isinstance(limit, bool)
+            if not (is_number and limit >= 0.0):
+                text = f"{limit:g}" if is_number else shown(limit)
+                raise ProblemError(f"mask: {name} = {text}; a limit of 0 or more is needed")
         data = self.data
         rise = data[DRIFT]
         good = (
@@ -183,6 +191,8 @@ def fit_map(
     *,
     contact_point: QuantityLike | None = None,
     baseline: QuantityLike | None = None,
+    fit_range: Mapping[str, QuantityLike] | None = None,
+    uncertainty: Mapping[str, QuantityLike] | None = None,
     folder: str | os.PathLike[str] | None = None,
     workers: Workers = 1,
     progress: Progress | None = None,
@@ -198,8 +208,11 @@ def fit_map(
         A dataset, or the folder or URL of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
         ``sample``, with ``units`` in their attributes; with travel ``spring_constant``, one or over the grid; ``time`` for bodies
         with memory. It is read in parts.
-    free, contact_point, baseline
-        As for :func:`fit`.
+    free, contact_point, baseline, fit_range
+        As for :func:`fit`; the range is found for each curve.
+    uncertainty : mapping of str to quantity, optional
+        As for :func:`fit`. All curves share it: ``..._systematic`` of each parameter is the standard error that comes from it, ``..._error``
+        that of the noise, and ``..._low`` and ``..._high`` are the ends of the 95 % interval that contains both.
     folder : path, optional
         Zarr store of finished curves, a folder or a URL that fsspec opens; the same call continues an interrupted one.
     workers : int or dask.distributed.Client
@@ -250,7 +263,14 @@ def fit_map(
     records = records_of(curves)
     total = math.prod(records.shape)
     known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, free)
-    request = request_of(contact, without_tilt(free), known, total)
+    limits = {} if fit_range is None else limits_of(fit_range)
+    if limits:
+        refuse_history(contact)
+    request = request_of(
+        contact, without_tilt(free), known, total, limits, {} if uncertainty is None else uncertainty
+    )
+    if uncertainty is not None:
+        refuse_uncertainty(request, records.read(0, 1))
     chunk = curves_of_chunk(request, records)
     store = Kept(folder, request, records, chunk) if folder is not None else InMemory(request, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
@@ -291,7 +311,8 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
     )
     claims: Mapping[str, Claim] = {}
     assumed: tuple[Assumption, ...] = ()
-    notes = [f"refused: {text}" for text in sorted(fitted.refusals)[:_SHOWN_REFUSALS]]
+    notes = [range_text(request.limits)] if request.limits else []
+    notes += [f"refused: {text}" for text in sorted(fitted.refusals)[:_SHOWN_REFUSALS]]
     fits = np.flatnonzero(columns["ending"] == FITTED)
     references: tuple[str, ...] = ()
     if fits.size:
@@ -300,6 +321,7 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         # with memory they are those of a history, which is different for each curve
         if not request.contact.is_viscoelastic:
             claims, assumed = deepest.claims, deepest.assumptions
+        notes += _uncertainty_notes(request, columns, fits)
     for name, limit, text in (
         (
             WAVES,
@@ -347,6 +369,21 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         long_name="fitted, with enough samples in contact and small residuals and rise of the baseline",
     )
     return replace(fitted_map, data=data.assign({GOOD: good}))
+
+
+def _uncertainty_notes(request: FitRequest, columns: Columns, fits: IndexArray) -> list[str]:
+    """Notes on the relative standard errors by the uncertainties that all curves share, and by noise."""
+    notes = []
+    for name in (u.name for u in request.unknowns) if request.uncertainty else ():
+        shared, noise = (
+            float(np.nanmedian(np.abs(columns[f"{name}{end}"][fits] / columns[name][fits])))
+            for end in (SYSTEMATIC, "_error")
+        )
+        notes.append(
+            f"median standard error of {name}: {100.0 * shared:.2g} % from {', '.join(request.uncertainty)}, which all curves share "
+            f"({name}{SYSTEMATIC}), and {100.0 * noise:.2g} % from the noise of each ({name}_error)"
+        )
+    return notes
 
 
 def _solve_deepest(request: FitRequest, columns: Columns, i: int) -> Result:

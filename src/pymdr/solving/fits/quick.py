@@ -10,7 +10,7 @@ import numpy as np
 
 from pymdr.errors import PymdrError
 from pymdr.interpretation.theories import theory_of
-from pymdr.solving.fits.families import WORK, FamilyAxes
+from pymdr.solving.fits.families import WORK, Family, FamilyAxes
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.kernels import (
     AS_IT_IS,
@@ -119,10 +119,7 @@ def _fit_ranges(
             continue
         own = fits.of(chosen)
         curves = Batch(stretch.place[chosen], stretch.force[chosen], stretch.softness[chosen])
-        table = FamilyTable(
-            family.forces, family.slopes, family.folds, family.first, family.step, family.deepest
-        )
-        fit_curves(curves, wanted, table, own, engine)
+        fit_curves(curves, wanted, table_of(family), own, engine)
         fits.put(chosen, own)
         end = family.end(fits.numbers[chosen, SHAPE])
         depths = fits.numbers[:, _DEPTH]
@@ -133,6 +130,11 @@ def _fit_ranges(
                 f"fit_map: the profile ends at {written(float(end.min()), 'm', 4)} of indentation, and a curve has "
                 f"{written(float(depths[beyond].max()), 'm', 4)}; extend the profile"
             )
+
+
+def table_of(family: Family) -> FamilyTable:
+    """The arrays of a family."""
+    return FamilyTable(family.forces, family.slopes, family.folds, family.first, family.step, family.deepest)
 
 
 def _compiled() -> Engine:

@@ -22,7 +22,7 @@ from pymdr.solving.fits.unknowns import (
     put_into,
     unknowns_of,
 )
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, QuantityLike
 
 FITTED, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED, UNDETERMINED = range(7)
 ENDINGS = (
@@ -41,6 +41,8 @@ _MANY = 64
 SEEN = 25.0
 """Increase of the sum of squares without an effect, in variances of the noise, from which on the effect is significant."""
 WAVES, OF_LIMIT, PLATEAU = "waves", "of_limit", "plateau"
+SYSTEMATIC, LOW, HIGH = "_systematic", "_low", "_high"
+"""Ends of the names of columns: standard errors that all curves share, and 95 % intervals that contain them."""
 IN_CONTACT, RESIDUAL, DRIFT = "samples_in_contact", "relative_residual", "baseline_rise"
 _UNITS = {"noise": "N", WAVES: "", "correlated": "", "indentation": "m", OF_LIMIT: "", PLATEAU: ""}
 _UNITS |= {IN_CONTACT: "", RESIDUAL: "", DRIFT: ""}
@@ -60,6 +62,10 @@ class FitRequest:
     """Rungs of the family; all by default."""
     many: bool = False
     """Whether the search is compiled, because there are many curves."""
+    limits: Mapping[str, float] = field(default_factory=dict)
+    """The largest indentation in m and force in N of the fit range."""
+    uncertainty: Mapping[str, QuantityLike] = field(default_factory=dict)
+    """Standard uncertainties of numbers that all curves share."""
     families: dict[float, Family] = field(default_factory=dict, init=False, compare=False)
     """Tables by their largest depth."""
 
@@ -78,7 +84,8 @@ class FitRequest:
         """SI units of all columns."""
         own = {u.name: u.unit for u in self.unknowns} | ORIGINS
         named = {name: own[name] for name in self.names}
-        return {**named, **{f"{name}_error": unit for name, unit in named.items()}, **_UNITS}
+        ends = ("_error", SYSTEMATIC, LOW, HIGH) if self.uncertainty else ("_error",)
+        return {**named, **{f"{name}{end}": unit for end in ends for name, unit in named.items()}, **_UNITS}
 
     @cached_property
     def axes(self) -> FamilyAxes | None:
@@ -106,14 +113,24 @@ class FittedStretch(NamedTuple):
     """Messages of refused curves."""
 
 
-def request_of(contact: Contact, free: Free, known: dict[str, float], curves: int) -> FitRequest:
+def request_of(
+    contact: Contact,
+    free: Free,
+    known: dict[str, float],
+    curves: int,
+    limits: Mapping[str, float],
+    uncertainty: Mapping[str, QuantityLike],
+) -> FitRequest:
     """The request of a fit of many curves, with a start within the bounds."""
     unknowns = unknowns_of(contact, free)
     given = free if isinstance(free, Mapping) else {}
     bounded = {u.name: (u.low, u.high) for u in unknowns if given.get(u.name) is not None}
     # the tables are relative to the start, which is within the bounds
     at_start = put_into(contact, unknowns, np.array([u.start for u in unknowns]))
-    return FitRequest(at_start, unknowns, known, bounded, free, many=curves >= _MANY)
+    many = curves >= _MANY
+    return FitRequest(
+        at_start, unknowns, known, bounded, free, many=many, limits=limits, uncertainty=uncertainty
+    )
 
 
 def fewest_in_contact(unknowns: int, curves: int = 1) -> int:

@@ -196,6 +196,8 @@ def _mark(request: FitRequest, records: Records, total: int, chunk: int) -> str:
         "known": dict(request.known),
         "shape": list(records.shape),
         "columns": list(request.units),
+        "limits": dict(request.limits),
+        "uncertainty": {name: str(given) for name, given in request.uncertainty.items()},
         "version": __version__,
     }
     mark = hashlib.sha256(json.dumps(work, sort_keys=True).encode())

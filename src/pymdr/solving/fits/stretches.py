@@ -21,11 +21,13 @@ from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.profiles import Shape
 from pymdr.solving.curves.marking import FLAT, SHORTEST
-from pymdr.solving.fits.estimating import Estimate, estimate, solve_fitted
+from pymdr.solving.fits.calibrations import with_uncertainty
+from pymdr.solving.fits.estimating import Estimate, estimated, search_of, solve_fitted
 from pymdr.solving.fits.families import WORK, FamilyAxes
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quality import rise_along_baseline
 from pymdr.solving.fits.quick import fit_by_family
+from pymdr.solving.fits.ranges import NEARLY, ROUNDS, estimated_within, largest_places
 from pymdr.solving.fits.records import Records, Stretch
 from pymdr.solving.fits.request import (
     DRIFT,
@@ -46,6 +48,7 @@ from pymdr.solving.fits.request import (
     empty_columns,
     fewest_in_contact,
 )
+from pymdr.solving.fits.systematic import put_intervals, put_systematic
 from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
     TILT,
@@ -102,17 +105,61 @@ def _fit_stretch(
 ) -> FittedStretch:
     """Fit some curves."""
     if request.axes is not None:
-        fitted = fit_by_family(request, request.axes, stretch)
-        if request.contact.adhesion is None and CONTACT_POINT not in request.known:
-            ending = fitted.columns["ending"]
-            few = _pressed(fitted.columns, stretch) < fewest_in_contact(len(request.unknowns))
-            ending[few & (ending == FITTED)] = UNDETERMINED
+        fitted, stretch = _fit_family_within(request, request.axes, stretch)
+        if request.uncertainty:
+            put_systematic(request, stretch, fitted.columns, _refit)
     else:
         fitted = _fit_one_by_one(request, stretch, progress)
     fitted.columns[PLATEAU][:] = _plateaus(stretch)
     _judge(request, fitted.columns, stretch)
     discard_undetermined(request, fitted.columns)
     return fitted
+
+
+def _fit_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> FittedStretch:
+    """Fit some curves by a family of forces, with those of too few samples in contact marked."""
+    fitted = fit_by_family(request, axes, stretch)
+    if request.contact.adhesion is None and CONTACT_POINT not in request.known:
+        ending = fitted.columns["ending"]
+        few = _pressed(fitted.columns, stretch) < fewest_in_contact(len(request.unknowns))
+        ending[few & (ending == FITTED)] = UNDETERMINED
+    return fitted
+
+
+def _refit(request: FitRequest, stretch: Stretch) -> Columns:
+    assert request.axes is not None
+    return _fit_family(request, request.axes, stretch).columns
+
+
+def _fit_family_within(
+    request: FitRequest, axes: FamilyAxes, stretch: Stretch
+) -> tuple[FittedStretch, Stretch]:
+    """Fit the samples of some curves within the limits of a request, found in turn; also the curves without the others."""
+    fitted = _fit_family(request, axes, stretch)
+    if not request.limits:
+        return fitted, stretch
+    whole = np.isfinite(stretch.place) & np.isfinite(stretch.force)
+    kept, columns, refusals = whole.copy(), fitted.columns, fitted.refusals
+    for _ in range(ROUNDS):
+        within = whole & (stretch.place <= largest_places(request, axes, stretch, columns)[:, None])
+        moving = (columns["ending"] == FITTED) & (np.count_nonzero(within != kept, axis=1) > NEARLY)
+        rows = np.flatnonzero(moving)
+        if not rows.size:
+            break
+        kept[rows] = within[rows]
+        part = Stretch(
+            stretch.place[rows],
+            np.where(kept[rows], stretch.force[rows], math.nan),
+            stretch.softness[rows],
+            None,
+        )
+        again = _fit_family(request, axes, part)
+        refusals |= again.refusals
+        for name, column in again.columns.items():
+            columns[name][rows] = column
+    else:
+        columns["ending"][rows] = UNSETTLED
+    return FittedStretch(columns, refusals), stretch._replace(force=np.where(kept, stretch.force, math.nan))
 
 
 def _pressed(columns: Columns, stretch: Stretch) -> IndexArray:
@@ -162,6 +209,7 @@ def _fit_one_by_one(
     request: FitRequest, stretch: Stretch, progress: Callable[[int], None] | None
 ) -> FittedStretch:
     out, refusals = empty_columns(request, len(stretch.place)), set()
+    squares = {name: np.zeros(len(stretch.place)) for name in request.names}
     for i in range(len(stretch.place)):
         if progress is not None and i:
             progress(i)
@@ -171,8 +219,10 @@ def _fit_one_by_one(
             out["ending"][i] = UNREAD
             continue
         try:
-            result = estimate(request.contact, curve, request.free, request.known)
+            search = search_of(request.contact, curve, request.free, request.known)
+            result = estimated_within(search, request.limits)[0] if request.limits else estimated(search)
             assumed = _assumed(result)
+            shares = with_uncertainty(result, request.uncertainty)[1] if request.uncertainty else {}
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
         except PymdrError as error:
@@ -181,10 +231,14 @@ def _fit_one_by_one(
         else:
             for name in request.names:
                 out[name][i], out[f"{name}_error"][i] = result.values[name].value, result.values[name].error
+                for source in request.uncertainty:
+                    squares[name][i] += shares[source][name] ** 2
             out["noise"][i], out["correlated"][i] = result.noise, result.correlated
             out[WAVES][i], out[OF_LIMIT][i] = result.waves, _of_limit(assumed)
             out["indentation"][i] = result.deepest
             out["ending"][i] = FITTED
+    if request.uncertainty:
+        put_intervals(request, out, squares)
     return FittedStretch(out, frozenset(refusals))
 
 

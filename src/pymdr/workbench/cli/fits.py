@@ -77,10 +77,10 @@ def fit(
         str | None, typer.Option(help="Force of the record out of contact; fitted by default.")
     ] = None,
     max_indentation: Annotated[
-        str | None, typer.Option(help="Largest fitted indentation, such as '500 nm'; one curve.")
+        str | None, typer.Option(help="Largest fitted indentation, such as '500 nm'.")
     ] = None,
     max_force: Annotated[
-        str | None, typer.Option(help="Largest fitted force above the baseline, such as '1 nN'; one curve.")
+        str | None, typer.Option(help="Largest fitted force above the baseline, such as '1 nN'.")
     ] = None,
     uncertainty: Uncertainties = None,
     over_indentation: Annotated[
@@ -196,19 +196,17 @@ def _fitted(
         if settings["over_indentation"] is not None:
             written += _over_indentation(contact, curves, free, origins, settings["over_indentation"], output)
         return fitted, written
-    if uncertainty:
-        raise ProblemError(
-            f"the uncertainty of {', '.join(uncertainty)}: all curves of a map share it, and the map has the errors of each by itself; leave it "
-            "out, and fit one curve with it, whose relative error from this source (calibration, --json) is that of the map"
-        )
-    for name in ("max_indentation", "max_force", "over_indentation"):
-        if settings[name]:
-            raise ProblemError(
-                f"--{name.replace('_', '-')} is for single records; fit one curve of the map, or set the samples of the map beyond the range to nan"
-            )
+    if settings["over_indentation"] is not None:
+        raise ProblemError("--over-indentation is for single records; fit one curve of the map")
     if origins.pop("shift_origin") is not None:
         raise ProblemError("--shift-origin needs a case with friction; use --contact-point for force curves")
-    return _map(contact, curves, free, {**origins, "workers": workers, "progress": stage("fitting")}, output)
+    return _map(
+        contact,
+        curves,
+        free,
+        {**origins, **options, "workers": workers, "progress": stage("fitting")},
+        output,
+    )
 
 
 def _is_folder(files: Sequence[Path]) -> bool:
@@ -425,9 +423,14 @@ def _plain_fit(result: FitResult) -> dict[str, Any]:
 def _plain_map(fitted: FittedMap) -> dict[str, Any]:
     import numpy as np
 
+    from pymdr.solving.fits.request import SYSTEMATIC
+
     values: dict[str, Any] = {}
     for name in fitted.names if fitted.counts.get("fitted") else ():
         low, middle, high = (float(q) for q in np.nanquantile(fitted.data[name].values, [0.25, 0.5, 0.75]))
         unit = str(fitted.data[name].attrs["units"])
         values[name] = {"median": middle, "low_quartile": low, "high_quartile": high, "unit": unit}
+        for key, end in (("median_error", "_error"), ("median_systematic", SYSTEMATIC)):
+            if f"{name}{end}" in fitted.data:
+                values[name][key] = float(np.nanmedian(fitted.data[f"{name}{end}"].values))
     return {"rows": fitted.data["ending"].size, "fit": {"values": values, "endings": fitted.counts}}

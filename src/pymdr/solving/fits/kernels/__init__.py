@@ -2,7 +2,18 @@
 
 from pymdr.solving.fits.kernels.curves import AS_IT_IS, CurveFits, fit_curves
 from pymdr.solving.fits.kernels.descent import Wanted
-from pymdr.solving.fits.kernels.model import BASE, NUMBERS, POINT, SCALE, SHAPE, TILT, Batch, FamilyTable
+from pymdr.solving.fits.kernels.model import (
+    BASE,
+    NUMBERS,
+    POINT,
+    SCALE,
+    SHAPE,
+    TILT,
+    Batch,
+    FamilyTable,
+    Member,
+    member_at,
+)
 from pymdr.solving.fits.kernels.pulls import point_across_samples
 from pymdr.solving.fits.kernels.starts import Engine
 
@@ -18,7 +29,9 @@ __all__ = [
     "CurveFits",
     "Engine",
     "FamilyTable",
+    "Member",
     "Wanted",
     "fit_curves",
+    "member_at",
     "point_across_samples",
 ]
