@@ -191,9 +191,8 @@ class Search:
         def difference(i: int) -> FloatArray:
             step = np.zeros(free.size)
             step[i] = steps[i]
-            if central:
-                return (own.residuals(free + step) - own.residuals(free - step)) / (2.0 * steps[i])
-            return (own.residuals(free + step) - here) / steps[i]
+            before, width = (own.residuals(free - step), 2.0 * steps[i]) if central else (here, steps[i])
+            return np.asarray((own.residuals(free + step) - before) / width)
 
         known = own._slopes_over_origins(models)
         scaled = self.scaled_together
@@ -206,12 +205,12 @@ class Search:
     def _slopes_over_origins(self, models: Sequence[Modelled]) -> dict[int, FloatArray]:
         """The known columns of :meth:`slopes` over the origins, by their free numbers."""
         slopes, i = {}, len(self.unknowns)
-        for j, (curve, one) in enumerate(zip(self.curves, models, strict=True)):
+        for j, one in enumerate(models):
             for name in self._free_origins:
                 column = {
                     self.place: one.rate,
                     BASELINE: -np.ones(one.force.size),
-                    TILT: -_from_middle(curve.position),
+                    TILT: -_from_middle(self.curves[j].position),
                 }[name]
                 if np.isfinite(column).all():
                     columns = [
