@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, TypedDict, Unpack
+from typing import TYPE_CHECKING, ClassVar, Unpack
 
 import numpy as np
 
@@ -16,13 +16,12 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.schedule import Progress
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.calibrations import RECORD
-from pymdr.solving.fits.fitting import SHARES, fit
+from pymdr.solving.fits.fitting import SHARES, FitOptions, fit
 from pymdr.solving.fits.request import DRIFT, IN_CONTACT, RESIDUAL, WAVES
 from pymdr.solving.fits.results import FitResult, Fitted
 from pymdr.solving.fits.unknowns import Free
 from pymdr.solving.grouped import GroupedValues, summarize_groups
 from pymdr.solving.study import Study, TextTable
-from pymdr.units import QuantityLike
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,15 +119,6 @@ class FittedCurves(Study):
         return fitted_groups(
             self.data, {name: study.data for name, study in self.statistics.items()}, self.names
         )
-
-
-class FitOptions(TypedDict, total=False):
-    """Options of :func:`fit` that hold for each of many records."""
-
-    contact_point: QuantityLike | None
-    baseline: QuantityLike | None
-    fit_range: Mapping[str, QuantityLike] | None
-    uncertainty: Mapping[str, QuantityLike] | None
 
 
 def fit_each(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
@@ -49,6 +49,15 @@ SHARES = "standard error"
 """Beginning of notes on the sources of errors."""
 _NOTED = 0.1
 """Ratio of a systematic to a standard error from which on it is noted."""
+
+
+class FitOptions(TypedDict, total=False):
+    """Options of :func:`fit` that hold for each of many records."""
+
+    contact_point: QuantityLike | None
+    baseline: QuantityLike | None
+    fit_range: Mapping[str, QuantityLike] | None
+    uncertainty: Mapping[str, QuantityLike] | None
 
 
 def fit(

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Unpack
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.families import WORK
-from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED
+from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED, FitOptions
 from pymdr.solving.fits.quality import FEWEST_IN_CONTACT, LARGEST_RESIDUAL, LARGEST_RISE
 from pymdr.solving.fits.quick import depth_ranges
 from pymdr.solving.fits.ranges import limits_of, range_text, refuse_history
@@ -189,13 +189,10 @@ def fit_map(
     curves: Sequence[MeasuredCurve] | xr.Dataset | str | os.PathLike[str],
     free: Free,
     *,
-    contact_point: QuantityLike | None = None,
-    baseline: QuantityLike | None = None,
-    fit_range: Mapping[str, QuantityLike] | None = None,
-    uncertainty: Mapping[str, QuantityLike] | None = None,
     folder: str | os.PathLike[str] | None = None,
     workers: Workers = 1,
     progress: Progress | None = None,
+    **options: Unpack[FitOptions],
 ) -> FittedMap:
     """
     Fit parameters of a contact to each of many measured force curves.
@@ -208,17 +205,16 @@ def fit_map(
         A dataset, or the folder or URL of a Zarr store of one, has ``force`` and ``travel`` or ``indentation`` over a grid and
         ``sample``, with ``units`` in their attributes; with travel ``spring_constant``, one or over the grid; ``time`` for bodies
         with memory. It is read in parts.
-    free, contact_point, baseline, fit_range
-        As for :func:`fit`; the range is found for each curve.
-    uncertainty : mapping of str to quantity, optional
-        As for :func:`fit`. All curves share it: ``..._systematic`` of each parameter is the standard error that comes from it, ``..._error``
-        that of the noise, and ``..._low`` and ``..._high`` are the ends of the 95 % interval that contains both.
+    free
+        As for :func:`fit`.
     folder : path, optional
         Zarr store of finished curves, a folder or a URL that fsspec opens; the same call continues an interrupted one.
     workers : int or dask.distributed.Client
         Number of cores, or the client of a cluster; the numbers do not depend on it.
     progress : callable, optional
         Called as ``progress(done, total)``.
+    **options
+        As for :func:`fit`: `contact_point`, `baseline`, `fit_range`, found for each curve, and `uncertainty`, which all curves share.
 
     Returns
     -------
@@ -254,23 +250,10 @@ def fit_map(
     [1000.0, 2000.0]
     """
     require_contact(contact, "fit_map")
-    if contact.friction is not None:
-        raise ProblemError(
-            "fit_map: the contact has friction, which does not affect force curves; leave friction out, or pass each record of "
-            "tangential force and shift to fit"
-        )
     checked_workers(workers)
     records = records_of(curves)
     total = math.prod(records.shape)
-    known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, free)
-    limits = {} if fit_range is None else limits_of(fit_range)
-    if limits:
-        refuse_history(contact)
-    request = request_of(
-        contact, without_tilt(free), known, total, limits, {} if uncertainty is None else uncertainty
-    )
-    if uncertainty is not None:
-        refuse_uncertainty(request, records.read(0, 1))
+    request = _request(contact, records, free, **options)
     chunk = curves_of_chunk(request, records)
     store = Kept(folder, request, records, chunk) if folder is not None else InMemory(request, total)
     parts = [(first, min(first + chunk, total)) for first in range(0, total, chunk)]
@@ -294,6 +277,33 @@ def fit_map(
     if isinstance(store, Kept):
         store.keep_mask(found.data[GOOD])
     return found
+
+
+def _request(
+    contact: Contact,
+    records: Records,
+    free: Free,
+    *,
+    contact_point: QuantityLike | None = None,
+    baseline: QuantityLike | None = None,
+    fit_range: Mapping[str, QuantityLike] | None = None,
+    uncertainty: Mapping[str, QuantityLike] | None = None,
+) -> FitRequest:
+    """The request of a map, checked."""
+    if contact.friction is not None:
+        raise ProblemError(
+            "fit_map: the contact has friction, which does not affect force curves; leave friction out, or pass each record of "
+            "tangential force and shift to fit"
+        )
+    known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, free)
+    limits = {} if fit_range is None else limits_of(fit_range)
+    if limits:
+        refuse_history(contact)
+    shared = {} if uncertainty is None else uncertainty
+    request = request_of(contact, without_tilt(free), known, math.prod(records.shape), limits, shared)
+    if uncertainty is not None:
+        refuse_uncertainty(request, records.read(0, 1))
+    return request
 
 
 def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -> FittedMap:

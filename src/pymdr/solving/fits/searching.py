@@ -220,7 +220,7 @@ class Search:
                 i += 1
         return slopes
 
-    @cached_property
+    @property
     def scaled_together(self) -> tuple[int, ...]:
         """The free numbers of sizes to which, taken together, all forces at given depths are proportional; none if one of them is known."""
         law = self.contact.adhesion
