@@ -46,13 +46,15 @@ print("figure saved as damped_vibration.png")
 late = slice(50 * 400, 51 * 400 + 1)
 amplitude = 0.5 * (max(shifts[late]) - min(shifts[late]))
 loop = mdr.solve(ball, mdr.indent(depth) >> mdr.cycle(shift=amplitude, cycles=2))
-lost = float(loop["dissipated_energy"][-1] - loop["dissipated_energy"][len(loop["dissipated_energy"]) // 2])
+dissipated = float(
+    loop["dissipated_energy"][-1] - loop["dissipated_energy"][len(loop["dissipated_energy"]) // 2]
+)
 own = energies[late.start] - energies[late.stop - 1]
 print(
-    f"lost in the 51st cycle: {own * 1e9:.2f} nJ; in a closed loop of {amplitude * 1e6:.3f} µm: {lost * 1e9:.2f} nJ"
+    f"lost in the 51st cycle: {own * 1e9:.2f} nJ; in a closed loop of {amplitude * 1e6:.3f} µm: {dissipated * 1e9:.2f} nJ"
 )
 
 balance = energies[0] - energies[-1] - contact.dissipated_energy
 print(f"energy that the integration lost: {abs(balance) / energies[0]:.1e} of that at the start")
-assert abs(own / lost - 1) < 0.02
+assert abs(own / dissipated - 1) < 0.02
 assert abs(balance) < 1e-4 * energies[0]

@@ -127,9 +127,9 @@ def written(file, columns):
 
 @pytest.fixture
 def files(tmp_path):
-    held, jumped = drifting(0.1e-9, 0.05e-9), jumping(8e-9, 0.05e-9, 1)
+    drifted, jumped = drifting(0.1e-9, 0.05e-9), jumping(8e-9, 0.05e-9, 1)
     return {
-        "drift": written(tmp_path / "drift.csv", {"time": held.time, "indentation": held.indentation, "normal_force": held.force}),
+        "drift": written(tmp_path / "drift.csv", {"time": drifted.time, "indentation": drifted.indentation, "normal_force": drifted.force}),
         "depth": written(tmp_path / "depth.csv", record_of_depth()),
         "jump": written(tmp_path / "jump.csv", {"indentation": jumped.indentation, "normal_force": jumped.force}),
     }  # fmt: skip

@@ -156,13 +156,13 @@ def test_a_vibrating_joint_loses_the_energy_of_its_loop():
     motion = mdr.move(machine, 12 * period, steps=6000, accuracy=1e-3)
     x, v = motion["position"].values[:, 0], motion["velocity"].values[:, 0]
     turns = np.flatnonzero((v[:-1] > 0) & (v[1:] <= 0))[-2:]
-    lost = np.diff(motion["dissipated_energy"].values[turns])[0]
+    dissipated = np.diff(motion["dissipated_energy"].values[turns])[0]
     opposite = np.flatnonzero((v[:-1] < 0) & (v[1:] >= 0))
     between = opposite[(opposite > turns[0]) & (opposite < turns[1])][0]
     amplitude = 0.5 * (0.5 * (x[turns[0]] + x[turns[1]]) - x[between])
     loop = mdr.solve(RUBBING, mdr.indent(depth) >> mdr.cycle(shift=amplitude, cycles=2, steps=8))
     closed = loop["dissipated_energy"].values
-    assert lost == pytest.approx(closed[-1] - closed[-5], rel=5e-3)
+    assert dissipated == pytest.approx(closed[-1] - closed[-5], rel=5e-3)
 
 
 def test_a_solitary_wave_runs_along_a_chain_of_spheres():
@@ -293,8 +293,8 @@ def test_energy_in_is_energy_stored_and_dissipated(length, young, parts, slides)
     ]
     run = followed(mdr.Machine(bodies, links), 30 * period, 600)
     assert residual(run) < 1e-10
-    lost = run.energies[:, 4]
-    assert np.all(np.diff(lost) >= 0.0) if slides else not lost.any()
+    dissipated = run.energies[:, 4]
+    assert np.all(np.diff(dissipated) >= 0.0) if slides else not dissipated.any()
 
 
 def test_a_machine_without_contacts():

@@ -502,11 +502,11 @@ class TestCases:
         assert ran.exit_code == 0
         assert "tangential force along y" in ran.output
         assert {"plane.png", "slip.png"} <= {file.name for file in (tmp_path / "out").rglob("*.png")}
-        held = CliRunner().invoke(
+        outcome = CliRunner().invoke(
             app, ["verify", str(case), "-o", str(tmp_path / "v"), "--cells", "12", "--steps", "9"]
         )
-        assert held.exit_code == 0
-        assert "largest difference of the tangential force" in held.output
+        assert outcome.exit_code == 0
+        assert "largest difference of the tangential force" in outcome.output
         assert (tmp_path / "v" / "verify.png").is_file()
 
 

@@ -97,13 +97,13 @@ def test_yielding_dissipates(ball, depths):
     Just above first yield the model lets the dissipated energy fall by up to 9 %.
     """
     largest = 0.9 * ball.radius * 10 ** np.sort(depths)
-    lost, residual = ball.dissipation(largest), ball.residual(largest)
+    dissipated, residual = ball.dissipation(largest), ball.residual(largest)
     work = ball.loading_work(largest)
-    assert np.all(lost >= 0.0)
-    assert np.all(lost <= work)
+    assert np.all(dissipated >= 0.0)
+    assert np.all(dissipated <= work)
     beyond = largest > 1.2 * ball.yield_depth
-    assert np.all(np.diff(lost[beyond]) >= -1e-13 * work[beyond][1:])
-    assert np.all(np.diff(lost) >= -0.1 * lost[:-1])
+    assert np.all(np.diff(dissipated[beyond]) >= -1e-13 * work[beyond][1:])
+    assert np.all(np.diff(dissipated) >= -0.1 * dissipated[:-1])
     assert np.all((residual >= 0.0) & (residual <= largest))
     assert np.all(np.diff(residual) >= 0.0)
     assert np.all(np.diff(ball.loading_force(largest)) >= 0.0)
@@ -227,12 +227,12 @@ def test_adhesion_on_unloading():
     ball, work = ball_of(), 3e4
     d = np.concatenate([[0.12], np.linspace(0.12, 0.06, 4001)])
     largest = np.full(d.shape, 0.12)
-    rows, (a, lost) = follow_edge(ball, work, d, largest, start_of_edge())
+    rows, (a, dissipated) = follow_edge(ball, work, d, largest, start_of_edge())
     assert a == 0.0
-    assert lost == rows.lost[-1]
+    assert dissipated == rows.dissipated[-1]
     # the energy that unloading takes is stored or dissipated
     done = np.concatenate([[0.0], np.cumsum(0.5 * (rows.force[1:] + rows.force[:-1]) * np.diff(d))])
-    balance = done - (rows.elastic_energy - rows.elastic_energy[0]) - rows.lost
+    balance = done - (rows.elastic_energy - rows.elastic_energy[0]) - rows.dissipated
     # the jump to separation lies within one row
     assert np.max(np.abs(balance[rows.contact_radius > 0.0])) < 1e-6 * rows.elastic_energy[0]
     assert np.max(np.abs(balance)) < 1e-4 * rows.elastic_energy[0]

@@ -254,8 +254,10 @@ def test_a_cohesive_zone_at_three_speeds(speed):
     assert found.largest_difference < 1e-3
     assert found.largest_in_history < 1e-3
     assert found.history is not None
-    lost = [np.flatnonzero(found.history[f"normal_force_{way}"].values).max() for way in ("mdr", "rings")]
-    assert abs(lost[0] - lost[1]) <= 1
+    last_attached = [
+        np.flatnonzero(found.history[f"normal_force_{way}"].values).max() for way in ("mdr", "rings")
+    ]
+    assert abs(last_attached[0] - last_attached[1]) <= 1
 
 
 def test_rings_of_a_cohesive_zone_have_fields_and_their_error():

@@ -157,9 +157,9 @@ def test_segments_are_the_limit_of_many_springs(kind, power, slope, moves):
         q = np.where(g < d, np.clip(q + 8 * line.shear * (phi - phi0) * part, -most, most), 0.0)
         d0, phi0 = d, phi
         before, state = state, turn(line, state, d, phi)
-        lost, _ = slip_work(line, before, state)
+        work, _ = slip_work(line, before, state)
         assert state.torque == pytest.approx(2 * np.sum(x**2 * q) * top / n, rel=1e-4, abs=1e-5 * full)
-        assert lost >= 0.0
+        assert work >= 0.0
 
 
 @settings(max_examples=examples(6), deadline=None)

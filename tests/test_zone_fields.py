@@ -105,9 +105,9 @@ def test_the_displacement_is_the_creep_under_the_history_of_pressure():
     for row in (10, 25, 40):
         s = np.linspace(times[0], times[row], 4001)
         compliance = 1.0 - 0.9 * np.exp(-(times[row] - s) / 10.0)
-        crept = elastic[0] * compliance[0] + np.trapezoid(compliance * curve.derivative()(s), s)
+        creep_indentation = elastic[0] * compliance[0] + np.trapezoid(compliance * curve.derivative()(s), s)
         u = float(result.field("normal_displacement", [radius], row)[0])
-        assert u == pytest.approx(crept, rel=2e-3)
+        assert u == pytest.approx(creep_indentation, rel=2e-3)
 
 
 def test_fields_of_saved_results_and_of_shorter_paths_are_the_same(retraction, tmp_path):

@@ -106,8 +106,8 @@ def friction(rng, mdr, full):
     deepest = c * (profile.radius * log_uniform(rng, 1e-2, 1.0)) ** n
     count = int(rng.integers(2, 60 if full else 15))
     depth = deepest * rng.uniform(0.02, 1.0, count)
-    held = rng.random(count) < 0.4
-    for row in np.flatnonzero(held[1:]) + 1:
+    constant = rng.random(count) < 0.4
+    for row in np.flatnonzero(constant[1:]) + 1:
         depth[row] = depth[row - 1]
     shift = np.cumsum(rng.normal(size=count)) * deepest * ratio * log_uniform(rng, 0.03, 2.0)
     shift[0] = 0.0

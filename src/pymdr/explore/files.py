@@ -74,11 +74,11 @@ class Files:
             return
         name, content = next(iter(event.new.items()))
         choice = self._choice()
-        held = content if isinstance(content, bytes) else str(content).encode()
+        data = content if isinstance(content, bytes) else str(content).encode()
 
         def work() -> None:
             try:
-                self._soon(self._use, dropped(str(name), held, choice))
+                self._soon(self._use, dropped(str(name), data, choice))
             except FAILURES as error:
                 self._soon(self._refuse, refusal(error))
 

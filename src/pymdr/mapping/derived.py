@@ -240,8 +240,8 @@ class DerivedSource(SlopeSource):
             rise, gap = np.abs(values[0] - values[1]), np.abs(values[0] - self._apex)
             noise, unit = np.maximum(measured, least), np.nanmax(least / np.abs(values[0]), initial=_EPS)
             resolved = (gap > _UNDERFLOW) | (noise > _UNDERFLOW)
-            lost = (40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & resolved
-        return bool(np.any(lost & np.isfinite(rise)))
+            unresolved = (40.0 * noise > _SURE * rise) & (noise > _CANCELLED * unit * gap) & resolved
+        return bool(np.any(unresolved & np.isfinite(rise)))
 
     def rough(self, r: FloatArray) -> FloatArray:
         """Approximate f' at radii in m, by parabolas."""

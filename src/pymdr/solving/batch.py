@@ -21,7 +21,15 @@ from pymdr.problem.paths import Hold, LoadingPath
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.verb import solve
-from pymdr.solving.workers import LOST, Workers, checked_workers, cores_of, counted, in_order, is_cluster
+from pymdr.solving.workers import (
+    LOST_WORKERS,
+    Workers,
+    checked_workers,
+    cores_of,
+    counted,
+    in_order,
+    is_cluster,
+)
 from pymdr.units import QuantityLike, shown
 
 if TYPE_CHECKING:
@@ -203,7 +211,7 @@ def _solve_in_processes(
                 try:
                     received = _received(parcel.result())
                 except BrokenProcessPool as error:
-                    raise ProblemError(f"workers = {workers}: {LOST}") from error
+                    raise ProblemError(f"workers = {workers}: {LOST_WORKERS}") from error
                 for i, answer in zip(block, received, strict=True):
                     answers[i] = _with_its_own(answer, requests[i])
                 waits = False

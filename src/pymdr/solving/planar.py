@@ -91,7 +91,7 @@ class PlanarLaw:
     springs: Springs
     parts: dict[int, tuple[int, float]] = field(default_factory=dict)
     """Parts of rows that move a load and a shift at once by leg, and the remaining change in N."""
-    lost: bool = False
+    glides: bool = False
     """Whether a prescribed force exceeded friction, so that the body glides."""
     stop: int | None = None
     """A row of the path at which `stopped` is taken."""
@@ -148,8 +148,8 @@ class PlanarLaw:
         radius = _by_distinct(depth, self._radius)["radius"]
         pulled = stretch.controls.tangential == "tangential_force"
         load = _forces(self.mapped, stretch, depth) if pulled else None
-        target = np.full((depth.size, 2), math.nan) if self.lost else stretch.tangential
-        if self.lost or np.isnan(target).any():
+        target = np.full((depth.size, 2), math.nan) if self.glides else stretch.tangential
+        if self.glides or np.isnan(target).any():
             nothing = np.full((depth.size, 2), math.nan)
             return PlaneRows(nothing, nothing, *nothing[:, :1].T.repeat(6, axis=0)), state
         rows, state, ending = follow_plane(self.law, self.springs, depth, radius, target, state, load)
@@ -159,7 +159,7 @@ class PlanarLaw:
             raise ConvergenceError(
                 f"no shift found for tangential_force = {force} in {stretch.row(i)}; take more rows, or move the body with shift(...)"
             )
-        self.lost = self.lost or ending is PlaneEnding.NOT_ATTAINABLE
+        self.glides = self.glides or ending is PlaneEnding.NOT_ATTAINABLE
         return rows, state
 
 
@@ -339,7 +339,7 @@ def _interpret(
         columns=columns,
         claims=claims,
         assumptions=frictional_assumptions(contact, law.mapped, radius),
-        status=Status.GLIDING if law.lost else Status.COMPLETED,
+        status=Status.GLIDING if law.glides else Status.COMPLETED,
         notes=(
             *law.mapped.notes,
             f"{law.springs.label.size - 1} springs whose forces are vectors, each followed exactly between rows",

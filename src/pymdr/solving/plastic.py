@@ -126,10 +126,15 @@ def _step(
     if np.max(largest) > DEEPEST * ball.radius:
         _refuse_too_deep(ball, stretch, targets)
     force, radius = ball.force(d, largest), ball.contact_radius(d, largest)
-    energy, lost, edge = ball.elastic_energy(d, largest), np.zeros(d.shape), state.edge
+    energy, dissipated, edge = ball.elastic_energy(d, largest), np.zeros(d.shape), state.edge
     if adhesion is not None:
         rows, edge = follow_edge(ball, adhesion.work, d, largest, state.edge)
-        force, radius, energy, lost = rows.force, rows.contact_radius, rows.elastic_energy, rows.lost
+        force, radius, energy, dissipated = (
+            rows.force,
+            rows.contact_radius,
+            rows.elastic_energy,
+            rows.dissipated,
+        )
     if stretch.by_force:
         force = targets
     before = np.append(state.largest, largest[:-1])
@@ -145,7 +150,7 @@ def _step(
         if adhesion is not None
         else ball.stiffness(d, largest),
         energy,
-        energy + ball.dissipation(largest) + lost,
+        energy + ball.dissipation(largest) + dissipated,
         ball.yielded(largest) * (largest > before),
     )
     return found, _State(float(largest[-1]), edge), here

@@ -233,19 +233,19 @@ def _graded(length: float, rows: dict[str, FloatArray]) -> FloatArray:
     even = _even(length)
     attached = rows["cohesive_radius"] > 0.0
     force = np.where(attached, rows["normal_force"], math.inf)
-    lowest, lost = int(np.argmin(force)), int(np.flatnonzero(~attached)[0])
+    lowest, separated = int(np.argmin(force)), int(np.flatnonzero(~attached)[0])
 
     def at(row: int) -> float:
         return float(even[row]) if row >= 0 else 0.0
 
     parts = [
-        np.linspace(0.0, at(lost), ROWS)[1:],
-        np.linspace(at(lowest - 1), at(min(lowest + 1, lost)), _FINE)[1:],
-        np.linspace(at(lost - 1), at(lost), _FINE)[1:],
+        np.linspace(0.0, at(separated), ROWS)[1:],
+        np.linspace(at(lowest - 1), at(min(lowest + 1, separated)), _FINE)[1:],
+        np.linspace(at(separated - 1), at(separated), _FINE)[1:],
     ]
     lengths = np.unique(np.concatenate(parts))
     # rows that rounding has doubled
-    return lengths[np.diff(lengths, append=math.inf) > 1e-9 * at(lost)]
+    return lengths[np.diff(lengths, append=math.inf) > 1e-9 * at(separated)]
 
 
 def _first_length(contact: Contact, approach: _Approach) -> float:

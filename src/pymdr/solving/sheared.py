@@ -288,7 +288,7 @@ def _errors(
     jumps = Jumps(np.zeros(0, dtype=np.intp), *(np.zeros(0),) * 4)
     errors = adhesive_errors(line, curve, s, rows.control, lossless, jumps, 0.0)
     attached, plain = rows.kind == ATTACHED, rows.of("unsheared")
-    lost = attached & np.isnan(plain)
+    unresolved = attached & np.isnan(plain)
     here, there = curve.states(s), sheared.line.equilibria.states(np.where(np.isnan(plain), s, plain))
     w = np.abs(curve.opening(s))
     a = here.contact_radius
@@ -298,7 +298,7 @@ def _errors(
         (there.contact_radius, there.indentation, there.normal_force),
         sizes,
     )
-    views = np.where(lost, 1.0, np.where(attached, views, 0.0))
+    views = np.where(unresolved, 1.0, np.where(attached, views, 0.0))
     names = (*columns, *NORMAL_FIELDS, "shear_traction")
     return {name: np.minimum(errors.get(name, none) + views, 1.0) for name in names if name != "jumped"}
 

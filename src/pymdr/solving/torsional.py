@@ -286,10 +286,10 @@ def _interpret(task: Task, law: TorsionLaw, walked: Walked[Rows]) -> Interpretat
     if errors:
         worst = np.maximum(errors["normal_force"], errors["pressure"])
         errors |= dict.fromkeys((*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS), worst)
-    lost = np.maximum.accumulate(np.array([law.line.lost_near_kink(d) for d in depths.tolist()])[back])
-    if lost.any():
+    near_kink = np.maximum.accumulate(np.array([law.line.lost_near_kink(d) for d in depths.tolist()])[back])
+    if near_kink.any():
         for name in (*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS):
-            errors[name] = errors.get(name, 0.0) + lost
+            errors[name] = errors.get(name, 0.0) + near_kink
     missed = np.divide(rows.missed, rows.slip_work, out=np.zeros(depth.size), where=rows.slip_work > 0.0)
     if missed.any():
         errors["dissipated_energy"] = errors.get("dissipated_energy", np.zeros(depth.size)) + missed

@@ -254,9 +254,9 @@ def _loads(data: xr.Dataset, given: QuantityLike | None, spans: list[slice]) -> 
         return None
     force = _column(data, "normal_force", "N")
     loads = np.array([float(np.mean(force[span])) for span in spans])
-    held = np.isfinite(loads) & (loads > 0.0)
-    if not held.all():
-        row = int(np.argmin(held)) + 1
+    loaded = np.isfinite(loads) & (loads > 0.0)
+    if not loaded.all():
+        row = int(np.argmin(loaded)) + 1
         raise ProblemError(
             f"fretting_log: the mean normal force of cycle {row} is {loads[row - 1]:.4g} N, and it must be above 0 N and finite; check the sign "
             "and that the columns of both forces are not interchanged"

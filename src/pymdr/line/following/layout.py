@@ -16,7 +16,7 @@ PARAMETER, FORCE, RADIUS, STIFFNESS, OTHER = range(5)
     DEPTH,
     AT,
     NORMAL,
-    LOST,
+    DISSIPATED,
     JUMPED,
     CURVE,
     MOVES,

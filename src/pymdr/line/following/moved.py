@@ -169,7 +169,7 @@ class Branches(WithoutShift, Moved):
     @property
     def dissipated_energy(self) -> FloatArray:
         """Energy in J lost in jumps and by hysteresis so far."""
-        return self._now(at.LOST)
+        return self._now(at.DISSIPATED)
 
     @property
     def jumped(self) -> BoolArray:
@@ -240,8 +240,8 @@ class RestingBranches(Branches):
         now = self.arrays[0][i, NOW]
         track = self._tracks.advancing if depth > now[at.RESTS_TO] else self._tracks.receding
         history = follow(track, [depth], float(now[at.AT]))
-        reached, lost = float(history.branch[-1]), float(history.dissipated.sum())
-        return float(self._step(*self.both, self.arrays[0][i], depth, reached, lost)[1])
+        reached, dissipated = float(history.branch[-1]), float(history.dissipated.sum())
+        return float(self._step(*self.both, self.arrays[0][i], depth, reached, dissipated)[1])
 
 
 def _free(count: int, columns: int) -> FloatArray:

@@ -16,6 +16,7 @@ from pymdr.line.following.layout import (
     COMPLETE,
     CURVE,
     DEPTH,
+    DISSIPATED,
     DOWN_JUMPS,
     DOWN_LOSS,
     DOWN_TO,
@@ -25,7 +26,6 @@ from pymdr.line.following.layout import (
     HIGH,
     JUMPED,
     LAST,
-    LOST,
     LOW,
     MOVES,
     NO_CONTACT,
@@ -80,11 +80,11 @@ def walk(rows: FloatArray, now: FloatArray, branch: float, depth: float) -> floa
     while True:
         if depth > rows[row, HIGH]:
             branch = rows[row, UP_TO]
-            now[LOST] += rows[row, UP_LOSS]
+            now[DISSIPATED] += rows[row, UP_LOSS]
             now[JUMPED] = max(now[JUMPED], rows[row, UP_JUMPS])
         elif depth < rows[row, LOW]:
             branch = rows[row, DOWN_TO]
-            now[LOST] += rows[row, DOWN_LOSS]
+            now[DISSIPATED] += rows[row, DOWN_LOSS]
             now[JUMPED] = max(now[JUMPED], rows[row, DOWN_JUMPS])
         else:
             return branch
@@ -224,7 +224,7 @@ def step_resting(
     now = memory[NOW]
     before = now[REACH]
     if jumps:
-        now[LOST] += loss
+        now[DISSIPATED] += loss
         now[JUMPED] = 1.0
     else:
         branch = walk(rows, now, branch, depth)
@@ -233,7 +233,7 @@ def step_resting(
     if not advances:
         spent = edge[PER_AREA] * (before * before - now[REACH] * now[REACH])
         now[SPENT] += spent
-        now[LOST] += spent
+        now[DISSIPATED] += spent
     return COMPLETE, float(now[NORMAL])
 
 

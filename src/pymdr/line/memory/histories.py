@@ -326,7 +326,7 @@ def _follow(
         now = replace(now, springs=extended(curve, now.springs, next_depth(curve, now.springs)))
     rows[:, kernels.WORK] += state.work
     rows[:, kernels.DISSIPATED] += state.dissipated
-    work, lost = float(rows[-1, kernels.WORK]), float(rows[-1, kernels.DISSIPATED])
+    work, dissipated = float(rows[-1, kernels.WORK]), float(rows[-1, kernels.DISSIPATED])
     return MemoryHistory(
         rows[:, kernels.INDENTATION].copy(),
         rows[:, kernels.FORCE].copy(),
@@ -335,7 +335,7 @@ def _follow(
         rows[:, kernels.DISSIPATED].copy(),
         rows[:, kernels.WORK].copy(),
         rows[:, kernels.COUNT] == rows[:, kernels.LAST] + 1.0,
-        replace(now, work=work, dissipated=lost),
+        replace(now, work=work, dissipated=dissipated),
     )
 
 

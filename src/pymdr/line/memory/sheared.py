@@ -52,8 +52,8 @@ class ShearedContacts(WithoutAdhesion, Moved):
             steps.table_of(springs), float(friction), steps.body_of(relaxation, modes), own
         )
         self._scratch = first.copy(), first.copy()
-        held = (first, np.zeros(kernels.COLUMNS))
-        self._own = tuple(np.tile(one, (normal.count, 2, *([1] * one.ndim))) for one in held)
+        start = (first, np.zeros(kernels.COLUMNS))
+        self._own = tuple(np.tile(one, (normal.count, 2, *([1] * one.ndim))) for one in start)
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
@@ -62,8 +62,8 @@ class ShearedContacts(WithoutAdhesion, Moved):
 
     @arrays.setter
     def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
-        held, rows, *normal = arrays
-        self._own, self.normal.arrays = (held, rows), tuple(normal)
+        springs, rows, *normal = arrays
+        self._own, self.normal.arrays = (springs, rows), tuple(normal)
 
     def copied(self) -> Self:
         """The same contacts, which move on their own."""
@@ -87,22 +87,22 @@ class ShearedContacts(WithoutAdhesion, Moved):
         return normal, tangential
 
     def _step(self, i: int, depth: float, shift: float, duration: float) -> tuple[float, float]:
-        at, held, row = self._at, self._own[0][i], self._own[1][i]
-        for array in (held, row):
+        at, springs, row = self._at, self._own[0][i], self._own[1][i]
+        for array in (springs, row):
             array[BEFORE] = array[NOW]
         here, normal = float(row[NOW, at.SHIFT]), 0.0
         for share, passage in self.normal.step_in_parts(i, depth, duration, self._division):
             rows = np.zeros((share.size, row.shape[1]))
             for scratch in self._scratch:
-                scratch[:] = held[NOW]
+                scratch[:] = springs[NOW]
             self._run.own[:] = 0.0  # of the steps and contacts before
             at.shear(
                 self._run,
                 at.Pressed(row_data(self.normal.curve, passage, self.normal.relaxation), passage.notes),
                 shift - (shift - here) * (1.0 - share),
                 (False, 0.0),
-                (float(row[NOW, at.SHIFT]), active_springs(held[NOW])),
-                (held[NOW], *self._scratch),
+                (float(row[NOW, at.SHIFT]), active_springs(springs[NOW])),
+                (springs[NOW], *self._scratch),
                 rows,
             )
             for column in (at.DISSIPATED, at.SLIP, at.WORK):
@@ -166,8 +166,8 @@ class ShearedContacts(WithoutAdhesion, Moved):
     @property
     def dissipated_energy(self) -> FloatArray:
         """Energy in J of all dashpots and of slip so far."""
-        lost = self._now(self._at.DISSIPATED) + self._now(self._at.SLIP)
-        return np.asarray(self.normal.dissipated_energy + lost)
+        dissipated = self._now(self._at.DISSIPATED) + self._now(self._at.SLIP)
+        return np.asarray(self.normal.dissipated_energy + dissipated)
 
     def _now(self, column: int) -> FloatArray:
         return np.asarray(self._own[1][:, NOW, column])

@@ -24,7 +24,7 @@ _GROWN, _TIMES = 0.4, 4.0
 """Ratio of the depths at the ends of a part above which the stiffness is smooth over it; relaxation times in a part."""
 _STRAIGHT, _STEPS, _CLOSE = 10, 200, 1e-14
 """Of a search for a root: steps after which every other one halves, and their number; and of the depth or of a row."""
-_HELD = 1e-13
+_CONSTANT = 1e-13
 """Decrease of a constant travel that counts as rounding, relative to the travel."""
 _FORGOTTEN = 36.0
 """Relaxation times after which a contribution is below rounding."""
@@ -135,7 +135,7 @@ def _pressed(
     if low > 0.0:
         force = _borne(bodies, carried, low, low, wait)
         short = low + softness * force - target
-        if short > _HELD * target:
+        if short > _CONSTANT * target:
             return -math.inf, 0.0
         if short >= 0.0:
             return low, force

@@ -80,7 +80,7 @@ def move_of(x: float, y: float, before: float, after: float) -> Move:
 
 
 @inner
-def lost(tau: float, start: float, forward: bool, m: float, alpha: float) -> tuple[float, float]:
+def slip_integrals(tau: float, start: float, forward: bool, m: float, alpha: float) -> tuple[float, float]:
     """
     Integrals of (1 - cos(theta)) m^k dtau over a slip, for k = 1 and 2, by Gauss's rule.
 
@@ -153,7 +153,7 @@ def _turned(along: float, across: float, move: Move, length: float, low: float) 
 
 @inner
 def _level(
-    labels: FloatArray, held: FloatArray, first: int, last: int, move: Move, after: FloatArray
+    labels: FloatArray, vectors: FloatArray, first: int, last: int, move: Move, after: FloatArray
 ) -> None:
     """
     Springs from one up to another after a row of constant depth, without branches.
@@ -167,7 +167,7 @@ def _level(
     # indices without sign cannot count from the end, which would keep the loop from being vectorized
     for i in range(np.uintp(first), np.uintp(last)):
         low = move.after - labels[i]
-        x, y = held[0, i], held[1, i]
+        x, y = vectors[0, i], vectors[1, i]
         end_x, end_y = x + move.x, y + move.y
         b = x * move.x + y * move.y
         c = min(x * x + y * y - low * low, 0.0)
@@ -186,11 +186,11 @@ def _level(
 
 
 @inner
-def _first_beyond(labels: FloatArray, held: FloatArray, touching: int, move: Move) -> int:
+def _first_beyond(labels: FloatArray, vectors: FloatArray, touching: int, move: Move) -> int:
     """The first spring that a row of constant depth moves beyond its limit, or their number."""
     for i in range(touching):
         low = move.after - labels[i]
-        x, y = held[0, i] + move.x, held[1, i] + move.y
+        x, y = vectors[0, i] + move.x, vectors[1, i] + move.y
         if x * x + y * y > low * low:
             return i
     return touching
@@ -230,7 +230,7 @@ def slipped(x: float, y: float, move: Move, length: float, low: float, high: flo
     else:
         forward = along >= 0.0
         ratio = far / near if forward else near / far
-        first, second = lost(tau, ratio, forward, low, (high - low) / length)
+        first, second = slip_integrals(tau, ratio, forward, low, (high - low) / length)
     slid = max(length - first - (high - low), 0.0)
     work = max(0.5 * (low + high) * (length - (high - low)) - second, 0.0)
     cosine, sine = high * (near - end) / whole, high * 2.0 * turn * across / whole
@@ -286,11 +286,11 @@ def advanced(x: float, y: float, label: float, move: Move, slips: bool) -> Sprin
 
 
 @inner
-def force_of(labels: FloatArray, held: FloatArray, move: Move, slips: bool) -> tuple[float, float]:
+def force_of(labels: FloatArray, vectors: FloatArray, move: Move, slips: bool) -> tuple[float, float]:
     """The sum of the springs after a row."""
     x = y = 0.0
     for i in range(1, labels.size):
-        spring = advanced(held[0, i], held[1, i], labels[i], move, slips)
+        spring = advanced(vectors[0, i], vectors[1, i], labels[i], move, slips)
         x += spring.x
         y += spring.y
     return x, y
@@ -299,7 +299,7 @@ def force_of(labels: FloatArray, held: FloatArray, move: Move, slips: bool) -> t
 @inner
 def closer(
     labels: FloatArray,
-    held: FloatArray,
+    vectors: FloatArray,
     depths: tuple[float, float],
     target: FloatArray,
     slips: bool,
@@ -314,7 +314,7 @@ def closer(
     x, y, size = begin
     limit, touching = capacity
     before, after = depths
-    f_x, f_y = force_of(labels, held, move_of(x, y, before, after), slips)
+    f_x, f_y = force_of(labels, vectors, move_of(x, y, before, after), slips)
     r_x, r_y = f_x - target[0], f_y - target[1]
     trusted, earlier = 4.0 * max(size / touching, 0.1 * math.hypot(x, y)), math.inf
     for iteration in range(_ITERATIONS):
@@ -325,8 +325,8 @@ def closer(
                 break
             earlier = size
         step = 1e-7 * (limit / touching + size / touching)
-        a_x, a_y = force_of(labels, held, move_of(x + step, y, before, after), slips)
-        b_x, b_y = force_of(labels, held, move_of(x, y + step, before, after), slips)
+        a_x, a_y = force_of(labels, vectors, move_of(x + step, y, before, after), slips)
+        b_x, b_y = force_of(labels, vectors, move_of(x, y + step, before, after), slips)
         xx, yx, xy, yy = (a_x - f_x) / step, (a_y - f_y) / step, (b_x - f_x) / step, (b_y - f_y) / step
         determinant = xx * yy - xy * yx
         if determinant > 0.0:
@@ -337,7 +337,9 @@ def closer(
         part = min(1.0, trusted / max(math.hypot(g_x, g_y), 1e-300))
         smaller = size
         for _halving in range(_HALVINGS):
-            f_x, f_y = force_of(labels, held, move_of(x + part * g_x, y + part * g_y, before, after), slips)
+            f_x, f_y = force_of(
+                labels, vectors, move_of(x + part * g_x, y + part * g_y, before, after), slips
+            )
             smaller = math.hypot(f_x - target[0], f_y - target[1])
             if smaller < size:
                 break
@@ -351,7 +353,7 @@ def closer(
 
 
 def _moved_to(
-    labels: FloatArray, held: FloatArray, before: float, after: float, target: FloatArray, slips: bool
+    labels: FloatArray, vectors: FloatArray, before: float, after: float, target: FloatArray, slips: bool
 ) -> tuple[float, float, int]:
     """
     The shift of a row that ends at a force, and how the search ended.
@@ -370,9 +372,9 @@ def _moved_to(
     if slips and math.hypot(target[0], target[1]) >= limit * (1.0 - 1e-9):
         return 0.0, 0.0, NOT_ATTAINABLE
     depths, capacity = (before, after), (limit, touching)
-    f_x, f_y = force_of(labels, held, move_of(0.0, 0.0, before, after), slips)
+    f_x, f_y = force_of(labels, vectors, move_of(0.0, 0.0, before, after), slips)
     size = math.hypot(f_x - target[0], f_y - target[1])
-    x, y, least = closer(labels, held, depths, target, slips, (0.0, 0.0, size), capacity)
+    x, y, least = closer(labels, vectors, depths, target, slips, (0.0, 0.0, size), capacity)
     if least <= _ACCEPTED * limit:
         return x, y, COMPLETE
     first = math.atan2(target[1] - f_y, target[0] - f_x)
@@ -381,9 +383,9 @@ def _moved_to(
         for turn in range(_TURNS):
             angle = first + 2.0 * math.pi / _TURNS * turn
             x, y = length * math.cos(angle), length * math.sin(angle)
-            f_x, f_y = force_of(labels, held, move_of(x, y, before, after), slips)
+            f_x, f_y = force_of(labels, vectors, move_of(x, y, before, after), slips)
             size = math.hypot(f_x - target[0], f_y - target[1])
-            x, y, least = closer(labels, held, depths, target, slips, (x, y, size), capacity)
+            x, y, least = closer(labels, vectors, depths, target, slips, (x, y, size), capacity)
             if least <= _ACCEPTED * limit:
                 return x, y, COMPLETE
     return x, y, NOT_CONVERGED
@@ -391,7 +393,7 @@ def _moved_to(
 
 @inner
 def stick_border(
-    labels: FloatArray, places: FloatArray, held: FloatArray, depth: float, edge: float
+    labels: FloatArray, places: FloatArray, vectors: FloatArray, depth: float, edge: float
 ) -> float:
     """Radius of the springs below their limit: between two springs where the distance from it comes to 0."""
     i = labels.size - 1
@@ -400,11 +402,11 @@ def stick_border(
     border = edge
     while i >= 0:
         limit = depth - labels[i]
-        square = held[0, i] * held[0, i] + held[1, i] * held[1, i]
+        square = vectors[0, i] * vectors[0, i] + vectors[1, i] * vectors[1, i]
         if square < (1.0 - 2.0 * _STICKS) * limit * limit:
             left = limit - math.sqrt(square)
             if border < edge and i > 0:
-                inner_left = depth - labels[i - 1] - math.hypot(held[0, i - 1], held[1, i - 1])
+                inner_left = depth - labels[i - 1] - math.hypot(vectors[0, i - 1], vectors[1, i - 1])
                 if inner_left > left:
                     rest = left * (places[i] - places[i - 1]) / (inner_left - left)
                     return float(min(places[i] + rest, border))
@@ -416,7 +418,7 @@ def stick_border(
 
 def _run(
     line: FloatArray,
-    held: FloatArray,
+    vectors: FloatArray,
     pressed: FloatArray,
     target: FloatArray,
     begin: FloatArray,
@@ -425,13 +427,13 @@ def _run(
     slips: bool,
 ) -> None:
     """
-    Follow the rows of a leg; `held` holds the springs and is overwritten.
+    Follow the rows of a leg; `vectors` of the springs are overwritten.
 
     Parameters
     ----------
     line : (2, n + 1)
         Labels y and places x of the springs, rising; the first is that of the middle and has no weight.
-    held : (2, n + 1)
+    vectors : (2, n + 1)
         Their vectors.
     pressed : (2, m)
         Depth and contact radius of every row.
@@ -458,16 +460,16 @@ def _run(
         inside = touching = 0
         if slips and before == after and move.length > 0.0:
             touching = np.searchsorted(labels, after)
-            inside = _first_beyond(labels, held, touching, move)
-            _level(labels, held, inside, touching, move, ahead)
+            inside = _first_beyond(labels, vectors, touching, move)
+            _level(labels, vectors, inside, touching, move, ahead)
         for i in range(labels.size):
             if i < inside:
-                spring = Spring(held[0, i] + x, held[1, i] + y, 0.0, 0.0)
+                spring = Spring(vectors[0, i] + x, vectors[1, i] + y, 0.0, 0.0)
             elif i < touching and ahead[2, i] >= 0.0:
                 spring = Spring(ahead[0, i], ahead[1, i], (after - labels[i]) * ahead[2, i], ahead[2, i])
             else:
-                spring = advanced(held[0, i], held[1, i], labels[i], move, slips)
-            held[0, i], held[1, i] = spring.x, spring.y
+                spring = advanced(vectors[0, i], vectors[1, i], labels[i], move, slips)
+            vectors[0, i], vectors[1, i] = spring.x, spring.y
             if i == 0:
                 slid += spring.slid
             else:
@@ -480,7 +482,7 @@ def _run(
         rows[row, STORED], rows[row, WORK] = stored, work
         rows[row, SLID], rows[row, SHIFT_X], rows[row, SHIFT_Y] = slid, at_x, at_y
         if slips:
-            rows[row, STICK] = stick_border(labels, places, held, after, edge[row])
+            rows[row, STICK] = stick_border(labels, places, vectors, after, edge[row])
         else:
             rows[row, STICK] = edge[row]
 

@@ -52,8 +52,8 @@ class PlaneContacts(WithoutAdhesion, Moved):
 
     @arrays.setter
     def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
-        held, memory, *normal = arrays
-        self._own, self.normal.arrays = (held, memory), tuple(normal)
+        vectors, memory, *normal = arrays
+        self._own, self.normal.arrays = (vectors, memory), tuple(normal)
 
     def copied(self) -> Self:
         """The same contacts, which move on their own."""
@@ -67,9 +67,9 @@ class PlaneContacts(WithoutAdhesion, Moved):
         x, y = float(x), float(y)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise PathError(f"Stepper.advance: shift = ({x:g}, {y:g}) m; finite values are needed")
-        held, memory = self._own
+        vectors, memory = self._own
         normal, _ = self.normal.advance(depth, 0.0, None)
-        f_x, f_y = self._steps.step(*self.body, held[0], memory[0], (depth, x, y), self.slips)
+        f_x, f_y = self._steps.step(*self.body, vectors[0], memory[0], (depth, x, y), self.slips)
         return normal, f_x, f_y
 
     def advance_all(
@@ -94,10 +94,10 @@ class PlaneContacts(WithoutAdhesion, Moved):
         if not np.isfinite(turn).all():
             raise PathError(f"Stepper.rotate: angle = {shown(angle)}; finite values in rad are needed")
         matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-        held, memory = self._own
+        vectors, memory = self._own
         for array in self.arrays:
             array[:, BEFORE] = array[:, NOW]
-        held[:, NOW] = np.einsum("ijn,njk->nik", matrix, held[:, NOW])
+        vectors[:, NOW] = np.einsum("ijn,njk->nik", matrix, vectors[:, NOW])
         for first in (at.AT_X, at.FORCE_X):
             pair = memory[:, NOW, first : first + 2]
             pair[:] = np.einsum("ijn,nj->ni", matrix, pair)
@@ -177,9 +177,9 @@ class PlaneContacts(WithoutAdhesion, Moved):
     @property
     def _touching(self) -> tuple[FloatArray, FloatArray]:
         """Vectors of the springs that carry, (n, 2, springs), and their limits, (n, springs)."""
-        held, memory = self._own
+        vectors, memory = self._own
         limit = np.maximum(memory[:, NOW, at.DEPTH, None] - self.body[0][1:], 0.0)
-        return held[:, NOW, :, 1:], limit
+        return vectors[:, NOW, :, 1:], limit
 
 
 def _pair(shift: Any) -> Any:

@@ -222,14 +222,14 @@ def _moved(
     from pymdr.line.plane import kernels as k
 
     rows, slips = filled
-    held = state.vector.copy()
+    vectors = state.vector.copy()
     so_far = (state.slip_work, state.slip_distance)
     begin = np.array([max(state.indentation, 0.0), *state.shift, *so_far])
     ahead = np.empty((3, line.shape[1]))
-    k.run(line, held, np.stack([depth, radius]), np.array(shift), begin, rows, ahead, slips)
+    k.run(line, vectors, np.stack([depth, radius]), np.array(shift), begin, rows, ahead, slips)
     last = rows[-1]
     return PlaneState(
-        held,
+        vectors,
         float(depth[-1]),
         last[[k.SHIFT_X, k.SHIFT_Y]],
         *last[[k.WORK, k.SLID]].tolist(),

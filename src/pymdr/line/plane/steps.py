@@ -16,7 +16,7 @@ _fused = Fused(__file__, kernels.__file__)
 def step(
     labels: FloatArray,
     scales: FloatArray,
-    held: FloatArray,
+    vectors: FloatArray,
     memory: FloatArray,
     target: tuple[float, float, float],
     slips: bool,
@@ -30,7 +30,7 @@ def step(
         Indentations in m at which the springs touch, rising; the first is that of the middle and carries nothing.
     scales : ndarray, shape (2,)
         Factors from normalised forces and shifts to SI units.
-    held : ndarray, shape (2, 2, n + 1)
+    vectors : ndarray, shape (2, 2, n + 1)
         Vectors of the springs, now and before the last step.
     memory : ndarray, shape (2, 6)
         What the contact remembers besides them.
@@ -57,10 +57,10 @@ def step(
     deepest = max(before, after)
     f_x = f_y = work = 0.0
     for i in range(labels.size):
-        held[BEFORE, 0, i], held[BEFORE, 1, i] = held[NOW, 0, i], held[NOW, 1, i]
+        vectors[BEFORE, 0, i], vectors[BEFORE, 1, i] = vectors[NOW, 0, i], vectors[NOW, 1, i]
         if labels[i] < deepest:
-            spring = advanced(held[NOW, 0, i], held[NOW, 1, i], labels[i], move, slips)
-            held[NOW, 0, i], held[NOW, 1, i] = spring.x, spring.y
+            spring = advanced(vectors[NOW, 0, i], vectors[NOW, 1, i], labels[i], move, slips)
+            vectors[NOW, 0, i], vectors[NOW, 1, i] = spring.x, spring.y
             if i > 0:
                 f_x += spring.x
                 f_y += spring.y
@@ -75,7 +75,7 @@ def step(
 def step_all(
     labels: FloatArray,
     scales: FloatArray,
-    held: FloatArray,
+    vectors: FloatArray,
     memory: FloatArray,
     targets: FloatArray,
     slips: bool,
@@ -84,14 +84,14 @@ def step_all(
     """Steps of many contacts, as :func:`step`; targets and forces have the shapes (3, m) and (2, m)."""
     for i in range(targets.shape[1]):
         target = targets[0, i], targets[1, i], targets[2, i]
-        forces[0, i], forces[1, i] = step(labels, scales, held[i], memory[i], target, slips)
+        forces[0, i], forces[1, i] = step(labels, scales, vectors[i], memory[i], target, slips)
 
 
 @_fused.compiled
 def stick_borders(
-    labels: FloatArray, places: FloatArray, held: FloatArray, memory: FloatArray, radius: FloatArray
+    labels: FloatArray, places: FloatArray, vectors: FloatArray, memory: FloatArray, radius: FloatArray
 ) -> None:
     """Replace contact radii in m by those of the springs that stick."""
     for i in range(radius.size):
         depth = memory[i, NOW, DEPTH]
-        radius[i] = stick_border(labels, places, held[i, NOW], depth, radius[i]) if depth > 0.0 else 0.0
+        radius[i] = stick_border(labels, places, vectors[i, NOW], depth, radius[i]) if depth > 0.0 else 0.0

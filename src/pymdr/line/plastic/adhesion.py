@@ -75,7 +75,7 @@ class EdgeRows(NamedTuple):
     """In N."""
     elastic_energy: FloatArray
     """In J."""
-    lost: FloatArray
+    dissipated: FloatArray
     """Energy in J that the edge dissipated up to the row."""
 
 
@@ -106,7 +106,7 @@ def follow_edge(
     lines, within = ball.line(largest), ball.line_depth(d, largest)
     scales, pressed = ball.scale(largest), ball.contact_radius(d, largest)
     rows = np.zeros((4, d.size))
-    a, lost = before
+    a, dissipated = before
     for i in range(d.size):
         edge = Edge(Ellipse(lines.height[i], lines.width[i], lines.modulus), work)
         depth, scale = float(within[i]), float(scales[i])
@@ -115,12 +115,12 @@ def follow_edge(
             if receded < a:
                 # the edge takes the work of adhesion; a jump to separation loses the energy of the springs
                 last = receded if receded > 0.0 else min(edge.critical_radius, a)
-                lost += scale * work * math.pi * (a - last) * (a + last)
+                dissipated += scale * work * math.pi * (a - last) * (a + last)
                 if receded == 0.0:
-                    lost += scale * edge.energy(edge.opening(last), last)
+                    dissipated += scale * edge.energy(edge.opening(last), last)
                 a = receded
         a = max(a, float(pressed[i]))
         if a > 0.0:
             rows[:3, i] = a, edge.force(depth, a), scale * edge.energy(depth, a)
-        rows[3, i] = lost
-    return EdgeRows(*rows), (a, lost)
+        rows[3, i] = dissipated
+    return EdgeRows(*rows), (a, dissipated)

@@ -200,8 +200,8 @@ class Ball:
     def dissipation(self, largest: FloatArray) -> FloatArray:
         """The energy in J dissipated by yielding up to largest indentations in m."""
         largest = np.asarray(largest, dtype=float)
-        lost = self.loading_work(largest) - self.elastic_energy(largest, largest)
-        return np.where(self.yielded(largest) > 0.0, lost, 0.0)
+        dissipated = self.loading_work(largest) - self.elastic_energy(largest, largest)
+        return np.where(self.yielded(largest) > 0.0, dissipated, 0.0)
 
     def follow(
         self, control: FloatArray, compliance: float | None, largest: float

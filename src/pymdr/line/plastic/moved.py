@@ -16,7 +16,7 @@ from pymdr.line.plastic.ellipse import Ellipse, ellipse_force
 from pymdr.line.plastic.growth import GrowingBall, Growth, Row, line_of
 from pymdr.units import FloatArray
 
-_DEPTH, _LARGEST, _FORCE, _EDGE, _LOST, _JUMPED = range(6)
+_DEPTH, _LARGEST, _FORCE, _EDGE, _DISSIPATED, _JUMPED = range(6)
 _AREAS = 8
 """Column of the first area of a growing ball."""
 _GROWN = len(Growth.__dataclass_fields__) + 1
@@ -71,11 +71,11 @@ class YieldingContacts(_Yielding):
         if self._work == 0.0:
             now[_FORCE] = self._force(depth, largest)
         else:
-            before = float(now[_EDGE]), float(now[_LOST])
+            before = float(now[_EDGE]), float(now[_DISSIPATED])
             at = np.array([depth]), np.array([largest])
-            rows, (now[_EDGE], now[_LOST]) = follow_edge(self._ball, self._work, *at, before)
+            rows, (now[_EDGE], now[_DISSIPATED]) = follow_edge(self._ball, self._work, *at, before)
             now[_FORCE] = rows.force[0]
-            now[_JUMPED] = before[0] > 0.0 and now[_EDGE] == 0.0 and now[_LOST] > before[1]
+            now[_JUMPED] = before[0] > 0.0 and now[_EDGE] == 0.0 and now[_DISSIPATED] > before[1]
         return float(now[_FORCE])
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
@@ -138,7 +138,7 @@ class YieldingContacts(_Yielding):
     @property
     def dissipated_energy(self) -> FloatArray:
         """Energy in J dissipated by yield, and by the edge, so far."""
-        return self._ball.dissipation(self._at[1]) + self._now(_LOST)
+        return self._ball.dissipation(self._at[1]) + self._now(_DISSIPATED)
 
     @property
     def jumped(self) -> BoolArray:

@@ -53,22 +53,24 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
     share[0] = 2.0 * edge[ends.size - touched.size]
     at_touch = motion_rows(motion, touched)
     own, then = branches(motion, time), branches(motion, touched)
-    held = (touched < rows.touched[:, None]) | ((touched == 0.0) & (rows.touched[:, None] > 0.0))
+    in_contact = (touched < rows.touched[:, None]) | ((touched == 0.0) & (rows.touched[:, None] > 0.0))
     if motion.rests:
-        held = touched < time[:, None]
-    w = np.where(held, rows.depth[:, None] - at_touch.depth, 0.0)
+        in_contact = touched < time[:, None]
+    w = np.where(in_contact, rows.depth[:, None] - at_touch.depth, 0.0)
     load = body.equilibrium * w
     stored = 0.5 * body.equilibrium * (w * w @ share)
     rate = body.viscosity * rows.velocity**2 * 2.0 * edge
-    since = np.where(held, np.maximum(time[:, None] - (touched + 0.5 * span), 0.0), 0.0)
+    since = np.where(in_contact, np.maximum(time[:, None] - (touched + 0.5 * span), 0.0), 0.0)
     for modulus, tau, now, before in zip(body.moduli, body.times, own.T, then.T, strict=True):
         recent = np.exp(-since / tau)
         mean, spread = _over_a_part(span / tau)
-        load += modulus * np.where(held, now[:, None] - recent * (np.exp(-0.5 * span / tau) * before), 0.0)
-        extension = np.where(held, now[:, None] - recent * (mean * before), 0.0)
+        load += modulus * np.where(
+            in_contact, now[:, None] - recent * (np.exp(-0.5 * span / tau) * before), 0.0
+        )
+        extension = np.where(in_contact, now[:, None] - recent * (mean * before), 0.0)
         squares = modulus * (
             extension * extension @ share
-            + np.where(held, recent * recent, 0.0) @ (spread * before**2 * share)
+            + np.where(in_contact, recent * recent, 0.0) @ (spread * before**2 * share)
         )
         stored += 0.5 * squares
         rate += squares / tau
@@ -83,8 +85,8 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         wait = np.maximum(time[:, None] - parted, 0.0)
         for speed, amplitude in zip(modes.rates, amplitudes.T, strict=True):
             weight = 0.5 * amplitude**2 * share
-            left = np.where(held, 0.0, np.exp(-2.0 * speed * wait))
-            free = (time[:, None] >= parted) & ~held
+            left = np.where(in_contact, 0.0, np.exp(-2.0 * speed * wait))
+            free = (time[:, None] >= parted) & ~in_contact
             stored += np.where(free, left, 0.0) @ weight
             lost_energy += np.where(free, -np.expm1(-2.0 * speed * wait), 0.0) @ weight
     return Energies(stored, lost_energy, at_touch.radius, load)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _STORED = ("kinetic_energy", "spring_energy", "elastic_energy", "stored_tangential_energy")
-_LOST = ("dissipated_energy", "damping_energy")
+_DISSIPATED = ("dissipated_energy", "damping_energy")
 _DONE = ("work_of_drives", "work_of_forces")
 _DECADES = 1e-6
 """Smallest amplitude of a spectrum that is shown, over the largest."""
@@ -114,12 +114,12 @@ def _draw_energies(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: st
         return np.asarray(sum((data[name].values for name in names if name in data), np.zeros(time.size)))
 
     kinetic, stored = total(_STORED[:1]), total(_STORED)
-    lost, done = total(_LOST), total(_DONE)
-    unit = good_unit(np.concatenate([stored + lost, done]), "J")
+    dissipated, done = total(_DISSIPATED), total(_DONE)
+    unit = good_unit(np.concatenate([stored + dissipated, done]), "J")
     layers = (
         (np.zeros(time.size), kinetic, ORANGE, "kinetic"),
         (kinetic, stored, BLUE, "elastic"),
-        (stored, stored + lost, GREY, "dissipated"),
+        (stored, stored + dissipated, GREY, "dissipated"),
     )
     for low, high, color, label in layers:
         bottom, top = scaled(low, "kinetic_energy", unit), scaled(high, "kinetic_energy", unit)

@@ -186,8 +186,8 @@ def _many_plastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
 
     knots = 0.5 * np.log(2.0 * loading.along(np.array(loading.knots)).energy / mass)
     time = np.exp(at_many(followed, np.log(speed), knots)[0])
-    lost = ball.dissipation(largest) / (0.5 * mass * speed**2)
-    e = np.sqrt(np.maximum(1.0 - lost, 0.0))
+    loss = ball.dissipation(largest) / (0.5 * mass * speed**2)
+    e = np.sqrt(np.maximum(1.0 - loss, 0.0))
     columns = [e, time, largest, ball.force(largest, largest), ball.contact_radius(largest, largest)]
     return _Many(columns, _ALONG, SOURCES["johnson"])
 
