@@ -100,7 +100,7 @@ def test_kernels_are_compiled_once_for_arrays_that_can_be_written_and_for_others
             goal = dividing.Goal(times, depths, 0.0, 0.0)
             dividing.parts_of(PARABOLOID, STANDARD, goal, virgin(0.0, 0.0), tolerance=0.1)
     assert len(row_kernels.divide.signatures) == 1
-    assert len(row_kernels.follow.signatures) <= 4  # indentations or loads, watched or not
+    assert len(row_kernels.follow.signatures) == 1  # indentations or loads, watched or not
 
 
 def orders(errors):
@@ -686,8 +686,8 @@ def parts_of(body, t, d, n=20, line=PARABOLOID):
     found = []
     follow = row_kernels.follow
 
-    def counted(run, course, begin, states, rows, notes, division):
-        followed = follow(run, course, begin, states, rows, notes, division)
+    def counted(run, course, begin, states, rows, *others):
+        followed = follow(run, course, begin, states, rows, *others)
         found.append(rows[:, kernels.PARTS].max() / len(states[0]))
         return followed
 
@@ -804,11 +804,13 @@ def test_rows_without_force_are_not_divided_after_bodies_have_parted(rows, seed,
 
 def test_a_search_that_does_not_converge_ends():
     springs = springs_to(PARABOLOID, 0.1, 20)
-    run, start, first = histories.prepared_run(springs, STANDARD, modes_of(STANDARD), virgin(), 0.0, 0.0)
+    run, meet, start, first = histories.prepared_run(
+        springs, STANDARD, modes_of(STANDARD), virgin(), 0.0, 0.0
+    )
     run = run._replace(limit=math.inf)
     course, rows = np.array([[1.0], [math.nan], [0.0]]), np.zeros((1, kernels.COLUMNS))
     count = row_kernels.follow(
-        run, course, start, (first, first.copy()), rows, np.zeros((3, 0, springs.position.size)), True
+        run, course, start, (first, first.copy()), rows, np.zeros((3, 0, springs.position.size)), meet
     )
     assert (count, start[0]) == (row_kernels.STUCK, 1.0)
 

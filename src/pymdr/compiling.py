@@ -7,14 +7,17 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 try:
-    from numba import config, njit
+    from numba import cfunc, config, njit, typeof, types
+    from numba.core import event
     from numba.core.options import DefaultOptions
+    from numba.extending import intrinsic
 except ImportError:  # missing, blocked, or refused by a newer NumPy
-    njit = DefaultOptions = None  # type: ignore[assignment,misc]
+    njit = event = DefaultOptions = None  # type: ignore[assignment,misc]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -54,14 +57,19 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
         _warn_interpreted()
         return function
     settings = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, **options}
-    try:
-        kernel = njit(cache=True, **settings)(function)
-    except RuntimeError:  # neither __pycache__ nor a user cache is writable
-        _unkept.set()
-        kernel = njit(**settings)(function)
+    kernel = _kept(njit, function, settings)
     if stamp is not None:
         _leave_out_older(kernel.stats.cache_path, stamp)
     return cast(Function, kernel)
+
+
+def _kept(compiler: Callable[..., Any], function: Callable[..., Any], settings: dict[str, Any]) -> Any:
+    """Apply a decorator of numba, with its cache if a folder is writable."""
+    try:
+        return compiler(cache=True, **settings)(function)
+    except RuntimeError:  # neither __pycache__ nor a user cache is writable
+        _unkept.set()
+        return compiler(**settings)(function)
 
 
 def uncounted(function: Function) -> Function:
@@ -72,6 +80,30 @@ def uncounted(function: Function) -> Function:
 def inner(function: Function) -> Function:
     """Compile a function that makes no arrays and that only kernels call, without slow wrappers for arguments from Python."""
     return compiled(function, None, **INNER, **UNCOUNTED)
+
+
+class Addressed:
+    """
+    A function without arrays of its own that kernels call by its address, compiled when that is first asked for.
+
+    What kernels call by name is compiled into each of them and their callers, however large. By its address it is compiled once,
+    but a call takes some 10 ns more, and the types of its arguments are not checked.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.py_func = function
+        self._compiled: Any = None
+
+    def address(self, result: Any, *arguments: Any) -> Any:
+        """The address, for a result and arguments of the types of these; the function itself where it is not compiled."""
+        if INTERPRETED:
+            return self.py_func
+        if self._compiled is None:
+            signature = typeof(result)(*map(typeof, arguments))
+            settings = {"error_model": "numpy", **UNCOUNTED}
+            with event.trigger_event("numba:compile", {"dispatcher": self, "args": signature.args}):
+                self._compiled = _kept(partial(cfunc, signature), self.py_func, settings)
+        return self._compiled.address
 
 
 def merged(function: Function) -> Function:
@@ -147,6 +179,27 @@ def _described(name: str) -> str:
     return name if subject is None else f"numerical kernels of {subject}"
 
 
+if INTERPRETED:
+
+    def call(address: Any, result: Any, arguments: tuple[Any, ...]) -> Any:
+        """Call what has an address; its result has the type of the one given."""
+        return address(*arguments)
+
+else:
+
+    @intrinsic
+    def call(context: Any, address: Any, result: Any, arguments: Any) -> Any:
+        """Call what has an address; its result has the type of the one given."""
+        signature = types.unliteral(result)(address, result, arguments)
+
+        def lowered(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            given = [builder.extract_value(values[2], i) for i in range(len(arguments))]
+            pointer = context.get_value_type(types.FunctionPrototype(signature.return_type, arguments.types))
+            return builder.call(builder.inttoptr(values[0], pointer), given)
+
+        return signature, lowered
+
+
 class _CompileListener:
     """A listener of numba that names a kernel of pymdr that takes long to compile, and how long it took."""
 
@@ -188,13 +241,6 @@ class _CompileListener:
         _log.warning("Compiling %s (up to 20 s, %s)", name, kept)
 
 
-def _listen() -> None:
-    try:
-        from numba.core import event
-    except ImportError:  # no numba, or one without events
-        return
+if event is not None:
     event.Listener.register(_CompileListener)
     event.register("numba:compile", _CompileListener())
-
-
-_listen()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -130,10 +130,10 @@ def parts_of(
     course, division = np.stack([t, pulled, strength]), row_kernels.Division(tolerance * size, tolerance)
     modes = modes_of(relaxation)
     while True:
-        run, begin, first = prepared_run(
+        run, meet, begin, first = prepared_run(
             springs, relaxation, modes, state, goal.machine_stiffness, first_target
         )
-        parts = divided_rows(run, begin, first, course, division, loads)
+        parts = divided_rows(run, meet, (begin, first), course, division, loads)
         if isinstance(parts, Parts):
             return parts
         if parts == row_kernels.STUCK:
@@ -142,17 +142,22 @@ def parts_of(
 
 
 def divided_rows(
-    run: Run, begin: FloatArray, first: FloatArray, course: FloatArray, division: Division, loads: bool
+    run: Run,
+    meet: Any,
+    start: tuple[FloatArray, FloatArray],
+    course: FloatArray,
+    division: Division,
+    loads: bool,
 ) -> Parts | int:
     """The parts of rows of :func:`pymdr.line.memory.row_kernels.divide`, or why they were not divided; the state stays."""
     from pymdr.line.memory import kernels, row_kernels
 
-    most = _PARTS + 2 * course.shape[1]
+    (begin, first), most = start, _PARTS + 2 * course.shape[1]
     while True:
         rows = np.zeros((most, kernels.COLUMNS))
         notes = np.zeros((row_kernels.NOTES, 3 if loads else 0, first.shape[0]))
         states = first.copy(), first.copy(), first.copy()
-        count = row_kernels.divide(run, course, begin.copy(), states, rows, notes, division)
+        count = row_kernels.divide(run, course, begin.copy(), states, rows, notes, meet, division)
         if count >= 0:
             return Parts(rows[:count, kernels.OWNER].astype(np.int64), rows[:count, kernels.PART].copy())
         if count != row_kernels.FULL:

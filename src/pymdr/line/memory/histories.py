@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -279,15 +279,15 @@ def deepest_under(curve: Curve, relaxation: Relaxation, time: ArrayLike, force: 
 
 def prepared_run(
     springs: Springs, relaxation: Relaxation, modes: Modes, state: MemoryState, machine: float, target: float
-) -> tuple[Run, FloatArray, FloatArray]:
-    """Arguments of compiled histories: what is followed, where it starts before a target, and the springs of a state."""
+) -> tuple[Run, Any, FloatArray, FloatArray]:
+    """Arguments of compiled histories: what is followed and how, where it starts before a target, and the springs of a state."""
     from pymdr.line.memory import kernels, row_kernels
 
     body = kernels.body_of(relaxation, modes)
     first = unpacked(state.deflection, state.branches, state.free, springs.position.size, relaxation, modes)
-    row = np.zeros(kernels.COLUMNS)
-    run = row_kernels.Run(kernels.table_of(springs), body, float(machine), float(springs.limit), row)
-    return run, np.array([state.time, state.indentation, target, active_springs(first)]), first
+    table = kernels.table_of(springs)
+    run, meet = row_kernels.run_of(table, body, float(machine), float(springs.limit), first)
+    return run, meet, np.array([state.time, state.indentation, target, active_springs(first)]), first
 
 
 def _follow(
@@ -353,17 +353,14 @@ def _follow_rows(
 
     (t, target, machine), (rows, radii, done), springs = course, results, state.springs
     assert springs is not None
-    run, start, first = prepared_run(springs, relaxation, modes, state, machine, 0.0)
+    run, meet, start, first = prepared_run(springs, relaxation, modes, state, machine, 0.0)
     watched = 0 if watch is None else min(WATCHED, t.size - done) + 1
     notes = np.zeros((row_kernels.NOTES, watched, springs.position.size))
-    by_load = None if math.isinf(machine) else True
     while done < t.size:
         stop = t.size if watch is None else min(done + WATCHED, t.size)
         before = start.copy()
         sections = np.stack([t[done:stop], target[done:stop], np.zeros(stop - done)])
-        count = row_kernels.follow(
-            run, sections, start, (first, first.copy()), rows[done:stop], notes, by_load
-        )
+        count = row_kernels.follow(run, sections, start, (first, first.copy()), rows[done:stop], notes, meet)
         if count == row_kernels.STUCK:
             raise ConvergenceError(
                 f"no indentation that meets the target at t = {start[0]:g} s was found in {row_kernels.TRIES} steps: "

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import inner, uncounted
+from pymdr.compiling import Addressed, inner, uncounted
 from pymdr.line.memory.modes import BRANCHES, FREE, REST, TURN, Modes, W
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
@@ -341,7 +341,7 @@ def _work_in_contact(body: Body, move: Move, stays: float) -> tuple[float, float
     return work, dissipated
 
 
-@inner
+@Addressed
 def step(
     springs: FloatArray,
     body: Body,

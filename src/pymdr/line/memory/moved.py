@@ -47,7 +47,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         self.curve, self.relaxation, self.springs = curve, relaxation, springs_to(curve, deepest, springs)
         self._rigid = relaxation.instantly_rigid or relaxation.viscosity > 0.0
         self._at, self._kernels = kernels, row_kernels
-        self._run, start, first = prepared_run(
+        self._run, self._meet, start, first = prepared_run(
             self.springs, relaxation, modes_of(relaxation), virgin(), math.inf, 0.0
         )
         self._scratch, self._untold = first.copy(), np.zeros((row_kernels.NOTES, 0, first.shape[0]))
@@ -106,7 +106,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         strength = float(mean_moduli(self.relaxation, np.array([duration]))[0]) * self._elastic
         course = np.array([[duration], [depth], [strength]])
         within = self._kernels.Division(tolerance * self._size, tolerance)
-        parts = divided_rows(self._run, start, springs, course, within, True)
+        parts = divided_rows(self._run, self._meet, (start, springs), course, within, True)
         assert isinstance(parts, Parts), "an indentation within the springs is always met"
         parts = parts.halved(times)
         time, places = parts.along(course[0], start[0]), parts.along(course[1], start[1])
@@ -129,7 +129,9 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         springs, start, row = (array[i, NOW] for array in self.arrays)
         self._scratch[:] = springs
         rows = np.zeros((course.shape[1], row.size))
-        done = self._kernels.follow(self._run, course, start, (springs, self._scratch), rows, notes, None)
+        done = self._kernels.follow(
+            self._run, course, start, (springs, self._scratch), rows, notes, self._meet
+        )
         if done != course.shape[1]:
             raise ConvergenceError(f"Stepper.advance: no springs are known at {metres(course[1, -1])}")
         for column in (self._at.WORK, self._at.DISSIPATED):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from pymdr import compiling
-from pymdr.compiling import inner, merged
+from pymdr.compiling import Addressed, call, inner, merged
 from pymdr.line.memory.groups import (
     dissolve_group,
     edge_count,
@@ -17,6 +19,7 @@ from pymdr.line.memory.groups import (
     move_group,
 )
 from pymdr.line.memory.kernels import (
+    COLUMNS,
     COUNT,
     DISSIPATED,
     FORCE,
@@ -85,6 +88,8 @@ class Run(NamedTuple):
     machine: float
     limit: float
     row: FloatArray
+    step: Any
+    """The address of :func:`pymdr.line.memory.kernels.step`."""
 
 
 class Division(NamedTuple):
@@ -103,6 +108,10 @@ class RowStart(NamedTuple):
     active: int
 
 
+MET = 0.0, 0.0, int(0.0), int(0.0)
+"""The type of what :func:`solve_row` returns."""
+
+
 class Guess(NamedTuple):
     """Where a search for an indentation starts, its first guess, a bound of the stiffness, and the kind of the row."""
 
@@ -115,6 +124,17 @@ class Guess(NamedTuple):
     """The force is 0."""
     parting: bool
     """The bodies part at once, and then rest on each other."""
+
+
+def run_of(
+    springs: FloatArray, body: Body, machine: float, limit: float, state: FloatArray
+) -> tuple[Run, Any]:
+    """What kernels follow, and how they do: springs whose state has the shape of `state`, on a machine."""
+    row = np.zeros(COLUMNS)
+    by_address = step.address(None, springs, body, Move(0.0, 0.0, 0.0, 0.0), (0, 0, 0.0), state, state, row)
+    run = Run(springs, body, machine, limit, row, by_address)
+    meet = move_to if math.isinf(machine) else solve_row
+    return run, meet.address(MET, run, RowStart(0.0, 0.0, 0.0, 0), 0.0, state, state, 0.0)
 
 
 @inner
@@ -207,7 +227,7 @@ def _move_springs(
 ) -> float:
     """Move springs and their group; returns how many of those moved one by one are in contact."""
     row = run.row
-    step(run.springs, run.body, move, limits, old, new, row)
+    call(run.step, None, (run.springs, run.body, move, limits, old, new, row))
     alone, grouped = row[COUNT], limits[0]
     if grouped > 0:
         force, rate, stored, work, dissipated = group_forces(run.body, move)
@@ -221,9 +241,11 @@ def _move_springs(
     return float(alone)
 
 
-@merged
-def _move_to(run: Run, now: RowStart, depth: float, old: FloatArray, new: FloatArray, lasting: float) -> int:
-    """Move springs straight to an indentation, grouped if `lasting` is not 0, as :func:`_solve_row` does; returns how many are touched."""
+@Addressed
+def move_to(
+    run: Run, now: RowStart, depth: float, old: FloatArray, new: FloatArray, lasting: float
+) -> tuple[float, float, int, int]:
+    """Move springs straight to an indentation, grouped if `lasting` is not 0; returns what :func:`solve_row` does."""
     springs, body = run.springs, run.body
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if sudden:
@@ -240,12 +262,13 @@ def _move_to(run: Run, now: RowStart, depth: float, old: FloatArray, new: FloatA
             move_group(body, move.change)
         else:
             dissolve_group(old, body)
-            step(springs, body, move, (int(body.known[GROUPED]), touched, CUT), old, new, run.row)
-    return touched
+            every = int(body.known[GROUPED]), touched, CUT
+            call(run.step, None, (springs, body, move, every, old, new, run.row))
+    return depth, now.here, touched, touched
 
 
-@inner
-def _solve_row(
+@Addressed
+def solve_row(
     run: Run, now: RowStart, target: float, old: FloatArray, new: FloatArray, lasting: float
 ) -> tuple[float, float, int, int]:
     """
@@ -340,7 +363,7 @@ def _must_halve(
     half = start if lift else 0.5 * (start + there)
     move = straight(run.body.viscosity, start, half, 0.5 * now.duration)
     every = int(run.body.known[GROUPED]), touched, CUT if math.isinf(run.machine) else WHOLE
-    step(run.springs, run.body, move, every, states[0], states[2], run.row)
+    call(run.step, None, (run.springs, run.body, move, every, states[0], states[2], run.row))
     over = 0.0
     if lift:  # what is parted in one part bears nothing half-way
         over, slope = middle, run.row[RATE]
@@ -391,7 +414,7 @@ def follow(
     states: tuple[FloatArray, FloatArray],
     rows: FloatArray,
     notes: FloatArray,
-    by_load: bool | None,
+    meet: Any,
 ) -> int:
     """
     Follow rows on which the indentation is straight.
@@ -408,8 +431,8 @@ def follow(
         Takes the end of each row: its columns, and the indentation.
     notes : ndarray
         Takes the loads of springs before every row and after the last, unless it is empty.
-    by_load : bool or None
-        None if the targets are indentations: the search for one is then not compiled.
+    meet : int
+        The address of what meets the target of a row: :func:`move_to` of an indentation, :func:`solve_row` of others.
 
     Returns
     -------
@@ -425,19 +448,15 @@ def follow(
             _record_loads(run, here, old, notes, r)
         goal = course[TARGET, r]
         part = RowStart(here, before, course[TIME, r] - now, active)
-        there, begin = goal, here
-        if by_load is None:
-            touched = _move_to(run, part, goal, old, new, LASTING)
-        else:
-            there, begin, touched, most = _solve_row(run, part, goal, old, new, LASTING)
-            if math.isnan(there):
-                start[0] = course[TIME, r]
-                return STUCK
-            # both states are equal beyond the touched springs, also where the springs end and the row is not taken
-            for i in range(active if math.isinf(there) else touched, most):
-                copy_spring(new, old, i)
-            if math.isinf(there):
-                break
+        there, begin, touched, most = call(meet, MET, (run, part, goal, old, new, LASTING))
+        if math.isnan(there):
+            start[0] = course[TIME, r]
+            return STUCK
+        # both states are equal beyond the touched springs, also where the springs end and the row is not taken
+        for i in range(active if math.isinf(there) else touched, most):
+            copy_spring(new, old, i)
+        if math.isinf(there):
+            break
         for c in range(INDENTATION):
             rows[r, c] = row[c]
         before, here, active = begin, there, touched
@@ -466,6 +485,7 @@ def divide(
     states: tuple[FloatArray, FloatArray, FloatArray],
     rows: FloatArray,
     notes: FloatArray,
+    meet: Any,
     division: Division,
 ) -> int:
     """
@@ -473,7 +493,7 @@ def divide(
 
     Parameters
     ----------
-    run, course, start
+    run, course, start, meet
         As in :func:`follow`.
     states : tuple of ndarray
         Of the springs, three equal ones.
@@ -492,7 +512,7 @@ def divide(
         How many parts, or why rows were not divided.
     """
     now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
-    (old, new, half), by_depth, loads = states, math.isinf(run.machine), notes.shape[1] > 0
+    (old, new, half), loads = states, notes.shape[1] > 0
     deepest = float(_DEEPEST)  # numbers: kernels are compiled once more for constants
     parts, moved = int(0.0), active
     for r in range(course.shape[1]):
@@ -503,11 +523,7 @@ def divide(
                 return FULL
             goal = course[TARGET, r] if done + size == 1.0 else target + rise * (done + size)
             part = RowStart(here, before, whole * size, active)
-            if by_depth:
-                there, begin, touched = goal, here, _move_to(run, part, goal, old, new, PASSING)
-                most = touched
-            else:
-                there, begin, touched, most = _solve_row(run, part, goal, old, new, PASSING)
+            there, begin, touched, most = call(meet, MET, (run, part, goal, old, new, PASSING))
             moved = max(moved, most)
             if not math.isfinite(there):
                 return ENDED if math.isinf(there) else STUCK

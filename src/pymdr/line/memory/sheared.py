@@ -47,10 +47,8 @@ class ShearedContacts(WithoutAdhesion, Moved):
         springs, modes, state = normal.springs, modes_of(relaxation), unsheared()
         size = springs.position.size
         first = unpacked(state.deflection, state.branches, state.free, size, relaxation, modes)
-        own = np.zeros((kernels.OWN_COLUMNS, size))
-        self._run = kernels.Shear(
-            steps.table_of(springs), float(friction), steps.body_of(relaxation, modes), own
-        )
+        body = steps.body_of(relaxation, modes)
+        self._run = kernels.shear_of(steps.table_of(springs), float(friction), body)
         self._scratch = first.copy(), first.copy()
         start = (first, np.zeros(kernels.COLUMNS))
         self._own = tuple(np.tile(one, (normal.count, 2, *([1] * one.ndim))) for one in start)

@@ -111,7 +111,7 @@ def shear_springs(
     modes, size = modes_of(tangential), springs.position.size
     body = steps.body_of(tangential, modes)
     first = unpacked(state.deflection, state.branches, state.free, size, tangential, modes)
-    run = kernels.Shear(steps.table_of(springs), float(friction), body, np.zeros((kernels.OWN_COLUMNS, size)))
+    run = kernels.shear_of(steps.table_of(springs), float(friction), body)
     rows = np.zeros((target.size, kernels.COLUMNS))
     pressed = kernels.Pressed(row_data(curve, passage, normal), passage.notes)
     control, start = (bool(forced), float(slack)), (float(state.shift), active_springs(first))

@@ -8,9 +8,11 @@ spring creeps back in its modes.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from pymdr.compiling import inner, merged
+import numpy as np
+
+from pymdr.compiling import Addressed, call, inner, merged
 from pymdr.line.memory.groups import (
     dissolve_group,
     form_group,
@@ -92,6 +94,15 @@ class Shear(NamedTuple):
     friction: float
     body: Body
     own: FloatArray
+    step: Any
+    """The address of :func:`_step`."""
+
+
+def shear_of(springs: FloatArray, friction: float, body: Body) -> Shear:
+    """Springs, with the address of their steps."""
+    run = Shear(springs, friction, body, np.zeros((OWN_COLUMNS, springs.shape[1])), 0)
+    none, notes, row = np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros(0)
+    return run._replace(step=_step.address(None, run, Pressed(none, notes), 0, 0.0, 0, none, none, row))
 
 
 @inner
@@ -319,7 +330,7 @@ def _plain(
         own[_OWN_LEFT, i], own[_OWN_STORED, i] = slip, 0.5 * energy
 
 
-@inner
+@Addressed
 def _step(
     run: Shear,
     pressed: Pressed,
@@ -458,7 +469,7 @@ def _shift(
     least = _group_sticking(run, pressed, r, top, old, new)
     low, high, out, tries = -math.inf, math.inf, 0.0, 0
     while True:
-        _step(run, pressed, r, du, top, old, new, row)
+        call(run.step, None, (run, pressed, r, du, top, old, new, row))
         over = row[FORCE] - target
         tries += 1
         close = not forced or abs(over) <= _CLOSE * max(abs(target), row[SIZE])
