@@ -143,12 +143,12 @@ def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
         )
 
 
-def refuse_flow(relaxation: Relaxation) -> None:
-    """Refuse bodies that are no solids with an instantaneous modulus."""
+def refuse_flow(relaxation: Relaxation, verb: str = "solve") -> None:
+    """Refuse bodies that are no solids with an instantaneous modulus, in the name of a verb."""
     if math.isinf(relaxation.glassy) or not relaxation.rubbery > 0.0:
         what = "flows at rest" if relaxation.rubbery == 0.0 else "is rigid at once"
         raise ProblemError(
-            f"solve: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
+            f"{verb}: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
             "Prony with an equilibrium modulus"
         )
 

@@ -20,7 +20,7 @@ from pymdr.problem.paths import LoadingPath, Path, hold, load
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.batch import Request, solutions
-from pymdr.solving.memory import relaxation_along, span_along, surfaces_of
+from pymdr.solving.memory import refuse_flow, relaxation_along, span_along, surfaces_of
 from pymdr.solving.pulloff import start_of_retraction
 from pymdr.solving.soft import zone_setting
 from pymdr.solving.verb import read_stiffness, solve
@@ -268,13 +268,9 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
     top = target
     if quantity == "normal_force":
         span = Path(time=[0.0, reach / speed], indentation=[-reach, 0.0])
-        modulus = relaxation_along(contact, span).rubbery
-        if not modulus > 0.0:
-            raise ProblemError(
-                "pull_off: the body flows at rest, and its contact with adhesion has no limit; use StandardSolid, or Prony with an "
-                "equilibrium modulus"
-            )
-        bare = Contact(contact.profile, Elastic(modulus, 0.0))
+        relaxation = relaxation_along(contact, span)
+        refuse_flow(relaxation, "pull_off")
+        bare = Contact(contact.profile, Elastic(relaxation.rubbery, 0.0))
         top = float(solve(bare, load(max(target, law.work * reach))).data["indentation"].values[-1])
     approach = _Approach(channel, -reach, top, speed)
     if quantity == channel:
