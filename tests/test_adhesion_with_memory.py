@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pymdr as mdr
-from drawing import examples
+from drawing import examples, first_of
 from pymdr.errors import PathError, ProblemError
 from pymdr.units import metres, newtons
 from pymdr.workbench.casefile import read_case
@@ -242,11 +242,61 @@ def test_orders_of_convergence():
     depths = np.array([-1.0, 1.0, 1.0, *(1.0 - 0.1 * np.linspace(2.0, 40.0, 20))])
     forces = []
     for scale in (4.0, 2.0, 1.0, 0.25):
-        level = ZoneLevel(*(np.array(FINE) * [scale, 1.0 / scale, scale, scale]))
+        level = ZoneLevel(*(np.array(FINE[:4]) * [scale, 1.0 / scale, scale, scale]))
         forces.append(ZoneSprings(setting, level).follow(times, depths, math.inf)["normal_force"])
     errors = [np.sqrt(np.mean((force[2:] - forces[-1][2:]) ** 2)) for force in forces[:-1]]
     assert math.log2(errors[0] / errors[-1]) / 2.0 > 1.7
     assert errors[-1] < 1e-4 * np.abs(forces[-1]).max()
+
+
+def to_and_fro(seed):
+    """A random contact, its path on a random machine or by its depth, and the stiffness of the machine."""
+    rng = np.random.default_rng([9, seed])
+    moduli = 10.0 ** rng.uniform(-0.5, 1.0, rng.integers(1, 3))
+    series = mdr.Prony(0.25, moduli, 10.0 ** rng.uniform(-1.0, 1.0, moduli.size))
+    work = 10.0 ** rng.uniform(-1.0, 0.5)
+    law = mdr.MaugisDugdale(work, range=0.5 * 10.0 ** rng.uniform(-0.5, 0.5) * work ** (2.0 / 3.0))
+    profile = BALL
+    if rng.random() < 0.3:
+        profile = mdr.PowerLaw(exponent=rng.uniform(1.6, 4.0), height=0.5, radius=1.0)
+    depth, speed = rng.uniform(0.2, 0.6), 10.0 ** rng.uniform(-1.0, 1.0)
+    low = depth - rng.uniform(0.2, 1.5)
+    stiffness = 10.0 ** rng.uniform(0.3, 1.5) if rng.random() < 0.5 else math.inf
+    moved = "indentation" if math.isinf(stiffness) else "travel"
+    path = mdr.Path(time=np.linspace(0.0, (depth + 1.0) / speed, 8), **{moved: np.linspace(-1.0, depth, 8)})
+    for start, end, steps in ((depth, low, int(rng.integers(5, 30))), (low, depth, 8), (depth, -4.0, 30)):
+        path = path >> mdr.ramp(**{moved: end}, steps=steps, duration=abs(end - start) / speed)
+    return mdr.Contact(profile, mdr.Viscoelastic(series, poisson=0.5), adhesion=law), path, stiffness
+
+
+@pytest.mark.parametrize("seed", first_of(range(50), 2))
+def test_claims_hold_beside_eight_times_shorter_steps(monkeypatch, seed):
+    """Every column moves by less than its claim; external work near 0 by that of the largest energies so far."""
+    from pymdr.line.soft.springs import ZoneLevel
+    from pymdr.solving import soft
+
+    adhesive, path, stiffness = to_and_fro(seed)
+    solved = mdr.solve(adhesive, path, machine_stiffness=stiffness)
+    monkeypatch.setattr(soft, "FINE", ZoneLevel(1.0 / 3.0, 72.0, 0.03 / 8.0, 0.002 / 8.0))
+    finer = mdr.solve(adhesive, path, machine_stiffness=stiffness)
+    energies = sum(np.abs(finer[n].values) for n in ("external_work", "elastic_energy", "surface_energy"))
+    for name in (
+        "normal_force",
+        "indentation",
+        "contact_radius",
+        "cohesive_radius",
+        "elastic_energy",
+        "surface_energy",
+        "external_work",
+        "dissipated_energy",
+        "jump_dissipation",
+    ):
+        value, true = solved[name].values, finer[name].values
+        size = np.abs(value)
+        if name in ("external_work", "jump_dissipation"):
+            size = np.maximum.accumulate(energies)
+        claimed = solved.claims[name].error
+        assert np.all(np.abs(value - true) <= claimed * size + 1e-12 * size.max()), name
 
 
 @given(

@@ -17,7 +17,7 @@ from pymdr.interpretation.theories import equilibria_of
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure
-from pymdr.line.soft.springs import COARSE, FINE, ZoneLine, ZoneSetting, ZoneSprings
+from pymdr.line.soft.springs import COARSE, FINE, ROUGH, ZoneLevel, ZoneLine, ZoneSetting, ZoneSprings
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
@@ -28,6 +28,7 @@ from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.memory import (
     assumptions_with_memory,
     error_of,
+    later_too,
     refuse_flow,
     relaxation_along,
     surfaces_of,
@@ -72,16 +73,20 @@ _COMPARED = (
     "cohesive_radius",
     "elastic_energy",
     "surface_energy",
-    "work",
 )
+
+
+_LOSSES, _OF_ROWS = ("body_dissipation", "jump_dissipation"), ("work", "jump_dissipation")
+"""Energies that are dissipated, and those of each row alone."""
 
 
 @dataclass(frozen=True)
 class ZoneRows:
-    """Rows of both levels, by name."""
+    """Rows of all levels, by name."""
 
     fine: dict[str, FloatArray]
     coarse: dict[str, FloatArray]
+    rough: dict[str, FloatArray]
     control: FloatArray
     """Machine stiffness in N/m equivalent to the control."""
 
@@ -95,16 +100,18 @@ def solve_soft(task: Task) -> Result:
     setting = _setting(task, relaxation)
     last = total_rows(task.path) - 1
     watched = np.unique(np.linspace(0, last, _CHECKED).astype(int)).tolist()
-    levels = tuple(ZoneSprings(setting, level, watched) for level in (FINE, COARSE))
+    levels = tuple(ZoneSprings(setting, level, watched) for level in (FINE, COARSE, ROUGH))
     walked = walk(task, levels, partial(_step, task.machine_stiffness))
     assert walked.time is not None
     surface = _surface(task, setting, walked.rows.fine, walked.starts)
-    fine, coarse = (level.lines for level in levels)
+    fine, coarse, _ = (level.lines for level in levels)
     check = check_zone(surface, watched, fine, coarse, setting.work / setting.strength)
     return solution(task, walked, _interpret(task, setting, walked, check))
 
 
-def zone_force(contact: Contact, time: FloatArray, control: FloatArray, stiffness: float) -> FloatArray:
+def zone_force(
+    contact: Contact, time: FloatArray, control: FloatArray, stiffness: float, level: ZoneLevel = FINE
+) -> FloatArray:
     """
     Normal force in N along a record, without the error that :func:`solve_soft` measures.
 
@@ -116,12 +123,14 @@ def zone_force(contact: Contact, time: FloatArray, control: FloatArray, stiffnes
         Times in s, and indentations or travels in m, from a free body on.
     stiffness : float
         Of the machine in N/m; inf for indentations.
+    level : ZoneLevel
+        Resolution.
     """
     span = float(np.diff(time).min()), float(np.ptp(time))
     relaxation = relaxation_of(*surfaces_of(contact), span=span)
     setting = zone_setting(contact, relaxation, {stiffness: max(float(control.max()), 0.0)})
     from_start = np.append(time[0], time), np.append(control[0], control)
-    return ZoneSprings(setting, FINE).follow(*from_start, stiffness)["normal_force"]
+    return ZoneSprings(setting, level).follow(*from_start, stiffness)["normal_force"]
 
 
 def zone_surface(result: Result) -> ZoneSurface:
@@ -234,15 +243,17 @@ def _step(
     """Step 2: springs and zone, and fewer nodes and longer steps for the error."""
     assert kept is None
     time, control, k = controls_of(stretch, stiffness, levels[0].free)
-    fine, coarse = (one.follow(time, control, k) for one in levels)
+    fine, coarse, rough = (one.follow(time, control, k) for one in levels)
     free = fine["cohesive_radius"] == 0.0
-    if k == 0.0:
-        for rows in (fine, coarse):
+    for rows in (fine, coarse, rough):
+        if math.isinf(k):
+            rows["indentation"] = control[1:].copy()
+        if k == 0.0:
             lost = rows["cohesive_radius"] == 0.0
             rows["indentation"] = np.where(lost, math.nan, rows["indentation"])
             rows["normal_force"] = np.where(lost, math.nan, control[1:])
     d, force = float(fine["indentation"][-1]), float(fine["normal_force"][-1])
-    return ZoneRows(fine, coarse, np.full(free.size, k)), levels, channels_at(d, force, stiffness)
+    return ZoneRows(fine, coarse, rough, np.full(free.size, k)), levels, channels_at(d, force, stiffness)
 
 
 def controls_of(
@@ -318,7 +329,7 @@ def _interpret(
     claims = with_errors(
         dict.fromkeys((*columns, *NORMAL_FIELDS), claim),
         errors,
-        cause="from a calculation with twice the spacing of nodes and longer steps",
+        cause="from calculations with twice and four times the spacing of nodes and longer steps",
     )
     torn = np.isnan(force)
     if torn.any():
@@ -350,30 +361,30 @@ def _interpret(
 
 
 def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray) -> dict[str, FloatArray]:
-    """Relative errors from twice the spacing and longer steps, 1 where only one of both levels is attached."""
-    fine, coarse = rows.fine, rows.coarse
-    differ = (fine["cohesive_radius"] == 0.0) != (coarse["cohesive_radius"] == 0.0)
+    """Relative errors from twice and four times the spacing and longer steps, 1 where only some of the levels are attached."""
+    fine = rows.fine
+    free = [one["cohesive_radius"] == 0.0 for one in (fine, rows.coarse, rows.rough)]
+    differ = (free[0] != free[1]) | (free[0] != free[2])
     # later rows do not inherit the difference of these
-    pairs = {name: (fine[name], np.where(differ, fine[name], coarse[name])) for name in _COMPARED}
-    pairs["work"] = np.cumsum(fine["work"]), np.cumsum(coarse["work"])
-    errors = {name: error_of(*pair) for name, pair in pairs.items()}
+    errors = {}
+    for name in _COMPARED:
+        difference = np.where(differ, 0.0, _difference(rows, name))
+        errors[name] = error_of(fine[name], fine[name] + difference)
     sizes = np.abs(columns["external_work"]) + np.abs(fine["elastic_energy"]) + np.abs(fine["surface_energy"])
     whole = np.maximum.accumulate(np.nan_to_num(sizes))
-    lost = sum(
-        np.abs(np.cumsum(fine[n] - coarse[n]) if n == "jump_dissipation" else fine[n] - coarse[n])
-        for n in ("body_dissipation", "jump_dissipation")
-    )
-    # the balance of the energies, of which each has its own quadrature
-    missed = np.maximum.accumulate(np.nan_to_num(np.abs(balance) + lost))
+    # the balance of the energies, of which each has its own quadrature, and what a change of all of them leaves in balance
+    missed = np.maximum.accumulate(np.nan_to_num(np.abs(balance)))
+    # all levels may miss the instant of a jump alike
+    unsure = 1.0 + np.maximum.accumulate(fine["jumped"])
+    losses = np.sum([_difference(rows, name) for name in _LOSSES], axis=0)
+    missed += unsure * later_too(np.maximum(losses, _difference(rows, "work")), whole)
     with np.errstate(divide="ignore", invalid="ignore"):
         errors["dissipated_energy"] = np.minimum(
             np.nan_to_num(missed / np.abs(columns["dissipated_energy"])), 1.0
         )
-        errors["external_work"] = np.minimum(np.nan_to_num(missed / whole), 1.0)
-    errors.pop("work")
+        errors["external_work"] = errors["jump_dissipation"] = np.minimum(np.nan_to_num(missed / whole), 1.0)
     errors["mean_pressure"] = np.minimum(errors["normal_force"] + 2.0 * errors["contact_radius"], 1.0)
     errors["travel"] = errors["indentation"] + errors["normal_force"]
-    errors["jump_dissipation"] = errors["external_work"]
     errors["jumped"] = np.zeros(differ.size)
     moved = {"indentation": np.isinf(rows.control), "normal_force": rows.control == 0.0}
     moved["travel"] = (rows.control > 0.0) & np.isfinite(rows.control)
@@ -381,6 +392,14 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     return {
         name: np.where(moved[name], 0.0, error) if name in moved else error for name, error in errors.items()
     }
+
+
+def _difference(rows: ZoneRows, name: str) -> FloatArray:
+    """Difference of a column from those of two coarser levels, because one may agree by chance; singular instants reduce the order to 1."""
+    fine, coarse, rough = (one[name] for one in (rows.fine, rows.coarse, rows.rough))
+    if name in _OF_ROWS:
+        fine, coarse, rough = np.cumsum(fine), np.cumsum(coarse), np.cumsum(rough)
+    return np.nan_to_num(np.abs(fine - coarse) + 0.5 * np.abs(coarse - rough))
 
 
 def _residual(rows: ZoneRows, balance: FloatArray, work: FloatArray) -> float:

@@ -9,6 +9,7 @@ from pymdr.line.soft.equilibrium import bear, choose_nodes, excess
 from pymdr.line.soft.kernels import (
     ALPHA,
     BETA,
+    CELLS,
     CONTROL,
     COUNT,
     DECAY,
@@ -56,10 +57,12 @@ _SOLVED = 1e-7
 """Residual at which a step is solved."""
 _QUICK = 1e-5
 """Time of a jump over the shortest of a row and the relaxation times."""
+_FIRST, _WHOLE_ROW = 10.0, 0.12
+"""First step over the shortest relaxation time, over the limit of what it misses; and the limit of moves with which a step may be a row."""
 _NOISE = 0.05
 """Scatter of c by interpolation, over the spacing of the nodes."""
-_SUMMED = 500.0
-"""Nodes that energies are summed over, and more near the edges."""
+_SUMMED = 20.0
+"""Nodes that energies are summed over, over the cells of the gap, and more near the edges."""
 _FOUND, _NONE, _WIDE = range(3)
 
 
@@ -176,7 +179,8 @@ def energies(zone: Zone) -> tuple[float, float, float]:
     t, a, c, d = now[TIME], now[RADIUS], now[OUTER], now[DEPTH]
     n = body.shape[1]
     v, stored, cohesive, pending = zone.room[SCRATCH], 0.0, 0.0, 0.0
-    rest, widest = 1.0, h * node.shape[0] / _SUMMED
+    cells = zone.end[CELLS]
+    rest, widest, graded = 1.0, h * node.shape[0] / (_SUMMED * cells), 2.5 / cells
     for j in range(n):
         rest -= body[SHARE, j]
     i, stride, last_own, last_idle = 0, 0, 0.0, 0.0
@@ -220,7 +224,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
         pending += 0.5 * h * stride * (at_rest + last_idle)
         last_own, last_idle = own, at_rest
         # closer nodes near both edges
-        room = min(widest, 0.1 * min(abs(x - a), abs(x - c)))
+        room = min(widest, graded * min(abs(x - a), abs(x - c)))
         stride = 1
         while 2.0 * stride * h <= room:
             stride *= 2
@@ -328,13 +332,15 @@ def follow_rows(
     fastest = 0.0
     for j in range(zone.body.shape[1]):
         fastest = max(fastest, zone.body[RATE, j])
-    wanted = pace[WANTED] if pace[WANTED] > 0.0 else 0.02 / fastest
+    first = _FIRST * limits[MISSED] / fastest
+    wanted = pace[WANTED] if pace[WANTED] > 0.0 else first
     rate_a, rate_c, known = pace[RATE_A], pace[RATE_C], pace[KNOWN] > 0.0
     for row in range(times.size - 1):
         begin, span = times[row], times[row + 1] - times[row]
         p0, change = controls[row], controls[row + 1] - controls[row]
         if span == 0.0 and now[OUTER] == 0.0 and end[ALPHA] > 0.0:
             now[DEPTH] = controls[row + 1] / end[ALPHA]
+        longest = span * limits[LARGEST] / _WHOLE_ROW
         tiny, quick = 1e-13 * span, _QUICK * min(span, 1.0 / fastest)
         stop, halvings, trials = begin + span, 0, 0
         while span > 0.0 and stop - now[TIME] > tiny:
@@ -368,12 +374,12 @@ def follow_rows(
                 if ends != DONE:
                     return ends
                 known, halvings, rate_a, rate_c = False, 0, 0.0, 0.0
-                wanted = 0.02 / fastest
+                wanted = first
                 continue
-            length = wanted
-            if wanted >= left:
+            length = min(wanted, longest)
+            if length >= left * (1.0 - 1e-9):
                 length = left
-            elif wanted > 0.5 * left:
+            elif length > 0.5 * left:
                 length = 0.5 * left
             set_length(zone, length, here + length / span * change)
             a, c, d, force = now[RADIUS], now[OUTER], now[DEPTH], now[FORCE]

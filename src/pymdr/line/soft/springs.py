@@ -13,8 +13,8 @@ from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres
 
-_IN_ZONE, _IN_CONTACT, _MOST = 24.0, 1000.0, 150_000
-"""Nodes in the shortest zone, nodes within the largest, and the largest number of nodes."""
+_IN_ZONE, _IN_CONTACT = 24.0, 1000.0
+"""Nodes in the shortest zone, and nodes within the largest."""
 _BEYOND = 1.05
 _SPARE = 8
 _DRAWN, _NEAR = 2000, 200
@@ -32,9 +32,14 @@ class ZoneLevel(NamedTuple):
     """Largest move of an edge in a step over the length of the zone."""
     missed: float
     """Largest error of its prediction over that length."""
+    most: int = 150_000
+    """Largest number of the finest nodes."""
 
 
-FINE, COARSE = ZoneLevel(1.0, 24.0, 0.03, 0.002), ZoneLevel(2.0, 12.0, 0.06, 0.004)
+FINE, COARSE, ROUGH = (ZoneLevel(n, 24.0 / n, 0.03 * n, 0.002 * n) for n in (1.0, 2.0, 4.0))
+"""`ROUGH` is for guesses and errors: five times faster than `FINE`, with errors of the force of up to 1e-3 of the largest."""
+HASTY = ROUGH._replace(most=30_000)
+"""For one of many guesses: short zones, which would take seconds, are refused."""
 
 
 @dataclass(frozen=True)
@@ -64,19 +69,18 @@ class ZoneSetting:
         """Length of the zone of a relaxed contact that is long compared with it, π γ E_inf / 4 σ² [m] (Maugis 1992)."""
         return math.pi * self.work * self.relaxation.rubbery / (4.0 * self.strength**2)
 
-    @property
-    def spacing(self) -> float:
-        """Spacing of the finest nodes [m]."""
+    def spacing(self, level: ZoneLevel) -> float:
+        """Spacing of the nodes [m]."""
         h = min(self.shortest_zone / _IN_ZONE, self.widest / _IN_CONTACT)
-        if self.widest / h > _MOST:
+        if self.widest / h > level.most:
             least = self.work / math.sqrt(
-                math.pi * self.work * self.relaxation.rubbery * _MOST / (4.0 * _IN_ZONE * self.widest)
+                math.pi * self.work * self.relaxation.rubbery * level.most / (4.0 * _IN_ZONE * self.widest)
             )
             raise ProblemError(
                 f"the cohesive zone, {metres(self.shortest_zone)} long, is too short for a contact of {metres(self.widest)}; give a range of "
                 f"attraction of at least {metres(least)} (now {metres(self.work / self.strength)})"
             )
-        return h
+        return level.spacing * h
 
 
 @dataclass(frozen=True)
@@ -123,7 +127,7 @@ class ZoneSprings:
         body = np.vstack(
             [share, 1.0 / tau, decay, vectors.T @ coupling, vectors.T * root, vectors / root[:, None]]
         )
-        spacing = level.spacing * setting.spacing / self._unit
+        spacing = setting.spacing(level) / self._unit
         size, n = int(_BEYOND / spacing) + _SPARE, tau.size
         x: FloatArray = spacing * np.arange(size, dtype=np.float64)
         g, area = setting.profile(x * self._unit)

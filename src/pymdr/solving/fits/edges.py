@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.line.soft.springs import FINE, ZoneLevel
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
 from pymdr.result import Result
@@ -34,6 +35,8 @@ class EdgeForces:
     """In s; None without memory."""
     compliance: float
     """Of the machine in m/N; 0 for indentations."""
+    zone: ZoneLevel = FINE
+    """Resolution of cohesive zones with memory."""
     fold: float = math.inf
 
     def at(self, position: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -42,7 +45,7 @@ class EdgeForces:
         if self.contact.is_cohesive:
             assert self.time is not None
             stiffness = 1.0 / self.compliance if self.compliance > 0.0 else math.inf
-            return zone_force(self.contact, self.time, position, stiffness), unknown
+            return zone_force(self.contact, self.time, position, stiffness, self.zone), unknown
         force = solve_edge(self.contact, self.time, position, self.compliance).data["normal_force"].values
         return np.nan_to_num(force), unknown
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.line.soft.springs import COARSE
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path, indent
 from pymdr.result import Result
@@ -48,8 +49,8 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 
-_NEARBY, _FOLLOWED = 1e-3, 1e-6
-"""Tolerances of the sum of squares of the first and of the last search for an edge with a history."""
+_NEARBY, _FOLLOWED = 1e-3, 1e-2
+"""Tolerances of the sum of squares for an edge with a history: of the first search, relative, and of the last, in variances of the noise."""
 _UNFELT = 1e-6
 """Rate of the residuals over an origin, relative to the largest, below which the origin has no effect."""
 _INDISTINCT, _PART = 1e-6, 0.1
@@ -108,7 +109,7 @@ def estimated(search: Search) -> Estimate:
     """The estimate of a search; refuse what the records do not determine."""
     follows_edge = search.contact.has_edge_history
     few = (
-        replace(search, used=tuple(off_jumps(one, one.force) for one in search.measured))
+        replace(search, used=tuple(off_jumps(one, one.force) for one in search.measured), zone=COARSE)
         if follows_edge
         else condensed(search)
     )
@@ -131,7 +132,8 @@ def estimated(search: Search) -> Estimate:
     else:
         if not all(part.all() for part in used):
             search = replace(search, used=used)
-        minimum = minimize_from(search, best, tolerance=_FOLLOWED if follows_edge else TOLERANCE)
+        samples = sum(one.force.size for one in search.curves)
+        minimum = minimize_from(search, best, tolerance=_FOLLOWED / samples if follows_edge else TOLERANCE)
     refuse_unsettled(minimum)
     best = minimum.free
     refuse_equal_works(search, best)

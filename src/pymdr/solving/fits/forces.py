@@ -20,6 +20,7 @@ from pymdr.line.memory import (
     tabulated,
 )
 from pymdr.line.shapes import ShapeLaw, shape_law
+from pymdr.line.soft.springs import FINE, ZoneLevel
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
@@ -275,7 +276,13 @@ def _table_of(profile: Profile, deepest: float) -> GradedTable | None:
     return tabulated(_unit_line(profile), deepest) if deepest > 0.0 else None
 
 
-def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatArray | None) -> Forces:
+def forces_of(
+    contact: Contact,
+    deepest: float,
+    compliance: float,
+    time: FloatArray | None,
+    zone: ZoneLevel = FINE,
+) -> Forces:
     """
     The forces of a contact over depths, or over travels of a machine.
 
@@ -288,6 +295,8 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
         Compliance of the machine in m/N; 0 for depths.
     time : ndarray or None
         Times in s of the samples, needed for bodies with memory.
+    zone : ZoneLevel
+        Resolution of cohesive zones with memory.
 
     Raises
     ------
@@ -299,7 +308,7 @@ def forces_of(contact: Contact, deepest: float, compliance: float, time: FloatAr
             "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
         )
     if contact.has_edge_history:
-        return EdgeForces(contact, time, compliance)
+        return EdgeForces(contact, time, compliance, zone)
     if time is not None and contact.is_viscoelastic:
         return RememberedForces(contact, time, compliance)
     bare = bare_forces(contact, deepest)

@@ -12,6 +12,7 @@ import numpy as np
 
 from pymdr.errors import PymdrError
 from pymdr.interpretation.theories import theory_of
+from pymdr.line.soft.springs import FINE, ZoneLevel
 from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
@@ -62,6 +63,8 @@ class Search:
     used: tuple[BoolArray, ...] = field(default=())
     touches: tuple[BoolArray, ...] = field(default=())
     """Samples in contact of every curve, if they are prescribed."""
+    zone: ZoneLevel = FINE
+    """Resolution of cohesive zones with memory."""
 
     @property
     def shears(self) -> bool:
@@ -134,7 +137,7 @@ class Search:
         values, origins = self.from_free(free)
         contact = put_into(self.contact, self.unknowns, values)
         return [
-            _modelled(contact, self.curves[i], one, self.touches[i] if self.touches else None)
+            _modelled(contact, self.curves[i], one, self.touches[i] if self.touches else None, self.zone)
             for i, one in enumerate(origins)
         ]
 
@@ -191,8 +194,14 @@ class Search:
         def difference(i: int) -> FloatArray:
             step = np.zeros(free.size)
             step[i] = steps[i]
-            before, width = (own.residuals(free - step), 2.0 * steps[i]) if central else (here, steps[i])
-            return np.asarray((own.residuals(free + step) - before) / width)
+            moved, chosen, part = own, list(range(free.size)), slice(None)
+            if i >= len(self.unknowns):
+                moved, chosen, part = own._alone(i)
+            low, high = (free - step)[chosen], (free + step)[chosen]
+            before, width = (moved.residuals(low), 2.0 * steps[i]) if central else (here[part], steps[i])
+            column = np.zeros(here.size)
+            column[part] = (moved.residuals(high) - before) / width
+            return column
 
         known = own._slopes_over_origins(models)
         scaled = self.scaled_together
@@ -201,6 +210,16 @@ class Search:
             known |= {i: difference(i) for i in scaled[1:]}
             known[scaled[0]] = total - sum(known[i] for i in scaled[1:])
         return np.column_stack([known[i] if i in known else difference(i) for i in numbers])
+
+    def _alone(self, i: int) -> tuple[Search, list[int], slice]:
+        """The search over the only record that an origin moves, its free numbers, and its part of the residuals."""
+        n, size = len(self.unknowns), len(self._free_origins)
+        j = (i - n) // size
+        one = slice(j, j + 1)
+        counts = [int(part.sum()) for part in self.used] or [curve.force.size for curve in self.curves]
+        alone = replace(self, curves=self.curves[one], used=self.used[one], touches=self.touches[one])
+        numbers = [*range(n), *range(n + j * size, n + (j + 1) * size)]
+        return alone, numbers, slice(sum(counts[:j]), sum(counts[: j + 1]))
 
     def _slopes_over_origins(self, models: Sequence[Modelled]) -> dict[int, FloatArray]:
         """The known columns of :meth:`slopes` over the origins, by their free numbers."""
@@ -281,6 +300,7 @@ def _modelled(
     curve: MeasuredCurve | ShearRecord,
     origins: Mapping[str, float],
     touches: BoolArray | None,
+    zone: ZoneLevel,
 ) -> Modelled:
     origin = origins[SHIFT_ORIGIN if isinstance(curve, ShearRecord) else CONTACT_POINT]
     baseline, tilt = origins[BASELINE], origins.get(TILT, 0.0)
@@ -289,7 +309,7 @@ def _modelled(
         unknown, all_samples = np.full(force.size, math.nan), np.ones(force.size, dtype=bool)
         return Modelled(position, force, curve.forces(contact, origin), all_samples, unknown)
     deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
-    forces = forces_of(contact, deepest, curve.compliance, curve.time)
+    forces = forces_of(contact, deepest, curve.compliance, curve.time, zone)
     model, touches, rate = modelled(forces, position, force, touches)
     return Modelled(position - curve.compliance * model, force, model, touches, rate)
 

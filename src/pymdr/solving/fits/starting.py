@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError, PymdrError
+from pymdr.line.soft.springs import HASTY, ROUGH, ZoneLevel
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import with_parameters
 from pymdr.solving.curves import MeasuredCurve
@@ -143,31 +145,30 @@ def edge_starts(search: Search, count: int) -> list[list[Start]]:
     found: list[list[Start]] = []
     failures: list[PymdrError] = []
 
-    def forces(values: FloatArray) -> list[Forces]:
+    def models(zone: ZoneLevel, values: FloatArray) -> list[FloatArray]:
         candidate = put_into(contact, unknowns, values)
-        return [forces_of(candidate, size, one.curve.compliance, one.time) for one in records]
-
-    def pulls(values: FloatArray) -> FloatArray:
-        models = [of.at(one.position)[0] for of, one in zip(forces(values), records, strict=True)]
-        return np.array([-model.min() for model in models])
+        return [
+            forces_of(candidate, size, one.curve.compliance, one.time, zone).at(one.position)[0]
+            for one in records
+        ]
 
     measured = np.array([one.level - one.curve.force.min() for one in records])
     grids = np.array([own[~works], *candidates(contact, others, size, span, _EDGE_COMBINATIONS)])
     for grid in np.unique(grids, axis=0):
         values = own.copy()
         values[~works] = grid
+        zone = ROUGH if np.array_equal(values, own) else HASTY
         try:
-            if works.any():
-                values = _with_pulls(values, works, unknowns, measured, pulls)
-            tried = [
-                list(_tried(of, one.curve, one.few, one.point, one.known, values, unknowns, together))
-                for of, one in zip(forces(values), records, strict=True)
-            ]
+            values, followed = _with_pulls(values, works, unknowns, measured, partial(models, zone))
         except PymdrError as error:
             failures.append(error)
             continue
-        if all(tried):
-            found.append([each[0] for each in tried])
+        placed = [
+            _placed(one.curve.force[one.few], model, None, one.point, one.known, values, unknowns, together)
+            for one, model in zip(records, followed, strict=True)
+        ]
+        if None not in placed:
+            found.append([one for one in placed if one is not None])
     if not found:
         raise ProblemError(f"fit: no start can be computed: {failures[-1]}" if failures else _NO_CONTACT)
     totals = [sum(start.misfit for start in each) for each in found]
@@ -204,18 +205,20 @@ def _with_pulls(
     works: BoolArray,
     unknowns: Sequence[Unknown],
     measured: FloatArray,
-    pulls: Callable[[FloatArray], FloatArray],
-) -> FloatArray:
-    """Values with the works scaled until the model has about the measured pulls in N, in the geometric mean."""
+    models: Callable[[FloatArray], list[FloatArray]],
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Values with the works scaled until the model has about the measured pulls in N, in the geometric mean, and its forces in N."""
     low, high = np.array([(u.low, u.high) for u in unknowns]).T
     for _ in range(_PULLS):
-        ratios = measured / np.maximum(pulls(values), measured / _SCALED_AT_ONCE)
+        followed = models(values)
+        pulls = np.array([-model.min() for model in followed])
+        ratios = measured / np.maximum(pulls, measured / _SCALED_AT_ONCE)
         ratio = float(np.exp(np.log(np.maximum(ratios, 1.0 / _SCALED_AT_ONCE)).mean()))
         scaled = np.where(works, np.clip(ratio * values, low, high), values)
         if np.allclose(scaled, values, rtol=_SAME_PULL):
-            break
+            return values, followed
         values = scaled
-    return values
+    return values, models(values)
 
 
 def is_pressed_once(curve: MeasuredCurve) -> bool:
@@ -315,14 +318,30 @@ def _tried(
     """Starts with one contact point, with scale and baseline by least squares."""
     force = curve.force[few]
     for scale, model in _scaled(forces, curve, curve.position[few] - point, force, together):
-        # 1 if not all factors of the force are unknown
-        known_scale = math.nan if together and scale is None else 1.0
-        factor, baseline = scale_and_baseline(model, force, known_scale, known.get(BASELINE, math.nan))
-        if factor > 0.0:
-            grown = factor if scale is None else scale
-            own = [v * grown if u.is_of_force else v for u, v in zip(unknowns, values, strict=True)]
-            misfit = float(((force - baseline - factor * model) ** 2).sum())
-            yield Start(misfit, np.array(own), point, baseline)
+        start = _placed(force, model, scale, point, known, values, unknowns, together)
+        if start is not None:
+            yield start
+
+
+def _placed(
+    force: FloatArray,
+    model: FloatArray,
+    scale: float | None,
+    point: float,
+    known: dict[str, float],
+    values: FloatArray,
+    unknowns: Sequence[Unknown],
+    together: bool,
+) -> Start | None:
+    """A start from the measured force and that of the model in N at a known scale, or at that of least squares."""
+    # 1 if not all factors of the force are unknown
+    known_scale = math.nan if together and scale is None else 1.0
+    factor, baseline = scale_and_baseline(model, force, known_scale, known.get(BASELINE, math.nan))
+    if not factor > 0.0:
+        return None
+    grown = factor if scale is None else scale
+    own = [v * grown if u.is_of_force else v for u, v in zip(unknowns, values, strict=True)]
+    return Start(float(((force - baseline - factor * model) ** 2).sum()), np.array(own), point, baseline)
 
 
 def _scaled(
