@@ -462,6 +462,32 @@ def test_impacts_and_loops_are_those_of_the_shape():
     assert "force curve" in loops[1].claim.reason
 
 
+@pytest.mark.parametrize("power", [1.0, 1.5], ids=["level", "rising"])
+@pytest.mark.parametrize("amplitude", [5e-8, 2e-6], ids=["partial slip", "sliding"])
+def test_loops_and_histories_of_a_curve_claim_the_same(power, amplitude):
+    """Of a level stiffness, as of a flat, the tangential force is known and the dissipation is not."""
+    depth, steel = np.linspace(0.0, 2e-6, 60), mdr.Elastic("210 GPa", 0.0)
+    modulus = mdr.effective_moduli(steel, steel).normal
+    force = 2.0 * modulus * 1e-4 * depth * (depth / 2e-6) ** (power - 1.0)
+    curve = mdr.ForceCurve(depth, force, modulus=modulus, error=1e-4)
+    contact = mdr.Contact(curve, steel, steel, friction=mdr.Coulomb(0.3))
+    loop = mdr.friction_loop(contact, amplitude, indentation="1 um")
+    history = mdr.solve(contact, mdr.indent("1 um") >> mdr.cycle(shift=amplitude, steps=8))
+    for name, like in (
+        ("force_amplitude", "tangential_force"),
+        ("dissipated_per_cycle", "dissipated_energy"),
+    ):
+        one, other = loop.claims[name], history.claims[like]
+        assert one.level == other.level
+        assert (one.error is None) == (other.error is None)
+        assert one.error is None or one.error[0] == pytest.approx(other.error[-1], rel=1e-9)
+    assert float(loop["force_amplitude"][0]) == pytest.approx(
+        float(history["tangential_force"].max()), rel=1e-9
+    )
+    assert loop.claims["secant_stiffness"] is loop.claims["force_amplitude"]
+    assert loop.claims["dissipated_per_cycle"].readable is (power > 1.0)
+
+
 RUBBER = mdr.Viscoelastic(mdr.StandardSolid(equilibrium="1 MPa", modulus="3 MPa", time="50 ms"), poisson=0.5)
 THERE_AND_BACK = (
     mdr.indent("1.5 um", rate="20 um/s", steps=40)

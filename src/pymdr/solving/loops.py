@@ -309,17 +309,23 @@ def _study(
         # of a force curve, no part of an area
         "stick_ratio": np.full(u.shape, math.nan) if is_curve(contact) else c / a,
     }
-    name = "dissipated_energy"
-    claims = frictional_claims(contact, moduli, (name,), np.ones(u.size, dtype=bool))
+    # as of a history: the tangential force of a force curve may be known where its dissipation is not
+    likes = dict.fromkeys(columns, "tangential_force") | {
+        "dissipated_per_cycle": "dissipated_energy",
+        "damping_ratio": "dissipated_energy",
+    }
+    names = ("tangential_force", "dissipated_energy")
+    claims = frictional_claims(contact, moduli, names, np.ones(u.size, dtype=bool))
     claims = with_rings(claims, certificate)
-    claims = with_errors(claims, {name: error} if error.max() > EXACT_WITHIN else {}, map_remark(line, state))
+    missed = {name: own for name, own in zip(names, error, strict=True) if own.max() > EXACT_WITHIN}
+    claims = with_errors(claims, missed, map_remark(line, state))
     if isinstance(contact.profile, ForceCurve):
         known = closure_of(contact.profile)
         claims = closure_claims(claims, known, np.full(u.shape, d), sheared=True)
     met = frictional_assumptions(contact, mapped, np.array([a]))
-    by_name = dict.fromkeys(columns, claims[name])
+    by_name = {name: claims[like] for name, like in likes.items()}
     by_name["amplitude" if given is not None else "force_amplitude"] = Claim(
-        Level.EXACT, "prescribed", claims[name].source, np.ones(u.size, dtype=bool)
+        Level.EXACT, "prescribed", claims["tangential_force"].source, np.ones(u.size, dtype=bool)
     )
     if is_curve(contact):
         why = "the area of a contact is not in its force curve; give the shape itself as a profile"
@@ -340,7 +346,7 @@ def loops_at_loads(
 def _loops_at(
     mapped: Springs, mu: float, d: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Force amplitude, dissipation, stick radius and relative error of loops of amplitudes u at depths d."""
+    """Force amplitude, dissipation, stick radius, and relative errors of the first two of loops of amplitudes u at depths d."""
     line, moduli = mapped.line, mapped.moduli
     factor = mu * moduli.normal / moduli.tangential
     state = states_at_depth(line, d)
@@ -349,7 +355,9 @@ def _loops_at(
     c = states_at_depth(line, d - inner / factor).contact_radius
     force, loss, error = _loop_integrals(line, d, state.contact_radius, c, inner, factor, moduli.tangential)
     force = np.where(u >= factor * d, limit, force)
-    return force, loss + 4.0 * limit * (u - inner), c, error
+    whole = loss + 4.0 * limit * (u - inner)
+    error[1] *= np.divide(loss, whole, out=np.ones(u.shape), where=whole > 0.0)
+    return force, whole, c, error
 
 
 def _shifted_study(
@@ -415,12 +423,12 @@ def _loop_integrals(
     modulus: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
-    Force amplitude 2 G* [u c + int_c^a t dx], loss 8 G* int_c^a t (u - t) dx, and the relative error of both.
+    Force amplitude 2 G* [u c + int_c^a t dx], loss 8 G* int_c^a t (u - t) dx, and the relative errors of both.
 
     No term cancels. Between two kinks x runs like the square of the variable of integration, since g begins like a root
     behind a kink, and panels are halved until their halves agree with them, or differ by the rounding of d - g alone.
     """
-    slipping, loss, missed = np.zeros(u.shape), np.zeros(u.shape), np.zeros(u.shape)
+    slipping, loss, missed = np.zeros(u.shape), np.zeros(u.shape), np.zeros((2, u.size))
     kinks = np.unique([0.0, *line.equivalent.kinks(float(a.max())), math.inf])
     marks = np.minimum(kinks, a[:, None])
     widths = np.diff(marks, axis=1)
@@ -450,14 +458,14 @@ def _loop_integrals(
         for total, values in zip(size, np.abs(integrals), strict=True):
             np.add.at(total, whose, values)
         least = np.maximum(size[:, whose], math.ulp(0.0))
-        error = np.max(np.abs(integrals - whole) / least, axis=0)
+        error = np.abs(integrals - whole) / least
         spread = _ROUNDED * factor * d[whose] * widths[whose, part] * (high - low) * (high + low)
-        rounded = np.max(np.stack([spread, spread * u[whose]]) / least, axis=0)
-        good = (error <= np.maximum(_SETTLED, rounded)) | (level == _LEVELS - 1)
+        rounded = np.stack([spread, spread * u[whose]]) / least
+        good = (error.max(axis=0) <= np.maximum(_SETTLED, rounded.max(axis=0))) | (level == _LEVELS - 1)
         error += rounded
         np.add.at(slipping, whose[good], integrals[0, good])
         np.add.at(loss, whose[good], integrals[1, good])
-        np.add.at(missed, whose[good], error[good])
+        np.add.at(missed.T, whose[good], error[:, good].T)
         whose, part = np.tile(whose[~good], 2), np.tile(part[~good], 2)
         low, high = np.append(low[~good], middle[~good]), np.append(middle[~good], high[~good])
     return 2.0 * modulus * (u * c + slipping), 8.0 * modulus * loss, missed
