@@ -444,6 +444,12 @@ def test_wear_in_two_parts_is_wear_in_one() -> None:
         ({"coefficient": "-1e-6 mm^3/(N m)"}, "coefficient"),
         ({"cycles": 0.0}, "cycles"),
         ({"cycles": [3.0, 2.0]}, "cycles"),
+        ({"cycles": 1e300}, r"1e\+300 cycles .* times the indentation \(limit 1e\+30\); give fewer cycles"),
+        ({"coefficient": 1e300}, "check the unit of the coefficient"),
+        (
+            {"path": mdr.indent("0 um") >> mdr.cycle(shift="1 um")},
+            r"indentation = 0\.0; it must be above 0 m",
+        ),
         ({"law": "fleischer"}, "law"),
         ({"path": mdr.load("1 N")}, "shift"),
         ({"path": mdr.cycle(shift="1 um")}, "press"),
@@ -476,6 +482,13 @@ def test_bad_input_is_refused(change: dict[str, object], message: str) -> None:
     given: dict[str, object] = {"contact": BALL, "path": AT_DEPTH, "coefficient": K, "cycles": 10.0} | change
     with pytest.raises(mdr.ProblemError, match=message):
         mdr.wear(given.pop("contact"), given.pop("path"), **given)
+
+
+@pytest.mark.parametrize("row", [99, -99, 1.5, "last", None])
+def test_rows_that_do_not_exist_are_refused(at_depth: mdr.solving.wear.Wear, row: object) -> None:
+    for read in (at_depth.worn, at_depth.force_curve):
+        with pytest.raises(mdr.QuantityError, match=r"row .*(31 is needed|0 to 31)"):
+            read(row)  # type: ignore[arg-type, operator]
 
 
 def test_bad_worn_profiles_are_refused() -> None:

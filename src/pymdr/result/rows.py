@@ -22,23 +22,24 @@ def row_indices(step: int | Sequence[int] | None, n: int) -> list[int]:
     if isinstance(step, list | tuple | range) or (isinstance(step, np.ndarray) and step.ndim == 1):
         if len(step) == 0:
             raise QuantityError("step is empty: name at least one row")
-        return [_row_index(one, n) for one in step]
-    return [_row_index(step, n)]
+        return [row_index(one, n) for one in step]
+    return [row_index(step, n)]
 
 
-def _row_index(step: Any, n: int) -> int:
+def row_index(step: Any, n: int, name: str = "step", several: str = ", or a list of them") -> int:
+    """Index from 0 of a row of n."""
     if isinstance(step, bool) or not isinstance(step, int | np.integer):
         raise QuantityError(
-            f"step = {shown(step)}: a whole number from 0 to {n - 1} is needed, -1 for the last, or a list of them"
+            f"{name} = {shown(step)}: a whole number from 0 to {n - 1} is needed, -1 for the last{several}"
         )
     if not -n <= step < n:
-        raise QuantityError(f"step {step} does not exist: there are {n} steps, 0 to {n - 1}")
+        raise QuantityError(f"{name} {step} does not exist: there are {n} {name}s, 0 to {n - 1}")
     return int(step) % n
 
 
 def drawn_row(data: xr.Dataset, valid: BoolArray, step: int, is_viscoelastic: bool) -> int:
     """The row of figures, -1 if none is valid: by default the last in contact, with memory that of the largest load."""
-    row = _row_index(step, data.sizes["step"])
+    row = row_index(step, data.sizes["step"])
     if not valid[row]:
         known = np.flatnonzero(valid)
         row = int(known[-1]) if known.size else -1

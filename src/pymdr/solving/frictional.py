@@ -78,7 +78,7 @@ from pymdr.solving.walk import (
     with_travel,
     within,
 )
-from pymdr.units import FloatArray, QuantityLike, metres, newtons, to_si
+from pymdr.units import FloatArray, QuantityLike, metres, newtons, shown, to_si
 
 _REFINED = 200_000
 """Rows up to which a leg is refined."""
@@ -527,6 +527,8 @@ def pressed_joint(
     by_force = None if indentation is not None else force
     refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)
     if d <= 0.0:
-        given, unit = (normal_force, "N") if indentation is None else (indentation, "m")
-        raise ProblemError(f"{prefix}: the load {given!r} must be above 0 {unit}; press the bodies together")
+        name, given, unit = (
+            ("normal_force", normal_force, "N") if indentation is None else ("indentation", indentation, "m")
+        )
+        raise ProblemError(f"{prefix}: {name} = {shown(given)}; it must be above 0 {unit}")
     return mapped, d, mu, disks_down_to(contact, line, d, "wear" if prefix == "wear" else "friction")

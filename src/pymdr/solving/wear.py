@@ -19,6 +19,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve, Profile, Worn
+from pymdr.result.rows import row_index
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.study import Column, Study
 from pymdr.solving.wearing import (
@@ -99,9 +100,12 @@ class Wear(Study):
 
         Raises
         ------
+        QuantityError
+            If there is no such row.
         ProblemError
             If nothing has worn in that row.
         """
+        row = row_index(row, self.data.sizes["cycles"], "row", "")
         r, depth = self.surface["r"].values[row], self.surface["worn_depth"].values[row]
         if not depth.max() > 0.0:
             raise ProblemError(f"wear: row {row} has no wear; use the original profile")
@@ -136,6 +140,11 @@ class Wear(Study):
         ForceCurve
             With the indentation in m from the first touch of the worn bodies.
 
+        Raises
+        ------
+        QuantityError
+            If there is no such row.
+
         Examples
         --------
         >>> import pymdr as mdr
@@ -148,6 +157,7 @@ class Wear(Study):
         True
         """
         assert self.contact is not None
+        row = row_index(row, self.data.sizes["cycles"], "row", "")
         modulus = effective_moduli(self.contact.body, self.contact.counterbody).normal
         x, g = (self.springs[name].values[row] for name in ("x", "equivalent_profile"))
         depth, half_load = loads_of_wear(equivalent_profile(self.original), x, g)

@@ -23,7 +23,7 @@ from pymdr.problem.materials import Graded
 from pymdr.problem.paths import Cycle, Hold, Leg, LoadingPath, Path, Ramp, legs, named_channels
 from pymdr.problem.schedule import is_planar
 from pymdr.solving.closure import is_curve
-from pymdr.units import FloatArray, metres
+from pymdr.units import FloatArray, metres, shown
 
 _CELLS, _TOLERANCE = 160, 5e-5
 _SCOUT, _ROUGH = 40, 1e-3
@@ -34,6 +34,8 @@ _ROOM = 1.3
 _FAINT = 1e-9
 """Pressure over E* d/a below which the bodies only touch."""
 _HALVINGS = 80
+_MOST_WEAR = 1e30
+"""Largest depth of wear at the mean pressure and the slip of sliding, over the first indentation, that is followed."""
 _ROUNDING = 1e-9
 _INNER, _ALIKE = 80, 1e-9
 """Points of a force curve within the first stick radius, and relative difference of depths below which points are one."""
@@ -109,7 +111,7 @@ def one_cycle(path: LoadingPath) -> WearCycle:
     pressed: tuple[str, float] | None = None
     shifts = [0.0]
     if not isinstance(path, LoadingPath):
-        raise ProblemError(f"wear: {path!r} is not a path; write load('10 N') >> cycle(shift='1 um')")
+        raise ProblemError(f"wear: {shown(path)} is not a path; write load('10 N') >> cycle(shift='1 um')")
     if is_planar(path):
         raise ProblemError(
             "wear: the path shifts the body in the plane; wear is followed along one line only, such as cycle(shift='1 um')"
@@ -232,6 +234,12 @@ def followed(case: WearCase, rows: FloatArray, progress: Callable[[int, int], No
         raise ProblemError(
             f"wear: gross slip with an amplitude of {metres(case.request.amplitude)} (limit {metres(SMALL * case.radius)}, a tenth of the "
             "contact radius): the track is not of revolution; give a smaller amplitude"
+        )
+    whole = _dimensionless(case, case.radius, _SCOUT).rate * float(rows[-1])
+    if not whole <= _MOST_WEAR:
+        raise ProblemError(
+            f"wear: {rows[-1]:g} cycles at a coefficient of {case.coefficient:g} m^2/N wear {whole:.2g} times the indentation "
+            f"(limit {_MOST_WEAR:g}); give fewer cycles, and check the unit of the coefficient"
         )
     by_force = case.request.normal_force is not None
     farthest = case.contact.profile.max_radius
