@@ -63,6 +63,26 @@ def test_steps_with_friction_are_those_of_solve(shear, friction):
         assert column == pytest.approx(exact, abs=1e-13 * np.abs(exact).max())
 
 
+def test_steps_of_a_flat_punch_with_friction_are_those_of_solve():
+    """Its springs have no height: a step divided by that had 65536 parts."""
+    contact = mdr.Contact(mdr.FlatPunch("1 mm"), mdr.Viscoelastic(KINDS[0], 0.5), friction=mdr.Coulomb(0.3))
+    stepper, rows = mdr.Stepper(contact, "1 um"), []
+    path = {
+        "time": [1.0, 1.1, 2.0, 2.2],
+        "indentation": [5e-7, 1e-6, 1e-6, 4e-7],
+        "shift": [0.0, 2e-7, 3e-6, 2e-6],
+    }
+    for d, u, t in zip(path["indentation"], path["shift"], np.diff(path["time"], prepend=0.0), strict=True):
+        forces = stepper.advance(d, shift=u, duration=float(t))
+        rows.append((*forces, stepper.dissipated_energy))
+    result = mdr.solve(contact, mdr.Path(**path))
+    for name, column in zip(
+        ("normal_force", "tangential_force", "dissipated_energy"), np.transpose(rows), strict=True
+    ):
+        exact = result[name].values
+        assert column == pytest.approx(exact, abs=1e-13 * np.abs(exact).max())
+
+
 def test_a_sudden_shift_has_the_stiffness_of_what_sticks():
     contact = mdr.Contact(mdr.Sphere("10 mm"), mdr.Viscoelastic(RUBBER, 0.5), friction=mdr.Coulomb(0.5))
     stepper = mdr.Stepper(contact, "100 um", count=2, springs=200)

@@ -51,7 +51,8 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
             self.springs, relaxation, modes_of(relaxation), virgin(), math.inf, 0.0
         )
         self._scratch, self._untold = first.copy(), np.zeros((row_kernels.NOTES, 0, first.shape[0]))
-        self._size = float(self.springs.height[-1])
+        # springs of a flat profile have no height
+        self._size = max(deepest, float(self.springs.height[-1]))
         self._elastic = elastic_force(curve, self._size)
         row = np.zeros(kernels.COLUMNS)
         row[kernels.LAST] = -1.0
