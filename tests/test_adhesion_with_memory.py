@@ -299,6 +299,38 @@ def test_claims_hold_beside_eight_times_shorter_steps(monkeypatch, seed):
         assert np.all(np.abs(value - true) <= claimed * size + 1e-12 * size.max()), name
 
 
+@pytest.mark.parametrize("seed", first_of(range(30)))
+def test_coarse_rows_on_soft_machines_are_those_of_fine_rows(seed):
+    """Retreats of machines softer than the contact, which part at once or pass a state of rest, in 16 times as many rows."""
+    rng = np.random.default_rng([4, seed])
+    moduli = 10.0 ** rng.uniform(-0.5, 1.0, rng.integers(1, 3))
+    series = mdr.Prony(0.25, moduli, 10.0 ** rng.uniform(-1.0, 1.0, moduli.size))
+    work = 10.0 ** rng.uniform(-1.0, 0.5)
+    reach = 0.5 * 10.0 ** rng.uniform(-0.7, 0.4) * work ** (2.0 / 3.0)
+    law = mdr.MaugisDugdale(work, range=reach)
+    adhesive = mdr.Contact(BALL, mdr.Viscoelastic(series, poisson=0.5), adhesion=law)
+    stiffness, depth, speed = (
+        10.0 ** rng.uniform(-1.5, 0.5),
+        rng.uniform(0.3, 2.0),
+        10.0 ** rng.uniform(-1.0, 1.5),
+    )
+    low, count, parts = -8.0 * work / stiffness - 4.0, int(rng.integers(6, 20)), 16
+    press = mdr.Path(time=np.linspace(0.0, (depth + reach) / speed, 8), travel=np.linspace(-reach, depth, 8))
+    coarse, fine = (
+        mdr.solve(
+            adhesive,
+            press >> mdr.travel(low, steps=steps, duration=(depth - low) / speed),
+            machine_stiffness=stiffness,
+        )
+        for steps in (count, count * parts)
+    )
+    for name in ("normal_force", "indentation", "contact_radius", "cohesive_radius"):
+        rows = np.append(np.arange(8), 7 + parts * np.arange(1, count + 1))
+        one, other = coarse[name].values, fine[name].values[rows]
+        claimed = coarse.claims[name].error * np.abs(one) + fine.claims[name].error[rows] * np.abs(other)
+        assert np.all(np.abs(one - other) <= claimed + 1e-9 * np.abs(other).max()), name
+
+
 @given(
     st.floats(0.2, 8.0), st.floats(0.02, 5.0), st.floats(0.1, 1.0), st.floats(-9.0, 3.0), st.floats(-3.0, 6.0)
 )
