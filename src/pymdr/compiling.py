@@ -6,7 +6,7 @@ import contextlib
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -84,14 +84,14 @@ def inner(function: Function) -> Function:
 
 class Addressed:
     """
-    A function without arrays of its own that kernels call by its address, compiled when that is first asked for.
+    A function that kernels call by its address, compiled when that is first asked for; without options, one that makes no arrays.
 
     What kernels call by name is compiled into each of them and their callers, however large. By its address it is compiled once,
     but a call takes some 10 ns more, and the types of its arguments are not checked.
     """
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.py_func = function
+    def __init__(self, function: Callable[..., Any], options: Mapping[str, Any] = UNCOUNTED) -> None:
+        self.py_func, self._options = function, options
         self._compiled: Any = None
 
     def address(self, result: Any, *arguments: Any) -> Any:
@@ -100,7 +100,7 @@ class Addressed:
             return self.py_func
         if self._compiled is None:
             signature = typeof(result)(*map(typeof, arguments))
-            settings = {"error_model": "numpy", **UNCOUNTED}
+            settings = {"error_model": "numpy", **self._options}
             with event.trigger_event("numba:compile", {"dispatcher": self, "args": signature.args}):
                 self._compiled = _kept(partial(cfunc, signature), self.py_func, settings)
         return self._compiled.address

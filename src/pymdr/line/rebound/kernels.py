@@ -10,11 +10,13 @@ branches, the unknowns of a step are the accelerations at its nodes.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymdr import compiling
+from pymdr.compiling import Addressed, call
 from pymdr.line.friction import reading
 from pymdr.numerics.graded import reading as table
 from pymdr.numerics.newton import narrowed
@@ -24,14 +26,22 @@ from pymdr.units import FloatArray
 _STAMP = compiling.stamp_of(__file__, reading.__file__, table.__file__)
 
 
+_FUSED = {"fastmath": {"contract"}}
+"""Products and sums may be fused, nothing else."""
+
+
 def compiled(function: compiling.Function, **options: Any) -> compiling.Function:
-    """Compile with numba when first called; kept on disk. Products and sums may be fused, nothing else."""
-    return compiling.compiled(function, _STAMP, fastmath={"contract"}, **options)
+    """Compile with numba when first called; kept on disk."""
+    return compiling.compiled(function, _STAMP, **_FUSED, **options)
 
 
 def inner(function: compiling.Function) -> compiling.Function:
     """Compile for other kernels alone."""
     return compiled(function, **compiling.INNER)
+
+
+addressed = partial(Addressed, options=_FUSED)
+"""Compile for kernels that call by address."""
 
 
 @inner
@@ -66,6 +76,10 @@ class Body(NamedTuple):
     equilibrium: float
     viscosity: float
     mass: float
+    edge: Any
+    """The address of :func:`edge_at`."""
+    attempt: Any
+    """The address of :func:`attempt`."""
 
 
 class Track(NamedTuple):
@@ -103,6 +117,10 @@ MATRIX, SLOPE, BY_NODE, WEIGHTED = (BEFORE + 1 + NODES * k for k in range(4))
 _OF_NODES = WEIGHTED + NODES + 1
 
 
+_NO_EDGE = Edge(0.0, 0.0, 0.0)
+"""The type of what :func:`edge_at` returns."""
+
+
 class Work(NamedTuple):
     """What is filled anew on every step; few arrays, since each takes time to compile where one kernel hands it on."""
 
@@ -116,6 +134,16 @@ class Work(NamedTuple):
 def workspace() -> Work:
     """Arrays for the steps of one motion: allocating them in a kernel is slow to compile."""
     return Work(np.zeros((NODES, _OF_NODES)), np.zeros(NODES + 1), np.zeros(2))
+
+
+def body_of(
+    line: FloatArray, moduli: FloatArray, times: FloatArray, e: tuple[float, float], mass: float
+) -> Body:
+    """A body, whose `e` are E* after all relaxation and its viscosity, with the addresses of what kernels call."""
+    body, work, none = Body(line, moduli, times, *e, mass, 0, 0), workspace(), np.zeros((0, 0))
+    track = Track(none, none, none)
+    edge = edge_at.address(_NO_EDGE, body, track, 0, 0.0, 0.0, work)
+    return body._replace(edge=edge, attempt=attempt.address(_ENDED, body, track, 0, 0, 0.0, work))
 
 
 def _radau() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -185,7 +213,7 @@ def state_at(body: Body, track: Track, k: int, x: float, wait: float, part: Floa
     return State(d, v, a, pull, force, modulus * v)
 
 
-@inner
+@addressed
 def edge_at(body: Body, track: Track, turn: int, now: float, wanted: float, work: Work) -> Edge:
     """The edge of bodies that part, from Q: the time t1 before the turning point at which P = Q."""
     if wanted <= 0.0:
@@ -343,7 +371,7 @@ def retreat(body: Body, track: Track, turn: int, k: int, length: float, work: Wo
     step, nodes = track.steps[k], work.nodes
     for j in range(NODES):
         wanted = history_at(body, step, length, j, work)
-        edge = edge_at(body, track, turn, step[BEGIN] + AT[j] * length, wanted, work)
+        edge = call(body.edge, _NO_EDGE, (body, track, turn, step[BEGIN] + AT[j] * length, wanted, work))
         nodes[j, RIGHT] = body.mass * nodes[j, ACCELERATION] + edge.force
         for q in range(NODES):
             slope = body.equilibrium * length * length * TWICE[j, q]
@@ -351,7 +379,7 @@ def retreat(body: Body, track: Track, turn: int, k: int, length: float, work: Wo
             nodes[j, MATRIX + q] = 2.0 * edge.radius * slope + (body.mass if q == j else 0.0)
 
 
-@inner
+@addressed
 def attempt(
     body: Body, track: Track, turn: int, k: int, length: float, work: Work
 ) -> tuple[int, float, float]:
@@ -423,6 +451,10 @@ def guess(track: Track, k: int, length: float, fresh: bool, work: Work) -> None:
             nodes[j, ACCELERATION] = total
 
 
+_ENDED = int(0.0), 0.0, 0.0
+"""The type of what :func:`attempt` returns."""
+
+
 class Solved(NamedTuple):
     """How a step ended: its length, its error, and the speed and Q at its end."""
 
@@ -441,7 +473,7 @@ def solve_step(
     step, nodes = track.steps[k], work.nodes
     while True:
         guess(track, k, length, fresh, work)
-        code, v_end, history = attempt(body, track, turn, k, length, work)
+        code, v_end, history = call(body.attempt, _ENDED, (body, track, turn, k, length, work))
         error = math.inf
         scale = max(abs(step[SPEED]), abs(v_end))
         if code == COMPLETE and scale > 0.0:
@@ -477,7 +509,7 @@ def end_within(body: Body, track: Track, turn: int, k: int, first: Solved, work:
         trial = low + (high - low) * at_low / (at_low - at_high)
         if not low < trial < high:
             trial = 0.5 * (low + high)
-        code, v_end, history = attempt(body, track, turn, k, trial, work)
+        code, v_end, history = call(body.attempt, _ENDED, (body, track, turn, k, trial, work))
         outcome = Solved(code, trial, first.error, v_end, history)
         value = v_end if grows else history
         if code != COMPLETE or abs(value) <= 1e-15 * size or high - low <= 4e-16 * high:
@@ -588,7 +620,8 @@ def force_at(body: Body, track: Track, turn: int, k: int, x: float, work: Work) 
     now = track.steps[k, BEGIN] + x
     if k < turn:
         return state, Edge(state.force + body.viscosity * 2.0 * state.radius * state.speed, state.radius, now)
-    return state, edge_at(body, track, turn, now, state.pull + body.viscosity * state.speed, work)
+    wanted = state.pull + body.viscosity * state.speed
+    return state, call(body.edge, _NO_EDGE, (body, track, turn, now, wanted, work))
 
 
 @inner

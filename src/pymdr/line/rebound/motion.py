@@ -196,12 +196,11 @@ def largest_force(motion: Motion) -> tuple[float, float]:
 
 def _body(curves: ElasticCurves, relaxation: Relaxation, mass: float) -> Body:
     """What the kernels know of a body; they compile anew for arrays that cannot be written."""
-    from pymdr.line.rebound.kernels import Body
+    from pymdr.line.rebound.kernels import body_of
 
     moduli, times = relaxation.moduli.copy(), relaxation.times.copy()
-    return Body(
-        curves.rows, moduli, times, float(relaxation.equilibrium), float(relaxation.viscosity), float(mass)
-    )
+    e = float(relaxation.equilibrium), float(relaxation.viscosity)
+    return body_of(curves.rows, moduli, times, e, float(mass))
 
 
 def _followed(motion: Motion) -> tuple[Body, Track, int, int]:

@@ -56,7 +56,10 @@ class PowerLine(EquivalentProfile):
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m."""
-        return np.asarray(self.scale * self._power(rounded(x) / self.unit, self.n))
+        return self._height(rounded(x))
+
+    def _height(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.scale * self._power(x / self.unit, self.n))
 
     def slope(self, x: Position) -> FloatArray:
         """Slope g'."""
@@ -66,13 +69,13 @@ class PowerLine(EquivalentProfile):
 
     def moment(self, x: Position) -> FloatArray:
         """First moment, n/(n+1+k) x^(1+k) g."""
-        fraction = power_fractions(self.n, self.exponent)[0]
-        return np.asarray(fraction * self._power(rounded(x), 1.0 + self.exponent) * self.g(x))
+        x, fraction = rounded(x), power_fractions(self.n, self.exponent)[0]
+        return np.asarray(fraction * self._power(x, 1.0 + self.exponent) * self._height(x))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of x^k (g(x) - g)^2, 2 n^2 / ((1+k)(n+1+k)(2n+1+k)) x^(1+k) g^2."""
-        fraction = power_fractions(self.n, self.exponent)[1]
-        return np.asarray(fraction * self._power(rounded(x), 1.0 + self.exponent) * self.g(x) ** 2)
+        x, fraction = rounded(x), power_fractions(self.n, self.exponent)[1]
+        return np.asarray(fraction * self._power(x, 1.0 + self.exponent) * self._height(x) ** 2)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g."""
