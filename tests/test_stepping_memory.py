@@ -190,3 +190,18 @@ def test_steps_that_cannot_be_taken_leave_the_state(shear, duration, words):
     with pytest.raises(mdr.PathError, match=words):
         stepper.advance(2e-5, duration=duration)
     assert stepper.indentation == 1e-5
+
+
+@pytest.mark.parametrize("duration", first_of([1.0, 1e-3]))
+def test_the_work_of_gliding_is_that_of_friction(duration):
+    """A flat punch whose normal force has relaxed: mu F_N times the distance is dissipated, or stored as the springs creep on."""
+    contact = mdr.Contact(mdr.FlatPunch("1 mm"), mdr.Viscoelastic(RUBBER, 0.5), friction=mdr.Coulomb(0.3))
+    stepper = mdr.Stepper(contact, "1 um")
+    stepper.advance(1e-6, duration=1.0)
+    stepper.advance(1e-6, duration=1e4)
+    stepper.advance(1e-6, shift=1e-5, duration=duration)
+    before = stepper.dissipated_energy + stepper.stored_tangential_energy
+    forces = stepper.advance(1e-6, shift=3e-5, duration=duration)
+    assert forces.tangential == pytest.approx(0.3 * forces.normal, rel=1e-14)
+    work = stepper.dissipated_energy + stepper.stored_tangential_energy - before
+    assert work == pytest.approx(0.3 * forces.normal * 2e-5, rel=1e-12)

@@ -215,9 +215,10 @@ def _slide(
         slip = sign * over / stiffness(body, lasted)
     dv = change * left - slip
     force, dissipated = move_branches(body, dv, v)
+    given = change * left * sign * run.friction * 0.5 * (loads[0] + (loads[1] - loads[0]) * stuck + loads[1])
     own[_OWN_LEFT, i] = slip
-    own[_OWN_WORK, i] += (dv + slip) * force
-    own[_OWN_SLIP, i] += slip * force
+    own[_OWN_WORK, i] += given
+    own[_OWN_SLIP, i] += given - dv * force
     own[_OWN_LOST, i] += dissipated
     return v + dv
 
@@ -303,6 +304,7 @@ def _plain(
         if notes[GAP, r, i] >= 0.0 or notes[GAP, r + 1, i] >= 0.0:
             continue
         v, limit = old[i, W], friction * max(notes[LOAD, r + 1, i], 0.0)
+        first = friction * max(notes[LOAD, r, i], 0.0)
         now, q, dv, slip = equilibrium * v, equilibrium * (v + du), du, 0.0
         for j in range(n):
             now += old[i, BRANCHES + j]
@@ -310,7 +312,7 @@ def _plain(
         sticks = abs(q) <= limit or friction == math.inf
         if not sticks:
             sign, over = math.copysign(1.0, q), abs(q) - limit
-            under = sign * now - friction * max(notes[LOAD, r, i], 0.0)
+            under = sign * now - first
             if under < -_AT_ONCE * (over - under):
                 continue
             slip, q = sign * over / firm, sign * limit
@@ -325,8 +327,10 @@ def _plain(
             new[i, BRANCHES + j] = h
             energy += h * h * table[j, SOFT]
         new[i, W], new[i, FREE], new[i, REST] = v + dv, 0.0, old[i, REST]
-        own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i] = q, dissipated, slip * mean
-        own[_OWN_WORK, i], own[_OWN_RATE, i] = du * mean, firm if sticks else 0.0
+        # what slips bears its limit, which is straight; the spring gets the work of its own straight move
+        given = du * mean if sticks else du * math.copysign(0.5 * (first + limit), q)
+        own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i] = q, dissipated, given - dv * mean
+        own[_OWN_WORK, i], own[_OWN_RATE, i] = given, firm if sticks else 0.0
         own[_OWN_LEFT, i], own[_OWN_STORED, i] = slip, 0.5 * energy
 
 
