@@ -76,8 +76,8 @@ _COMPARED = (
 )
 
 
-_LOSSES, _OF_ROWS = ("body_dissipation", "jump_dissipation"), ("work", "jump_dissipation")
-"""Energies that are dissipated, and those of each row alone."""
+_OF_ROWS = "work", "jump_dissipation"
+"""Energies of each row alone."""
 
 
 @dataclass(frozen=True)
@@ -374,10 +374,12 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     whole = np.maximum.accumulate(np.nan_to_num(sizes))
     # the balance of the energies, of which each has its own quadrature, and what a change of all of them leaves in balance
     missed = np.maximum.accumulate(np.nan_to_num(np.abs(balance)))
+    body, jumps, worked = (
+        _difference(rows, name) for name in ("body_dissipation", "jump_dissipation", "work")
+    )
     # all levels may miss the instant of a jump alike
-    unsure = 1.0 + np.maximum.accumulate(fine["jumped"])
-    losses = np.sum([_difference(rows, name) for name in _LOSSES], axis=0)
-    missed += unsure * later_too(np.maximum(losses, _difference(rows, "work")), whole)
+    worked *= 1.0 + np.maximum.accumulate(fine["jumped"])
+    missed += later_too(np.maximum(body + 2.0 * jumps, worked), whole)
     with np.errstate(divide="ignore", invalid="ignore"):
         errors["dissipated_energy"] = np.minimum(
             np.nan_to_num(missed / np.abs(columns["dissipated_energy"])), 1.0

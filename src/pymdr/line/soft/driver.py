@@ -61,7 +61,7 @@ _FIRST, _WHOLE_ROW = 10.0, 0.12
 """First step over the shortest relaxation time, over the limit of what it misses; and the limit of moves with which a step may be a row."""
 _NOISE = 0.05
 """Scatter of c by interpolation, over the spacing of the nodes."""
-_SUMMED = 20.0
+_SUMMED = 40.0
 """Nodes that energies are summed over, over the cells of the gap, and more near the edges."""
 _FOUND, _NONE, _WIDE = range(3)
 
@@ -180,7 +180,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
     n = body.shape[1]
     v, stored, cohesive, pending = zone.room[SCRATCH], 0.0, 0.0, 0.0
     cells = zone.end[CELLS]
-    rest, widest, graded = 1.0, h * node.shape[0] / (_SUMMED * cells), 2.5 / cells
+    rest, widest, graded = 1.0, h * node.shape[0] / (_SUMMED * cells), 1.25 / cells
     for j in range(n):
         rest -= body[SHARE, j]
     i, stride, last_own, last_idle = 0, 0, 0.0, 0.0
