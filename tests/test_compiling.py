@@ -240,3 +240,47 @@ assert not failures, failures
 def test_threads_that_begin_together(code):
     for _ in range(2):
         run(THREADS.format(code=code))
+
+
+WATCHED = """
+import importlib, pathlib, types
+import pymdr
+from pymdr import compiling
+root = pathlib.Path(pymdr.__file__).parent
+folder = lambda file: pathlib.Path(file).parent
+watched, kernels, stamp_of, compiled = {}, [], compiling.stamp_of, compiling.compiled
+def stamped(*modules):
+    stamp = stamp_of(*modules)
+    watched[stamp] = {folder(module) for module in modules}
+    return stamp
+def kept(function, stamp=None, **options):
+    kernel = compiled(function, stamp, **options)
+    kernels.append((kernel, stamp, "no_cpython_wrapper" in options))
+    return kernel
+compiling.stamp_of, compiling.compiled = stamped, kept
+for file in root.rglob("*.py"):
+    if "pymdr.compiling import" in file.read_text() or "import compiling" in file.read_text():
+        importlib.import_module(".".join(("pymdr", *file.relative_to(root).with_suffix("").parts)))
+def called(kernel, known):
+    scope, names = kernel.py_func.__globals__, kernel.py_func.__code__.co_names
+    for value in [scope.get(name) for name in names]:
+        inside = [getattr(value, name, None) for name in names] if isinstance(value, types.ModuleType) else [value]
+        for each in inside:
+            if hasattr(each, "py_func") and each not in known:
+                known.append(each)
+                called(each, known)
+    return known
+for kernel, stamp, is_inner in kernels:
+    home = folder(kernel.py_func.__code__.co_filename)
+    places = {folder(each.py_func.__code__.co_filename) for each in called(kernel, [])}
+    places = {place for place in places if not place.is_relative_to(root / "numerics")}
+    for place in () if is_inner else places - watched.get(stamp, {home}):
+        print(kernel.py_func.__module__, kernel.py_func.__name__, place)
+print(len(kernels))
+"""
+
+
+def test_kernels_are_compiled_again_where_what_they_call_has_changed():
+    lines = run(WATCHED).stdout.splitlines()
+    assert lines[:-1] == []
+    assert int(lines[-1]) > 100

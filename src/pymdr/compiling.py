@@ -33,6 +33,7 @@ _checked: set[tuple[str, Stamp]] = set()
 
 
 Stamp = tuple[float, int]
+_NUMERICS = Path(__file__).with_name("numerics")
 INNER = {"no_cpython_wrapper": True}
 """Options of kernels that only kernels call: compiled in four fifths of the time."""
 UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
@@ -40,8 +41,10 @@ UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
 def stamp_of(*modules: str) -> Stamp:
-    """A stamp of all files in the folders of some modules, given by their ``__file__``."""
-    files = [file.stat() for module in modules for file in Path(module).parent.glob("*.py")]
+    """A stamp of all files in the folders of some modules, given by their ``__file__``, and of the numerics that all kernels share."""
+    folders = {Path(module).parent for module in modules}
+    files = [file.stat() for folder in folders for file in folder.glob("*.py")]
+    files += [file.stat() for file in _NUMERICS.rglob("*.py")]
     return max(file.st_mtime for file in files), sum(file.st_size for file in files)
 
 
@@ -49,7 +52,7 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
     """
     Compile with numba on the first call, cached on disk if a folder is writable.
 
-    The cache is valid until the file of the outermost function changes, or with a stamp until the stamp changes. Numba compiles
+    The cache is valid until the stamp changes, by default until a file in the folder of the outermost function does. Numba compiles
     again for read-only arrays and for constants passed between kernels, so callers pass copies and variables. Without numba the
     function is returned unchanged.
     """
@@ -58,6 +61,8 @@ def compiled(function: Function, stamp: Stamp | None = None, **options: Any) -> 
         return function
     settings = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, **options}
     kernel = _kept(njit, function, settings)
+    if stamp is None and not INNER.items() <= options.items():
+        stamp = stamp_of(function.__code__.co_filename)
     if stamp is not None:
         _leave_out_older(kernel.stats.cache_path, stamp)
     return cast(Function, kernel)

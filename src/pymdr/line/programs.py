@@ -18,16 +18,12 @@ from pymdr.line.friction.layout import COMPLETE, STACK_FULL
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts
 from pymdr.line.plane import steps as springs
-from pymdr.numerics import table_reading
-from pymdr.numerics.graded import reading
 from pymdr.units import FloatArray
 
 TAKEN, REFUSED, LEFT = range(3)
 """How a step ended: taken; refused, because a value is not finite or too deep; left to the stepper itself. All but TAKEN keep the state."""
 
-_fused = Fused(
-    __file__, following.__file__, friction.__file__, plane.__file__, table_reading.__file__, reading.__file__
-)
+_fused = Fused(__file__, following.__file__, friction.__file__, plane.__file__)
 _Line = tuple[float, float, FloatArray, FloatArray]
 _States = tuple[Any, FloatArray]
 

@@ -52,11 +52,10 @@ from pymdr.line.following.layout import (
     UP_TO,
 )
 from pymdr.line.moved import BEFORE, NOW
-from pymdr.numerics import table_reading
 from pymdr.numerics.table_reading import cell_of, value_in
 from pymdr.units import FloatArray
 
-_fused = Fused(__file__, table_reading.__file__)
+_fused = Fused(__file__)
 
 
 @_fused.inlined

@@ -17,7 +17,7 @@ from pymdr.line.friction.layout import (
 from pymdr.numerics.graded import reading as table
 from pymdr.units import FloatArray
 
-fused = compiling.Fused(__file__, table.__file__)
+fused = compiling.Fused(__file__)
 """Compiles the kernels of friction, into which the reader of tables is compiled."""
 
 

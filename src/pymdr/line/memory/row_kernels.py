@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymdr import compiling
-from pymdr.compiling import Addressed, call, inner, merged
+from pymdr.compiling import Addressed, call, inner, merged, uncounted
 from pymdr.line.memory.groups import (
     dissolve_group,
     edge_count,
@@ -47,14 +46,6 @@ from pymdr.line.memory.modes import BRANCHES, FREE, TURN, W
 from pymdr.units import FloatArray
 
 # the steps are compiled into the histories
-_STAMP = compiling.stamp_of(__file__)
-
-
-def compiled(function: compiling.Function) -> compiling.Function:
-    """Compile with numba when first called; kept on disk."""
-    return compiling.compiled(function, _STAMP, **compiling.UNCOUNTED)
-
-
 ENDED, FULL, STUCK = -1, -2, -3
 """Why rows were not followed or divided: the springs end, there are more parts than rows to write, or no indentation meets a target."""
 TIME, TARGET, STRENGTH = range(3)
@@ -406,7 +397,7 @@ def _next_size(halve: bool, first: bool, size: float, levels: tuple[int, int]) -
     return size, long, short
 
 
-@compiled
+@uncounted
 def follow(
     run: Run,
     course: FloatArray,
@@ -477,7 +468,7 @@ def follow(
     return done
 
 
-@compiled
+@uncounted
 def divide(
     run: Run,
     course: FloatArray,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import Addressed, call, inner, merged
+from pymdr.compiling import Addressed, call, inner, merged, uncounted
 from pymdr.line.memory.groups import (
     dissolve_group,
     form_group,
@@ -58,7 +58,7 @@ from pymdr.line.memory.kernels import (
     unload,
 )
 from pymdr.line.memory.modes import BRANCHES, FREE, REST, W
-from pymdr.line.memory.row_kernels import GAP, LOAD, TURNED, compiled, copy_spring
+from pymdr.line.memory.row_kernels import GAP, LOAD, TURNED, copy_spring
 from pymdr.numerics.exponentials import DECAYING, GROWING, RATES, first_crossing, moments
 from pymdr.units import FloatArray
 
@@ -504,7 +504,7 @@ def _shift(
             du = 0.5 * (low + high)
 
 
-@compiled
+@uncounted
 def shear(
     run: Shear,
     pressed: Pressed,

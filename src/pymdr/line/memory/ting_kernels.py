@@ -12,7 +12,7 @@ from pymdr.numerics.graded import reading
 from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
 
-_fused = compiling.Fused(__file__, reading.__file__)
+_fused = compiling.Fused(__file__)
 
 MET, TOUCHED_AGAIN = 0, 1
 """Endings of a path: all targets are met, or the contact grows while the bodies separate."""

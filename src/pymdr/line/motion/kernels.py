@@ -34,11 +34,10 @@ from pymdr.line.motion.layout import (
     WORK,
 )
 from pymdr.line.moved import BEFORE, NOW
-from pymdr.numerics.graded import reading as table
 from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
 
-fused = compiling.Fused(__file__, stack_kernels.__file__, table.__file__)
+fused = compiling.Fused(__file__, stack_kernels.__file__)
 
 _ITERATIONS = 60
 _SETTLED = 4e-16

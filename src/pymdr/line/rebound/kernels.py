@@ -18,12 +18,11 @@ import numpy as np
 from pymdr import compiling
 from pymdr.compiling import Addressed, call
 from pymdr.line.friction import reading
-from pymdr.numerics.graded import reading as table
 from pymdr.numerics.newton import narrowed
 from pymdr.units import FloatArray
 
 # the curves that are read are compiled into the callers
-_STAMP = compiling.stamp_of(__file__, reading.__file__, table.__file__)
+_STAMP = compiling.stamp_of(__file__, reading.__file__)
 
 
 _FUSED = {"fastmath": {"contract"}}

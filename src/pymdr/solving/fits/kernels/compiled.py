@@ -250,10 +250,9 @@ def _let_compile() -> None:
 
 
 _let_compile()
-_STAMP = compiling.stamp_of(__file__)
 ENGINE = starts.Engine(
-    compiling.compiled(descent.descend_all, _STAMP, fastmath={"contract"}),
-    compiling.compiled(starts.best_points, _STAMP, fastmath={"contract"}),
-    compiling.compiled(descent.tangents_all, _STAMP, fastmath={"contract"}),
+    compiling.compiled(descent.descend_all, fastmath={"contract"}),
+    compiling.compiled(starts.best_points, fastmath={"contract"}),
+    compiling.compiled(descent.tangents_all, fastmath={"contract"}),
 )
 """The search of :mod:`pymdr.solving.fits.kernels`, compiled when it is first used."""
