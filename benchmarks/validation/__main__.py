@@ -13,9 +13,10 @@ from benchmarks.validation.elastic import ELASTIC
 from benchmarks.validation.histories import HISTORIES
 from benchmarks.validation.programs import measured, programs, solvers
 from benchmarks.validation.rows import ROOT
+from benchmarks.validation.surfaces import SURFACES
 
 PAGE = ROOT / "docs" / "validation.md"
-CLOSED = (*ELASTIC, *HISTORIES)
+CLOSED = (*ELASTIC, *SURFACES, *HISTORIES)
 
 
 def drawn(count: int, seed: int) -> dict[str, list[accuracy.Outcome]]:

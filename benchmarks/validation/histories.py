@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 import pymdr as mdr
 from benchmarks.validation.rows import REFERENCES, UNIT, Row, claim_of, compared, difference, expected
@@ -201,6 +201,42 @@ def shakedown() -> Iterator[Row]:
     yield compared("shakedown in sliding, mu = 0.6", limits, "pressure_ratio", 1 / 0.6, "Johnson (1985)", 1)
 
 
+def fatigue() -> Iterator[Row]:
+    nu, young = 0.3, 210e9
+    steel = mdr.Elastic(young, nu)
+    modulus = young / (1 - nu**2) / 2
+    peak = (6 * 100.0 * modulus**2 / (math.pi**3 * 0.01**2)) ** (1 / 3)
+    joint = mdr.Contact(mdr.Paraboloid(0.01), steel, steel, friction=mdr.Coulomb(0.5))
+    slid = mdr.solve(joint, mdr.load(100.0) >> mdr.cycle(shift="30 um", cycles=2, steps=16))
+    # at the edge of a contact that slides: along and across the motion, and by the pressure
+    along, across = (0.5 * peak * math.pi / 8 * factor for factor in (4 + nu, 3 * nu))
+    pressed = (1 - 2 * nu) * peak / 3
+    worst = mdr.fatigue(slid, criterion=mdr.SmithWatsonTopper())
+    known = (along + pressed) * (along - nu * across) / young
+    source = "edge of the contact, Hamilton (1983)"
+    yield compared("fatigue, sliding to and fro", worst, "smith_watson_topper", known, source)
+    worst = mdr.fatigue(slid, criterion=mdr.DangVan(0.3))
+    known = 0.5 * along + 0.3 * (along + across) / 3
+    yield compared("the same", worst, "dang_van_stress", known, source)
+
+    def shear(z: float) -> float:
+        """Largest shear stress on the axis, over the peak pressure."""
+        axial = -1 / (1 + z * z)
+        return 0.5 * abs(axial + (1 + nu) * (1 - z * math.atan(1 / z)) + 0.5 * axial)
+
+    deepest = minimize_scalar(
+        lambda z: -shear(z), bounds=(0.1, 2.0), method="bounded", options={"xatol": 1e-9}
+    )
+    largest = shear(deepest.x) * peak * 4 ** (1 / 3)  # E* on a rigid body is twice that of like bodies
+    ball = mdr.Contact(mdr.Paraboloid(0.01), steel)
+    result = mdr.solve(ball, mdr.load(50.0) >> mdr.cycle(normal_force=50.0, steps=8))
+    source, values = "Huber (1904), its largest on the axis", result["largest_shear"].values
+    claimed = claim_of(result, "stress")
+    yield Row("ball on a plane", "largest shear", source, difference(values.max(), largest), claimed)
+    worst = mdr.fatigue(result, criterion=mdr.Findley(0.0))
+    yield compared("fatigue, load and no load", worst, "findley_stress", 0.5 * largest, source)
+
+
 def chain() -> Iterator[Row]:
     radius, mass, count = 5e-3, 4e-3, 30
     steel = mdr.Elastic("210 GPa", 0.3)
@@ -225,4 +261,4 @@ def chain() -> Iterator[Row]:
     yield Row("chain of spheres", "speed of the wave", source, difference(speed, formula), claimed)
 
 
-HISTORIES = (friction, memory, soft_edges, elastomer, impacts, worn, shakedown, chain)
+HISTORIES = (friction, memory, soft_edges, elastomer, impacts, worn, shakedown, fatigue, chain)

@@ -1,6 +1,7 @@
 """Contacts by the method, by independent solvers and by other programs; and measured records against themselves."""
 
 from collections.abc import Iterator
+from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
 
@@ -10,7 +11,9 @@ import pymdr as mdr
 from benchmarks import halves
 from benchmarks.fits import TIP, by_nanite
 from benchmarks.records import records
-from benchmarks.validation.rows import REFERENCES, Row, claim_of, difference
+from benchmarks.validation.particles import particles
+from benchmarks.validation.rows import Row, absent, claim_of, difference
+from benchmarks.validation.surfaces import pressed
 
 
 def verified(physics: str, name: str, solver: str, contact: mdr.Contact, path: Any, **options: Any) -> Row:
@@ -58,26 +61,21 @@ def solvers() -> Iterator[Row]:
     other = mdr.Contact(mdr.Paraboloid("10 mm"), like, like, friction=mdr.Coulomb(0.3))
     yield verified("friction, nu = 0.3", "tangential_force", cells, other, loop, steps=4)
     yield verified("torsion", "torque", "rings, 200", joint, mdr.indent("10 um") >> mdr.twist(1e-3), steps=2)
+    metal = mdr.Elastic("210 GPa", 0.0)
+    fretted = mdr.Contact(mdr.Paraboloid("10 mm"), metal, metal, friction=mdr.Coulomb(0.5))
+    for slip, shift, cycles in (("partial", "0.4 um", 1e6), ("gross", "2 um", 1e5)):
+        path = mdr.load("20 N") >> mdr.cycle(shift=shift)
+        given = {"coefficient": "1e-5 mm^3/(N m)", "cycles": cycles}
+        found = mdr.verify(fretted, path, wear=given, elements=240, steps=6)
+        claimed = claim_of(mdr.wear(fretted, path, **given), "worn_volume", slice(None))
+        physics = f"wear at constant load, {slip} slip, {cycles:,.0f} cycles"
+        yield Row(physics, "worn volume", "rings, 240", found.largest_difference, claimed)
 
 
 def programs() -> Iterator[Row | str]:
-    entry = REFERENCES["mdr_plastic_Y2e7"]
-    given, rows = entry["inputs"], np.array(entry["expected"]["rows"])
-    rows = rows[rows[:, 1] > 0.0]
-    body = mdr.ElasticPlastic(
-        given["E"], given["nu"], yield_strength=given["Y"], apparent_radius=True, wall_factor=True
-    )
-    n, deepest = given["steps"], given["depth"]
-    path = mdr.indent(deepest, steps=n) >> mdr.indent(0.0, steps=n)
-    result = mdr.solve(mdr.Contact(mdr.Sphere(given["R"]), body), path)
-    d = result["indentation"].values
-    halves = np.where(np.arange(len(rows)) <= int(rows[:, 0].argmax()), 0, n)
-    chosen = [h + int(np.argmin(np.abs(d[h : h + n] - x))) for h, x in zip(halves, rows[:, 0], strict=True)]
-    forces = result["normal_force"].values[chosen]
-    off = difference(forces, rows[:, 1])
-    claimed = claim_of(result, "normal_force", chosen)
-    yield Row("balls that yield, loading and unloading", "normal force", "LAMMPS, recorded", off, claimed)
+    yield from particles()
     yield from _engines()
+    yield from pressed()
     yield from _nanite()
 
 
@@ -89,7 +87,7 @@ def _engines() -> Iterator[Row | str]:
         if find_spec(package) is None:
             yield absent("elliptic contact", "normal force", package)
         else:
-            source = f"{package}, 129 x 129"
+            source = f"{package} {version(package)}, 129 x 129"
             yield verified("elliptic contact", "normal_force", source, ellipse, path, steps=1, engine=engine)
 
 
@@ -105,14 +103,8 @@ def _nanite() -> Iterator[Row | str]:
     found = mdr.fit(body, mdr.MeasuredCurve(force=force, indentation=depth), ["body.young"])
     young = found["body.young"]
     off = difference(fit(), young.value)
-    yield Row(
-        "Hertz fit", "Young's modulus", "nanite", off, f"interval of {young.high / young.value - 1:.1e}"
-    )
-
-
-def absent(physics: str, quantity: str, package: str) -> str:
-    """The row of a package that this run does not have."""
-    return f"| {physics} | {quantity} | {package} | | not installed |"
+    claimed = f"interval of {young.high / young.value - 1:.1e}"
+    yield Row("Hertz fit", "Young's modulus", f"nanite {version('nanite')}", off, claimed)
 
 
 def measured() -> Iterator[str]:

@@ -65,3 +65,8 @@ def compared(physics: str, answer: Any, name: str, truth: object, source: str, r
 
 def expected(name: str) -> dict:
     return REFERENCES[name]["expected"]
+
+
+def absent(physics: str, quantity: str, package: str) -> str:
+    """The row of a package that this run does not have."""
+    return f"| {physics} | {quantity} | {package} | | not installed |"
