@@ -185,13 +185,13 @@ def known_by_its_curve() -> Iterator[Row]:
     )
 
 
-def nanoindentation() -> Iterator[Row]:
-    tip, steel = mdr.AreaFunction([24.5, 900.0, 2000.0], unit="1 nm"), mdr.Elastic("210 GPa", 0.3)
+def indent_of(hardness: float, body: mdr.Elastic) -> tuple[mdr.MeasuredCurve, mdr.AreaFunction]:
+    """An indent without noise of 150 nm contact depth, made by the equations of its evaluation; loading ends at row 250, the hold at row 300."""
+    tip = mdr.AreaFunction([24.5, 900.0, 2000.0], unit="1 nm")
     area = float(tip.area_at(150e-9))
-    load, exponent = 4e9 * area, 1.35
-    stiffness = (
-        2 * mdr.effective_moduli(steel, mdr.Elastic("1141 GPa", 0.07)).normal * math.sqrt(area / math.pi)
-    )
+    load, exponent = hardness * area, 1.35
+    modulus = mdr.effective_moduli(body, mdr.Elastic("1141 GPa", 0.07)).normal
+    stiffness = 2 * modulus * math.sqrt(area / math.pi)
     # n and epsilon of an unloading curve by its exponent (Pharr and Bolshakov 2002)
     n = 1 / (exponent - 1)
     kappa = math.sqrt(math.pi) * math.gamma(n / 2 + 1) / math.gamma(n / 2 + 0.5)
@@ -199,7 +199,11 @@ def nanoindentation() -> Iterator[Row]:
     part = np.concatenate([np.linspace(0, 1, 250), np.ones(50), np.linspace(1, 0, 250)])
     h = depth - exponent * load / stiffness * (1 - part ** (1 / exponent))
     h[:250] = depth * np.sqrt(part[:250])
-    record = mdr.MeasuredCurve(force=load * part, indentation=h)
+    return mdr.MeasuredCurve(force=load * part, indentation=h), tip
+
+
+def nanoindentation() -> Iterator[Row]:
+    record, tip = indent_of(4e9, mdr.Elastic("210 GPa", 0.3))
     study = mdr.oliver_pharr(record, tip, poisson=0.3, epsilon=None)
     source = "Oliver and Pharr (1992), made by its equations"
     for name, truth in (("hardness", 4e9), ("young_modulus", 210e9)):

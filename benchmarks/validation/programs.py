@@ -1,5 +1,7 @@
 """Contacts by the method, by independent solvers and by other programs; and measured records against themselves."""
 
+import contextlib
+import io
 from collections.abc import Iterator
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -11,8 +13,9 @@ import pymdr as mdr
 from benchmarks import halves
 from benchmarks.fits import TIP, by_nanite
 from benchmarks.records import records
+from benchmarks.validation.elastic import indent_of
 from benchmarks.validation.particles import particles
-from benchmarks.validation.rows import Row, absent, claim_of, difference
+from benchmarks.validation.rows import Row, absent, claim_of, compared, difference
 from benchmarks.validation.surfaces import pressed
 
 
@@ -77,6 +80,7 @@ def programs() -> Iterator[Row | str]:
     yield from _engines()
     yield from pressed()
     yield from _nanite()
+    yield from _micromechanics()
 
 
 def _engines() -> Iterator[Row | str]:
@@ -105,6 +109,27 @@ def _nanite() -> Iterator[Row | str]:
     off = difference(fit(), young.value)
     claimed = f"interval of {young.high / young.value - 1:.1e}"
     yield Row("Hertz fit", "Young's modulus", f"nanite {version('nanite')}", off, claimed)
+
+
+def _micromechanics() -> Iterator[Row | str]:
+    """Hardness and modulus of an indent without noise, its unloading fitted by each program; the other counts in mN, um and GPa."""
+    if find_spec("micromechanics") is None:
+        yield absent("indent without noise", "hardness", "micromechanics")
+        return
+    with contextlib.redirect_stdout(io.StringIO()):
+        from micromechanics.indentation import Indentation, Tip
+
+        other = Indentation(tip=Tip([24.5, 900.0, 2000.0, "iso"]), model={"evaluateSAtMax": True})
+    record, tip = indent_of(4e9, mdr.Elastic("210 GPa", 0.3))
+    other.method, other.iLHU = type(other.method).ISO, [[0, 249, 299, 549]]
+    force, depth = 1e3 * record.force, 1e6 * record.indentation
+    stiffness, chosen, *_ = other.stiffnessFromUnloading(force, depth)
+    modulus, area, _ = other.OliverPharrMethod(np.array(stiffness), force[chosen], depth[chosen])
+    study = mdr.oliver_pharr(record, tip, poisson=0.3, epsilon=0.75)
+    source = f"micromechanics {version('micromechanics')}"
+    for name, truth in (("hardness", 1e9 * force[chosen] / area), ("reduced_modulus", 1e9 * modulus)):
+        # of the first indent, by the first procedure, the power law
+        yield compared("indent without noise, power law", study, name, truth, source, (0, 0))
 
 
 def measured() -> Iterator[str]:
