@@ -182,11 +182,8 @@ class Limit:
         )
         ends = np.maximum(marks, inner)
         near = np.minimum(2.0 * bases, ends)
-        low = np.where(bases == inner, np.sqrt(inner - kink), 0.0)
-        width = (near - bases) / (np.sqrt(near - bases + low**2) + low + 1e-300)
-        step = width[:, :, None] * v
-        places = [(np.broadcast_to(bases[:, :, None], step.shape), step * (2.0 * low[:, :, None] + step))]
-        weights = [(low[:, :, None] + step) * width[:, :, None] * WEIGHTS]
+        step, weight = nodes_above(np.where(bases == inner, kink, bases), bases, near)
+        places, weights = [(np.broadcast_to(bases[:, :, None], step.shape), step)], [weight]
         far = np.flatnonzero(np.any(ends > near, axis=0))
         if far.size:
             base, end = near[:, far], ends[:, far]
@@ -219,6 +216,19 @@ class Limit:
             for parts in (*zip(*places, strict=True), weights)
         )
         return Place(base, offset), weight
+
+
+def nodes_above(base: FloatArray, start: FloatArray, stop: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Nodes, counted from the start, and weights of panels in the root of the distance from a base: shape (..., panels, nodes).
+
+    The base is the kink below a panel, from which loads rise as a power series in this root, wherever the panel starts.
+    """
+    low = np.sqrt(start - base)
+    width = ((stop - start) / (np.sqrt(stop - base) + low + 1e-300))[..., None]
+    step = width * (NODES + 1.0) / 2.0
+    low = low[..., None]
+    return step * (2.0 * low + step), (low + step) * width * WEIGHTS
 
 
 def _complete(rest: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pymdr.line.torsion.limits import NODES, WEIGHTS, Limit, TwistedLine
+from pymdr.line.torsion.limits import Limit, TwistedLine, nodes_above
 from pymdr.units import FloatArray
 
 _TERMS = 20
@@ -106,22 +106,20 @@ def traction_of(line: TwistedLine, segments: Sequence[Segment], r: FloatArray) -
     for one in segments:
         if one.high <= innermost or not (one.sign or one.rate):
             continue
-        low, high, power = _panels(
-            line, max(one.low, innermost, 1e-10 * one.high), one.high, _OCTAVES, _KINKS
-        )
+        base, low, high = _panels(line, max(one.low, innermost, 1e-10 * one.high), one.high, _OCTAVES, _KINKS)
+        root, width = np.sqrt(low - base), np.sqrt(high - base) - np.sqrt(low - base)
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
-        at = low + (high - low) * ((u[:, None] + 1.0) / 2.0) ** power
+        at = base + (root + width * (u[:, None] + 1.0) / 2.0) ** 2
         values = load_of(line, one, at.ravel()).reshape(_TERMS, -1)
         series = np.polynomial.chebyshev.chebfit(u, values, _TERMS - 1)
         slopes = np.asarray(np.polynomial.chebyshev.chebder(series), dtype=np.float64)
-        start, stop = (np.sqrt(np.maximum(end**2 - r[:, None] ** 2, 0.0)) for end in (low, high))
-        y, weights = _nodes_between(start, stop, power)
-        x = np.sqrt(r[:, None, None] ** 2 + y**2)
+        inner, start, stop = (np.sqrt(np.maximum(end**2 - r[:, None] ** 2, 0.0)) for end in (base, low, high))
+        offset, weights = nodes_above(inner, start, stop)
+        x = np.sqrt(r[:, None, None] ** 2 + (start[:, :, None] + offset) ** 2)
         # no node is closer to a kink than 2e-5 of its panel, but x is rounded
-        offset = np.clip((x - low[:, None]) / (high - low)[:, None], 1e-6, 1.0)
-        v = np.asarray(offset ** (1.0 / power[:, None]), dtype=np.float64)
-        per_x = 2.0 * v ** (1.0 - power[:, None]) / (power * (high - low))[:, None]
-        rates = _series(slopes, 2.0 * v - 1.0) * per_x / x
+        least = np.maximum(low - base, 1e-6 * (high - base))[:, None]
+        v = np.sqrt(np.clip(x - base[:, None], least, (high - base)[:, None]))
+        rates = _series(slopes, 2.0 * (v - root[:, None]) / width[:, None] - 1.0) / (v * width[:, None] * x)
         total -= np.sum(weights * rates, axis=(1, 2))
     for radius, drop in steps_of(line, segments):
         with np.errstate(divide="ignore"):
@@ -137,10 +135,10 @@ def displacement_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArra
     """
     total = np.zeros(r.shape)
     for one in segments:
-        low, high, power = _panels(line, one.low, one.high, _FEW_OCTAVES)
-        start, stop = (np.arcsin(np.minimum(end / r[:, None], 1.0)) for end in (low, high))
-        angle, weights = _nodes_between(start, stop, power)
-        x = r[:, None, None] * np.sin(angle)
+        panels = _panels(line, one.low, one.high, _FEW_OCTAVES)
+        base, start, stop = (np.arcsin(np.minimum(end / r[:, None], 1.0)) for end in panels)
+        angle, weights = nodes_above(base, start, stop)
+        x = r[:, None, None] * np.sin(start[:, :, None] + angle)
         q = load_of(line, one, np.minimum(x, one.high).ravel()).reshape(x.shape)
         total += np.sum(weights * x**2 * q, axis=(1, 2))
     return np.asarray(4.0 / (math.pi * r) * total / (8.0 * line.shear))
@@ -148,33 +146,32 @@ def displacement_of(line: TwistedLine, segments: Iterable[Segment], r: FloatArra
 
 def nodes_of(line: TwistedLine, low: float, high: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights of integrals between two radii."""
-    x, weights = _nodes_between(*_panels(line, low, high, _FEW_OCTAVES))
-    return x.ravel(), weights.ravel()
-
-
-def _nodes_between(start: FloatArray, stop: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights between the ends of panels, in the variable whose power is the distance from the start: shape (..., panels, nodes)."""
-    v, power = (NODES + 1.0) / 2.0, power[:, None]
-    width = (stop - start)[..., None]
-    return start[..., None] + width * v**power, width * power * v ** (power - 1.0) * WEIGHTS / 2.0
+    base, start, stop = _panels(line, low, high, _FEW_OCTAVES)
+    offset, weights = nodes_above(base, start, stop)
+    return (start[:, None] + offset).ravel(), weights.ravel()
 
 
 def _panels(
     line: TwistedLine, low: float, high: float, octaves: int, above_kinks: int = 0
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
-    Ends of panels between two radii, and the power of their variable.
+    Base, start and end of panels between two radii; the variable is the root of the distance from the base.
 
-    They are in octaves toward the axis, where loads have logarithms, and split at kinks of g, above which loads have roots.
+    Loads have roots above the kinks of g, and logarithms at the axis: the base is the last of these points below a panel. Panels are in
+    octaves toward the axis, and above a kink at most four times as long as the distance from the point before it.
     """
-    kinks = np.array(line.kinks(high))
+    points = np.array([0.0, *line.kinks(high)])
     toward_axis = high * 0.5 ** np.arange(octaves, 0.0, -1.0)
-    gaps = np.diff(np.append(kinks, high))[:, None]
-    toward_kinks = kinks[:, None] + gaps * 0.5 ** np.arange(above_kinks, 0.0, -1.0)
-    inside = np.concatenate([toward_axis, kinks, toward_kinks.ravel()])
+    gaps = np.diff(np.append(points, high))
+    toward_kinks = points[1:, None] + gaps[1:, None] * 0.5 ** np.arange(above_kinks, 0.0, -1.0)
+    counts = np.maximum(np.ceil(0.5 * np.log2(gaps[1:] / gaps[:-1])), 0.0).astype(int)
+    above = [
+        kink + gap * 4.0 ** np.arange(1, n)
+        for kink, gap, n in zip(points[1:], gaps[:-1], counts, strict=True)
+    ]
+    inside = np.concatenate([toward_axis, points, toward_kinks.ravel(), *above])
     edges = np.unique(np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]]))
-    start = edges[:-1]
-    return start, edges[1:], np.where(np.isin(start, kinks), 2.0, np.where(start == 0.0, 4.0, 1.0))
+    return points[np.searchsorted(points, edges[:-1], side="right") - 1], edges[:-1], edges[1:]
 
 
 def _series(coefficients: FloatArray, u: FloatArray) -> FloatArray:
