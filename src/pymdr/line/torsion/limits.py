@@ -86,6 +86,21 @@ class TwistedLine:
         """Radii in m below `top` to whose right g is not smooth."""
         return tuple(x for x in self.line.equivalent.kinks(top) if 0.0 < x < top)
 
+    def marks(self, top: float) -> tuple[FloatArray, FloatArray]:
+        """
+        The axis with the kinks below `top`, and radii in m that bound panels above kinks, where g' and loads have roots.
+
+        A panel above a kink is at most four times as long as the distance from the point before it.
+        """
+        points = np.array([0.0, *self.kinks(top)])
+        gaps = np.diff(np.append(points, top))
+        counts = np.maximum(np.ceil(0.5 * np.log2(gaps[1:] / gaps[:-1])), 1.0).astype(int)
+        above = [
+            kink + gap * 4.0 ** np.arange(1, n)
+            for kink, gap, n in zip(points[1:], gaps[:-1], counts, strict=True)
+        ]
+        return points, np.sort(np.concatenate([points[1:], *above]))
+
 
 @dataclass(frozen=True)
 class Limit:
@@ -169,20 +184,17 @@ class Limit:
         """
         Nodes s between every x and the contact radius, and their weights.
 
-        From x and every kink on up to twice that radius s is the square of the variable, counted from the kink, above which g' may have an inverse
+        From x and every mark on up to twice that radius s is the square of the variable, counted from the kink below, where g' may have an inverse
         square root; beyond it is x cosh t, in which logarithms of s/x are smooth.
         """
         a, v = self.radius, (NODES + 1.0) / 2.0
         inner = np.maximum(x, 1e-16 * a)[:, None]
-        marks = np.array([*self.twisted.kinks(a), a])
-        count = np.searchsorted(marks[:-1], inner, side="right")
-        kink = np.where(count > 0, marks[count - 1], inner)
-        bases = np.maximum(
-            np.concatenate([inner, np.broadcast_to(marks[:-1], (x.size, marks.size - 1))], axis=1), inner
-        )
-        ends = np.maximum(marks, inner)
+        points, marks = self.twisted.marks(a)
+        bases = np.maximum(np.append(0.0, marks), inner)
+        ends = np.maximum(np.append(marks, a), inner)
         near = np.minimum(2.0 * bases, ends)
-        step, weight = nodes_above(np.where(bases == inner, kink, bases), bases, near)
+        kink = points[np.searchsorted(points, bases, side="right") - 1]
+        step, weight = nodes_above(kink, bases, near)
         places, weights = [(np.broadcast_to(bases[:, :, None], step.shape), step)], [weight]
         far = np.flatnonzero(np.any(ends > near, axis=0))
         if far.size:

@@ -158,18 +158,13 @@ def _panels(
     Base, start and end of panels between two radii; the variable is the root of the distance from the base.
 
     Loads have roots above the kinks of g, and logarithms at the axis: the base is the last of these points below a panel. Panels are in
-    octaves toward the axis, and above a kink at most four times as long as the distance from the point before it.
+    octaves toward the axis.
     """
-    points = np.array([0.0, *line.kinks(high)])
+    points, marks = line.marks(high)
     toward_axis = high * 0.5 ** np.arange(octaves, 0.0, -1.0)
-    gaps = np.diff(np.append(points, high))
-    toward_kinks = points[1:, None] + gaps[1:, None] * 0.5 ** np.arange(above_kinks, 0.0, -1.0)
-    counts = np.maximum(np.ceil(0.5 * np.log2(gaps[1:] / gaps[:-1])), 0.0).astype(int)
-    above = [
-        kink + gap * 4.0 ** np.arange(1, n)
-        for kink, gap, n in zip(points[1:], gaps[:-1], counts, strict=True)
-    ]
-    inside = np.concatenate([toward_axis, points, toward_kinks.ravel(), *above])
+    gaps = np.diff(np.append(points, high))[1:, None]
+    toward_kinks = points[1:, None] + gaps * 0.5 ** np.arange(above_kinks, 0.0, -1.0)
+    inside = np.concatenate([toward_axis, marks, toward_kinks.ravel()])
     edges = np.unique(np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]]))
     return points[np.searchsorted(points, edges[:-1], side="right") - 1], edges[:-1], edges[1:]
 
