@@ -1,10 +1,11 @@
 """Torsion: springs of any history of load and twist against closed forms, many springs, and rings that do not use the method."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import simpson
 from scipy.optimize import brentq
@@ -261,6 +262,114 @@ def test_a_limit_is_known_on_both_sides_of_a_kink(beyond):
     slid = (Segment(0.0, limit.radius, 0.0, 1, limit),)
     r = np.array([0.5, 0.99, 1.001, 1.0 + 0.5 * beyond])
     np.testing.assert_allclose(traction_of(line, slid, r), limit.traction(r), rtol=1e-10)
+
+
+class FlatsOfCones:
+    """Q_max, energies and work of slip where g is a sum of those of truncated cones, by Gauss in the root of the distance from each flat."""
+
+    NODE, WEIGHT = np.polynomial.legendre.leggauss(24)
+
+    def __init__(self, flats, slopes):
+        self.flats, self.slopes = flats, slopes
+        heights = [lambda r, b=b, c=c: c * np.maximum(r - b, 0.0) for b, c in zip(flats, slopes, strict=True)]
+        profile = (
+            mdr.TruncatedCone(flats[0], slope=slopes[0])
+            if len(flats) == 1
+            else mdr.Function(lambda r: sum(one(r) for one in heights), breakpoints=flats)
+        )
+        self.line = TwistedLine(ElasticLine(mdr.equivalent_profile(profile), 1.0), 1.0, 0.3)
+
+    def depth(self, a):
+        return sum(
+            slope * a * math.atan2(math.sqrt((a - b) * (a + b)), b)
+            for b, slope in zip(self.flats, self.slopes, strict=True)
+            if b < a
+        )
+
+    def nodes(self, low, high, flat=0.0):
+        """Between two radii above a flat."""
+        start, stop = math.sqrt(low - flat), math.sqrt(high - flat)
+        parts = np.concatenate([[0.0], 0.25 ** np.arange(12.0, -1.0, -1.0)])
+        edges = start + (stop - start) * parts
+        v = (edges[:-1, None] + np.diff(edges)[:, None] * (self.NODE + 1.0) / 2.0).ravel()
+        return v, (np.diff(edges)[:, None] * self.WEIGHT / 2.0).ravel() * 2.0 * v
+
+    def load(self, x, a):
+        """Q_max at one x, with 4 mu E*/pi = 1.2/pi."""
+        total = 0.0
+        for b, slope in zip(self.flats, self.slopes, strict=True):
+            if max(b, x) < a:
+                v, weight = self.nodes(max(b, x), a, b)
+                s = b + v * v
+                root = v * np.sqrt(s + b)
+                rise = slope * (np.arctan(root / b) + b / root)
+                total += float(np.sum(weight * rise * ellipkm1(np.minimum((x / s) ** 2, 1.0)) / s))
+        return total * 1.2 / math.pi
+
+    def integral(self, f, marks):
+        """Of x^2 f(x) over radii between marks and flats."""
+        marks = np.unique([*marks, *(b for b in self.flats if marks[0] < b < marks[-1])])
+        total = 0.0
+        for low, high in pairwise(marks.tolist()):
+            flat = max((b for b in self.flats if b <= low), default=0.0)
+            v, weight = self.nodes(low, high, flat)
+            x = flat + v * v
+            total += float(np.sum(weight * x**2 * [f(one) for one in x]))
+        return total
+
+
+@settings(max_examples=examples(20), deadline=None)
+@given(
+    st.sampled_from([((1.0,), (0.05,)), ((1.0, 1.001), (0.05, 0.1))]),
+    st.sampled_from([1.2, 4.0]),
+    st.floats(0.0, 8.0),
+    st.sampled_from([-1.0, 1.0]),
+    st.integers(1, 30),
+)
+@example(((1.0,), (0.05,)), 1.2, 4.5, 1.0, 1)
+@example(((1.0, 1.001), (0.05, 0.1)), 1.2, 6.0, 1.0, 2)
+def test_slip_that_ends_next_to_a_kink(cones, top, digits, side, rows):
+    """Energies and work of slip with a border just above or below a flat: at constant load, less load, and a twist back."""
+    exact = FlatsOfCones(*cones)
+    line, flat = exact.line, cones[0][-1]
+    stick = flat * (1.0 + side * 10.0**-digits)
+    stick = min(max(stick, 0.3), 1.0 + 0.9 * (top - 1.0))
+    depth, load = exact.depth(top), lambda x: exact.load(x, top)
+    q = load(stick)
+    table = tabulated_limit(line.limit_at(depth))
+    state = read = turn(line, TwistState(), depth, 0.0)
+    work = read_work = 0.0
+    for twist in np.linspace(0.0, q / 8.0, rows + 1)[1:].tolist():
+        before, state = state, turn(line, state, depth, twist)
+        work += slip_work(line, before, state)[0]
+        read, lost = turn_at_constant_depth(table, read, twist)
+        read_work += lost
+    stored = q**2 * stick**3 / 3.0 + exact.integral(lambda x: load(x) ** 2, [stick, top])
+    slid = 2.0 * exact.integral(lambda x: load(x) * (q - load(x)), [stick, top])
+    for found, dissipated in ((state, work), (read, read_work)):
+        assert 8.0 * found.energy == pytest.approx(stored, rel=1e-11)
+        assert 8.0 * dissipated == pytest.approx(slid, rel=1e-10)
+    # a smaller load at the same twist: the border moves to where the new limit is q
+    less = 1.0 + 0.9 * (top - 1.0)
+    border = brentq(lambda x: exact.load(x, less) - q, 0.1, less, xtol=1e-15)
+    state = turn(line, state, exact.depth(less), state.twist)
+    kept = q**2 * border**3 / 3.0 + exact.integral(lambda x: exact.load(x, less) ** 2, [border, less])
+    assert 8.0 * state.energy == pytest.approx(kept, rel=1e-10)
+
+    # the first load again, and a twist back to the same border
+    def held(x):
+        return q if x < border else exact.load(x, less)
+
+    back = held(stick) + load(stick)
+    begin = turn(line, state, depth, state.twist)
+    state = turn(line, begin, depth, begin.twist - back / 8.0)
+    marks = sorted({stick, min(max(border, stick), top), less, top})
+    inner = sorted({1e-6, min(border, stick), stick})
+    stored = exact.integral(lambda x: (held(x) - back) ** 2, inner)
+    stored += exact.integral(lambda x: load(x) ** 2, [stick, top])
+    slid = 2.0 * exact.integral(lambda x: load(x) * (back - held(x) - load(x)), marks)
+    assert 8.0 * state.energy == pytest.approx(stored, rel=1e-10)
+    assert 8.0 * slip_work(line, begin, state)[0] == pytest.approx(slid, rel=1e-10)
 
 
 @settings(max_examples=examples(8), deadline=None)

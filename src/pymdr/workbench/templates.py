@@ -138,7 +138,7 @@ shear = { kind = "power_law_rheology", modulus = "1 GPa", time = "1 s", exponent
 """
 
 _LAYERS = """
-[body]                      # layers on a base; the counterbody is rigid
+[body]                      # layers on a base; without a table [counterbody] the indenter is rigid
 kind = "layered"
 bond = "bonded"             # between the lowest layer and the base; or "frictionless"
 base = { kind = "elastic", young = "70 GPa", poisson = 0.22 }  # rigid, if you leave it out
