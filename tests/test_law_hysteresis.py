@@ -21,6 +21,8 @@ PROFILES = {
     "cone": mdr.Cone(slope=0.1),
     "edge": mdr.DomedPunch("0.3 mm", "1 mm"),
     "flat": mdr.FlatPunch("1 mm"),
+    "truncated cone": mdr.TruncatedCone("0.5 mm", slope=0.3),
+    "worn ball": mdr.TruncatedParaboloid(radius="1 mm", flat_radius="0.5 mm"),
 }
 # nearly one work; both branches; a first contact smaller than the pull-off of an edge that recedes
 RECEDING = (0.0501, 0.2, 2.0)
@@ -34,6 +36,18 @@ def moves(seed, size, low, high):
     depth[far] = rng.uniform(low, high, np.count_nonzero(far))
     depth[7::50] = depth[6::50][: depth[7::50].size]
     depth[size // 2] = high
+    return depth
+
+
+def around(seed, size, pull_off, high):
+    """Presses, each followed by pulls to the pull-off, to one rounding and more on both of its sides."""
+    rng = np.random.default_rng(seed)
+    depth = pull_off * (1.0 + rng.choice([-1.0, 1.0], size) * 10.0 ** rng.uniform(-16.0, -4.0, size))
+    depth[::11] = pull_off
+    depth[3::11] = np.nextafter(pull_off, 1.0)
+    depth[6::11] = np.nextafter(pull_off, -1.0)
+    pressed = rng.random(size) < 0.3
+    depth[pressed] = rng.uniform(0.0, high, np.count_nonzero(pressed))
     return depth
 
 
@@ -52,7 +66,8 @@ def test_histories_in_c_are_those_of_the_stepper(case, tmp_path):
     profile, work = case
     contact = mdr.Contact(PROFILES[profile], SOFT, adhesion=mdr.JKR(0.05, work_receding=work))
     law = mdr.export_law(contact, DEEPEST)
-    depth = moves(1, 2000, 1.5 * law.history.pull_off[0], DEEPEST)
+    pull_off = law.history.pull_off[0]
+    depth = np.concatenate([moves(1, 2000, 1.5 * pull_off, DEEPEST), around(1, 300, pull_off, DEEPEST)])
     found = InC(law, tmp_path, CALLS).advance(depth, depth)
     expected = followed(contact, DEEPEST, depth)
     assert expected[-1, 2] > 10
@@ -93,13 +108,41 @@ def test_the_loop_of_a_ball_in_closed_form(tmp_path):
 
 
 @needs_c
+@pytest.mark.parametrize("profile", ["truncated cone", "worn ball"])
+def test_a_flat_parts_where_it_does_in_closed_form(tmp_path, profile):
+    """Kendall's punch of the flat of radius b: d = -sqrt(2 pi b w / E*), whose energy lost is E* b d^2 less the surfaces that part."""
+    flat, modulus, advancing, receding = 5e-4, 4e4 / 0.75, 1e-3, 2e-3
+    contact = mdr.Contact(PROFILES[profile], SOFT, adhesion=mdr.JKR(advancing, work_receding=receding))
+    law = mdr.export_law(contact, DEEPEST)
+    last = law.history.pull_off[0]
+    assert last == pytest.approx(-math.sqrt(2.0 * math.pi * flat * receding / modulus), rel=1e-14)
+    lost = math.pi * flat**2 * (2.0 * receding - advancing)
+    depth = last * (1.0 - np.array([1e-5, 1e-8, 1e-9, 1e-12]))
+    above, below = (np.nextafter(last, end) for end in (1.0, -1.0))
+    code = InC(law, tmp_path, CALLS)
+    for rows in (
+        [*depth, above, last, below],
+        [above, below],
+        [last, below],
+        [depth[1], 2 * last],
+        [2 * last],
+    ):
+        code.bytes[:] = bytes(len(code.bytes))
+        found = code.advance([0.0, DEEPEST, *rows], [0.0] * (2 + len(rows)))
+        assert np.all(found[:-1, 3] > 0.999 * flat)
+        assert found[-1, [0, 2, 3]].tolist() == [0.0, 2.0, 0.0]
+        whole = (receding - advancing) * math.pi * (found[1, 3] ** 2 - flat**2) + lost
+        assert found[-1, 1] - found[1, 1] == pytest.approx(whole, rel=1e-11)
+
+
+@needs_c
 def test_bytes_continue_where_they_were(tmp_path):
     contact = mdr.Contact(mdr.Sphere("1 mm"), SOFT, adhesion=mdr.JKR(0.05, work_receding=0.2))
     law = mdr.export_law(contact, DEEPEST)
     depth = moves(2, 300, -6e-5, DEEPEST)
     whole, parts, other = (InC(law, tmp_path, CALLS) for _ in range(3))
     expected = whole.advance(depth, depth)
-    assert len(whole.bytes) == 8 * 11
+    assert len(whole.bytes) == 8 * 12
     first = parts.advance(depth[:151], depth[:151])
     other.bytes[:] = parts.bytes.raw
     assert np.array_equal(np.concatenate([first, other.advance(depth[151:], depth[151:])]), expected)

@@ -147,6 +147,24 @@ def test_many_contacts_are_each_like_one(law):
     assert not last.tangential.any()
 
 
+@pytest.mark.parametrize("rows", [2, 2500])
+def test_a_flat_that_nearly_parted_advances_without_a_jump(rows):
+    flat, receding = 5e-4, 2e-3
+    worn = mdr.TruncatedParaboloid(radius="1 mm", flat_radius=flat)
+    contact = gel(worn, mdr.JKR(1e-3, work_receding=receding))
+    parts = -math.sqrt(2.0 * math.pi * flat * receding / (YOUNG / 0.75))
+    down = np.linspace(1e-5, parts * (1.0 - 1e-15), rows)
+    depth = np.concatenate([[0.0], down, np.linspace(down[-1], 1e-5, rows)[1:]])
+    stepper, jumps = mdr.Stepper(contact, "20 um"), 0
+    for d in depth.tolist():
+        stepper.advance(d)
+        jumps += stepper.jumped
+    result = mdr.solve(contact, mdr.Path(indentation=depth))
+    assert stepper.contact_radius > flat
+    assert (jumps, np.count_nonzero(result["jumped"].values)) == (1, 1)
+    assert stepper.dissipated_energy == pytest.approx(float(result["dissipated_energy"][-1]), rel=1e-9)
+
+
 def test_work_is_stored_or_lost():
     """The work of fine steps by the trapezoidal rule, without the jumps, in which the indentation rests."""
     stepper = mdr.Stepper(gel(mdr.Paraboloid("1 mm"), mdr.JKR(0.02, work_receding=0.06)), "20 um")

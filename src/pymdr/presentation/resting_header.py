@@ -34,6 +34,8 @@ class RestingInC:
     """Indentation in m of the first touch."""
     pull_off: tuple[float, float, float]
     """Indentation in m, radius in m and force in N of an edge that recedes."""
+    stable_from: float
+    """Indentation in m to which an edge has advanced that recedes in stable states; from less it leaves at once."""
     per_area: float
     """Energy in J/m^2 lost where the edge recedes."""
 
@@ -47,6 +49,7 @@ class RestingInC:
             "RECEDING_PULL_OFF_RADIUS": (self.pull_off[1], "m"),
             "RECEDING_PULL_OFF_FORCE": (self.pull_off[2], "N"),
             "RECEDING_PULL_OFF_DISSIPATION": (self.receding.jump_loss, "J"),
+            "RECEDES_STABLY_FROM_INDENTATION": (self.stable_from, "m"),
             "DISSIPATION_PER_AREA": (self.per_area, "J/m^2"),
         }
 
@@ -99,7 +102,8 @@ typedef struct {
     double stiffness;         /* N/m, while the edge rests */
     double base[2];           /* m and N, a state of the edge at rest */
     double rests[2];          /* m, indentations between which it rests */
-    double tear_off;          /* J, lost if it leaves the unstable state at which it begins to recede */
+    double leaves_below;      /* m, indentation at which the contact is lost */
+    double tear_off;          /* J, lost there, beyond that by hysteresis */
 } @_state;
 
 static inline double @_sum_(const double *terms, double u)
@@ -136,9 +140,16 @@ static inline void @_land_(@_state *s, double d, int advances)
     u = u < -1.0 ? -1.0 : u > 1.0 ? 1.0 : u;
     s->normal_force = @_sum_(terms, u);
     s->contact_radius = @_sum_(terms + @@_TERMS, u);
+    if (!advances && s->contact_radius < @@_RECEDING_PULL_OFF_RADIUS) /* by rounding, whose square root counts there */
+        s->contact_radius = @@_RECEDING_PULL_OFF_RADIUS;
     s->stiffness = @_sum_(terms + 2 * @@_TERMS, u);
     other = @_sum_(terms + 3 * @@_TERMS, u);
-    s->tear_off = advances ? @_sum_(terms + 4 * @@_TERMS, u) : 0.0;
+    s->leaves_below = @@_RECEDING_PULL_OFF_INDENTATION;
+    s->tear_off = @@_RECEDING_PULL_OFF_DISSIPATION;
+    if (advances && d < @@_RECEDES_STABLY_FROM_INDENTATION) {
+        s->leaves_below = other;
+        s->tear_off = @_sum_(terms + 4 * @@_TERMS, u);
+    }
     s->base[0] = d;
     s->base[1] = s->normal_force;
     s->rests[0] = advances ? other : d;
@@ -166,9 +177,8 @@ static inline int @_advance(@_state *s, double d)
     } else if (d >= s->rests[0]) {
         s->normal_force = s->base[1] + s->stiffness * (d - s->base[0]);
     } else {
-        const int unstable = before < @@_RECEDING_PULL_OFF_RADIUS;
-        if (unstable || d < @@_RECEDING_PULL_OFF_INDENTATION) {
-            s->dissipated_energy += unstable ? s->tear_off : @@_RECEDING_PULL_OFF_DISSIPATION;
+        if (d < s->leaves_below) {
+            s->dissipated_energy += s->tear_off;
             s->jumps += 1.0;
             s->normal_force = s->contact_radius = 0.0;
         } else {

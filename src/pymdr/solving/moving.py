@@ -216,7 +216,9 @@ def resting_of(contact: Contact, deepest: float, count: int) -> Resting:
 
         return of
 
-    tracks = HystereticTracks(advancing, receding, lines.rim, math.pi * (works.receding - works.advancing))
+    per_area = math.pi * (works.receding - works.advancing)
+    least = float(ShortRange(line, 0.0).states(np.minimum(receding.bottom[:1], lines.rim)).contact_radius[0])
+    tracks = HystereticTracks(advancing, receding, lines.rim, per_area, least)
     rows = (
         tabulated_track(advancing, columns(lines.advancing, receding)),
         tabulated_track(receding, columns(lines.receding, advancing)),

@@ -35,7 +35,7 @@ PLAIN = JUMPED + 1
 """Columns without hysteresis."""
 NO_CONTACT, NOWHERE = -1, -3
 """Branches: of a free body, and none that is known to be stable."""
-EDGE, PER_AREA = range(2)
-"""Constants of an edge: its largest parameter, and the energy lost per area where it recedes."""
+EDGE, PER_AREA, LEAST = range(3)
+"""Constants of an edge: its largest parameter, the energy lost per area where it recedes, and the radius at its pull-off."""
 COMPLETE, UNSTABLE = range(2)
 """How a step ended: an edge at rest that begins to move may be in an unstable state of its curve."""

@@ -197,6 +197,8 @@ class HystereticTracks(NamedTuple):
     """Parameter of a sharp edge."""
     per_area: float
     """Energy in J/m^2 lost where the edge recedes, beyond that of the receding curve."""
+    least: float
+    """Radius in m at the pull-off."""
 
 
 class RestingBranches(Branches):
@@ -218,7 +220,7 @@ class RestingBranches(Branches):
         from pymdr.line.following import steps
 
         super().__init__(rows[0], states_of, count)
-        self._tracks, self.both = tracks, (*rows, np.array([tracks.rim, tracks.per_area]))
+        self._tracks, self.both = tracks, (*rows, np.array(tracks[2:]))
         self._step, self._step_all = steps.step_resting, steps.step_all_resting
         self.arrays = (_free(count, at.SPENT + 1),)
 

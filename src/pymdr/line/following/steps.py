@@ -26,6 +26,7 @@ from pymdr.line.following.layout import (
     HIGH,
     JUMPED,
     LAST,
+    LEAST,
     LOW,
     MOVES,
     NO_CONTACT,
@@ -155,11 +156,13 @@ def land(rows: FloatArray, edge: FloatArray, now: FloatArray, advances: bool) ->
         return
     depth = now[DEPTH]
     cell, u = place(rows, now[STATE], depth)
-    terms = int(rows[0, TERMS])
-    s = value_in(rows, cell, PARAMETER, terms, u)
+    row, terms = row_of(rows, now[STATE]), int(rows[0, TERMS])
+    # rounding must not take the state off its branch, where the other curve may end too; its square root counts at a fold
+    s = min(max(value_in(rows, cell, PARAMETER, terms, u), rows[row, BOTTOM]), rows[row, TOP])
     other = value_in(rows, cell, OTHER, terms, u)
     now[AT], now[NORMAL] = min(s, edge[EDGE]), value_in(rows, cell, FORCE, terms, u)
-    now[REACH] = value_in(rows, cell, RADIUS, terms, u)
+    radius = value_in(rows, cell, RADIUS, terms, u)
+    now[REACH] = radius if advances else max(radius, edge[LEAST])
     now[PER_DEPTH] = value_in(rows, cell, STIFFNESS, terms, u)
     now[BASE_DEPTH], now[BASE_FORCE] = depth, now[NORMAL]
     now[RESTS_FROM] = other if advances else depth
@@ -185,7 +188,7 @@ def step_resting(
     ----------
     advancing, receding : ndarray
         Both curves.
-    edge : ndarray, shape (2,)
+    edge : ndarray, shape (3,)
         Its constants.
     memory : ndarray, shape (2, 15)
     depth : float

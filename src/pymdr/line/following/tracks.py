@@ -81,9 +81,10 @@ class Track:
 
     def parameters(self, branch: Index, control: FloatArray) -> FloatArray:
         """Return s of the states with the given D on the given branches; few states are computed without tables."""
-        if control.size > _SHORT or "inverse" in self.__dict__:
-            return self.inverse(branch, control)
         bottom, top = self.bottom[branch], self.top[branch]
+        if control.size > _SHORT or "inverse" in self.__dict__:
+            # rounding must not take a state off its branch
+            return np.clip(self.inverse(branch, control), bottom, top)
         levels = np.clip(control, self.low[branch], self.high[branch])
 
         def above(s: FloatArray, D: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:

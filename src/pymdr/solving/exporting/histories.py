@@ -144,6 +144,10 @@ def _resting(contact: Contact, deepest: float) -> Remembered:
         for line in (lines.advancing, lines.receding)
     ]
     free, pull_off = ahead[2], receding.states(back[1, [at.BOTTOM]])
+    last = float(back[1, at.LOW])
+    stable = last
+    if ahead[1, at.BOTTOM] < back[1, at.BOTTOM]:
+        stable = float(lines.advancing.equilibria.states(back[1, [at.BOTTOM]]).indentation[0])
 
     def energy(s: FloatArray) -> FloatArray:
         return np.add(*receding.energies(np.minimum(s, lines.rim)))
@@ -152,7 +156,8 @@ def _resting(contact: Contact, deepest: float) -> Remembered:
         CurveInC(_cells_of(ahead, energy), 5, rims[0], float(free[at.UP_LOSS])),
         CurveInC(_cells_of(back), 4, rims[1], float(back[1, at.DOWN_LOSS])),
         touch=float(np.nextafter(free[at.HIGH], math.inf)),
-        pull_off=(float(back[1, at.LOW]), float(pull_off.contact_radius[0]), float(pull_off.normal_force[0])),
+        pull_off=(last, float(edge[at.LEAST]), float(pull_off.normal_force[0])),
+        stable_from=stable,
         per_area=float(edge[at.PER_AREA]),
     )
     claims = claims_of_steps(contact, path, deepest, None)
