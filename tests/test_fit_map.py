@@ -22,6 +22,7 @@ from legibility import faults
 from pymdr.errors import FileError, PathError, ProblemError, QuantityError
 from pymdr.solving.fits import request
 from pymdr.solving.fits.families import axes_of
+from pymdr.solving.fits.ranges import next_samples
 from pymdr.solving.fits.unknowns import unknowns_of
 
 TIPS = {
@@ -462,28 +463,84 @@ def test_uncertainties_that_all_curves_share_are_beside_the_noise_of_each():
             mdr.fit_map(contact_of("paraboloid", 1e4), folded, ["body.young"], uncertainty=wrong)
 
 
+def assert_as_single_fits(start, curves, free, limits):
+    """Values within 0.02 standard errors of those of single fits, and the same quality."""
+    found = mdr.fit_map(start, curves, free, fit_range=limits)
+    assert found.counts == {"fitted": len(curves)}
+    for i, curve in enumerate(curves):
+        one = mdr.fit(start, curve, free, fit_range=limits)
+        for name in (*free, "contact_point", "baseline"):
+            assert abs(found[name].values[i] - one[name].value) < 0.02 * one[name].error
+        assert found["indentation"].values[i] == pytest.approx(float(one.data["indentation"].max()), rel=3e-4)
+        assert found["samples_in_contact"].values[i] == one.quality.samples_in_contact
+        assert found["relative_residual"].values[i] == pytest.approx(one.quality.relative_residual, rel=1e-3)
+        assert found["baseline_rise"].values[i] == pytest.approx(one.quality.baseline_rise, abs=1e-4)
+        # the spectra of the noise of a map have no prior
+        assert found[f"{free[0]}_error"].values[i] == pytest.approx(one[free[0]].error, rel=0.1)
+    return found
+
+
 @pytest.mark.parametrize("limits", [{"indentation": "500 nm"}, {"force": "4 nN"}])
 @pytest.mark.parametrize("work", [None, 2e-4])
 def test_each_curve_of_a_map_has_the_fit_range(limits, work):
-    free = ["body.young"] if work is None else ["body.young", "adhesion.work"]
+    free = ["body.young"] if work is None else FREE
     start = contact_of("paraboloid", 1e4, None if work is None else 1e-3)
     curves = [
         curve_of(contact_of("paraboloid", young, work), 1.5e-6, 0.05, 0.01, seed, 0.1, 0.2)
         for seed, young in enumerate((2e3, 4e3))
     ]
-    found = mdr.fit_map(start, curves, free, fit_range=limits)
-    for i, curve in enumerate(curves):
-        one = mdr.fit(start, curve, free, fit_range=limits)
-        step = float(np.diff(curve.travel).max())  # one sample may enter or leave
-        assert found["indentation"].values[i] == pytest.approx(
-            float(one.data["indentation"].max()), abs=1.01 * step
-        )
-        assert abs(found["body.young"].values[i] - one["body.young"].value) < 0.5 * one["body.young"].error
-        assert one["body.young"].error == pytest.approx(found["body.young_error"].values[i], rel=0.15)
+    found = assert_as_single_fits(start, curves, free, limits)
     assert found.notes[0].startswith("fit range: ")
     for wrong in ({"depth": 1.0}, {}, {"force": "-1 nN"}):
         with pytest.raises(ProblemError, match="fit_range"):
             mdr.fit_map(start, curves, free, fit_range=wrong)
+
+
+@pytest.mark.parametrize(("seed", "draws"), [(4, 13), (9, 4)], ids=["jumps", "range"])
+def test_jumps_and_ranges_are_found_in_turn(seed, draws):
+    ball, way = mdr.Paraboloid("1 um"), np.linspace(-3e-7, 2.5e-7, 160)
+    way, rng = np.concatenate([way, way[::-1]]), np.random.default_rng(seed)
+    # the end of the first has other jumps than its start; two samples of the second enter and leave the range by turns
+    young, noise = [(10 ** rng.uniform(3.3, 4.3), rng.normal(size=way.size)) for _ in range(draws)][-1]
+    true = mdr.Contact(ball, mdr.Elastic(young, 0.5), adhesion=mdr.JKR(1e-9 * young))
+    force = mdr.solve(true, mdr.Path(travel=way), machine_stiffness=0.02)["normal_force"].values
+    force += 0.005 * np.ptp(force) * noise
+    curve = mdr.MeasuredCurve(force=force, travel=way + 1e-8, spring_constant=0.02)
+    start = mdr.Contact(ball, mdr.Elastic("5 kPa", 0.5), adhesion=mdr.JKR("5 uJ/m^2"))
+    assert_as_single_fits(start, [curve], FREE, {"indentation": "150 nm"})
+
+
+def test_samples_that_return_to_a_range_are_left_out():
+    low, high = np.arange(9) < 5, np.arange(9) < 8
+    whole = np.ones(9, dtype=bool)
+    assert next_samples([whole], low) is low
+    # the smaller set of a cycle is the end, or the next round
+    assert next_samples([whole, high, low], high) is None
+    np.testing.assert_array_equal(next_samples([whole, low, high], low), low)
+    assert next_samples([whole, low, high, low], high) is None
+    assert next_samples([whole, low], np.arange(9) < 6) is None  # one sample may enter
+
+
+@pytest.mark.parametrize("machine", [None, 0.05])
+@pytest.mark.parametrize(
+    ("limits", "text"),
+    [({"indentation": "1e-30 m"}, "indentation up to"), ({"force": "1e-30 N"}, "force up to")],
+)
+def test_a_fit_range_without_samples_is_refused(machine, limits, text):
+    curve, start = curve_of(contact_of("paraboloid", 3e3), 1e-6, machine, 0.01), contact_of("paraboloid", 1e4)
+    words = rf"fit range: {text} .*: 0 of 240 samples are within it and in contact \(limit 3\); give a larger range"
+    with pytest.raises(ProblemError, match=words):
+        mdr.fit(start, curve, ["body.young"], fit_range=limits)
+    with pytest.raises(ProblemError, match=rf"fit_map: no curve is fitted: {words}"):
+        mdr.fit_map(start, [curve], ["body.young"], fit_range=limits)
+
+
+def test_a_curve_with_too_few_samples_in_a_fit_range_is_refused_alone():
+    start = contact_of("paraboloid", 1e4)
+    stiff, soft = (curve_of(contact_of("paraboloid", young), 1e-6, None, 0.003) for young in (3e5, 3e3))
+    found = mdr.fit_map(start, [stiff, soft], ["body.young"], fit_range={"force": "3 nN"})
+    assert found["ending"].values.tolist() == [request.REFUSED, request.FITTED]
+    assert any("samples are within it and in contact (limit 3)" in note for note in found.notes)
 
 
 def test_ranges_and_uncertainties_hold_curve_by_curve_too():

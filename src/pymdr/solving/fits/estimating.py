@@ -28,16 +28,18 @@ from pymdr.solving.fits.edges import off_jumps, solve_edge
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.minimizing import (
     TOLERANCE,
+    Minimum,
     minimize_from,
     refuse_unsettled,
     samples_off_jumps,
 )
+from pymdr.solving.fits.quality import Quality, worst_quality
 from pymdr.solving.fits.residuals import DECIDED, waves_of
 from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search
 from pymdr.solving.fits.spectrum import WHITE_PRIOR, NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
-from pymdr.solving.fits.touching import BoolArray
+from pymdr.solving.fits.touching import ROUNDS_OF_JUMPS, BoolArray
 from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
     ORIGINS,
@@ -99,6 +101,21 @@ class Estimate(NamedTuple):
         """Largest indentation in m."""
         return max(float(one.depth.max()) for one in self.models)
 
+    @property
+    def quality(self) -> Quality:
+        """Measures of the quality of records of normal forces."""
+        noises = [self.noise]
+        if len(self.models) > 1:
+            used = self.search.used or [np.ones(one.force.size, dtype=bool) for one in self.models]
+            left = [(one.force - one.model)[part] for one, part in zip(self.models, used, strict=True)]
+            noises = [float(np.sqrt(np.mean(each**2))) for each in left]
+        origins = self.search.from_free(self.best)[1]
+        places = [
+            one.position - own[CONTACT_POINT] for one, own in zip(self.search.measured, origins, strict=True)
+        ]
+        forces = [one.force for one in self.models]
+        return worst_quality(list(zip(places, forces, strict=True)), noises)
+
 
 def search_of(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[str, float]) -> Search:
     """The search of :func:`fit` from one force curve."""
@@ -130,10 +147,9 @@ def estimated(search: Search) -> Estimate:
         search = blocks.search
         minimum = blocks.refined(best)
     else:
-        if not all(part.all() for part in used):
-            search = replace(search, used=used)
         samples = sum(one.force.size for one in search.curves)
-        minimum = minimize_from(search, best, tolerance=_FOLLOWED / samples if follows_edge else TOLERANCE)
+        tolerance = _FOLLOWED / samples if follows_edge else TOLERANCE
+        search, minimum = _least_off_jumps(search, used, best, tolerance)
     refuse_unsettled(minimum)
     best = minimum.free
     refuse_equal_works(search, best)
@@ -145,6 +161,27 @@ def estimated(search: Search) -> Estimate:
     slopes = search.slopes(best) if blocks is None else blocks.slopes(best)
     refuse_undetermined(search, best, slopes)
     return _with_errors(search, best, slopes, wide, blocks)
+
+
+def _least_off_jumps(
+    search: Search, used: tuple[BoolArray, ...], best: FloatArray, tolerance: float
+) -> tuple[Search, Minimum]:
+    """
+    The least squares of the used samples, and the search over them.
+
+    Those adjacent to jumps are left out. The jumps are those of the end itself, found in turn, but for an edge with a history, where a
+    search takes seconds.
+    """
+    for _ in range(ROUNDS_OF_JUMPS):
+        own = search if all(part.all() for part in used) else replace(search, used=used)
+        minimum = minimize_from(own, best, tolerance=tolerance)
+        if search.used or search.contact.adhesion is None or search.shears or search.contact.has_edge_history:
+            break
+        left, best = used, minimum.free
+        used = samples_off_jumps(own.models(best), own)
+        if all(np.array_equal(*pair) for pair in zip(left, used, strict=True)):
+            break
+    return own, minimum
 
 
 def _with_errors(

@@ -24,7 +24,6 @@ from pymdr.solving.fits.estimating import (
     with_intervals,
 )
 from pymdr.solving.fits.loops import NORMAL, ShearRecord, shear_record
-from pymdr.solving.fits.quality import worst_quality
 from pymdr.solving.fits.ranges import estimated_within, limits_of
 from pymdr.solving.fits.results import FitResult, Fitted, force_of
 from pymdr.solving.fits.searching import Search
@@ -301,7 +300,5 @@ def _table(search: Search, estimate: Estimate) -> xr.Dataset:
     )
     if search.shears:
         return table
-    left = [(one.force - one.model)[part] for one, part in zip(models, used, strict=True)]
-    noises = [float(np.sqrt(np.mean(each**2))) for each in left] if len(models) > 1 else [estimate.noise]
-    quality = worst_quality([(one.depth, one.force) for one in models], noises)
-    return table.assign({name: ((), value, {"units": ""}) for name, value in quality._asdict().items()})
+    quality = estimate.quality._asdict()
+    return table.assign({name: ((), value, {"units": ""}) for name, value in quality.items()})

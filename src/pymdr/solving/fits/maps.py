@@ -224,7 +224,7 @@ def fit_map(
     Raises
     ------
     ProblemError
-        If the contact has no such parameter, there are no curves, or a variable is missing.
+        If the contact has no such parameter, there are no curves, a variable is missing, or no curve has enough samples in `fit_range`.
     FileError
         If the folder cannot be written or belongs to another fit.
     MissingExtraError
@@ -332,6 +332,8 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         if not request.contact.is_viscoelastic:
             claims, assumed = deepest.claims, deepest.assumptions
         notes += _uncertainty_notes(request, columns, fits)
+    elif few := [text for text in fitted.refusals if request.limits and text.startswith(notes[0])]:
+        raise ProblemError(f"fit_map: no curve is fitted: {min(few)}")
     for name, limit, text in (
         (
             WAVES,

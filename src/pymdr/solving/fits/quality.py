@@ -56,17 +56,17 @@ def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noises: Seque
     Parameters
     ----------
     curves : sequence of (ndarray, ndarray)
-        Depth in m beyond the contact point and force in N above the baseline, less a fitted tilt, of each curve.
+        Travel or indentation in m beyond the contact point, and force in N above the baseline, less a fitted tilt, of each curve.
     noises : sequence of float
         Standard deviation of the residuals of each curve in N.
     """
     spans = [float(np.ptp(force)) for _, force in curves]
     rises = [
-        rise_along_baseline(depth, force, 0.0) / span
-        for (depth, force), span in zip(curves, spans, strict=True)
+        rise_along_baseline(place, force, 0.0) / span
+        for (place, force), span in zip(curves, spans, strict=True)
     ]
     return Quality(
-        min(int(np.count_nonzero(depth > 0.0)) for depth, _ in curves),
+        min(int(np.count_nonzero(place > 0.0)) for place, _ in curves),
         max(noise / span for noise, span in zip(noises, spans, strict=True)),
         max(rises, key=lambda rise: abs(rise) if math.isfinite(rise) else -1.0),
     )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 from pymdr.errors import FileError, MissingExtraError, ProblemError, UnitError
+from pymdr.numerics.panels import IndexArray
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, shown, to_si
 
@@ -32,6 +33,11 @@ class Stretch(NamedTuple):
     """Compliance of the machine in m/N; 0 for measured indentations."""
     time: FloatArray | None
     """In s."""
+
+    def rows(self, rows: IndexArray) -> Stretch:
+        """Some of them."""
+        time = None if self.time is None else self.time[rows]
+        return Stretch(self.place[rows], self.force[rows], self.softness[rows], time)
 
     def curve(self, i: int) -> MeasuredCurve:
         """One of them; samples that are not finite are left out."""

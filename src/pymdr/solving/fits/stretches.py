@@ -27,7 +27,7 @@ from pymdr.solving.fits.families import WORK, FamilyAxes
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quality import rise_along_baseline
 from pymdr.solving.fits.quick import fit_by_family
-from pymdr.solving.fits.ranges import NEARLY, ROUNDS, estimated_within, largest_places
+from pymdr.solving.fits.ranges import ROUNDS, estimated_within, few_text, next_samples, samples_within
 from pymdr.solving.fits.records import Records, Stretch
 from pymdr.solving.fits.request import (
     DRIFT,
@@ -108,10 +108,10 @@ def _fit_stretch(
         fitted, stretch = _fit_family_within(request, request.axes, stretch)
         if request.uncertainty:
             put_systematic(request, stretch, fitted.columns, _refit)
+        _judge(request, fitted.columns, stretch)
     else:
         fitted = _fit_one_by_one(request, stretch, progress)
     fitted.columns[PLATEAU][:] = _plateaus(stretch)
-    _judge(request, fitted.columns, stretch)
     discard_undetermined(request, fitted.columns)
     return fitted
 
@@ -121,7 +121,7 @@ def _fit_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fitt
     fitted = fit_by_family(request, axes, stretch)
     if request.contact.adhesion is None and CONTACT_POINT not in request.known:
         ending = fitted.columns["ending"]
-        few = _pressed(fitted.columns, stretch) < fewest_in_contact(len(request.unknowns))
+        few = _pressed(fitted.columns[CONTACT_POINT], stretch) < fewest_in_contact(len(request.unknowns))
         ending[few & (ending == FITTED)] = UNDETERMINED
     return fitted
 
@@ -138,34 +138,42 @@ def _fit_family_within(
     fitted = _fit_family(request, axes, stretch)
     if not request.limits:
         return fitted, stretch
+    columns, refusals = fitted.columns, set(fitted.refusals)
+    fewest = fewest_in_contact(len(request.unknowns), int(CONTACT_POINT not in request.known))
     whole = np.isfinite(stretch.place) & np.isfinite(stretch.force)
-    kept, columns, refusals = whole.copy(), fitted.columns, fitted.refusals
+    seen, rows = [whole], np.flatnonzero(columns["ending"] == FITTED)
     for _ in range(ROUNDS):
-        within = whole & (stretch.place <= largest_places(request, axes, stretch, columns)[:, None])
-        moving = (columns["ending"] == FITTED) & (np.count_nonzero(within != kept, axis=1) > NEARLY)
-        rows = np.flatnonzero(moving)
-        if not rows.size:
+        own = {name: column[rows] for name, column in columns.items()}
+        kept, moving = seen[-1].copy(), []
+        for i, *masks in zip(rows, *samples_within(request, axes, stretch.rows(rows), own), strict=True):
+            within, touches = (mask[whole[i]] for mask in masks)
+            if text := few_text(request.limits, within, touches, fewest):
+                refusals.add(text)
+                columns["ending"][i] = REFUSED
+            elif (new := next_samples([one[i][whole[i]] for one in seen], within)) is not None:
+                kept[i, whole[i]] = new
+                moving.append(i)
+        if not moving:
             break
-        kept[rows] = within[rows]
-        part = Stretch(
-            stretch.place[rows],
-            np.where(kept[rows], stretch.force[rows], math.nan),
-            stretch.softness[rows],
-            None,
-        )
-        again = _fit_family(request, axes, part)
+        rows = np.array(moving)
+        seen.append(kept)
+        cut = stretch.rows(rows)
+        again = _fit_family(request, axes, cut._replace(force=np.where(kept[rows], cut.force, math.nan)))
         refusals |= again.refusals
         for name, column in again.columns.items():
             columns[name][rows] = column
+        rows = rows[columns["ending"][rows] == FITTED]
     else:
         columns["ending"][rows] = UNSETTLED
-    return FittedStretch(columns, refusals), stretch._replace(force=np.where(kept, stretch.force, math.nan))
+    force = np.where(seen[-1], stretch.force, math.nan)
+    return FittedStretch(columns, frozenset(refusals)), stretch._replace(force=force)
 
 
-def _pressed(columns: Columns, stretch: Stretch) -> IndexArray:
-    """Number of samples of each curve in contact, without adhesion: those beyond the contact point, also on a machine."""
+def _pressed(point: FloatArray, stretch: Stretch) -> IndexArray:
+    """Number of samples of each curve beyond the contact point, also on a machine."""
     with np.errstate(invalid="ignore"):
-        return np.asarray(np.count_nonzero(stretch.place > columns[CONTACT_POINT][:, None], axis=1))
+        beyond = (stretch.place > point[:, None]) & np.isfinite(stretch.force)
+    return np.asarray(np.count_nonzero(beyond, axis=1))
 
 
 def _judge(request: FitRequest, columns: Columns, stretch: Stretch) -> None:
@@ -174,7 +182,7 @@ def _judge(request: FitRequest, columns: Columns, stretch: Stretch) -> None:
     point = columns[CONTACT_POINT] if known is None else np.full(len(stretch.place), known)
     with np.errstate(invalid="ignore", divide="ignore"):
         span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
-        columns[IN_CONTACT][:] = np.count_nonzero(stretch.place > point[:, None], axis=1)
+        columns[IN_CONTACT][:] = _pressed(point, stretch)
         columns[RESIDUAL][:] = columns["noise"] / span
         columns[DRIFT][:] = _rises(stretch, point) / span
     if TILT in columns:  # a fitted tilt explains its rise
@@ -236,6 +244,7 @@ def _fit_one_by_one(
             out["noise"][i], out["correlated"][i] = result.noise, result.correlated
             out[WAVES][i], out[OF_LIMIT][i] = result.waves, _of_limit(assumed)
             out["indentation"][i] = result.deepest
+            out[IN_CONTACT][i], out[RESIDUAL][i], out[DRIFT][i] = result.quality
             out["ending"][i] = FITTED
     if request.uncertainty:
         put_intervals(request, out, squares)

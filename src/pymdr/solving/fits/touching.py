@@ -14,6 +14,9 @@ BEYOND = 1.0
 FULLY_OUT = 0.3
 """Ratio to the largest pull below which a force is out of contact."""
 
+ROUNDS_OF_JUMPS = 8
+"""Largest number of searches for an end that leaves out the samples adjacent to its own jumps."""
+
 BoolArray = NDArray[np.bool_]
 
 
@@ -34,7 +37,7 @@ def in_contact(position: FloatArray, measured: FloatArray, model: FloatArray, fo
     return touches
 
 
-def in_contact_by_law(position: FloatArray, onset: float, fold: float) -> BoolArray:
+def in_contact_by_law(position: FloatArray, onset: float, fold: float | FloatArray) -> BoolArray:
     """Samples in contact with the jumps of the law: beyond the onset in approach, and up to the fold in retreat; positions of shape (..., samples)."""
     after = np.arange(position.shape[-1]) > np.argmax(position, axis=-1)[..., None]
     touches: BoolArray = np.where(after, position > fold, position > onset)

@@ -13,6 +13,7 @@ from pymdr.solving.fits.kernels.model import (
     FamilyTable,
     Member,
     member_at,
+    on_machine,
 )
 from pymdr.solving.fits.kernels.pulls import point_across_samples
 from pymdr.solving.fits.kernels.starts import Engine
@@ -33,5 +34,6 @@ __all__ = [
     "Wanted",
     "fit_curves",
     "member_at",
+    "on_machine",
     "point_across_samples",
 ]

@@ -33,7 +33,7 @@ from pymdr.solving.fits.kernels.starts import Engine, best_points, few_of, start
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNSETTLED
 from pymdr.solving.fits.residuals import DECIDED
 from pymdr.solving.fits.spectrum import noise_spectra
-from pymdr.solving.fits.touching import FULLY_OUT, BoolArray
+from pymdr.solving.fits.touching import FULLY_OUT, ROUNDS_OF_JUMPS, BoolArray
 from pymdr.units import FloatArray
 
 _POLISH, _GAIN, _MANY = 100, 1e-3, 8
@@ -198,6 +198,33 @@ def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: floa
         moving = moving[better]
 
 
+def _descend_off_jumps(search: _Search, batch: Batch, ends: Ends, used: BoolArray, enough: float) -> Ends:
+    """
+    Descents without the samples adjacent to jumps, which are written into `used`.
+
+    The jumps are those of the ends themselves, found in turn: an end whose jumps are elsewhere depends on its start.
+    """
+    used[:] = _off_jumps(ends.touches)
+    ends = search.from_places(batch, ends.theta, (_POLISH, enough), used)
+    for _ in range(ROUNDS_OF_JUMPS):
+        own = _off_jumps(ends.touches)
+        moved = np.flatnonzero((own != used).any(axis=1))
+        if not moved.size:
+            break
+        used[moved] = own[moved]
+        others = search.from_places(_of(batch, moved), ends.theta[moved], (_POLISH, enough), used[moved])
+        _put(ends, moved, others, np.ones(moved.size, dtype=np.bool_))
+    return ends
+
+
+def _off_jumps(touches: BoolArray) -> BoolArray:
+    """All samples but those adjacent to a jump."""
+    off, jumps = np.ones(touches.shape, dtype=np.bool_), touches[:, 1:] != touches[:, :-1]
+    off[:, :-1] &= ~jumps
+    off[:, 1:] &= ~jumps
+    return off
+
+
 def _left_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
     """Residuals with the smallest number of the family."""
     bare = ends.theta.copy()
@@ -319,10 +346,7 @@ def _descend_from(
         if wanted.free[SHAPE] and not wanted.tied:
             distance = _try_other_ends(search, batch, ends, enough)
             bare = _left_without_family(search, batch, ends)
-        jumps = ends.touches[:, 1:] != ends.touches[:, :-1]
-        used[:, :-1] &= ~jumps
-        used[:, 1:] &= ~jumps
-        ends = search.from_places(batch, ends.theta, (_POLISH, enough), used)
+        ends = _descend_off_jumps(search, batch, ends, used, enough)
     counted, rows, at = used.sum(axis=1), np.arange(count), np.argmax(batch.place, axis=1)
     deepest = batch.place[rows, at] - ends.theta[:, POINT] - batch.softness * ends.force[rows, at]
     shows = _show_contact(batch, wanted, ends, used, deepest)
