@@ -84,6 +84,8 @@ def test_work_and_modulus_from_any_start(law, machine, start):
     curve = recorded(contact, way, machine, 0.01, 3, -1e-10, 4e-7)
     first = mdr.Contact(contact.profile, mdr.Elastic(start[0], 0.5), adhesion=type(law)(start[1]))
     found = mdr.fit(first, curve, ["body.young", "adhesion.work"])
+    assert {"body.young", "adhesion.work"} <= set(found)
+    assert "torque" not in found
     for name, value in (("body.young", 3e3), ("adhesion.work", 0.2e-3), ("contact_point", 4e-7)):
         assert abs(found[name].value - value) < 4.5 * found[name].error
         assert found[name].error < 0.05 * value

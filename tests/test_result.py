@@ -657,6 +657,24 @@ def test_names_of_quantities_complete_and_attributes_name_the_remedy(tmp_path):
         pickle.loads(pickle.dumps(slow)).restitution  # noqa: B018
 
 
+def test_names_in_a_result_are_those_that_can_be_read():
+    ball = mdr.Contact(mdr.Sphere("10 mm"), STEEL)
+    pressed = mdr.solve(ball, mdr.load("50 N", steps=8))
+    curve = mdr.solve(mdr.Contact(pressed.force_curve(), STEEL), mdr.load("20 N", steps=8))
+    for result in (pressed, curve):
+        assert all(result[name].sizes["step"] == 8 for name in result)
+        assert "normal_force" in result
+        assert ("peak_pressure" in result) is result.claims["pressure"].readable
+        assert not any(name in result for name in ("torque", "contact", 0, None))
+    assert "peak_pressure" in pressed
+    assert "peak_pressure" not in curve
+    slow = mdr.restitution(ball, mass="30 g", speeds=["0.1 m/s", "0.2 m/s"])
+    assert all(slow[name].size == 2 for name in slow)
+    assert "restitution" in slow
+    assert "torque" not in slow
+    assert all(name in slow for name in slow.data.variables)
+
+
 def test_a_result_is_opened_by_the_folder_of_its_run(tmp_path):
     result = mdr.solve(mdr.Contact(mdr.Sphere("10 mm"), STEEL), mdr.load("50 N"))
     result.save(tmp_path / "result.nc")

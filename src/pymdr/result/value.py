@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Unpack
@@ -102,6 +102,8 @@ class Result:
     >>> result = mdr.solve(ball, mdr.load("50 N", steps=5))
     >>> round(float(result.to("contact_radius", "um")[-1]), 2)
     117.56
+    >>> "torque" in result, list(result)[:3]
+    (False, ['indentation', 'normal_force', 'contact_radius'])
     >>> result.claims["pressure"].level
     <Level.EXACT: 'exact'>
     """
@@ -144,8 +146,18 @@ class Result:
         self._refuse_missing(name)
         return self.data[name].copy()
 
+    def __iter__(self) -> Iterator[str]:
+        """The names of the quantities that can be read."""
+        for name in self._names():
+            claim = "pressure" if name == "peak_pressure" and name not in self.data else name
+            if claim not in self.claims or self.claims[claim].readable:
+                yield name
+
+    def __contains__(self, name: object) -> bool:
+        return name in tuple(self) or name in tuple(self.data.coords)
+
     def _ipython_key_completions_(self) -> list[str]:
-        return [name for name in self._names() if name not in self.claims or self.claims[name].readable]
+        return list(self)
 
     def __getattr__(self, name: str) -> Any:
         remedy = ""

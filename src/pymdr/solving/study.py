@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -305,8 +305,15 @@ class Study(Answer):
             raise QuantityError(f"no quantity {shown(name)}; {self.subject} has {known}")
         return self.data[name]
 
+    def __iter__(self) -> Iterator[str]:
+        """The names of the quantities that can be read."""
+        return (n for n in map(str, self.data) if n not in self.claims or self.claims[n].readable)
+
+    def __contains__(self, name: object) -> bool:
+        return name in tuple(self) or name in tuple(self.data.coords)
+
     def _ipython_key_completions_(self) -> list[str]:
-        return [name for name in map(str, self.data) if name not in self.claims or self.claims[name].readable]
+        return list(self)
 
     def __getattr__(self, name: str) -> Any:
         known = "data" in self.__dict__ and not name.startswith("_") and name in self.data.variables

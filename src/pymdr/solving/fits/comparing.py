@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -69,6 +69,9 @@ class LawComparison(Answer):
         if name not in self.fits:
             raise QuantityError(f"no law {shown(name)}; compared are {', '.join(self.fits)}")
         return self.fits[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.fits)
 
     def __repr__(self) -> str:
         weights = ", ".join(f"{name} {weight:.3g}" for name, weight in self.weights.items())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -137,6 +137,9 @@ class FitResult(Answer):
                 f"{shown(name)} is not an unknown of this fit; the unknowns are {', '.join(self.values)}"
             )
         return self.values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.values)
 
     def profile_intervals(
         self, names: Sequence[str] | None = None, sigma: float = 1.96
