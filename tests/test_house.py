@@ -170,6 +170,30 @@ def test_unknown_loads_are_refused():
         mdr.sweep(ball, mdr.indent("1 um"), {"body.young": [1e6]}, stiffness="1 N/m")
 
 
+@pytest.mark.parametrize(
+    ("verb", "wrong", "right"),
+    [
+        (mdr.fit_map, "fitrange", "fit_range"),
+        (mdr.fit_each, "fitrange", "fit_range"),
+        (mdr.pull_off_curve, "pre_load", "preload"),
+        (mdr.sweep, "machine_stifness", "machine_stiffness"),
+        (mdr.press, "normalforce", "normal_force"),
+        (mdr.press_rough, "indentaton", "indentation"),
+        (mdr.ramp, "travl", "travel"),
+        (mdr.cycle, "twst", "twist"),
+        (mdr.Result.field, "superpose", "superposed"),
+        (mdr.Result.stress_to_csv, "superpose", "superposed"),
+    ],
+)
+def test_options_are_in_the_signature_and_others_are_refused(verb, wrong, right):
+    parameters = inspect.signature(verb).parameters
+    assert parameters[right].kind is inspect.Parameter.KEYWORD_ONLY
+    assert all(one.kind is not one.VAR_KEYWORD for one in parameters.values())
+    words = rf"^{verb.__name__}\(\) got an unexpected keyword argument '{wrong}'; write {right}= \(options: .*\b{right}\b"
+    with pytest.raises(TypeError, match=words):
+        verb(**{wrong: None})
+
+
 OF_VALUES = {"sum", "interpolated"}
 """Kinds that users do not write: of added profiles, and of saved functions."""
 

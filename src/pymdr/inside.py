@@ -50,11 +50,7 @@ class Inside(TypedDict, total=False):
 
 
 def checked(inside: Inside, name: str, *, within: bool) -> Inside:
-    """The given places; refuse unknown ones, and places for a field that is not inside a body."""
-    known = Inside.__optional_keys__
-    for key in inside:
-        if key not in known:
-            raise TypeError(f"field() got an unexpected keyword argument {key!r}")
+    """The given places; refuse places for a field that is not inside a body."""
     given: Inside = {}
     for key, value in inside.items():
         if value is not None:

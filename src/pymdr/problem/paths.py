@@ -13,6 +13,7 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 
 from pymdr.errors import PathError, UnitError
+from pymdr.problem.options import with_options
 from pymdr.problem.values import (
     OptionalArrayField,
     OptionalPlaneArrayField,
@@ -703,6 +704,7 @@ def twist(
     return Ramp(twist=twist, steps=steps, duration=duration, rate=rate)
 
 
+@with_options(ChannelValues)
 def cycle(
     *,
     cycles: int = 1,
@@ -779,6 +781,7 @@ def hold(duration: QuantityLike | None = None, *, steps: int = 1) -> Hold:
     return Hold(duration=duration, steps=steps)
 
 
+@with_options(ChannelValues)
 def ramp(*, steps: int = 1, duration: QuantityLike | None = None, **targets: Unpack[ChannelValues]) -> Ramp:
     """
     Move one or several channels to their targets together.

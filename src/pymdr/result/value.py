@@ -27,6 +27,7 @@ from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
+from pymdr.problem.options import with_options
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import POSITION, RADIUS, one_name, quantity
@@ -252,6 +253,7 @@ class Result:
     def _fields(self) -> tuple[str, ...]:
         return (*self.reading.fields, *self.reading.line_fields, *self.reading.carried)
 
+    @with_options(Inside)
     def field(
         self,
         name: str,
@@ -634,6 +636,7 @@ class Result:
             lambda temporary: animated_stress(interiors, (name, superposed), rows, history, temporary),
         )
 
+    @with_options(Inside)
     def stress_to_csv(
         self,
         file: str | os.PathLike[str],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TypedDict
 
 import numpy as np
@@ -51,22 +50,8 @@ def one_load(prefix: str, normal_force: object, indentation: object) -> None:
         raise ProblemError(f"{prefix}: give exactly one of normal_force and indentation")
 
 
-def refuse_unknown(prefix: str, given: Iterable[str], known: type) -> None:
-    """
-    Refuse keywords that a function does not have.
-
-    Raises
-    ------
-    TypeError
-    """
-    for name in given:
-        if name not in known.__annotations__:
-            raise TypeError(f"{prefix}() got an unexpected keyword argument {name!r}")
-
-
 def positive_loads(prefix: str, load: Loads) -> tuple[str, FloatArray]:
     """The name of the given load, and one row of forces in N or depths in m, above 0."""
-    refuse_unknown(prefix, load, Loads)
     force, depth = load.get("normal_force"), load.get("indentation")
     one_load(prefix, force, depth)
     if force is not None:

@@ -25,6 +25,7 @@ from pymdr.line.rough import power_law_stiffness
 from pymdr.machine import memory_of_machine
 from pymdr.mapping.rough import refuse_coarse
 from pymdr.problem.materials import Material, Rigid
+from pymdr.problem.options import with_options
 from pymdr.problem.rough import RoughSurface
 from pymdr.solving.arguments import Loads, positive_loads
 from pymdr.solving.rough_lines import PREFIX, RoughLine, States, rough_line, whole_number
@@ -106,6 +107,7 @@ class RoughContact(Study):
         return rough_study(self.data, self.curves, self.springs, spectrum)
 
 
+@with_options(Loads)
 def press_rough(
     surface: RoughSurface,
     body: Material,

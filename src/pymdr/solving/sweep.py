@@ -21,6 +21,7 @@ from pymdr.mapping.equivalent import has_callables
 from pymdr.presentation.text import largest_error
 from pymdr.problem.codec import encode, encode_case
 from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.options import with_options
 from pymdr.problem.parameters import parameter_of, with_parameters
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Profile
@@ -28,7 +29,6 @@ from pymdr.problem.schedule import Progress
 from pymdr.problem.values import Value
 from pymdr.quantities import AXES, magnitudes, quantity
 from pymdr.result import Result, Status
-from pymdr.solving.arguments import refuse_unknown
 from pymdr.solving.batch import Request, solutions
 from pymdr.solving.kept import KeptParts
 from pymdr.solving.study import Study
@@ -155,6 +155,7 @@ class _Axis(NamedTuple):
     """Unit of numbers, None for parts."""
 
 
+@with_options(SolveOptions)
 def sweep(
     contact: Contact,
     path: LoadingPath,
@@ -216,7 +217,6 @@ def sweep(
     require_contact(contact, "sweep")
     wanted = None if quantities is None else _names(quantities)
     axes = _axes(contact, over)
-    refuse_unknown("sweep", options, SolveOptions)
     keep, stiffness = options.get("keep"), options.get("machine_stiffness")
     machine = None if stiffness is None else read_stiffness(stiffness)
     points = list(product(*(axis.values for axis in axes)))

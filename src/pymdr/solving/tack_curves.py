@@ -12,8 +12,8 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.problem.contact import Contact
+from pymdr.problem.options import with_options
 from pymdr.result import Result
-from pymdr.solving.arguments import refuse_unknown
 from pymdr.solving.edge_work import EdgeWork, edge_work_of
 from pymdr.solving.memory import relaxation_along
 from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
@@ -91,6 +91,7 @@ class PullOffCurve(Study):
         return pull_off_speeds(self.data, [one.data for one in self.results[rest - 1 :: rest]])
 
 
+@with_options(TackOptions)
 def pull_off_curve(
     contact: Contact,
     *,
@@ -153,7 +154,6 @@ def pull_off_curve(
         raise ProblemError(
             "pull_off_curve: the bodies have no memory, and their pull-off does not depend on time; call pull_off, or give a Viscoelastic body"
         )
-    refuse_unknown("pull_off_curve", options, TackOptions)
     v = _several(speed, "m/s", "speed")
     times = _several(dwell, "s", "dwell")
     for one in v:

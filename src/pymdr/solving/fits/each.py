@@ -13,6 +13,7 @@ import numpy as np
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.validity import Assumption
 from pymdr.problem.contact import Contact
+from pymdr.problem.options import with_options
 from pymdr.problem.schedule import Progress
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.calibrations import RECORD
@@ -121,6 +122,7 @@ class FittedCurves(Study):
         )
 
 
+@with_options(FitOptions)
 def fit_each(
     contact: Contact,
     curves: Mapping[str, MeasuredCurve],
@@ -146,8 +148,8 @@ def fit_each(
         Further records by name that take no part, such as unreadable files, with the reason.
     progress : callable, optional
         Called as ``progress(done, total)``.
-    **options
-        As for :func:`fit`: `contact_point`, `baseline`, `fit_range`, `uncertainty`.
+    contact_point, baseline, fit_range, uncertainty
+        As for :func:`fit`.
 
     Returns
     -------

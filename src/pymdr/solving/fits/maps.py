@@ -16,6 +16,7 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.options import with_options
 from pymdr.problem.parameters import with_parameters
 from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
@@ -184,6 +185,7 @@ class FittedMap(Study):
         return fitted_map(self.data, (*self.names, "noise"))
 
 
+@with_options(FitOptions)
 def fit_map(
     contact: Contact,
     curves: Sequence[MeasuredCurve] | xr.Dataset | str | os.PathLike[str],
@@ -213,8 +215,10 @@ def fit_map(
         Number of cores, or the client of a cluster; the numbers do not depend on it.
     progress : callable, optional
         Called as ``progress(done, total)``.
-    **options
-        As for :func:`fit`: `contact_point`, `baseline`, `fit_range`, found for each curve, and `uncertainty`, which all curves share.
+    contact_point, baseline, fit_range
+        As for :func:`fit`; the range is found for each curve.
+    uncertainty
+        As for :func:`fit`; all curves share it.
 
     Returns
     -------

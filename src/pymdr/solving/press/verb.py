@@ -17,6 +17,7 @@ from pymdr.machine import memory_of_machine
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.presentation.text import bytes_text
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
+from pymdr.problem.options import with_options
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography, as_topography
 from pymdr.solving.arguments import Loads, positive_loads
@@ -41,6 +42,7 @@ _FINE, _COARSE = 4, 1
 """Parts of the work of a load."""
 
 
+@with_options(Loads)
 def press(
     surface: Topography | RoughSurface,
     body: Material,

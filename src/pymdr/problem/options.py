@@ -1,0 +1,69 @@
+"""Options of functions that take many keywords: in their signatures, and unknown ones refused."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar, cast
+
+from pymdr.problem.naming import nearest
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def with_options(options: type) -> Callable[[_Function], _Function]:
+    """
+    Give a function with ``**keywords`` the keys of a TypedDict as its options.
+
+    ``help`` and completion show them; any other keyword raises a TypeError that names the function and its options.
+
+    Examples
+    --------
+    >>> from typing import TypedDict
+    >>> class Sizes(TypedDict, total=False):
+    ...     width: float | None
+    >>> @with_options(Sizes)
+    ... def draw(**sizes): ...
+    >>> draw(widht=1.0)
+    Traceback (most recent call last):
+    TypeError: draw() got an unexpected keyword argument 'widht'; write width= (options: width)
+    """
+
+    def decorated(function: _Function) -> _Function:
+        own = inspect.signature(function)
+        kept = [one for one in own.parameters.values() if one.kind is not one.VAR_KEYWORD]
+        added = [
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=None if "None" in str(hint) else ...,
+                annotation=hint,
+            )
+            for name, hint in _hints(options).items()
+        ]
+        signature = own.replace(parameters=[*kept, *added])
+        names = [name for name, one in signature.parameters.items() if one.kind is one.KEYWORD_ONLY]
+
+        @wraps(function)
+        def checked(*args: Any, **keywords: Any) -> Any:
+            for name in keywords:
+                if name not in signature.parameters:
+                    near = nearest(name, names)
+                    words = f"; write {near[0]}=" if near else ""
+                    raise TypeError(
+                        f"{function.__name__}() got an unexpected keyword argument {name!r}{words} (options: {', '.join(names)})"
+                    )
+            return function(*args, **keywords)
+
+        checked.__signature__ = signature  # type: ignore[attr-defined]
+        return cast(_Function, checked)
+
+    return decorated
+
+
+def _hints(options: type) -> dict[str, str]:
+    """The texts of the annotations of a TypedDict."""
+    return {
+        name: getattr(hint, "__forward_arg__", str(hint)) for name, hint in options.__annotations__.items()
+    }
