@@ -260,7 +260,7 @@ def test_a_limit_is_known_on_both_sides_of_a_kink(beyond):
     np.testing.assert_allclose(limit.load(x), expected, rtol=1e-12)
     np.testing.assert_allclose(tabulated_limit(limit).at(x).load, expected, rtol=1e-11)
     slid = (Segment(0.0, limit.radius, 0.0, 1, limit),)
-    r = np.array([0.5, 0.99, 1.001, 1.0 + 0.5 * beyond])
+    r = np.array([0.5, 0.99, 1.0 - 1e-6, 1.0 - 1e-8, 1.0 + 1e-8, 1.0 + 1e-6, 1.001, 1.0 + 0.5 * beyond])
     np.testing.assert_allclose(traction_of(line, slid, r), limit.traction(r), rtol=1e-10)
 
 

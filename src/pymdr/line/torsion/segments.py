@@ -15,8 +15,8 @@ _TERMS = 20
 _OCTAVES = 34
 _FEW_OCTAVES = 6
 """Toward the axis, for integrands with a factor x^2."""
-_KINKS = 11
-"""Octaves toward the kinks of g from above, for slopes."""
+_KINKS = 14
+"""Panels above the kinks of g, each four times as long as the one before, for tractions next to kinks."""
 _ROUNDING = 1e-11
 """Of the largest load: steps of the load below it are those of a border between stick and slip, which is found to rounding."""
 
@@ -106,19 +106,30 @@ def traction_of(line: TwistedLine, segments: Sequence[Segment], r: FloatArray) -
     for one in segments:
         if one.high <= innermost or not (one.sign or one.rate):
             continue
-        base, low, high = _panels(line, max(one.low, innermost, 1e-10 * one.high), one.high, _OCTAVES, _KINKS)
+        inside = max(one.low, innermost, 1e-10 * one.high)
+        base, low, high = _panels(line, inside, one.high, _OCTAVES)
         root, width = np.sqrt(low - base), np.sqrt(high - base) - np.sqrt(low - base)
         u = np.cos(math.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
         at = base + (root + width * (u[:, None] + 1.0) / 2.0) ** 2
         values = load_of(line, one, at.ravel()).reshape(_TERMS, -1)
         series = np.polynomial.chebyshev.chebfit(u, values, _TERMS - 1)
         slopes = np.asarray(np.polynomial.chebyshev.chebder(series), dtype=np.float64)
-        inner, start, stop = (np.sqrt(np.maximum(end**2 - r[:, None] ** 2, 0.0)) for end in (base, low, high))
+        # shorter panels next to kinks, of the same series: the rounding of loads would be a larger part of theirs
+        longer = low
+        base, low, high = _panels(line, inside, one.high, _OCTAVES, _KINKS)
+        of = np.searchsorted(longer, low, side="right") - 1
+        slopes, root, width = slopes[:, of], root[of], width[of]
+        inner, start, stop = (
+            np.sqrt(np.maximum((end - r[:, None]) * (end + r[:, None]), 0.0)) for end in (base, low, high)
+        )
         offset, weights = nodes_above(inner, start, stop)
-        x = np.sqrt(r[:, None, None] ** 2 + (start[:, :, None] + offset) ** 2)
-        # no node is closer to a kink than 2e-5 of its panel, but x is rounded
-        least = np.maximum(low - base, 1e-6 * (high - base))[:, None]
-        v = np.sqrt(np.clip(x - base[:, None], least, (high - base)[:, None]))
+        y = start[:, :, None] + offset
+        x = np.sqrt(r[:, None, None] ** 2 + y**2)
+        # x less the base without cancellation
+        above = ((start - inner)[:, :, None] + offset) * (y + inner[:, :, None])
+        nearest = np.maximum(r[:, None], base)[:, :, None]
+        above = above / (x + nearest) + (nearest - base[:, None])
+        v = np.sqrt(np.clip(above, np.maximum(low - base, 1e-300)[:, None], (high - base)[:, None]))
         rates = _series(slopes, 2.0 * (v - root[:, None]) / width[:, None] - 1.0) / (v * width[:, None] * x)
         total -= np.sum(weights * rates, axis=(1, 2))
     for radius, drop in steps_of(line, segments):
@@ -163,7 +174,7 @@ def _panels(
     points, marks = line.marks(high)
     toward_axis = high * 0.5 ** np.arange(octaves, 0.0, -1.0)
     gaps = np.diff(np.append(points, high))[1:, None]
-    toward_kinks = points[1:, None] + gaps * 0.5 ** np.arange(above_kinks, 0.0, -1.0)
+    toward_kinks = points[1:, None] + gaps * 0.25 ** np.arange(above_kinks, 0.0, -1.0)
     inside = np.concatenate([toward_axis, marks, toward_kinks.ravel()])
     edges = np.unique(np.concatenate([[low], inside[(inside > low) & (inside < high)], [high]]))
     return points[np.searchsorted(points, edges[:-1], side="right") - 1], edges[:-1], edges[1:]
