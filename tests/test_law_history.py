@@ -56,14 +56,14 @@ TOUCHING = (
 class InC:
     """The state of one contact in a compiled header, as bytes."""
 
-    def __init__(self, law, folder, calls, compiler="cc"):
+    def __init__(self, law, folder, calls, compiler="cc", flags=()):
         (folder / "law.h").write_text(law.c_header("law"))
         source = folder / ("law.c" if compiler == "cc" else "law.cpp")
         source.write_text(SOURCE.replace("ADVANCE", calls[0]).replace("WRITE", calls[1]))
         standard = "-std=c99" if compiler == "cc" else "-std=c++11"
         library = folder / f"{source.suffix[1:]}.so"
         subprocess.run(
-            [compiler, standard, *WARNINGS, "-O2", "-shared", "-fPIC", source, "-o", library, "-lm"],
+            [compiler, standard, *WARNINGS, *flags, "-O2", "-shared", "-fPIC", source, "-o", library, "-lm"],
             check=True, capture_output=True, text=True,
         )  # fmt: skip
         code = ctypes.CDLL(str(library))
@@ -196,6 +196,10 @@ def test_a_full_stack_merges_and_counts_the_error(tmp_path):
     assert (error <= found[:, 2] + 1e-12 * largest).all()
     assert 1e-9 * largest < error.max() < 1e-4 * largest
     assert found[-1, 2] < 1e-2 * largest
+    folder = tmp_path / "long"
+    folder.mkdir()
+    long = InC(mdr.export_law(contact, DEEPEST, tangential=True), folder, ALONG, flags=["-DLAW_CAPACITY=512"])
+    assert np.abs(long.advance(depth, shift)[:, 1] - expected[:, 1]).max() < 1e-10 * largest
     # sliding forgets the vertices and their error
     slid = in_c.advance([0.5 * DEEPEST], [DEEPEST])
     assert slid[0, 1] == pytest.approx(0.3 * slid[0, 0], rel=1e-12)

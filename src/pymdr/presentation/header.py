@@ -92,7 +92,7 @@ def _constants_of(history: HistoryInC | None) -> Mapping[str, tuple[float, str]]
 
 
 def _usage_of(history: HistoryInC | None, name: str) -> list[str]:
-    return [] if history is None else [history.usage.replace("@", name)]
+    return [] if history is None else [history.usage.replace("@@", name.upper()).replace("@", name)]
 
 
 def _history(history: HistoryInC | None) -> str:

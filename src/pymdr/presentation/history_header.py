@@ -35,7 +35,8 @@ class StackInC:
         return (
             "@_advance(&state, d, u) goes straight to the indentation d and the shift u in m and writes both forces into the state, which "
             "begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or a value is not finite. The "
-            "state has no pointers: copied or saved bytes continue. @_tangential_error(&state) bounds the error of the tangential force in N."
+            "state has no pointers: copied or saved bytes continue. @_tangential_error(&state) bounds the error of the tangential force in N; define "
+            "@@_CAPACITY before the header for longer stacks."
         )
 
     @property
@@ -266,7 +267,9 @@ static inline int @_advance(@_state *s, double d)
 """
 
 _STACK = """\
+#ifndef @@_CAPACITY
 #define @@_CAPACITY CAPACITY_
+#endif
 
 /* Vertices of the anchor curve b(y): the spring that touches at the indentation y carries mu E* (v - b(y)), v the shift times
  * @@_PER_SHIFT, at most mu E* (d - y). A straight step cuts the curve at the new indentation, replaces what is outside the cone
