@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -522,6 +523,17 @@ class TestVerified:
         assert "shift_y" in compared.data
         assert compared.plot().axes
         assert "tangential force along y" in compared.summary()
+
+    @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
+    def test_circles_differ_as_the_claim_says_for_any_poisson_ratio(self, poisson):
+        body = mdr.Elastic("210 GPa", poisson)
+        joint, moduli = replace(JOINT, body=body, counterbody=body), mdr.effective_moduli(body, body)
+        slides = 0.3 * moduli.normal / moduli.tangential * 1e-6
+        for radius, stated in ((0.3, 0.6), (0.6, 3.7), (0.9, 15.0), (0.95, 16.0), (1.5, 3.0), (3.0, 1.1)):
+            path = mdr.indent("1 um") >> mdr.circle(shift=radius * slides, steps=16)
+            compared = mdr.verify(joint, path, elements=16, steps=18)
+            # 16 cells have a third of a percent of their own
+            assert 100.0 * compared.largest_difference == pytest.approx(stated, rel=0.1, abs=0.3)
 
     def test_a_turn_of_the_path_turns_the_differences(self):
         shift = 0.2e-6 * np.array([[1.0, 0.0], [1.0, 1.0], [-0.5, 0.5]])
