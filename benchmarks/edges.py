@@ -102,8 +102,8 @@ def main(words=None):
             print(
                 f"{name}, {what}: 68 % {np.mean(abs(part) < 0.9945):.0%}, 95 % {np.mean(hits):.0%}, off by {part.mean():+.2f} +- {part.std():.2f} errors"
             )
-        apart = off[:, j] - linear[:, j]
-        print(f"{name}: fit less linear {apart.mean():+.2f} +- {apart.std():.2f} errors")
+        difference = off[:, j] - linear[:, j]
+        print(f"{name}: fit less linear {difference.mean():+.2f} +- {difference.std():.2f} errors")
 
 
 if __name__ == "__main__":

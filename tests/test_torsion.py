@@ -197,7 +197,7 @@ def test_the_limit_next_to_the_flat_of_a_truncated_cone(beyond):
     s = 1.0 + e
     expected = [float(np.sum(terms * ellipkm1((one / s) ** 2) / s)) * 1.2 / math.pi for one in x]
     depth = slope * (1.0 + beyond) * math.atan(math.sqrt(beyond * (2.0 + beyond)))
-    assert line.limit_at(depth).load(x) == pytest.approx(expected, rel=1e-12 + line.lost_near_kink(depth))
+    assert line.limit_at(depth).load(x) == pytest.approx(expected, rel=1e-12 + line.error_near_kink(depth))
 
 
 def test_work_of_slip_is_that_of_many_springs():

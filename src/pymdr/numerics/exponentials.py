@@ -147,10 +147,10 @@ def first_crossing(
             >= slack
         )
         if not stays:
-            is_increasing = _least(
+            least_rise = _least(
                 now[_SLOPE], ahead[_SLOPE], now[_RISE], ahead[_RISE], width * now[_BEND], width * ahead[_BEND]
             )
-            is_decreasing = _least(
+            least_descent = _least(
                 -now[_SLOPE],
                 -ahead[_SLOPE],
                 -now[_DROP],
@@ -159,14 +159,12 @@ def first_crossing(
                 -width * ahead[_CURL],
             )
             short = width <= SHORTEST
-            if is_decreasing >= 0.0 and not above:
+            if least_descent >= 0.0 and not above:
                 guess = p + width * now[_VALUE] / (now[_VALUE] - ahead[_VALUE])
                 return _root(line, terms, count, p, end, guess), tried
             if short and not above:
                 return end, tried
-            stays = (
-                above and (is_increasing >= 0.0 or is_decreasing >= 0.0 or short)
-            ) or is_increasing >= 0.0
+            stays = (above and (least_rise >= 0.0 or least_descent >= 0.0 or short)) or least_rise >= 0.0
         if stays:
             p, width, now = end, 2.0 * width, ahead
         else:

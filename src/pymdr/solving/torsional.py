@@ -286,7 +286,7 @@ def _interpret(task: Task, law: TorsionLaw, walked: Walked[Rows]) -> Interpretat
     if errors:
         worst = np.maximum(errors["normal_force"], errors["pressure"])
         errors |= dict.fromkeys((*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS), worst)
-    near_kink = np.maximum.accumulate(np.array([law.line.lost_near_kink(d) for d in depths.tolist()])[back])
+    near_kink = np.maximum.accumulate(np.array([law.line.error_near_kink(d) for d in depths.tolist()])[back])
     if near_kink.any():
         for name in (*TORSIONAL_QUANTITIES, *TORSIONAL_FIELDS):
             errors[name] = errors.get(name, 0.0) + near_kink

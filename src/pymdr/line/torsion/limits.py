@@ -69,7 +69,7 @@ class TwistedLine:
             steep = not math.isfinite(float(self.line.equivalent.slope(np.array([inner]))[0]))
         return (inner,) if steep else ()
 
-    def lost_near_kink(self, depth: float) -> float:
+    def error_near_kink(self, depth: float) -> float:
         """
         Relative error of the limit by the rounding of a contact radius next to a kink where g' has no bound.
 

@@ -100,9 +100,8 @@ def _changed(
     if name not in (SPRING_CONSTANT, SENSITIVITY):
         contact = with_moved_parameter(request.contact, request.names, name, given, side)
         return None if contact is None else (replace(plain, contact=contact), stretch)
-    constants = np.where(
-        stretch.softness > 0.0, 1.0 / np.where(stretch.softness > 0.0, stretch.softness, 1.0), 1.0
-    )
+    # as of one record, 1 where no spring constant is known
+    constants = 1.0 / np.where(stretch.softness > 0.0, stretch.softness, 1.0)
     if name == SENSITIVITY and np.any(stretch.softness == 0.0):
         raise ProblemError(NO_DEFLECTION)
     factors = np.ones(constants.size)
