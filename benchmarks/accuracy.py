@@ -16,12 +16,12 @@ HEAD = "kind,quantity,claimed,actual,rounding"
 
 def closest(outcome):
     """Of every quantity of a problem the value whose error is the largest part of what is allowed."""
-    found = {}
+    results = {}
     for value in outcome.values:
         part = np.nan_to_num(value.miss / value.allowed, nan=np.inf)
-        if value.quantity not in found or part > found[value.quantity][0]:
-            found[value.quantity] = (part, value)
-    return [value for _, value in found.values()]
+        if value.quantity not in results or part > results[value.quantity][0]:
+            results[value.quantity] = (part, value)
+    return [value for _, value in results.values()]
 
 
 def table(study):

@@ -178,11 +178,11 @@ def pull_off() -> Iterator[Ratio]:
             columns = (x[:few].tolist() for x in (exponent, c, E, gamma, stiffness))
             return np.array([brentq_pull_off(*row) for row in zip(*columns, strict=True)]).T
 
-        found = ours()
+        result = ours()
         a, _, F = loop()
         error = max(
             float(np.max(np.abs(x[:few] / y - 1.0)))
-            for x, y in ((found.contact_radius, a), (found.normal_force, F))
+            for x, y in ((result.contact_radius, a), (result.normal_force, F))
         )
         require(error <= 1e-9, f"pull-off differs from brentq by {error:.0e}")
         time, some = median_times(ours, loop)

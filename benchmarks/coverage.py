@@ -137,7 +137,7 @@ def records(study, count, seed):
 
 def covered(study, count, seed=SEED, workers=1, progress=None):
     """Of every number the share of intervals that hold it, and mean and spread of what is off in standard errors; and the endings."""
-    found = mdr.fit_map(
+    fitted = mdr.fit_map(
         study.start,
         records(study, count, seed),
         [*study.free, "tilt"],
@@ -148,10 +148,10 @@ def covered(study, count, seed=SEED, workers=1, progress=None):
     table = {}
     for name in (*study.free, "contact_point"):
         value = own[name]
-        off = ((found[name] - value) / found[f"{name}_error"]).values
+        off = ((fitted[name] - value) / fitted[f"{name}_error"]).values
         off = off[np.isfinite(off)]
         table[name] = float(np.mean(np.abs(off) < 1.96)), float(off.mean()), float(off.std())
-    return table, found.counts
+    return table, fitted.counts
 
 
 def white(rng, count, n):
@@ -231,11 +231,11 @@ def coloured(noise, fits, count, n, seed=SEED):
     inside, noted, factors = dict.fromkeys(truth, 0), 0, []
     for force in data["force"].values[:fits]:
         curve = mdr.MeasuredCurve(force=force, indentation=data["indentation"].values)
-        found = mdr.fit(study.start, curve, ["body.young"])
+        fitted = mdr.fit(study.start, curve, ["body.young"])
         for name, value in truth.items():
-            inside[name] += found[name].low <= value <= found[name].high
-        noted += any("are correlated over" in note for note in found.notes)
-        factors.append(math.sqrt(found.correlated))
+            inside[name] += fitted[name].low <= value <= fitted[name].high
+        noted += any("are correlated over" in note for note in fitted.notes)
+        factors.append(math.sqrt(fitted.correlated))
     table = mdr.fit_map(study.start, data, ["body.young"])
     covers = {
         name: float((np.abs(table[name] - value) < 1.96 * table[f"{name}_error"]).mean())
@@ -279,12 +279,12 @@ def print_grouped(count, seed):
     typical, medians, known = [], [], 0
     for i in range(count):
         curves, groups, middle, of_samples = folder(np.random.default_rng([seed, i]))
-        found = mdr.fit_each(
+        computed = mdr.fit_each(
             start, curves, ["body.young"], groups=groups, uncertainty={"spring_constant": "5 %"}
         ).statistics["body.young"]
-        typical.append(float(found["typical_low"]) < middle < float(found["typical_high"]))
+        typical.append(float(computed["typical_low"]) < middle < float(computed["typical_high"]))
         for sample, low, high in zip(
-            *(found[name].values for name in ("group", "median_low", "median_high")), strict=True
+            *(computed[name].values for name in ("group", "median_low", "median_high")), strict=True
         ):
             known += 1
             if np.isfinite(low):

@@ -69,13 +69,13 @@ def one_fit(clean, rates, rng):
         for (when, travel), force, noise in zip(PATHS, clean, noises, strict=True)
     ]
     start = {name: value * 1.5 ** rng.uniform(-1.0, 1.0) for name, value in TRUTH.items()}
-    found = mdr.fit(mdr.with_parameters(PROBE, start), curves, list(TRUTH))
-    used = found.data["used"].values
+    fitted = mdr.fit(mdr.with_parameters(PROBE, start), curves, list(TRUTH))
+    used = fitted.data["used"].values
     scale = np.linalg.norm(rates[used], axis=0)
     inverse = np.linalg.pinv(rates[used] / scale)
     linear = inverse @ np.concatenate(noises)[used] / (NOISE * np.linalg.norm(inverse, axis=1))
-    off = [(found[name].value - truth) / found[name].error for name, truth in TRUTH.items()]
-    holds = [found[name].low <= truth <= found[name].high for name, truth in TRUTH.items()]
+    off = [(fitted[name].value - truth) / fitted[name].error for name, truth in TRUTH.items()]
+    holds = [fitted[name].low <= truth <= fitted[name].high for name, truth in TRUTH.items()]
     return np.array(off), linear[: len(TRUTH)], np.array(holds)
 
 

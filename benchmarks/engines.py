@@ -37,10 +37,10 @@ def ratios() -> Iterator[Ratio]:
         except MissingExtraError as missing:
             print(missing)
             continue
-        found = half_space.press(heights, force=force)
-        off = float(np.max(np.abs(found.pressure - exact)[inside])) / (2.0 / math.pi * RADIUS)
-        depth = (found.indentation - heights.max()) / (RADIUS**2 * PIXELS) - 1.0
-        print(f"{name}: depth {depth:+.1e}, pressure {off:.1e}, {found.iterations} iterations")
+        computed = half_space.press(heights, force=force)
+        off = float(np.max(np.abs(computed.pressure - exact)[inside])) / (2.0 / math.pi * RADIUS)
+        depth = (computed.indentation - heights.max()) / (RADIUS**2 * PIXELS) - 1.0
+        print(f"{name}: depth {depth:+.1e}, pressure {off:.1e}, {computed.iterations} iterations")
         solved[name] = half_space
     rough, depth = _rough()
     for name, half_space in solved.items():

@@ -207,7 +207,7 @@ def fit_store(law, curves, folder):
     """Fit a store into a folder and print how many are done as they are, then the seconds, those of all processors, and the most memory in MB."""
     tip, adhesion, free = MAPS[law]
     start = time.perf_counter()
-    found = mdr.fit_map(
+    fitted = mdr.fit_map(
         contact(tip, 1e4, adhesion),
         curves,
         list(free),
@@ -218,7 +218,7 @@ def fit_store(law, curves, folder):
     seconds, work = time.perf_counter() - start, time.process_time()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _KIBIBYTE
     print(
-        f"{found.counts}, {seconds:.1f} s, {work:.1f} s of all processors, at most {peak:.0f} MB", flush=True
+        f"{fitted.counts}, {seconds:.1f} s, {work:.1f} s of all processors, at most {peak:.0f} MB", flush=True
     )
 
 

@@ -75,16 +75,16 @@ def thinned(curve, most):
     )
 
 
-def likely(found, seed, draws=DRAWS):
+def likely(result, seed, draws=DRAWS):
     """
     What may be off in the free numbers of a fit, shape (draws, numbers).
 
     Blocks of the residuals keep or turn their signs by chance (the dependent wild bootstrap, Shao 2010): so they stay where they are larger, in
     contact. What least squares make of them is one step of Gauss and Newton by the rates of the residuals.
     """
-    best = found.free
-    residual, rates = found.search.residuals(best), found.search.slopes(best)
-    length = int(np.clip(2.0 * found.correlated, SHORTEST, max(residual.size // BLOCKS, SHORTEST)))
+    best = result.free
+    residual, rates = result.search.residuals(best), result.search.slopes(best)
+    length = int(np.clip(2.0 * result.correlated, SHORTEST, max(residual.size // BLOCKS, SHORTEST)))
     of_blocks = np.add.reduceat(np.linalg.pinv(rates) * residual, np.arange(0, residual.size, length), axis=1)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], (draws, of_blocks.shape[1]))
     return signs @ of_blocks.T
@@ -92,10 +92,10 @@ def likely(found, seed, draws=DRAWS):
 
 def halves(start, curve, free):
     """What is found in the whole record, and for each number the difference of its halves and the largest one that is likely, as logarithms."""
-    found = mdr.fit(start, curve, free)
+    fitted = mdr.fit(start, curve, free)
     even, odd = (mdr.fit(start, part(curve, i, 2), free) for i in (0, 1))
     largest = np.quantile(np.abs(likely(even, SEED) - likely(odd, SEED + 1)), 0.95, axis=0)
-    return found, {
+    return fitted, {
         name: (math.log(even[name].value / odd[name].value), float(largest[i])) for i, name in enumerate(free)
     }
 
@@ -111,7 +111,7 @@ def main(words=None):
         for name, record in records(segment):
             curve = thinned(record, FOLLOWED) if start.is_viscoelastic else record.leave_out_marked()
             try:
-                found, own = halves(start, curve, free)
+                result, own = halves(start, curve, free)
             except mdr.PymdrError as error:
                 print(f"{law}, {name}: {error}", flush=True)
                 continue
@@ -119,7 +119,7 @@ def main(words=None):
                 agree = abs(difference) <= largest
                 agreed, compared = agreed + agree, compared + 1
                 print(
-                    f"{law}, {name}: {found[number]}; waves {found.waves:.2g}; halves differ by {difference:+.2%}, up to {largest:.2%} is likely{'' if agree else ': TOO MUCH'}",
+                    f"{law}, {name}: {result[number]}; waves {result.waves:.2g}; halves differ by {difference:+.2%}, up to {largest:.2%} is likely{'' if agree else ': TOO MUCH'}",
                     flush=True,
                 )
     print(f"{agreed} of {compared} numbers agree")

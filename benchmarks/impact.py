@@ -39,8 +39,8 @@ def springs(contact: mdr.Contact, speeds: np.ndarray) -> np.ndarray:
     for v in speeds:
         limit = 10.0 * deepest / v
         size = [1e-9 * deepest, 1e-9 * v]
-        found = solve_ivp(motion, (0.0, limit), [0.0, v], events=parted, rtol=1e-6, atol=size)
-        times.append(found.t[-1])
+        result = solve_ivp(motion, (0.0, limit), [0.0, v], events=parted, rtol=1e-6, atol=size)
+        times.append(result.t[-1])
     return np.array(times)
 
 
@@ -70,7 +70,7 @@ def springs_with_memory(contact: mdr.Contact, speeds: np.ndarray) -> np.ndarray:
         return float(q[0]) if state[1] < 0.0 else 1.0
 
     parted.terminal, parted.direction = True, -1.0
-    found = []
+    results = []
     for v in speeds:
         limit = 10.0 * lasting * (speeds.max() / v) ** 0.5
         sizes = [1e-6 * deepest] * (2 + SPRINGS) + [1e-6 * deepest * modulus] * SPRINGS
@@ -78,8 +78,8 @@ def springs_with_memory(contact: mdr.Contact, speeds: np.ndarray) -> np.ndarray:
         begin = np.zeros(2 + 2 * SPRINGS)
         begin[1] = v
         end = solve_ivp(motion, (0.0, limit), begin, events=parted, rtol=1e-4, atol=sizes)
-        found.append(-end.y[1, -1] / v)
-    return np.array(found)
+        results.append(-end.y[1, -1] / v)
+    return np.array(results)
 
 
 def ratios() -> Iterator[Ratio]:

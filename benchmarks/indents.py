@@ -187,12 +187,12 @@ def pop_in(rng, table, hold):
         force=force + force_noise * rng.normal(size=n), indentation=h + noise * rng.normal(size=n)
     )
     study = mdr.first_pop_in(record).data.isel(indent=0)
-    found = bool(np.isfinite(study["pop_in_force"]))
+    result = bool(np.isfinite(study["pop_in_force"]))
     if not there:
-        table.setdefault("no pop-in where none is", []).append(not found)
+        table.setdefault("no pop-in where none is", []).append(not result)
         return
-    table.setdefault("pop-in found", []).append(found)
-    if found:
+    table.setdefault("pop-in found", []).append(result)
+    if result:
         tally(
             table,
             "pop-in force",

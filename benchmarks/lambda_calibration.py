@@ -22,13 +22,13 @@ def surface(hurst, pixels):
     return mdr.RoughSurface(hurst=hurst, rms=1e-3, size=1.0, shortest=PER_WAVE / pixels)
 
 
-def rows(found):
+def rows(result):
     """Lines of the table."""
-    attrs = found.data.attrs
+    attrs = result.data.attrs
     low, high = attrs["coefficients"]
-    head = f"{attrs['hurst']:g},{attrs['bandwidth']:g},{attrs['realisations']},{found.coefficient:.3f},{low:.3f},{high:.3f},{attrs['misfit']:.4f}"
+    head = f"{attrs['hurst']:g},{attrs['bandwidth']:g},{attrs['realisations']},{result.coefficient:.3f},{low:.3f},{high:.3f},{attrs['misfit']:.4f}"
     columns = ("load", "stiffness", "stiffness_low", "stiffness_high", *CURVES)
-    numbers = zip(*(found.data[name].values for name in columns), strict=True)
+    numbers = zip(*(result.data[name].values for name in columns), strict=True)
     return [f"{head}," + ",".join(f"{value:.4g}" for value in row) for row in numbers]
 
 
@@ -55,16 +55,16 @@ def main(words=None):
             def report(done, of, name=name, size=size, before=before):
                 bar.update(task, description=name, completed=before + size * done / of)
 
-            found = mdr.calibrate_coefficient(
+            fitted = mdr.calibrate_coefficient(
                 surface(hurst, pixels),
                 realisations=given.realisations,
                 keep=given.out / name,
                 progress=report,
             )
             before += size
-            bar.console.print(str(found), markup=False, soft_wrap=True)
-            found.plot().savefig(given.out / f"lambda_{name}.png", dpi=150)
-            table += rows(found)
+            bar.console.print(str(fitted), markup=False, soft_wrap=True)
+            fitted.plot().savefig(given.out / f"lambda_{name}.png", dpi=150)
+            table += rows(fitted)
             (given.out / "lambda.csv").write_text("\n".join(table) + "\n", encoding="utf-8")
 
 

@@ -221,7 +221,7 @@ def ratios() -> Iterator[Ratio]:
         pointer = np.ctypeslib.ndpointer(dtype=float, flags="C")
         forces.argtypes = [pointer, pointer, ctypes.c_size_t]
         forces.restype = None
-        found = np.empty(DEPTHS)
-        in_c, again = median_times(lambda: forces(d, found, DEPTHS), lambda: mdr.solve(TIP, path))
-        assert np.allclose(found, law.force(d), rtol=1e-12)
+        result = np.empty(DEPTHS)
+        in_c, again = median_times(lambda: forces(d, result, DEPTHS), lambda: mdr.solve(TIP, path))
+        assert np.allclose(result, law.force(d), rtol=1e-12)
     yield Ratio(f"{DEPTHS:.0e} forces from the header in C", "solve", in_c, again, "aim 50 times faster")

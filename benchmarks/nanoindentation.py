@@ -66,16 +66,16 @@ def _against_micromechanics() -> Iterator[Ratio]:
     coefficients = list(indents[0].attrs["area_coefficients"])
     with contextlib.redirect_stdout(io.StringIO()):
         other = Indentation(str(file), tip=Tip([*coefficients, "iso"]), nuMat=0.18)
-        found = {}
+        results = {}
         while True:
             other.analyse()
-            found[other.testName] = (other.valid.copy(), other.modulusRed, other.hardness)
+            results[other.testName] = (other.valid.copy(), other.modulusRed, other.hardness)
             if not other.testList:
                 break
             other.nextTest()
     theirs = time.perf_counter() - start
     for indent, (modulus, hardness) in zip(indents, own, strict=True):
-        valid, their_modulus, their_hardness = found[indent.attrs["test"]]
+        valid, their_modulus, their_hardness = results[indent.attrs["test"]]
         deep = indent["indentation"].values[valid] > 0.1 * float(indent["indentation"].max())
         rows += int(np.count_nonzero(deep))
         both = ((modulus, their_modulus), (hardness, their_hardness * 1e9))

@@ -35,8 +35,8 @@ def maps() -> Iterator[Ratio]:
             n=DIRECT,
         )
 
-    found = result.field("stress", x=x, z=z).values.reshape(6, -1)[:, sample]
-    error = np.max(np.abs(found - direct())) / float(result["peak_pressure"][-1])
+    computed = result.field("stress", x=x, z=z).values.reshape(6, -1)[:, sample]
+    error = np.max(np.abs(computed - direct())) / float(result["peak_pressure"][-1])
     ratio = compare(
         f"stress at {SIDE} x {SIDE} points in partial slip",
         lambda: result.field("stress", x=x, z=z),

@@ -178,8 +178,8 @@ def one_problem(job):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            for found in FAMILIES[kind](rng, mdr, effort.full):
-                add_comparison(outcome, found)
+            for result in FAMILIES[kind](rng, mdr, effort.full):
+                add_comparison(outcome, result)
     except mdr.errors.PymdrError as error:
         outcome.refusals.append(without_numbers(error))
     except Exception as error:
@@ -188,16 +188,25 @@ def one_problem(job):
     return outcome
 
 
-def add_comparison(outcome, found):
+def add_comparison(outcome, computed):
     """Judge one value beside its reference."""
-    if found.claimed is None:
+    if computed.claimed is None:
         outcome.unknown += 1
         return
-    miss = abs(found.value - found.truth) / (abs(found.truth) or 1.0)
-    allowed = 10.0 * found.claimed + EXACT_WITHIN + found.uncertainty
-    outcome.exact.append(found.exact)
+    miss = abs(computed.value - computed.truth) / (abs(computed.truth) or 1.0)
+    allowed = 10.0 * computed.claimed + EXACT_WITHIN + computed.uncertainty
+    outcome.exact.append(computed.exact)
     outcome.values.append(
-        Value(found.quantity, "", found.at, found.value, found.truth, miss, found.claimed, allowed)
+        Value(
+            computed.quantity,
+            "",
+            computed.at,
+            computed.value,
+            computed.truth,
+            miss,
+            computed.claimed,
+            allowed,
+        )
     )
 
 
@@ -215,13 +224,15 @@ def one_profile(mdr, rng, index, effort):
     except Exception as error:
         outcome.crashes.append(f"{type(error).__name__}: {without_numbers(error)}")
         return outcome
-    panel, offset, found = askable(rng, drawn, curve, effort.rows)
+    panel, offset, computed = askable(rng, drawn, curve, effort.rows)
     if panel.size == 0:
         return outcome
     contact = mdr.Contact(profile, mdr.Elastic(YOUNG, POISSON))
     solving = 0.0
     for control in ("indentation", "normal_force"):
-        targets = np.asarray(found.g if control == "indentation" else 2 * MODULUS * found.moment, dtype=float)
+        targets = np.asarray(
+            computed.g if control == "indentation" else 2 * MODULUS * computed.moment, dtype=float
+        )
         began = time.process_time()
         result = ask(outcome, mdr, contact, mdr.Path(**{control: targets}))
         solving += time.process_time() - began
@@ -243,23 +254,25 @@ def askable(rng, drawn, curve, rows):
     """Positions with g, g' > 0 in the range of doubles whose depth, rounded, still lies in the same panel."""
     base, offset = random_profiles.positions(rng, drawn, curve, rows)
     panel, offset = quadrature.place(curve, base, offset)
-    found = quadrature.images(curve, panel, offset)
+    computed = quadrature.images(curve, panel, offset)
     sizes = [
-        found.g,
-        found.slope,
-        found.moment * MODULUS,
-        found.g**2 * quadrature.radius(curve, panel, offset),
+        computed.g,
+        computed.slope,
+        computed.moment * MODULUS,
+        computed.g**2 * quadrature.radius(curve, panel, offset),
     ]
-    good = np.all([(s > SMALLEST) & (s < LARGEST) for s in sizes], axis=0) & (found.g_size < 1e3 * found.g)
+    good = np.all([(s > SMALLEST) & (s < LARGEST) for s in sizes], axis=0) & (
+        computed.g_size < 1e3 * computed.g
+    )
     below = np.flatnonzero(good & (panel > 0))
     widths = np.diff(curve.edges)
     if below.size:
         at_edge = quadrature.images(curve, panel[below] - 1, widths[panel[below] - 1])
-        good[below] &= found.g[below] - at_edge.g > 1e-12 * found.g_size[below]
-        good[below] &= found.moment[below] - at_edge.moment > 1e-12 * found.moment_size[below]
+        good[below] &= computed.g[below] - at_edge.g > 1e-12 * computed.g_size[below]
+        good[below] &= computed.moment[below] - at_edge.moment > 1e-12 * computed.moment_size[below]
     rest = np.append(widths, np.inf)[panel] - offset
     good &= rest > 1e-12 * quadrature.radius(curve, panel, offset)
-    kept = quadrature.Images(*(getattr(found, n)[good] for n in quadrature.Images.__dataclass_fields__))
+    kept = quadrature.Images(*(getattr(computed, n)[good] for n in quadrature.Images.__dataclass_fields__))
     return panel[good], offset[good], kept
 
 
@@ -269,10 +282,10 @@ def judge(outcome, rng, drawn, curve, result, control, targets, panel, offset, e
     target = targets.astype(LONG) if of == "g" else targets.astype(LONG) / (2 * MODULUS)
     offset = quadrature.polish(curve, target, panel, offset, of)
     rows = targets.size
-    found_radius = column(result, "contact_radius", rows)
-    outcome.invalid += int(np.isnan(found_radius).sum())
+    solved_radius = column(result, "contact_radius", rows)
+    outcome.invalid += int(np.isnan(solved_radius).sum())
     if drawn.kind == "samples":
-        panel, offset = elsewhere(outcome, curve, target, of, panel, offset, found_radius)
+        panel, offset = elsewhere(outcome, curve, target, of, panel, offset, solved_radius)
     a = quadrature.radius(curve, panel, offset)
     truth = quadrature.images(curve, panel, offset)
     errors = {name: claimed_errors(result, name, rows) for name in QUANTITIES}
@@ -284,7 +297,7 @@ def judge(outcome, rng, drawn, curve, result, control, targets, panel, offset, e
         "normal_force": (2 * MODULUS * truth.moment, 2 * MODULUS * truth.moment_size, ROUNDING),
         "indentation": (truth.g, truth.g_size, ROUNDING),
     }
-    valid = ~np.isnan(found_radius)
+    valid = ~np.isnan(solved_radius)
     for name, (exact, size, rounding) in quantities.items():
         values = column(result, name, rows)
         rounding = np.broadcast_to(rounding, (rows,))
@@ -355,13 +368,13 @@ def add(outcome, name, control, row, a, value, truth, size, claimed, rounding, m
     )  # fmt: skip
 
 
-def elsewhere(outcome, curve, target, of, panel, offset, found_radius):
+def elsewhere(outcome, curve, target, of, panel, offset, solved_radius):
     """Where g of samples falls in places several disks have one depth: judge the one that was chosen."""
     a = quadrature.radius(curve, panel, offset)
-    for row in np.flatnonzero(abs(found_radius - a) > 1e-4 * a):
-        if not 0.0 < found_radius[row] < curve.edges[-1]:
+    for row in np.flatnonzero(abs(solved_radius - a) > 1e-4 * a):
+        if not 0.0 < solved_radius[row] < curve.edges[-1]:
             continue
-        k, e = quadrature.place(curve, np.array([LONG(found_radius[row])]))
+        k, e = quadrature.place(curve, np.array([LONG(solved_radius[row])]))
         there = quadrature.images(curve, k, e)
         value, size = (there.g, there.g_size) if of == "g" else (there.moment, there.moment_size)
         if abs(value[0] - target[row]) <= 1e-6 * size[0]:
@@ -380,8 +393,8 @@ class Study:
     @property
     def violations(self):
         """Pairs of outcome and value, worst first."""
-        found = [(o, v) for o in self.outcomes for v in o.values if v.violated]
-        return sorted(found, key=lambda pair: -np.nan_to_num(pair[1].miss / pair[1].allowed, nan=np.inf))
+        results = [(o, v) for o in self.outcomes for v in o.values if v.violated]
+        return sorted(results, key=lambda pair: -np.nan_to_num(pair[1].miss / pair[1].allowed, nan=np.inf))
 
     @property
     def crashes(self):
@@ -456,10 +469,12 @@ class Study:
             lines += [
                 f"{n:6}  {m}  [--only {first[m].index}, {first[m].kind}]" for m, n in counts.most_common(20)
             ]
-        found = self.violations
-        lines.append(f"\nviolations: {len(found)} values of {len({o.index for o, _ in found})} problems")
+        computed = self.violations
+        lines.append(
+            f"\nviolations: {len(computed)} values of {len({o.index for o, _ in computed})} problems"
+        )
         shown: Counter = Counter()
-        for o, v in found:
+        for o, v in computed:
             shown[o.index] += 1
             if len(shown) > worst:
                 break
@@ -569,8 +584,8 @@ def main():
     print(f"seed {seed}", flush=True)
     effort = QUICK if given.quick else Effort()
     with at_work(1 if given.only else given.workers, given.cluster) as workers:
-        found = study(seed, given.count, workers, given.only, True, effort, given.kinds, given.folder)
-    print(found.table(given.worst))
+        result = study(seed, given.count, workers, given.only, True, effort, given.kinds, given.folder)
+    print(result.table(given.worst))
 
 
 if __name__ == "__main__":

@@ -137,38 +137,38 @@ def recorded():
     return passing, breadth
 
 
-def selected(found):
+def selected(result):
     """The tests that pass its lines, those with the fewest lines first, every so many of very many; of compiled code those of its folder."""
     passing, breadth = recorded()
-    lines = passing.get(str(found.file), {})
-    tests = {test for line in found.lines for test in lines.get(line, ()) if test}
+    lines = passing.get(str(result.file), {})
+    tests = {test for line in result.lines for test in lines.get(line, ()) if test}
     if tests:
         ranked = sorted(tests, key=breadth.__getitem__)
         return [test.rpartition("|")[0] for test in ranked[:: math.ceil(len(ranked) / MOST)]]
-    relative = found.file.relative_to(ROOT)
+    relative = result.file.relative_to(ROOT)
     own = [test for word, tests in OWN_TESTS.items() if word in str(relative) for test in tests]
     files = [f"tests/test_{name}.py" for name in dict.fromkeys([*own, *TESTS[relative.parts[2]]])]
     return sorted(files, key=lambda test: -(ROOT / test).read_text().count(relative.stem))
 
 
-def survives(found, place):
+def survives(result, place):
     """Whether all tests that are asked pass with it, on the copy of the source in `place`; a run without end counts as noticed."""
-    relative = found.file.relative_to(ROOT)
-    mutated, whole = place / relative, found.file.read_text()
+    relative = result.file.relative_to(ROOT)
+    mutated, whole = place / relative, result.file.read_text()
     # kernels whose sources did not change need not be compiled again
     kept = place / ("changed" if "compiled" in whole else "cache")
-    mutated.write_text(found.source)
+    mutated.write_text(result.source)
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-m", "", "-p", "no:cacheprovider"]
     command += ["--rootdir", str(ROOT), "-c", str(ROOT / "pyproject.toml")]
     # doctests of the source itself would import that, and not the copy
-    command += [str(place / test) if test.startswith("src/") else test for test in selected(found)]
+    command += [str(place / test) if test.startswith("src/") else test for test in selected(result)]
     environment = {**os.environ, "PYTHONPATH": str(place / "src"), "CI": "1", "NUMBA_CACHE_DIR": str(kept)}
     try:
         ended = subprocess.run(
             command, cwd=ROOT, env=environment, capture_output=True, check=False, preexec_fn=limited
         )
     finally:
-        shutil.copy2(found.file, mutated)
+        shutil.copy2(result.file, mutated)
         shutil.rmtree(place / "changed", ignore_errors=True)
     if ended.returncode in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.NO_TESTS_COLLECTED):
         raise RuntimeError(f"no tests were run: {ended.stdout.strip()} {ended.stderr.strip()}")
@@ -191,7 +191,9 @@ def main():
     seed = secrets.randbits(31) if given.seed is None else given.seed
     print(f"seed {seed}", flush=True)
     chosen = [(i, mutant(random.Random(f"{seed} {i}"))) for i in given.only or range(given.count)]
-    words = {i: f"{i}: {found.file.relative_to(ROOT)}:{found.lines[0]}  {found.words}" for i, found in chosen}
+    words = {
+        i: f"{i}: {result.file.relative_to(ROOT)}:{result.lines[0]}  {result.words}" for i, result in chosen
+    }
     if given.list:
         print("\n".join(words.values()))
         return
@@ -199,8 +201,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         shutil.copytree(ROOT / "src", place / "src", ignore=shutil.ignore_patterns("__pycache__"))
-        for done, (i, found) in enumerate(chosen, start=1):
-            survived = survives(found, place)
+        for done, (i, result) in enumerate(chosen, start=1):
+            survived = survives(result, place)
             alive += survived
             print(f"{'survived' if survived else 'noticed '} {words[i]}", flush=True)
             print(f"{done - alive} of {done} noticed", file=sys.stderr, flush=True)

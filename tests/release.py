@@ -134,11 +134,11 @@ def matrix(folder: Path, versions: tuple[str, ...]) -> None:
     """Every version of Python with the newest dependencies, the first with the oldest."""
     source = clone(folder / "source")
     for python, resolution in [(versions[0], "lowest-direct"), *((v, "highest") for v in versions)]:
-        found = interpreter(python, folder)
-        if found is None:
+        result = interpreter(python, folder)
+        if result is None:
             print(f"Python {python}: not on this machine, not tried", flush=True)
         else:
-            print(f"Python {python}, {resolution}: {try_on(found, resolution, source, folder)}", flush=True)
+            print(f"Python {python}, {resolution}: {try_on(result, resolution, source, folder)}", flush=True)
 
 
 def paper(file: Path) -> None:

@@ -15,8 +15,8 @@ from pymdr.mapping import abel
 TWELVE_ORDERS = np.geomspace(1e-9, 1e3, 49)
 
 
-def worst(found, exact):
-    return np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1))
+def worst(computed, exact):
+    return np.max(np.abs(np.asarray(computed) / np.asarray(exact, dtype=float) - 1))
 
 
 @pytest.mark.parametrize("n", [0.5, 1, 1.5, 2, 3, 4, 7.3, 10])
@@ -32,8 +32,8 @@ def test_powers(n, closed_forms):
 def test_graded_references(references, case):
     reference = references[f"kappa_graded_{case}"]
     n, k = reference["inputs"]["n"], reference["inputs"]["k"]
-    found = float(abel.forward(lambda r: n * r ** (n - 1), 1.0, k=k))
-    assert found == pytest.approx(reference["expected"]["kappa"], rel=1e-12)
+    computed = float(abel.forward(lambda r: n * r ** (n - 1), 1.0, k=k))
+    assert computed == pytest.approx(reference["expected"]["kappa"], rel=1e-12)
 
 
 @pytest.mark.parametrize("k", [-0.9, -0.5, -0.2, 0.0, 0.3, 0.7, 0.8, 0.95])
@@ -114,8 +114,8 @@ def test_inverse_with_kinks(closed_forms):
     def g(x):
         return closed_forms.truncated_cone_g(x, 0.3, b).astype(float)
 
-    found = abel.inverse(g, r, breakpoints=[b])
-    assert np.max(np.abs(found - 0.3 * np.maximum(r - b, 0.0))) < 1e-13
+    result = abel.inverse(g, r, breakpoints=[b])
+    assert np.max(np.abs(result - 0.3 * np.maximum(r - b, 0.0))) < 1e-13
 
 
 def test_nothing_at_the_axis_and_even_on_the_line():
@@ -180,9 +180,9 @@ def test_pressure_leads_back_to_the_line_load():
 def test_gap_of_the_paraboloid(closed_forms):
     a, r = 1.0, 1 + np.geomspace(1e-6, 5.0, 20)
     exact = closed_forms.hertz_gap(r, a, 1.0)
-    found = abel.line_average(lambda x: (x - a) * (x + a), r, low=a, noise=1e-15)
+    computed = abel.line_average(lambda x: (x - a) * (x + a), r, low=a, noise=1e-15)
     # the distance x - a is rounded
-    assert np.all(np.abs(found / exact - 1) < 1e-13 + 3e-16 * r / (r - a))
+    assert np.all(np.abs(computed / exact - 1) < 1e-13 + 3e-16 * r / (r - a))
     assert abel.line_average(lambda x: x, 0.5, low=1.0) == 0.0
 
 
@@ -232,8 +232,8 @@ def test_the_centre_of_an_edge_average_is_that_of_powers(terms, k, decades, dead
     terms = [(c, p) for c, p in terms if p + k > 0.05 and abs(c) > 1e-3]
     if terms:
         parts = [c * a**k / (p + k) for c, p in terms]
-        found = float(abel.edge_average(lambda x: sum(c * (x / a) ** p for c, p in terms), 0.0, a, k=k))
-        assert abs(found - sum(parts)) <= 1e-9 * sum(map(abs, parts))
+        computed = float(abel.edge_average(lambda x: sum(c * (x / a) ** p for c, p in terms), 0.0, a, k=k))
+        assert abs(computed - sum(parts)) <= 1e-9 * sum(map(abs, parts))
     sharp = float(abel.edge_average(np.ones_like, 0.0, a, k=-abs(k)))
     assert sharp == math.inf
     b = 2.0 ** -math.ceil(1.0 + 8.0 * dead) * a
@@ -242,5 +242,5 @@ def test_the_centre_of_an_edge_average_is_that_of_powers(terms, k, decades, dead
         if k == 0.0
         else (a ** (1 + k) - b ** (1 + k)) / (1 + k) - b * (a**k - b**k) / k
     )
-    found = float(abel.edge_average(lambda x: np.maximum(x - b, 0.0), 0.0, a, k=k))
-    assert found == pytest.approx(exact, rel=1e-6)
+    computed = float(abel.edge_average(lambda x: np.maximum(x - b, 0.0), 0.0, a, k=k))
+    assert computed == pytest.approx(exact, rel=1e-6)

@@ -34,8 +34,8 @@ def drawn(accuracy):
     return accuracy.random_profiles
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found) / np.asarray(exact) - 1)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed) / np.asarray(exact) - 1)))
 
 
 def kappa(n):
@@ -61,17 +61,17 @@ def test_powers(quadrature, drawn, n, size):
     curve = drawn.TermCurve([drawn.Power(1.0, n)], size)
     x = size * np.array([LONG("1e-12"), LONG("3e-3"), LONG(1)])
     panel, offset = quadrature.place(curve, LONG(0), x)
-    found = quadrature.images(curve, panel, offset)
+    computed = quadrature.images(curve, panel, offset)
     n = LONG(n)
     g = kappa(n) * x**n
-    assert worst(found.g, g) < 1e-17
-    assert worst(found.slope, n * g / x) < 1e-17
-    assert worst(found.moment, n / (n + 1) * g * x) < 1e-17
+    assert worst(computed.g, g) < 1e-17
+    assert worst(computed.slope, n * g / x) < 1e-17
+    assert worst(computed.moment, n / (n + 1) * g * x) < 1e-17
     assert (
         worst(quadrature.squared(curve, panel, offset), g * g * x * 2 * n * n / ((n + 1) * (2 * n + 1)))
         < 1e-17
     )
-    for of, target in (("g", found.g), ("moment", found.moment)):
+    for of, target in (("g", computed.g), ("moment", computed.moment)):
         k, e = quadrature.invert(curve, target, of)
         assert worst(quadrature.radius(curve, k, e), x) < 1e-17
 
@@ -84,15 +84,15 @@ def test_a_truncated_cone_from_its_kink_on(quadrature, drawn, b):
     panel, offset = quadrature.place(curve, b, delta)
     x, root = b + delta, np.sqrt(delta * (2 * b + delta))
     angle = np.arctan2(root, b)
-    found = quadrature.images(curve, panel, offset)
-    assert worst(found.g, x * angle / 4) < 1e-17
-    assert worst(found.slope, (angle + b / root) / 4) < 1e-17
-    assert worst(found.moment, (x * x * angle + b * root) / 8) < 1e-17
-    k, e = quadrature.invert(curve, found.g)
+    computed = quadrature.images(curve, panel, offset)
+    assert worst(computed.g, x * angle / 4) < 1e-17
+    assert worst(computed.slope, (angle + b / root) / 4) < 1e-17
+    assert worst(computed.moment, (x * x * angle + b * root) / 8) < 1e-17
+    k, e = quadrature.invert(curve, computed.g)
     assert worst((curve.edges[k] - b) + e, delta) < 1e-17
     # close above the kink g(x)^2 b is all there is
     near = delta < 1e-15 * b
-    assert worst(quadrature.squared(curve, panel[near], offset[near]), found.g[near] ** 2 * b) < 1e-9
+    assert worst(quadrature.squared(curve, panel[near], offset[near]), computed.g[near] ** 2 * b) < 1e-9
 
 
 @pytest.mark.parametrize("b", SIZES)
@@ -107,11 +107,11 @@ def test_a_rounded_flat_from_its_edge_on(quadrature, drawn, b):
     small = angle < LONG("1e-3")
     series = angle**3 / 3 + 2 * angle**5 / 15 + 17 * angle**7 / 315 + 62 * angle**9 / 2835
     rest = np.where(small, series, root / b - angle)
-    found = quadrature.images(curve, panel, offset)
+    computed = quadrature.images(curve, panel, offset)
     loss = np.where(small, 1, 1 + root / b / rest)
-    assert worst(found.g, x * rest / 2) < 1e-17 * float(np.max(loss))
-    assert np.all(abs(found.g / (x * rest / 2) - 1) < LONG("1e-17") * loss)
-    k, e = quadrature.invert(curve, found.g)
+    assert worst(computed.g, x * rest / 2) < 1e-17 * float(np.max(loss))
+    assert np.all(abs(computed.g / (x * rest / 2) - 1) < LONG("1e-17") * loss)
+    k, e = quadrature.invert(curve, computed.g)
     assert worst((curve.edges[k] - b) + e, delta) < 1e-17
 
 
@@ -121,9 +121,9 @@ def test_a_hyperboloid_over_decades(quadrature, drawn, c):
     c = LONG(float(c))
     x = c * LONG(10) ** np.arange(-12, 12)
     panel, offset = quadrature.place(curve, LONG(0), x)
-    found = quadrature.images(curve, panel, offset)
-    assert worst(found.g, x * np.arctan2(x, c) / 2) < 1e-17
-    assert worst(found.slope, (np.arctan2(x, c) + x * c / (c * c + x * x)) / 2) < 1e-17
+    computed = quadrature.images(curve, panel, offset)
+    assert worst(computed.g, x * np.arctan2(x, c) / 2) < 1e-17
+    assert worst(computed.slope, (np.arctan2(x, c) + x * c / (c * c + x * x)) / 2) < 1e-17
 
 
 def test_pressure_and_gap(quadrature, drawn):
@@ -202,9 +202,9 @@ def test_profiles_are_what_users_write(drawn):
 
 @pytest.mark.parametrize(("seed", "count"), [(7, 25), pytest.param(7, 120, marks=pytest.mark.long)])
 def test_no_result_lies_further_off_than_it_claims(accuracy, seed, count):
-    found = accuracy.study(seed, count, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
-    assert not found.crashes, found.table()
-    assert not found.violations, found.table()
+    result = accuracy.study(seed, count, effort=accuracy.Effort(rows=4, energies=1, pressures=1))
+    assert not result.crashes, result.table()
+    assert not result.violations, result.table()
 
 
 @pytest.mark.long
@@ -212,10 +212,10 @@ def test_profiles_that_go_on_from_a_slope_as_a_broken_power(accuracy, monkeypatc
     """f' = c + (r - b)^p beside a breakpoint b, 0.2 < p < 3."""
     draw = accuracy.random_profiles.random_profile
     monkeypatch.setattr(accuracy.random_profiles, "random_profile", lambda rng: draw(rng, "corners"))
-    found = accuracy.study(seed=11, count=15, effort=accuracy.Effort(rows=6, energies=2, pressures=1))
-    assert not found.crashes, found.table()
-    assert not found.violations, found.table()
-    given = [v for o in found.outcomes for v in o.values if o.smooth and o.gives != "f"]
+    result = accuracy.study(seed=11, count=15, effort=accuracy.Effort(rows=6, energies=2, pressures=1))
+    assert not result.crashes, result.table()
+    assert not result.violations, result.table()
+    given = [v for o in result.outcomes for v in o.values if o.smooth and o.gives != "f"]
     assert max(v.claimed for v in given if v.quantity in ("contact_radius", "normal_stiffness")) < 1e-9
     # what is lost beside b is not felt beyond
     assert np.median([v.miss for v in given if v.quantity == "elastic_energy"]) < 1e-13

@@ -102,8 +102,8 @@ def test_references_of_a_paraboloid(references):
         (dead, ("a_forcecontrol", "F_pulloff", "d_at_pulloff")),
         (by_depth, ("a_dispcontrol", "F_at_snapoff", "d_snapoff")),
     ):
-        found = (pull_off.contact_radius, pull_off.normal_force, pull_off.indentation)
-        assert found == pytest.approx([expected[name] for name in names], rel=1e-12)
+        computed = (pull_off.contact_radius, pull_off.normal_force, pull_off.indentation)
+        assert computed == pytest.approx([expected[name] for name in names], rel=1e-12)
     # 2e-13 above and below the two folds
     for channel, fold in (("normal_force", "F_pulloff"), ("indentation", "d_snapoff")):
         near = [expected[fold] * (1 - 1e-13), expected[fold] * (1 + 1e-13)]
@@ -482,16 +482,16 @@ def test_the_regime_follows_the_numbers_of_tabor_and_maugis():
         return mdr.adhesion_regime(contact(profile, mdr.MaugisDugdale(1.0, range=distance)))
 
     for number, name, law in ((20.0, "JKR", mdr.JKR), (0.03, "DMT", mdr.DMT)):
-        found = regime(1.0 / (MAUGIS * number))
-        assert found.maugis == pytest.approx(number, rel=1e-13)
-        assert found.maugis == pytest.approx(2 * (9 / (16 * math.pi)) ** (1 / 3) * found.tabor, rel=1e-13)
-        assert found.regime == name
-        assert type(found.recommended) is law
-        assert found.pull_off_force["JKR"] == pytest.approx(-1.5 * math.pi, rel=1e-12)
-        assert found.pull_off_force["DMT"] == pytest.approx(-2.0 * math.pi, rel=1e-12)
-        between = found.pull_off_force["MaugisDugdale"]
+        result = regime(1.0 / (MAUGIS * number))
+        assert result.maugis == pytest.approx(number, rel=1e-13)
+        assert result.maugis == pytest.approx(2 * (9 / (16 * math.pi)) ** (1 / 3) * result.tabor, rel=1e-13)
+        assert result.regime == name
+        assert type(result.recommended) is law
+        assert result.pull_off_force["JKR"] == pytest.approx(-1.5 * math.pi, rel=1e-12)
+        assert result.pull_off_force["DMT"] == pytest.approx(-2.0 * math.pi, rel=1e-12)
+        between = result.pull_off_force["MaugisDugdale"]
         assert -2.0 * math.pi < between < -1.5 * math.pi
-        assert found.error["JKR"] == pytest.approx(-1.5 * math.pi / between - 1.0, rel=1e-12)
+        assert result.error["JKR"] == pytest.approx(-1.5 * math.pi / between - 1.0, rel=1e-12)
     sharp = regime(0.01, mdr.Cone(slope=0.5))
     assert math.isnan(sharp.tabor)
     assert math.isnan(sharp.maugis)
@@ -988,10 +988,10 @@ def test_the_largest_pull_of_a_retraction_is_that_of_a_table(height, wave, work,
     grown = 1 + np.flatnonzero(np.concatenate([[True], level[2:] >= most[:-1]]) & (level[1:] >= 0.0))
     start = int(grown[grown >= unloaded][0])
     passed = falling(level, start)
-    found = mdr.pull_off(contact(wavy(height, wave), mdr.JKR(work)), machine_stiffness=stiffness)
+    result = mdr.pull_off(contact(wavy(height, wave), mdr.JKR(work)), machine_stiffness=stiffness)
     # a row of the table is 2.5e-5 wide
-    assert found.largest_pull == pytest.approx(table.force[passed].min(), abs=1e-4 * work)
-    assert found.normal_force == pytest.approx(table.force[passed[-1]], abs=2e-2 * work)
+    assert result.largest_pull == pytest.approx(table.force[passed].min(), abs=1e-4 * work)
+    assert result.normal_force == pytest.approx(table.force[passed[-1]], abs=2e-2 * work)
 
 
 @settings(max_examples=examples(30), deadline=None)
@@ -1004,10 +1004,10 @@ def test_the_largest_pull_of_a_retraction_is_that_of_a_table(height, wave, work,
 def test_a_tip_pulls_most_where_a_dead_load_would_lose_it(exponent, height, work, stiffness):
     tip = contact(mdr.PowerLaw(exponent, height, 1.0), mdr.JKR(work))
     dead = float(power_law_pull_off(exponent, height, 1.0, work, 0.0).normal_force)
-    found = mdr.pull_off(tip, machine_stiffness=stiffness)
-    assert found.largest_pull == pytest.approx(dead, rel=1e-10)
+    result = mdr.pull_off(tip, machine_stiffness=stiffness)
+    assert result.largest_pull == pytest.approx(dead, rel=1e-10)
     least_force = float(power_law_pull_off(exponent, height, 1.0, work, stiffness).normal_force)
-    assert found.normal_force == pytest.approx(least_force, rel=1e-9)
+    assert result.normal_force == pytest.approx(least_force, rel=1e-9)
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -1210,14 +1210,14 @@ def test_a_soft_machine_pulls_a_sampled_tip_by_maugis():
     """The bracket of a zone once swung to and fro."""
     r = np.linspace(0.0, 30e-9, 20)
     tip = mdr.Sampled(r, r * r / 60e-9, interpolation=mdr.ShapePreserving())
-    found = [
+    results = [
         mdr.pull_off(
             mdr.Contact(tip, mdr.Elastic("2 GPa", 0.3), adhesion=mdr.MaugisDugdale(0.05, range="0.5 nm")),
             machine_stiffness=k,
         ).normal_force
         for k in (0.0, 2.0, math.inf)
     ]
-    assert found[0] <= found[1] <= found[2] < 0.0
+    assert results[0] <= results[1] <= results[2] < 0.0
 
 
 @pytest.mark.parametrize("law", [None, mdr.JKR("5 mJ/m^2"), mdr.DMT("5 mJ/m^2", range="1 nm")])
@@ -1274,12 +1274,12 @@ def test_short_intervals_without_a_disk_are_seen_between_the_radii_that_are_read
 ):
     """And short ones in which it is one."""
     size, sign = 10.0**decades, 1.0 if without else -1.0
-    found = _negative(
+    computed = _negative(
         lambda a: sign * ((a / size - middle) ** 2 - half**2), 0.0, size, SimpleNamespace(decreasing=())
     )
     ends = [middle - half, middle + half]
     expected = [ends] if without else [[0.0, ends[0]], [ends[1], 1.0]]
-    assert np.array(found) / size == pytest.approx(np.array(expected), abs=1e-9)
+    assert np.array(computed) / size == pytest.approx(np.array(expected), abs=1e-9)
 
 
 @pytest.mark.parametrize("n", first_of([2.0, 1.0]))

@@ -230,14 +230,16 @@ def sliding_claims(body, counterbody, friction=0.3):
 
 def straight(longitudinal_shear):
     """A body whose compliances along and across a wave of shear differ by a factor."""
-    found = surface_compliances(mdr.TransverselyIsotropic(**{**STIFFNESSES, "c13": 0.5}))
+    result = surface_compliances(mdr.TransverselyIsotropic(**{**STIFFNESSES, "c13": 0.5}))
     # c66 enters E_L too: solve 2 sqrt(c44 c66) = factor E_L for c66 by bisection
     low, high = 1e-3, 2.9
     for _ in range(200):
         c66 = (low + high) / 2
         body = mdr.TransverselyIsotropic(**{**STIFFNESSES, "c13": 0.5, "c66": c66})
-        found = surface_compliances(body)
-        low, high = (c66, high) if found.longitudinal < found.transverse * longitudinal_shear else (low, c66)
+        result = surface_compliances(body)
+        low, high = (
+            (c66, high) if result.longitudinal < result.transverse * longitudinal_shear else (low, c66)
+        )
     return body
 
 
@@ -276,7 +278,7 @@ def test_sliding_is_that_of_an_isotropic_body_of_the_same_tangential_compliances
         >> mdr.ramp(indentation="2 um", shift="0.3 um", steps=3)
         >> mdr.shift("0 um")
     )
-    found = [
+    results = [
         mdr.verify(
             mdr.Contact(mdr.Paraboloid("10 mm"), body, body, friction=mdr.Coulomb(friction)),
             path,
@@ -285,11 +287,11 @@ def test_sliding_is_that_of_an_isotropic_body_of_the_same_tangential_compliances
         ).data
         for body, friction in ((ZINC, 0.3), (like, mu))
     ]
-    for name in found[0].data_vars:
+    for name in results[0].data_vars:
         if "tangential" in name:
-            size = np.nanmax(np.abs(found[1][name].values))
+            size = np.nanmax(np.abs(results[1][name].values))
             np.testing.assert_allclose(
-                found[0][name].values, found[1][name].values, atol=1e-7 * size, err_msg=name
+                results[0][name].values, results[1][name].values, atol=1e-7 * size, err_msg=name
             )
 
 
@@ -298,9 +300,9 @@ def test_the_cells_of_isotropic_bodies_in_the_other_words():
     other = mdr.TransverselyIsotropic(
         young_plane=STEEL.young, young_axis=STEEL.young, poisson_plane=nu, poisson_axis=nu, shear_axis=shear
     )
-    found, expected = (make_surface(1.0, 8, body, mdr.Rigid()) for body in (other, STEEL))
+    results, expected = (make_surface(1.0, 8, body, mdr.Rigid()) for body in (other, STEEL))
     for name in ("normal", "tangential"):
-        one, two = getattr(found, name), getattr(expected, name)
+        one, two = getattr(results, name), getattr(expected, name)
         np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-14 * np.abs(two).max())
     with pytest.raises(mdr.ProblemError, match=r"graded \(exponent 0\.5\)"):
         make_surface(1.0, 8, SOIL, mdr.Rigid())

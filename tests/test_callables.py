@@ -323,8 +323,8 @@ def test_the_law_of_the_tip_continues_what_cancels(name, R, c, octaves):
             coefficients, error = slope_panel(given_, low, 1.19 * low)
             x = np.linspace(low, 1.19 * low, 50)
             exact = slope(x.astype(LONG), LONG(R), LONG(c))
-            found = np.polynomial.chebyshev.chebval(2 * (x - low) / (1.19 * low - low) - 1, coefficients)
-            assert np.max(np.abs(found - exact)) < error
+            computed = np.polynomial.chebyshev.chebval(2 * (x - low) / (1.19 * low - low) - 1, coefficients)
+            assert np.max(np.abs(computed - exact)) < error
             assert error < 5e-9 * np.max(np.abs(exact))
 
 
@@ -364,12 +364,12 @@ def test_powers_go_on_where_they_underflow(power, log_size, log_height, decades,
     c = height * size / size**power
     slope = None if alone else lambda r: c * power * r ** (power - 1)
     contact = mdr.Contact(mdr.Function(lambda r: c * r**power, derivative=slope), mdr.Elastic(1.0, 0.0))
-    found = mdr.solve(contact, mdr.Path(indentation=depth))
-    assert found["contact_radius"].values == pytest.approx(radius, rel=1e-11)
+    result = mdr.solve(contact, mdr.Path(indentation=depth))
+    assert result["contact_radius"].values == pytest.approx(radius, rel=1e-11)
     force = 2 * radius * depth * power / (power + 1)
-    off = np.abs(found["normal_force"].values / force - 1.0)
-    assert np.all(off <= 10.0 * found.claims["normal_force"].error + 1e-13)
-    assert found.claims["normal_force"].level is mdr.Level.EXACT
+    off = np.abs(result["normal_force"].values / force - 1.0)
+    assert np.all(off <= 10.0 * result.claims["normal_force"].error + 1e-13)
+    assert result.claims["normal_force"].level is mdr.Level.EXACT
 
 
 def test_a_tip_of_noise_is_refused():
@@ -384,8 +384,8 @@ def test_a_tip_of_noise_is_refused():
 
 def test_the_slope_of_single_precision_says_so():
     coefficients, error = slope_panel(lambda r: (r * r / 2).astype(np.float32).astype(float), 1.0, 1.19)
-    found = np.polynomial.chebyshev.chebval(np.linspace(-1, 1, 50), coefficients)
-    actual = np.max(np.abs(found - np.linspace(1.0, 1.19, 50)))
+    computed = np.polynomial.chebyshev.chebval(np.linspace(-1, 1, 50), coefficients)
+    actual = np.max(np.abs(computed - np.linspace(1.0, 1.19, 50)))
     assert actual < error < 1e-5
     assert error > 1e-8
     with pytest.raises(mdr.ProblemError, match="not defined at r = 1"):
@@ -484,10 +484,10 @@ def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
     def curve(r):
         return c * gap(r, R, n) + np.maximum(r[:, None] - marks, 0.0) @ jumps
 
-    found = find_kinks(curve, low, high, of="value")
-    assert len(found) == marks.size
+    result = find_kinks(curve, low, high, of="value")
+    assert len(result) == marks.size
     noise = np.max(rounding(curve, [low, high]))
-    assert np.all(np.abs(found - marks) <= 20 * noise / np.abs(jumps) + 4e-16 * marks)
+    assert np.all(np.abs(result - marks) <= 20 * noise / np.abs(jumps) + 4e-16 * marks)
 
 
 @pytest.mark.parametrize("order", [0.3, 0.5, 1.5, 1, 2, 2.2, 3])
@@ -495,9 +495,9 @@ def test_kinks_of_f_alone_are_located(name, R, c, count, jump, seed):
 @pytest.mark.parametrize("R", [1e-9, 1.0, 3e5])
 def test_weak_singularities_are_located(order, sign, R):
     b = 0.31415926 * R
-    found = find_kinks(lambda r: np.maximum(sign * (r - b) / R, 0.0) ** order + r / R, 0.28 * R, 0.34 * R)
-    assert len(found) == 1
-    assert abs(found[0] / b - 1) < (1e-12 if order < 2 else 2e-6)
+    result = find_kinks(lambda r: np.maximum(sign * (r - b) / R, 0.0) ** order + r / R, 0.28 * R, 0.34 * R)
+    assert len(result) == 1
+    assert abs(result[0] / b - 1) < (1e-12 if order < 2 else 2e-6)
 
 
 @given(SCALES, st.floats(-3.0, 3.0), st.floats(-11.0, -2.0), st.sampled_from(["slope", "value"]))
@@ -514,8 +514,8 @@ def test_a_kink_close_beyond_the_beginning_stays_where_it_is(b, steeper, distanc
         beyond = r[:, None] - marks
         return (beyond > 0.0) @ slopes if of == "slope" else np.maximum(beyond, 0.0) @ slopes
 
-    found = find_kinks(curve, 0.9 * b, 1.2 * b, of=of)
-    np.testing.assert_allclose(found, marks, rtol=0.0 if of == "slope" else 1e-12)
+    result = find_kinks(curve, 0.9 * b, 1.2 * b, of=of)
+    np.testing.assert_allclose(result, marks, rtol=0.0 if of == "slope" else 1e-12)
 
 
 def test_kinks_close_together_are_resolved():
@@ -525,10 +525,10 @@ def test_kinks_close_together_are_resolved():
         assert find_kinks(lambda r, m=marks: (r > m[0]) + 2.0 * (r > m[1]) + r, 0.28, 0.34) == marks
     for distance in (1e-3, 1e-6):
         marks = np.array([b, b * (1 + distance)])
-        found = find_kinks(
+        result = find_kinks(
             lambda r, m=marks: np.maximum(r[:, None] - m, 0.0).sum(1) + r, 0.28, 0.34, of="value"
         )
-        np.testing.assert_allclose(found, marks, rtol=1e-10)
+        np.testing.assert_allclose(result, marks, rtol=1e-10)
     many = np.sort(np.random.default_rng(1).uniform(0.28, 0.34, 32))
     assert find_kinks(lambda r: (r[:, None] > many).sum(1) + r, 0.28, 0.34) == many.tolist()
 

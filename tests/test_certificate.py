@@ -113,11 +113,11 @@ def test_disks_are_disks_and_others_are_not(kind, seed):
     line = ElasticLine(equivalent_profile(profile), 1.0)
     curve = TermCurve(terms, 4.0 * L)
     deepest = float(np.max(line.equivalent.g(np.linspace(0.05, 1.0, 9) * L)))
-    found = disk_depths(line.equivalent, deepest)
-    ends = [x for pair in found.strict for x in pair if 0 < x < 0.99 * deepest]
+    result = disk_depths(line.equivalent, deepest)
+    ends = [x for pair in result.strict for x in pair if 0 < x < 0.99 * deepest]
     depths = [*(deepest * rng.uniform(0.05, 1.0, 4)), *(x * s for x in ends for s in (0.999, 1.001))]
     for d in depths:
-        certified = any(low <= d <= high for low, high in found.strict)
+        certified = any(low <= d <= high for low, high in result.strict)
         p, h = extremes(line, curve, d)
         if certified:
             assert p >= -1e-8
@@ -184,8 +184,8 @@ def test_against_boundary_elements_on_rings(A):
     profile = mdr.Function(
         lambda r: r * r / 2 + 2 * h * np.sin(k * r / 2) ** 2, derivative=lambda r: r + h * k * np.sin(k * r)
     )
-    found = disk_depths(equivalent_profile(profile), 0.5)
-    left = holes(found.strict, 0.5)
+    result = disk_depths(equivalent_profile(profile), 0.5)
+    left = holes(result.strict, 0.5)
     assert left
     low, high = left[0]
     for d, is_disk in ((0.8 * low, True), (0.5 * (low + high), False), (min(1.05 * high, 0.5), True)):
@@ -236,16 +236,16 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
     bare = mdr.Contact(tip, similar, similar)
     v = share * d
     # E*/G* is 1 at Poisson's ratio 0
-    found = mdr.solve(joint, mdr.indent(d) >> mdr.shift(mu * v))
+    result = mdr.solve(joint, mdr.indent(d) >> mdr.shift(mu * v))
     depths = np.array([d - v, d])
     alone = mdr.solve(bare, mdr.Path(indentation=depths))
     force = alone["normal_force"].values
-    claim, known = found.claims["tangential_force"], alone.claims["normal_force"]
+    claim, known = result.claims["tangential_force"], alone.claims["normal_force"]
     # where slip ends at the kink, the table of the line is as accurate as the claim says
     at_kink = abs(float(alone["contact_radius"][0]) - radius) < 1e-6 * radius
     expected = pytest.approx(mu * (force[1] - force[0]), rel=float(claim.error[-1]) if at_kink else 1e-11)
-    assert float(found["tangential_force"][-1]) == expected
-    assert float(found["normal_force"][-1]) == pytest.approx(force[1], rel=1e-12)
+    assert float(result["tangential_force"][-1]) == expected
+    assert float(result["normal_force"][-1]) == pytest.approx(force[1], rel=1e-12)
     assert claim.level is mdr.Level.APPROXIMATE
     assert "next to the concave kink" in claim.reason
     assert float(claim.error[0]) >= float(known.error[-1]) > 0.0
@@ -264,9 +264,9 @@ def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, 
 def test_friction_whose_slip_ends_at_a_kink_has_all_digits_of_the_frictionless_force():
     tip, similar = dented(0.00390625 * 0.5, 0.5), mdr.Elastic(1.0, 0.0)
     joint = mdr.Contact(tip, similar, similar, friction=mdr.Coulomb(0.4))
-    found = mdr.solve(joint, mdr.indent(0.5) >> mdr.shift(0.4 * 0.25))["tangential_force"].values[-1]
+    computed = mdr.solve(joint, mdr.indent(0.5) >> mdr.shift(0.4 * 0.25))["tangential_force"].values[-1]
     force = mdr.solve(replace(joint, friction=None), mdr.Path(indentation=[0.25, 0.5]))["normal_force"].values
-    assert found == pytest.approx(0.4 * (force[1] - force[0]), rel=1e-11)
+    assert computed == pytest.approx(0.4 * (force[1] - force[0]), rel=1e-11)
 
 
 def test_friction_refuses_a_wide_ring_next_to_a_kink():
@@ -345,11 +345,11 @@ def test_adhesive_disks_between_the_steps():
 def test_an_assessment_has_the_claims_of_the_solution():
     contact = mdr.Contact(bump(-3e-8), mdr.Elastic("210 GPa", 0.3))
     path = mdr.indent("4 um", steps=8)
-    found, result = mdr.assess(contact, path), mdr.solve(contact, path)
-    assert found.claims.keys() == result.claims.keys()
+    study, result = mdr.assess(contact, path), mdr.solve(contact, path)
+    assert study.claims.keys() == result.claims.keys()
     for name, claim in result.claims.items():
-        assert (found.claims[name].level, found.claims[name].reason) == (claim.level, claim.reason)
-        assert found.claims[name].where.tolist() == claim.where.tolist()
+        assert (study.claims[name].level, study.claims[name].reason) == (claim.level, claim.reason)
+        assert study.claims[name].where.tolist() == claim.where.tolist()
 
 
 @settings(max_examples=examples(6), deadline=None)

@@ -512,9 +512,9 @@ def test_json_has_one_shape(case, hollow, rough, tmp_path, shell):
         (("plot", out), 0, "REFUSED"),
         (("plot", broken), 1, "FAILED"),
     ):
-        found, text, _ = shell(*arguments, "--json")
+        result, text, _ = shell(*arguments, "--json")
         data = json.loads(text)
-        assert (found, data["status"], set(data)) == (status, ended, KEYS), arguments
+        assert (result, data["status"], set(data)) == (status, ended, KEYS), arguments
         assert data["command"] == arguments[0]
         assert (data["error"] is not None) == (ended == "FAILED")
         if ended == "FAILED":
@@ -604,10 +604,10 @@ def test_rolling_from_the_shell(tmp_path, shell):
     assert (tmp_path / "out" / "rolling.csv").read_text().startswith("creepage,creep_force [N]")
     status, out, _ = shell(*arguments, "--law", "calibrated", "--direction", "lateral", "--json")
     data = json.loads(out)
-    found = mdr.rolling(
+    result = mdr.rolling(
         read_case(case).contact, [1e-4, 1e-3], normal_force=100.0, law="calibrated", direction="lateral"
     )
-    force = {"values": found["creep_force"].values.tolist(), "unit": "N"}
+    force = {"values": result["creep_force"].values.tolist(), "unit": "N"}
     assert data["study"]["creep_force"] == force
     assert data["rows"] == 2
     assert data["claims"]["slip"]["level"] == "NOT_VALID"
@@ -657,8 +657,8 @@ def test_sliding_from_the_shell(tmp_path, shell):
     status, out, _ = shell(*arguments, *load, "--json")
     data = json.loads(out)
     speeds = np.geomspace(1e-6, 1.0, 7)
-    found = mdr.sliding_friction(read_case(case).contact, speeds, normal_force="10 mN")
-    assert data["study"]["friction_coefficient"]["values"] == found["friction_coefficient"].values.tolist()
+    result = mdr.sliding_friction(read_case(case).contact, speeds, normal_force="10 mN")
+    assert data["study"]["friction_coefficient"]["values"] == result["friction_coefficient"].values.tolist()
     assert data["study"]["speed"] == {"values": speeds.tolist(), "unit": "m/s"}
     assert data["claims"]["slow_limit"]["steps_valid"] < 7
     assert data["claims"]["friction_coefficient"]["error"] == 1.0
@@ -688,15 +688,15 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
     data = json.loads(out)
     steel, glass = mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.22)
     surface = mdr.RoughSurface(0.8, "0.5 um", "1 mm", "50 um", seed=3)
-    found = mdr.press_rough(surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4)
-    assert data["study"]["normal_stiffness"]["values"] == found["normal_stiffness"].values.tolist()
+    result = mdr.press_rough(surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4)
+    assert data["study"]["normal_stiffness"]["values"] == result["normal_stiffness"].values.tolist()
     assert data["claims"]["contact_area"]["level"] == "NOT_VALID"
     assert {one["name"] for one in data["assumptions"]} == {"small slope", "measured bandwidth"}
     status, out, _ = shell("rough", rough, *loads, "--coefficient", "4.6", "--json")
-    found = mdr.press_rough(
+    result = mdr.press_rough(
         surface, steel, glass, normal_force=[0.1, 1.0, 10.0], realisations=4, coefficient=4.6
     )
-    assert json.loads(out)["study"]["indentation"]["values"] == found["indentation"].values.tolist()
+    assert json.loads(out)["study"]["indentation"]["values"] == result["indentation"].values.tolist()
     assert "above 0" in shell("rough", rough, *loads, "--coefficient", "0")[2]
     text = rough.read_text()
     rough.write_text(text + '\n[ball]\nradius = "10 mm"\n')
@@ -771,12 +771,12 @@ def test_surfaces_are_pressed_from_the_shell(tmp_path, shell):
     kept = mdr.open_pressed_surface(tmp_path / "out" / "press.nc")
     assert len(list((tmp_path / "kept").glob("parts-*.nc"))) == 3
     data = json.loads(shell("press", case, *loads, "--json")[1])
-    found = mdr.press(
+    result = mdr.press(
         mdr.Topography(heights * 1e-6, "1 mm"),
         mdr.Elastic("1 MPa", 0.5),
         indentation=np.geomspace(1e-6, 1e-5, 3),
     )
-    assert data["study"]["normal_force"]["values"] == pytest.approx(found["normal_force"].values, rel=1e-9)
+    assert data["study"]["normal_force"]["values"] == pytest.approx(result["normal_force"].values, rel=1e-9)
     assert kept.data["normal_force"].values.tolist() == data["study"]["normal_force"]["values"]
     rough = """
 [surface]
@@ -836,8 +836,8 @@ def test_what_the_method_refuses_is_no_failure(case, hollow, tmp_path, shell):
     ],
 )
 def test_how_a_sweep_ends(case, values, status, ended, words, shell):
-    found, out, err = shell("sweep", case, "--over", f"body.young = {values}", "--json")
-    assert (found, json.loads(out)["status"]) == (status, ended)
+    result, out, err = shell("sweep", case, "--over", f"body.young = {values}", "--json")
+    assert (result, json.loads(out)["status"]) == (status, ended)
     assert words in err
 
 
@@ -955,11 +955,11 @@ def test_impacts_at_several_speeds(tmp_path, shell, speeds):
     )
     status, out, _ = shell("impact", case, "--mass", "1 mg", *speeds, "-o", tmp_path / "out", "--json")
     assert status == 0
-    found = json.loads(out)
+    result = json.loads(out)
     restitution = mdr.restitution(read_contact(case)[1], mass="1 mg", speeds=[0.05, 0.1, 0.5])
-    assert found["rows"] == 3
-    assert found["study"]["restitution"]["values"] == restitution["restitution"].values.tolist()
-    assert [Path(file).name for file in found["written"]] == ["impact.csv", "impact.png"]
+    assert result["rows"] == 3
+    assert result["study"]["restitution"]["values"] == restitution["restitution"].values.tolist()
+    assert [Path(file).name for file in result["written"]] == ["impact.csv", "impact.png"]
     for extra, words in (
         (("--angle", "40 deg"), "--angle applies to oblique impacts"),
         (("--points", "4"), "give two values above 0"),

@@ -238,16 +238,16 @@ def test_noise_of_a_hundredth_leaves_the_stiffness_within_a_few():
 
 @pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2])
 def test_claimed_errors_are_the_actual_errors(noise):
-    found = []
+    results = []
     for seed in range(10):
         curve = curve_of_ball(400, noise, seed)
         depth = np.array([0.25, 0.5, 0.9]) * DEEPEST
         rows = mdr.solve(mdr.Contact(curve, STEEL, STEEL), mdr.Path(indentation=depth))
         claim = rows.claims["normal_force"]
         assert claim.level is mdr.Level.APPROXIMATE
-        found.append(np.abs(rows["normal_force"].values / hertz(depth) - 1.0) / claim.error)
-    assert np.median(found) < 1.0
-    assert np.max(found) < 3.0
+        results.append(np.abs(rows["normal_force"].values / hertz(depth) - 1.0) / claim.error)
+    assert np.median(results) < 1.0
+    assert np.max(results) < 3.0
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -264,21 +264,21 @@ def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, 
     load = np.maximum(d - 0.05, 0.0) ** power + noise * rng.standard_normal(d.size)
     try:
         curve = mdr.ForceCurve(d, load, modulus=1.0)
-        found = closure_of(curve)
+        result = closure_of(curve)
     except mdr.ProblemError as refusal:
         assert "ForceCurve" in str(refusal)  # noqa: PT017
         return
-    assert np.all(np.diff(found.stiffness.stiffness) >= 0.0)
-    assert found.misfit <= max(0.05 * load.max(), 2.0 * found.noise) * (1.0 + 1e-9)
+    assert np.all(np.diff(result.stiffness.stiffness) >= 0.0)
+    assert result.misfit <= max(0.05 * load.max(), 2.0 * result.noise) * (1.0 + 1e-9)
     body = mdr.Elastic(2.0, 0.0)
-    most = found.largest_force * (1.0 - 1e-9)
+    most = result.largest_force * (1.0 - 1e-9)
     rows = mdr.solve(mdr.Contact(curve, body, body), mdr.load(most, steps=3))
     claim = rows.claims["indentation"]
     if claim.readable:
         known = claim.where
         loads = most * np.arange(1, 4) / 3
         depths = rows["indentation"].values
-        assert np.allclose(found.stiffness.at(depths[known])[1], loads[known], rtol=1e-10)
+        assert np.allclose(result.stiffness.at(depths[known])[1], loads[known], rtol=1e-10)
         assert np.isnan(depths[~known]).all()
     else:
         assert claim.level is mdr.Level.NOT_VALID
@@ -293,12 +293,12 @@ def test_claimed_errors_of_the_slip_work_are_the_actual_errors(noise):
         mdr.solve(mdr.Contact(profile, PLAIN, PLAIN, friction=mdr.Coulomb(0.3)), path)
         for profile in (BALL, *(curve_of_ball(400, noise, seed) for seed in range(6)))
     )
-    rows, found = [80, 160], []
+    rows, results = [80, 160], []
     for other in others:
         dissipated, own = (result["dissipated_energy"].values[rows] for result in (other, true))
-        found.append(np.abs(dissipated / own - 1.0) / other.claims["dissipated_energy"].error[rows])
-    assert np.median(found) < 1.0
-    assert np.max(found) < 3.0
+        results.append(np.abs(dissipated / own - 1.0) / other.claims["dissipated_energy"].error[rows])
+    assert np.median(results) < 1.0
+    assert np.max(results) < 3.0
 
 
 @settings(max_examples=examples(60), deadline=None)
@@ -318,11 +318,11 @@ def test_errors_hold_where_a_stiffness_bends_within_a_few_points(n, width, middl
 
     d = np.arange(1, n + 1) / n
     scatter = noise * press(1.0) * np.random.default_rng(seed).standard_normal(n)
-    found = closure_of(mdr.ForceCurve(d, press(d) + scatter, modulus=1.0))
+    computed = closure_of(mdr.ForceCurve(d, press(d) + scatter, modulus=1.0))
     t = np.linspace(max(0.02, d[0]), 1.0, 300)
-    own = found.stiffness.at(t)
+    own = computed.stiffness.at(t)
     truth = (0.3 + 1.0 / (1.0 + np.exp((middle - t) / width)), press(t))
-    for value, exact, error in zip(own, truth, found.error(t), strict=False):
+    for value, exact, error in zip(own, truth, computed.error(t), strict=False):
         assert np.all((np.abs(value - exact) <= 10.0 * error * value + 1e-10 * value) | (error > 0.99))
 
 
@@ -339,9 +339,9 @@ def test_the_contact_point_is_located_if_the_data_begin_before_it():
     for touch in (0.0, 0.13):
         load = np.maximum(d - touch, 0.0) ** 1.5 + 2e-3 * rng.standard_normal(d.size)
         curve = mdr.ForceCurve(d, load, modulus=1.0)
-        found = closure_of(curve)
-        assert found.contact_point == pytest.approx(touch, abs=0.02)
-        assert any("estimated contact point" in note for note in found.notes)
+        result = closure_of(curve)
+        assert result.contact_point == pytest.approx(touch, abs=0.02)
+        assert any("estimated contact point" in note for note in result.notes)
         assert force(curve, [0.5]) == pytest.approx(0.5**1.5, rel=0.04)
         given = closure_of(dataclasses.replace(curve, contact_point=touch))
         assert given.contact_point == touch
@@ -350,15 +350,15 @@ def test_the_contact_point_is_located_if_the_data_begin_before_it():
 
 def test_points_without_noise_determine_their_contact_point():
     d = np.linspace(-0.5, 1.0, 302)
-    found = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.1, 0.0) ** 2, modulus=1.0))
-    assert found.contact_point == pytest.approx(0.1, abs=1e-6)
+    result = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.1, 0.0) ** 2, modulus=1.0))
+    assert result.contact_point == pytest.approx(0.1, abs=1e-6)
 
 
 def test_depths_that_begin_at_nothing_are_counted_from_there():
     d = np.linspace(0.0, 1.0, 101)
-    found = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.3, 0.0) ** 2, modulus=1.0))
-    assert found.contact_point == 0.0
-    assert np.allclose(found.stiffness.at(np.array([0.2, 0.8]))[1], [0.0, 0.25], rtol=1e-13, atol=1e-15)
+    result = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.3, 0.0) ** 2, modulus=1.0))
+    assert result.contact_point == 0.0
+    assert np.allclose(result.stiffness.at(np.array([0.2, 0.8]))[1], [0.0, 0.25], rtol=1e-13, atol=1e-15)
 
 
 def test_a_decreasing_stiffness_is_reported_with_its_place():
@@ -401,24 +401,24 @@ def test_friction_is_that_of_the_shape_and_converges_to_it():
 @pytest.mark.parametrize("stiffness", [1e6, 1e7])
 def test_the_depth_to_which_a_machine_travels_errs_as_the_curve_does(stiffness):
     curve = curve_of_ball(40, noise=0.01)
-    found, true = (
+    results, true = (
         mdr.solve(
             mdr.Contact(profile, STEEL, STEEL), mdr.travel("1.5 um", steps=5), machine_stiffness=stiffness
         )
         for profile in (curve, BALL)
     )
-    claim = found.claims["indentation"]
+    claim = results.claims["indentation"]
     assert claim.level is mdr.Level.APPROXIMATE
-    off = np.abs(found["indentation"].values / true["indentation"].values - 1.0)[claim.where]
+    off = np.abs(results["indentation"].values / true["indentation"].values - 1.0)[claim.where]
     assert off.size >= 3
     assert np.all(off < 10.0 * claim.error[claim.where])
 
 
 def test_a_noisy_curve_does_not_determine_a_machine_that_hardly_presses():
     soft = mdr.Contact(curve_of_ball(40, noise=0.01), STEEL, STEEL)
-    found = mdr.solve(soft, mdr.travel("1.5 um", steps=5), machine_stiffness=1e5)
+    result = mdr.solve(soft, mdr.travel("1.5 um", steps=5), machine_stiffness=1e5)
     with pytest.raises(mdr.NotValidError, match="press deeper"):
-        found["indentation"]
+        result["indentation"]
 
 
 def test_forces_follow_the_modulus_of_the_bodies():
@@ -923,9 +923,9 @@ def test_noisy_points_that_show_no_contact_yet():
 def test_points_off_every_rising_stiffness_err_by_no_less(n, power, height, wave, phase, decades):
     d = np.linspace(0.0, 1.0, n + 1)[1:]
     load = np.maximum.accumulate(d**power * (1.0 + height * np.sin(wave * d + phase)))
-    found = closure_of(mdr.ForceCurve(d * 10.0**decades, load, modulus=1.0))
-    own = found.stiffness.at(d * 10.0**decades)[1]
-    assert np.all(np.abs(own / load - 1.0) <= found.error(d * 10.0**decades)[1] * (1.0 + 1e-6) + 1e-12)
+    result = closure_of(mdr.ForceCurve(d * 10.0**decades, load, modulus=1.0))
+    own = result.stiffness.at(d * 10.0**decades)[1]
+    assert np.all(np.abs(own / load - 1.0) <= result.error(d * 10.0**decades)[1] * (1.0 + 1e-6) + 1e-12)
 
 
 def test_the_band_and_the_error_of_a_result_are_in_its_curve():

@@ -72,11 +72,11 @@ def test_rough_lines_and_their_calibration_give_the_same_numbers(client):
     ]
     assert np.array_equal(lines[0]["normal_stiffness"], lines[1]["normal_stiffness"])
     pytest.importorskip("ContactMechanics")
-    found = [
+    results = [
         mdr.calibrate_coefficient(SURFACE, realisations=2, workers=workers).coefficient
         for workers in (1, client)
     ]
-    assert found[0] == pytest.approx(found[1], rel=1e-12)
+    assert results[0] == pytest.approx(results[1], rel=1e-12)
 
 
 def test_a_killed_worker_loses_nothing(client, tmp_path):

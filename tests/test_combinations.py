@@ -174,10 +174,10 @@ def test_wrong_requests_are_refused(ask):
 
 def test_machines_are_swept_as_they_are_solved():
     path = mdr.travel(DEEP, steps=2)
-    found = mdr.sweep(BALL, path, {"machine_stiffness": ["10 N/m", math.inf]})
+    result = mdr.sweep(BALL, path, {"machine_stiffness": ["10 N/m", math.inf]})
     for i, stiffness in enumerate(["10 N/m", math.inf]):
         alone = mdr.solve(BALL, path, machine_stiffness=stiffness)
-        assert found["normal_force"][i].values.tolist() == alone["normal_force"].values.tolist()
+        assert result["normal_force"][i].values.tolist() == alone["normal_force"].values.tolist()
 
 
 def test_a_part_is_replaced_before_it_is_changed():
@@ -201,9 +201,9 @@ def test_separated_bodies_have_a_band_of_no_current():
     radius = np.linspace(0.0, 1e-3, 20)
     tip = mdr.Sampled(radius, radius**2 / 2e-2, scatter=1e-8 * np.arange(20.0))
     metal = mdr.Elastic("1 GPa", 0.3, resistivity=1e-7)
-    found = mdr.solve(mdr.Contact(tip, metal, metal), mdr.indent("1 um", steps=2) >> mdr.indent("-1 um"))
+    result = mdr.solve(mdr.Contact(tip, metal, metal), mdr.indent("1 um", steps=2) >> mdr.indent("-1 um"))
     for name in ("electrical_resistance_low", "electrical_resistance", "electrical_resistance_high"):
-        values = found.data[name].values
+        values = result.data[name].values
         assert np.isfinite(values[:2]).all()
         assert math.isinf(values[2])
 

@@ -17,8 +17,8 @@ import numpy as np, pymdr as mdr
 steel = mdr.Elastic("210 GPa", 0.3)
 joint = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
 path = mdr.load("50 N") >> mdr.cycle(shift="0.8 um", steps=20)
-found = mdr.solve(joint, path).data
-print(float(found["tangential_force"][-3]), float(found["dissipated_energy"][-1]))
+result = mdr.solve(joint, path).data
+print(float(result["tangential_force"][-3]), float(result["dissipated_energy"][-1]))
 """
 SMOOTHING = """
 r = np.linspace(0, 1e-7, 30)
@@ -196,7 +196,7 @@ def test_without_what_small_systems_lack(tmp_path, monkeypatch, capsys):
     missing = "('numba', 'h5py', 'h5netcdf', 'typer', 'rich')"
     done = run(SMALL.replace("BLOCKED", missing))
     assert done.stderr.count("plain Python") == 1
-    found = [float(x) for x in done.stdout.split()]
+    results = [float(x) for x in done.stdout.split()]
     assert (tmp_path / "hertz.png").stat().st_size > 10_000
     assert (tmp_path / "hertz.csv").exists()
     modulus, radius = 210e9 / (1 - 0.3**2), 10e-3
@@ -204,9 +204,9 @@ def test_without_what_small_systems_lack(tmp_path, monkeypatch, capsys):
     duration = 4 * math.sqrt(math.pi) * math.gamma(0.4) / (5 * math.gamma(0.9)) * deepest / 0.1
     # Hertz (1882), Johnson, Kendall and Roberts (1971) at a fixed indentation, and Hertz's impact
     closed = [(3 * 50 * radius / (4 * modulus)) ** (1 / 3), -5 / 6 * math.pi * 2e-3 * 50e-6, duration]
-    assert found[:3] == pytest.approx(closed, rel=1e-12)
+    assert results[:3] == pytest.approx(closed, rel=1e-12)
     exec(SMALL.replace("BLOCKED", "()"), {})
-    assert found == pytest.approx([float(x) for x in capsys.readouterr().out.split()], rel=1e-11)
+    assert results == pytest.approx([float(x) for x in capsys.readouterr().out.split()], rel=1e-11)
 
 
 THREADS = """

@@ -697,12 +697,12 @@ def test_frictional_heat_of_a_rough_callable_says_what_its_numbers_err_by():
     rounded = mdr.Function(lambda r: 10.0 + r**2 / 0.02)
     contact = mdr.Contact(rounded, DISK, PIN, friction=mdr.Coulomb(0.3))
     exact = replace(contact, profile=mdr.Paraboloid(0.01))
-    found, true = (mdr.frictional_heat(one, 1e-3, normal_force=1.0) for one in (contact, exact))
+    results, true = (mdr.frictional_heat(one, 1e-3, normal_force=1.0) for one in (contact, exact))
     for name in ("largest_temperature_rise", "mean_temperature_rise", "heat"):
-        claim = found.claims[name]
+        claim = results.claims[name]
         claimed = 0.0 if claim.error is None else claim.error[0]
-        assert abs(found[name].item() / true[name].item() - 1.0) <= max(claimed, 1e-9)
-    assert found.claims["mean_temperature_rise"].error[0] > 0.0
+        assert abs(results[name].item() / true[name].item() - 1.0) <= max(claimed, 1e-9)
+    assert results.claims["mean_temperature_rise"].error[0] > 0.0
 
 
 def test_frictional_heat_of_a_curve_and_its_words(tmp_path):

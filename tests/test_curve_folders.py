@@ -55,8 +55,8 @@ def test_every_file_is_fitted_or_excluded_with_its_reason(folder):
     assert "no contact" in reasons["old/flat.csv"]
     assert "table" in reasons["notes.txt"]
     for name, moduli in SAMPLES.items():
-        found = study["body.young"].sel(curve=[f"{name}/{k}.csv" for k in range(3)])
-        np.testing.assert_allclose(found, moduli, rtol=0.01)
+        result = study["body.young"].sel(curve=[f"{name}/{k}.csv" for k in range(3)])
+        np.testing.assert_allclose(result, moduli, rtol=0.01)
     groups = study.statistics["body.young"]
     np.testing.assert_allclose(groups["median"], [np.median(v) for v in SAMPLES.values()], rtol=0.01)
     assert "flat.csv is excluded: fit: the record shows no contact" in study.summary()
@@ -73,23 +73,23 @@ def test_values_are_those_of_single_fits_and_the_quality_that_of_maps():
     alone = mdr.fit(CONTACT, curves["a"], ["body.young"])["body.young"]
     row = study.data.sel(curve="a")
     assert (float(row["body.young"]), float(row["body.young_low"])) == (alone.value, alone.low)
-    found = mdr.fit_map(CONTACT, list(curves.values()), ["body.young"])
+    fitted = mdr.fit_map(CONTACT, list(curves.values()), ["body.young"])
     for name in ("samples_in_contact", "relative_residual", "baseline_rise"):
-        np.testing.assert_allclose(study[name], found[name], rtol=0.02, atol=1e-4)
-    assert study["good"].values.tolist() == found["good"].values.tolist() == [True, False, False]
+        np.testing.assert_allclose(study[name], fitted[name], rtol=0.02, atol=1e-4)
+    assert study["good"].values.tolist() == fitted["good"].values.tolist() == [True, False, False]
     assert "baseline rises" in str(study["excluded"][1])
     assert "limit 10" in str(study["excluded"][2])
 
 
 def test_one_fit_has_its_quality(folder, shell, tmp_path):
     rising = curve_of(2e3, 1, rise=1e-3)
-    found = mdr.fit(CONTACT, rising, ["body.young"])
+    fitted = mdr.fit(CONTACT, rising, ["body.young"])
     in_map = mdr.fit_map(CONTACT, [rising], ["body.young"])
     for name in mdr.fit(CONTACT, [rising], ["body.young"]).quality._fields:
-        assert float(found.data[name]) == pytest.approx(float(in_map[name][0]), rel=0.02)
-    assert "quality: not good: the baseline rises by " in found.summary()
+        assert float(fitted.data[name]) == pytest.approx(float(in_map[name][0]), rel=0.02)
+    assert "quality: not good: the baseline rises by " in fitted.summary()
     both = mdr.fit(CONTACT, [curve_of(2e3, 3), rising], ["body.young"])
-    assert both.quality.baseline_rise == pytest.approx(found.quality.baseline_rise, rel=0.1)
+    assert both.quality.baseline_rise == pytest.approx(fitted.quality.baseline_rise, rel=0.1)
     file = folder / "old" / "0.csv"
     given = ("fit", tmp_path / "gel.toml", file, "--free", "body.young", "--spring-constant", "0.05 N/m")
     status, out, _ = shell(*given, "-o", tmp_path / "out")
@@ -98,15 +98,15 @@ def test_one_fit_has_its_quality(folder, shell, tmp_path):
     table = np.genfromtxt(tmp_path / "out" / "fit.csv", delimiter=",", names=True)
     quality = json.loads(shell(*given, "--json")[1])["fit"]["quality"]
     assert quality["good"] is True
-    for name in found.quality._fields:
+    for name in fitted.quality._fields:
         assert table[name] == pytest.approx(quality[name], rel=1e-6)
 
 
 def test_a_fitted_tilt_explains_the_rise_of_the_baseline():
     curves = {"a": curve_of(2e3, 1, rise=1e-3)}
     study = mdr.fit_each(CONTACT, curves, ["body.young", "tilt"])
-    found = mdr.fit_map(CONTACT, list(curves.values()), ["body.young", "tilt"])
-    assert study["good"].values.tolist() == found["good"].values.tolist() == [True]
+    fitted = mdr.fit_map(CONTACT, list(curves.values()), ["body.young", "tilt"])
+    assert study["good"].values.tolist() == fitted["good"].values.tolist() == [True]
     assert abs(float(study["baseline_rise"][0])) < 0.01
 
 

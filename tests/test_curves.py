@@ -93,17 +93,17 @@ def test_contact_points_lie_where_the_contact_begins(
     ratio = 10.0**log_ratio
     x, force = made(size, largest, exponent, free, samples, ratio, tilt, offset, seed)
     curve = mdr.MeasuredCurve(force=force, indentation=x + place * size)
-    found = curve.contact_point()
+    computed = curve.contact_point()
     deep = (1.0 - free) * size
-    assert found.low <= place * size <= found.high
-    assert found.low <= found.value <= found.high
+    assert computed.low <= place * size <= computed.high
+    assert computed.low <= computed.value <= computed.high
     if ratio > 100.0:
-        assert found.high - found.low < 1.5 * deep
-        assert abs(found.value - place * size) < 0.2 * deep
+        assert computed.high - computed.low < 1.5 * deep
+        assert abs(computed.value - place * size) < 0.2 * deep
         hidden = deep * (3.0 / ratio) ** (1.0 / exponent)  # where the force is three times the noise
-        assert abs(found.methods["line and power"].value - place * size) < hidden + 0.01 * deep
-    assert found.disagreement <= found.high - found.low
-    line = found.baseline
+        assert abs(computed.methods["line and power"].value - place * size) < hidden + 0.01 * deep
+    assert computed.disagreement <= computed.high - computed.low
+    line = computed.baseline
     # six standard errors: of a median of deviations 1.2/sqrt(n), of the end of a line 2/sqrt(n)
     assert line.noise == pytest.approx(largest / ratio, rel=7.0 / math.sqrt(line.samples))
     before = x + place * size < line.high
@@ -124,21 +124,21 @@ def test_bodies_that_jump_into_contact_make_the_methods_disagree(log_work, log_y
     machine = 10.0**log_machine
     force = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
     force = force + 1e-11 * np.random.default_rng(seed).normal(size=way.size) + 3e-10
-    found = mdr.MeasuredCurve(force=force, travel=way + 1e-6, spring_constant=machine).contact_point()
-    assert found.low < 1e-6 < found.high
+    result = mdr.MeasuredCurve(force=force, travel=way + 1e-6, spring_constant=machine).contact_point()
+    assert result.low < 1e-6 < result.high
     jump = 3e-10 - float(force.min())
     if jump > 0.1 * float(force.max()):  # the force comes back to 0 only deep in the contact
-        assert found.methods["deviation"].value > 1.05e-6
+        assert result.methods["deviation"].value > 1.05e-6
 
 
 @settings(max_examples=examples(15), deadline=None)
 @given(SIZES, FORCES, st.floats(-1.0, 1.0), st.integers(0, 10**6))
 def test_scales_change_nothing_but_the_scale(size, largest, tilt, seed):
-    found = []
+    results = []
     for length, newton in ((1.0, 1.0), (size, largest)):
         x, force = made(length, newton, tilt=tilt, seed=seed)
-        found.append(mdr.MeasuredCurve(force=force, indentation=x).contact_point())
-    one, other = found
+        results.append(mdr.MeasuredCurve(force=force, indentation=x).contact_point())
+    one, other = results
     for name in ("value", "low", "high"):
         assert getattr(other, name) / size == pytest.approx(getattr(one, name), rel=1e-6, abs=1e-6)
 
@@ -163,18 +163,18 @@ def test_signs_follow_from_the_record(turned_force, turned_position, offset, seg
         spring_constant="0.1 N/m",
         segment=given_segment if turned_position else segment,
     )
-    found = curve.orient()
-    assert np.array_equal(found.force, force)
-    assert np.array_equal(found.travel, x)
-    assert found.segment == segment
-    assert ("force" in found.step.description.split(":")[1]) == turned_force or not turned_force
-    assert found.step.numbers == {
+    result = curve.orient()
+    assert np.array_equal(result.force, force)
+    assert np.array_equal(result.travel, x)
+    assert result.segment == segment
+    assert ("force" in result.step.description.split(":")[1]) == turned_force or not turned_force
+    assert result.step.numbers == {
         "force": -1.0 if turned_force else 1.0,
         "travel": -1.0 if turned_position else 1.0,
     }
-    assert found.orient().step.description.startswith("kept")
-    assert found.undo() == curve
-    assert curve.orient(found.step.numbers) == found
+    assert result.orient().step.description.startswith("kept")
+    assert result.undo() == curve
+    assert curve.orient(result.step.numbers) == result
     with pytest.raises(ProblemError, match="sign of travel is None"):
         curve.orient({"force": 1.0})
 
@@ -197,17 +197,17 @@ def test_spikes_are_marked_and_nothing_else(places, height, jumps, seed):
     sides = np.random.default_rng(seed).choice([-1.0, 1.0], size=len(places))
     spiked[places] += sides * (height + 5.0) * noise
     curve = mdr.MeasuredCurve(force=spiked, indentation=x)
-    found = curve.mark_outliers()
-    assert np.array_equal(found.force, spiked)
-    marked = set(np.flatnonzero(found.outliers).tolist())
+    result = curve.mark_outliers()
+    assert np.array_equal(result.force, spiked)
+    marked = set(np.flatnonzero(result.outliers).tolist())
     assert marked <= set(places)
     if height > 25.0:
         assert marked == set(places)
     clean = mdr.MeasuredCurve(force=force, indentation=x).mark_outliers()
     assert not clean.outliers.any()
-    left = found.leave_out_marked()
+    left = result.leave_out_marked()
     assert left.force.size == 800 - len(marked)
-    assert left.undo() == found
+    assert left.undo() == result
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -219,17 +219,17 @@ def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
         x, force = np.concatenate([x, x[::-1]]), np.concatenate([force, force[::-1]])
     limit = share * 1e-8
     clipped = np.minimum(force, limit)
-    found = mdr.MeasuredCurve(force=clipped, indentation=x).mark_saturated()
-    assert np.array_equal(found.force, clipped)
+    result = mdr.MeasuredCurve(force=clipped, indentation=x).mark_saturated()
+    assert np.array_equal(result.force, clipped)
     saturated = force >= limit
     if share < 1.0:
-        assert np.all(clipped[found.saturated] >= clipped.max() - 1.1e-3 * np.ptp(clipped))
+        assert np.all(clipped[result.saturated] >= clipped.max() - 1.1e-3 * np.ptp(clipped))
         assert (
-            np.count_nonzero(found.saturated) > 0.8 * np.count_nonzero(saturated)
+            np.count_nonzero(result.saturated) > 0.8 * np.count_nonzero(saturated)
             or np.count_nonzero(saturated) < 20
         )
     else:
-        assert not found.saturated.any()
+        assert not result.saturated.any()
 
 
 def test_a_hold_is_no_plateau_and_quantised_forces_are_no_outliers():
@@ -402,14 +402,14 @@ def test_segments_follow_from_the_motion(going, resting, coming, creep, noise, s
         ]
     )
     position += noise * speed * np.random.default_rng(seed).normal(size=position.size)
-    found = segments_in(position, np.arange(float(position.size)), None)
+    result = segments_in(position, np.arange(float(position.size)), None)
     names = ["approach", "hold", "retreat"] if resting else ["approach", "retreat"]
-    assert [one.name for one in found] == names
-    assert [one.first for one in found[1:]] == [one.end for one in found[:-1]]
-    assert (found[0].first, found[-1].end) == (0, position.size)
+    assert [one.name for one in result] == names
+    assert [one.first for one in result[1:]] == [one.end for one in result[:-1]]
+    assert (result[0].first, result[-1].end) == (0, position.size)
     slack = 2 + 0.02 * position.size
-    assert abs(found[0].end - going) <= slack
-    assert abs(found[-1].first - going - resting) <= slack
+    assert abs(result[0].end - going) <= slack
+    assert abs(result[-1].first - going - resting) <= slack
 
 
 def table(path, header, rows):

@@ -76,10 +76,10 @@ def test_blocks_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "examples").symlink_to(DOCS.parent / "examples")
     monkeypatch.setattr(theories, "THEORIES", dict(theories.THEORIES))
-    found = list(blocks(DOCS / page))
-    assert any("assert " in block for block in found)
+    result = list(blocks(DOCS / page))
+    assert any("assert " in block for block in result)
     space = {"__name__": page.replace(".", "_")}
-    for block in found:
+    for block in result:
         exec(compile(block, page, "exec"), space)
 
 
@@ -353,10 +353,10 @@ def test_docstrings_describe_arguments_returns_and_errors(name):
     value = getattr(mdr, name)
     if inspect.isclass(value) and issubclass(value, Exception):
         return
-    found = sections(value)
-    assert {"Parameters", "Raises", *([] if inspect.isclass(value) else ["Returns"])} <= set(found)
+    result = sections(value)
+    assert {"Parameters", "Raises", *([] if inspect.isclass(value) else ["Returns"])} <= set(result)
     for title in ("Parameters", "Returns", "Raises"):
-        for entry in re.split(r"\n(?=\S)", found[title].strip()) if title in found else ():
+        for entry in re.split(r"\n(?=\S)", result[title].strip()) if title in result else ():
             assert "\n    " in entry, f"{name}: {title} does not describe {entry.splitlines()[0]}"
 
 

@@ -32,8 +32,8 @@ PROFILES = {
 }
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed) / np.asarray(exact, dtype=float) - 1)))
 
 
 def graded_gauss(function, top, n=24):
@@ -227,8 +227,8 @@ def test_slopes_are_derivatives(name):
     h = 1e-3
     for x in (0.25, 0.55, 0.8):
         stencil = np.array([1, -8, 0, 8, -1]) / (12 * h)
-        found = line.g(x + h * np.arange(-2, 3)) @ stencil
-        assert found == pytest.approx(float(line.slope(x)), rel=1e-7, abs=1e-12)
+        computed = line.g(x + h * np.arange(-2, 3)) @ stencil
+        assert computed == pytest.approx(float(line.slope(x)), rel=1e-7, abs=1e-12)
 
 
 def test_outside_the_known_radii_it_is_nan():

@@ -107,20 +107,20 @@ def test_ranges_are_relative_to_the_size():
 def test_what_is_seen_is_what_the_result_says(kind):
     choice = model.start(kind)
     result = model.answer(choice)
-    found = running.look(running.Request(choice, running.View()), result, time.perf_counter())
-    row = found.row
+    computed = running.look(running.Request(choice, running.View()), result, time.perf_counter())
+    row = computed.row
     assert row == seen.row_of(result, -1)
-    curve = found.curve
+    curve = computed.curve
     force = result["normal_force"].values
     factor = float(curve.traces[0].y[-1] / force[-1]) if force[-1] else 0.0
     if factor:
         np.testing.assert_allclose(curve.traces[0].y, factor * force, rtol=1e-14)
         assert np.log10(factor) % 3 == pytest.approx(0.0, abs=1e-9)  # a prefix of the unit
-    assert {r[0] for r in found.numbers} >= {"normal force", "indentation", "contact radius"}
-    upper, lower = (trace.y for trace in found.section.traces[:2])
+    assert {r[0] for r in computed.numbers} >= {"normal force", "indentation", "contact radius"}
+    upper, lower = (trace.y for trace in computed.section.traces[:2])
     assert np.nanmin(upper - lower) >= -1e-9 * np.nanmax(np.abs(upper))  # the bodies do not overlap
-    assert found.fields[0] == "pressure"
-    assert "nan" not in found.curve.text
+    assert computed.fields[0] == "pressure"
+    assert "nan" not in computed.curve.text
 
 
 @pytest.mark.parametrize(
@@ -193,11 +193,11 @@ TIP = b"r [nm], f [nm]\n0, 0\n20, 2.1\n40, 7.9\n60, 18.2\n80, 31.8\n100, 50.1\n"
 
 
 def test_a_dropped_tip_is_the_profile():
-    found = dropping.dropped("tip.csv", TIP, model.start("ball"))
-    assert found.choice.tables["profile"]["kind"] == "sampled"
-    assert model.case_of(found.choice).contact.profile.height[-1] == pytest.approx(50.1e-9, rel=1e-14)
-    assert tomllib.loads(model.toml(found.choice))["profile"]["height"][1] == 2.1e-9
-    assert evaluated(model.python_lines(found.choice))[0] == model.case_of(found.choice).contact
+    result = dropping.dropped("tip.csv", TIP, model.start("ball"))
+    assert result.choice.tables["profile"]["kind"] == "sampled"
+    assert model.case_of(result.choice).contact.profile.height[-1] == pytest.approx(50.1e-9, rel=1e-14)
+    assert tomllib.loads(model.toml(result.choice))["profile"]["height"][1] == 2.1e-9
+    assert evaluated(model.python_lines(result.choice))[0] == model.case_of(result.choice).contact
 
 
 def test_a_dropped_force_curve_gives_its_modulus_back():
@@ -208,9 +208,9 @@ def test_a_dropped_force_curve_gives_its_modulus_back():
     force = [float(mdr.solve(contact, mdr.indent(d))["normal_force"][-1]) if d > 0.0 else 0.0 for d in depth]
     rows = "".join(f"{1e6 * d:.9f},{1e9 * f:.9f}\n" for d, f in zip(depth, force, strict=True))
     table = f"indentation [um],force [nN]\n{rows}".encode()
-    found = dropping.dropped("curve.csv", table, ball)
+    result = dropping.dropped("curve.csv", table, ball)
     wrong = model.typed(ball, model.knobs(ball)[1], "10 kPa")
-    fitted = dropping.fitted(wrong, found.curve, dropping.first_free(wrong))
+    fitted = dropping.fitted(wrong, result.curve, dropping.first_free(wrong))
     assert model.number(fitted.choice, ("body", "young")) == pytest.approx(30e3, rel=1e-4)
     assert {trace.name for trace in fitted.chart.traces} == {"measured", "fitted"}
 
@@ -220,8 +220,8 @@ def test_a_dropped_surface_is_its_mean_profile():
     heights = 0.05 * (400.0 - x[:, None] ** 2 - x[None, :] ** 2)
     lines = "\n".join("\t".join(f"{z:.6f}" for z in row) for row in heights)
     text = f"# Width: 20.5 um\n# Height: 20.5 um\n# Value units: nm\n{lines}\n"
-    found = dropping.dropped("bump.txt", text.encode(), model.start("ball"))
-    tip = model.case_of(found.choice).contact.profile
+    result = dropping.dropped("bump.txt", text.encode(), model.start("ball"))
+    tip = model.case_of(result.choice).contact.profile
     assert float(np.interp(5e-6, tip.radius, tip.height)) == pytest.approx(0.05e-9 * 25.0, rel=0.02)
 
 

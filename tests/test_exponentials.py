@@ -35,9 +35,9 @@ def test_a_sum_crosses_first_where_dense_samples_do(terms, decades, seed):
     p = np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 40001)])
     size = abs(line[0]) + np.abs(f[:, 0]).sum()
     below = p[values(line, f, p) < -1e-13 * size]
-    found, _ = crossing((line[0], line[1]), f, 0.0)
-    if found == NEVER:
+    result, _ = crossing((line[0], line[1]), f, 0.0)
+    if result == NEVER:
         assert below.size == 0
         return
-    assert values(line, f, np.array([found]))[0] <= 1e-12 * (size + np.abs(f[:, 1]).sum() + abs(line[1]))
-    assert not (below < found * (1.0 - 1e-12)).any()
+    assert values(line, f, np.array([result]))[0] <= 1e-12 * (size + np.abs(f[:, 1]).sum() + abs(line[1]))
+    assert not (below < result * (1.0 - 1e-12)).any()

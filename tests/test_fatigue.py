@@ -215,18 +215,18 @@ def test_the_parameters_of_ruiz_by_brute_force():
     r = np.linspace(0.6, 1.0, 400, endpoint=False) * a
     traction, slip = (result.field(name, r, rows).values for name in ("shear_traction", "slip"))
     work = np.abs(traction).max(axis=0) * 0.5 * np.ptp(slip, axis=0)
-    found = mdr.fatigue(result, criterion=mdr.RuizWork("50 N/m"))
-    assert work.max() <= found.value * (1.0 + 1e-10)
-    assert found.value == pytest.approx(work.max(), rel=1e-4)
+    study = mdr.fatigue(result, criterion=mdr.RuizWork("50 N/m"))
+    assert work.max() <= study.value * (1.0 + 1e-10)
+    assert study.value == pytest.approx(work.max(), rel=1e-4)
     tension = np.array(
         [result.field("stress", x=-r, z=[0.0], step=i).sel(component="xx").values[0] for i in rows]
     )
     damage = work * tension.max(axis=0).clip(0.0)
-    found = mdr.fatigue(result, criterion=mdr.RuizDamage())
-    assert damage.max() <= found.value * (1.0 + 1e-9)
-    assert found.value == pytest.approx(damage.max(), rel=1e-3)
-    assert found.field(y=[0.0]).sizes["z"] == 1
-    assert found.z == 0.0
+    study = mdr.fatigue(result, criterion=mdr.RuizDamage())
+    assert damage.max() <= study.value * (1.0 + 1e-9)
+    assert study.value == pytest.approx(damage.max(), rel=1e-3)
+    assert study.field(y=[0.0]).sizes["z"] == 1
+    assert study.z == 0.0
 
 
 def test_a_frictionless_cycle_of_load():

@@ -23,8 +23,8 @@ def line_of(profile, modulus=1.0):
     return ElasticLine(equivalent_profile(profile), modulus)
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed) / np.asarray(exact, dtype=float) - 1)))
 
 
 RADII = np.concatenate(
@@ -154,8 +154,8 @@ def test_the_pressure_next_to_a_corner_is_logarithmic(side, distance, solved):
     r = 0.4 * (1 + side * np.array([1e-5, 1e-4]))
     near, far = solved["trunc_cone"].field("pressure", r=r).values
     expected = near + (near - far) * (-5 - math.log10(distance))
-    found = float(solved["trunc_cone"].field("pressure", r=0.4 * (1 + side * distance))[0])
-    assert found == pytest.approx(expected, rel=3e-4)
+    computed = float(solved["trunc_cone"].field("pressure", r=0.4 * (1 + side * distance))[0])
+    assert computed == pytest.approx(expected, rel=3e-4)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -350,8 +350,8 @@ def test_tractions_of_many_disks_are_the_sum_of_their_pressures(profile, frictio
         own[inside] += line.modulus / math.pi * edge / np.sqrt((a - r[inside]) * (a + r[inside]))
         expected += parts.scale * own
         size += np.abs(parts.scale * own)
-    found = result.field("shear_traction", r).values
-    assert np.all(np.abs(found - expected) <= 1e-11 * size)
+    computed = result.field("shear_traction", r).values
+    assert np.all(np.abs(computed - expected) <= 1e-11 * size)
 
 
 @settings(max_examples=examples(20), deadline=None)

@@ -42,9 +42,9 @@ def rough(solved):
 def same_errors(one, other):
     assert one.keys() == other.keys()
     for name, claim in one.items():
-        found = other[name].error
-        assert (claim.error is None) == (found is None), name
-        assert claim.error is None or np.array_equal(claim.error, found), name
+        result = other[name].error
+        assert (claim.error is None) == (result is None), name
+        assert claim.error is None or np.array_equal(claim.error, result), name
         assert (claim.level, claim.reason) == (other[name].level, other[name].reason)
 
 
@@ -130,9 +130,9 @@ def test_errors_are_shown_where_a_number_is_not_exact(solved, rough):
 
 
 def test_html_shows_every_error_when_unfolded(rough):
-    found = claims_html(rough.claims)
-    assert "2.5e-07" in found
-    assert "3.0e-08" in found
+    result = claims_html(rough.claims)
+    assert "2.5e-07" in result
+    assert "3.0e-08" in result
     assert claims_html({"gap": replace(rough.claims["gap"], error=None)}).count("rounding") == 1
 
 

@@ -38,10 +38,10 @@ def measured(contact, speed, seed=0, noise=2e-6, **path):
     return mdr.MeasuredCurve(force=noisy + 3e-6, travel=travel + 4e-6, time=time, spring_constant=STIFFNESS)
 
 
-def holds(found, **truth):
+def holds(computed, **truth):
     """Whether every 95 % interval contains the true value, with the name of the first that does not."""
     for name, value in truth.items():
-        one = found[name.replace("__", ".")]
+        one = computed[name.replace("__", ".")]
         assert one.low < value < one.high, f"{one} without {value}"
 
 
@@ -50,9 +50,9 @@ def test_a_loop_determines_both_works():
     start = mdr.with_parameters(adhesive, {"adhesion.work": 0.02, "adhesion.work_receding": 0.06})
     curve = measured(adhesive, 20e-6, counts=(30, 2, 60))
     free = ["adhesion.work", "adhesion.work_receding"]
-    found = mdr.fit(start, curve, free, contact_point=4e-6, baseline=3e-6)
-    holds(found, adhesion__work=0.05, adhesion__work_receding=0.2)
-    assert found["adhesion.work_receding"].error < 0.01 * 0.2
+    fitted = mdr.fit(start, curve, free, contact_point=4e-6, baseline=3e-6)
+    holds(fitted, adhesion__work=0.05, adhesion__work_receding=0.2)
+    assert fitted["adhesion.work_receding"].error < 0.01 * 0.2
 
 
 def test_a_tilted_baseline_leaves_out_only_samples_at_jumps():
@@ -61,10 +61,10 @@ def test_a_tilted_baseline_leaves_out_only_samples_at_jumps():
     level = measured(adhesive, 20e-6, counts=(30, 2, 60))
     tilted = level.force + 0.1 * (level.travel - 4e-6)
     curve = mdr.MeasuredCurve(force=tilted, travel=level.travel, spring_constant=STIFFNESS)
-    found = mdr.fit(adhesive, curve, ["adhesion.work", "adhesion.work_receding", "tilt"])
-    holds(found, adhesion__work=0.05, adhesion__work_receding=0.2, tilt=0.1)
-    assert found["tilt"].error < 0.01
-    assert int((~found.data["used"].values).sum()) <= 6
+    fitted = mdr.fit(adhesive, curve, ["adhesion.work", "adhesion.work_receding", "tilt"])
+    holds(fitted, adhesion__work=0.05, adhesion__work_receding=0.2, tilt=0.1)
+    assert fitted["tilt"].error < 0.01
+    assert int((~fitted.data["used"].values).sum()) <= 6
 
 
 def test_laws_with_and_without_hysteresis_are_distinguished():
@@ -127,9 +127,9 @@ def test_a_fixed_work_that_bounds_the_other_is_named():
 
 def test_a_retreat_determines_the_work_of_a_body_with_memory():
     start = mdr.with_parameters(PROBE, {"adhesion.work": 0.02})
-    found = mdr.fit(start, measured(PROBE, 20e-6), ["adhesion.work"])
-    holds(found, adhesion__work=0.05, contact_point=4e-6, baseline=3e-6)
-    assert found["adhesion.work"].error < 0.02 * 0.05
+    fitted = mdr.fit(start, measured(PROBE, 20e-6), ["adhesion.work"])
+    holds(fitted, adhesion__work=0.05, contact_point=4e-6, baseline=3e-6)
+    assert fitted["adhesion.work"].error < 0.02 * 0.05
 
 
 def slow_retreat(noise=2e-6):
@@ -140,9 +140,9 @@ def test_a_slow_retreat_determines_work_and_range_with_little_noise():
     """Rates by short steps, in which the steps in time scatter, ended the search at the range of the start."""
     start = mdr.with_parameters(PROBE, {"adhesion.work": 0.03, "adhesion.range": 3.5e-6})
     free = ["adhesion.work", "adhesion.range"]
-    found = mdr.fit(start, slow_retreat(), free, contact_point=4e-6, baseline=3e-6)
-    holds(found, adhesion__work=0.05, adhesion__range=5e-6)
-    assert found["adhesion.range"].error < 0.05 * 5e-6
+    fitted = mdr.fit(start, slow_retreat(), free, contact_point=4e-6, baseline=3e-6)
+    holds(fitted, adhesion__work=0.05, adhesion__range=5e-6)
+    assert fitted["adhesion.range"].error < 0.05 * 5e-6
 
 
 def test_work_and_range_that_noise_hides_are_refused():
@@ -165,9 +165,9 @@ def test_two_speeds_determine_work_and_rheology():
     unknown = {"adhesion.work": 0.03, "body.shear.modulus": 15e3, "body.shear.time": 2.0}
     start = mdr.with_parameters(PROBE, unknown)
     curves = [measured(PROBE, speed, seed) for seed, speed in enumerate((5e-6, 100e-6))]
-    found = mdr.fit(start, curves, list(unknown))
-    holds(found, adhesion__work=0.05, body__shear__modulus=30e3, body__shear__time=1.0)
-    assert found["body.shear.modulus"].error < 0.05 * 30e3
+    fitted = mdr.fit(start, curves, list(unknown))
+    holds(fitted, adhesion__work=0.05, body__shear__modulus=30e3, body__shear__time=1.0)
+    assert fitted["body.shear.modulus"].error < 0.05 * 30e3
 
 
 def test_a_slow_retreat_does_not_determine_a_relaxation_time():
@@ -186,8 +186,8 @@ def test_retreats_of_random_bodies_find_their_work(seed):
     probe = mdr.Contact(BALL, body, adhesion=mdr.MaugisDugdale(work, range=rng.uniform(4e-6, 8e-6)))
     start = mdr.with_parameters(probe, {"adhesion.work": work * rng.uniform(0.5, 2.0)})
     speed, noise = 10.0 ** rng.uniform(-5.0, -4.0), 10.0 ** rng.uniform(-6.0, -5.3)
-    found = mdr.fit(start, measured(probe, speed, seed, noise, counts=(30, 4, 60)), ["adhesion.work"])
-    one = found["adhesion.work"]
+    fitted = mdr.fit(start, measured(probe, speed, seed, noise, counts=(30, 4, 60)), ["adhesion.work"])
+    one = fitted["adhesion.work"]
     assert abs(one.value - work) < 4.0 * one.error
     assert one.error < 0.05 * work
 

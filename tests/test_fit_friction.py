@@ -82,17 +82,17 @@ def test_friction_and_modulus_of_any_size_are_recovered(
         mdr.Elastic(young * 10.0**log_start, poisson),
         friction=mdr.Coulomb(mu * 10.0 ** (-0.5 * log_start)),
     )
-    found = mdr.fit(start, record, ["friction.coefficient", "body.young"])
+    fitted = mdr.fit(start, record, ["friction.coefficient", "body.young"])
     for name, value in (
         ("friction.coefficient", mu),
         ("body.young", young),
         ("shift_origin", offset * top),
         ("baseline", offset * force.max()),
     ):
-        assert abs(found[name].value - value) < 4.5 * found[name].error
-    assert found["friction.coefficient"].error < 0.1 * mu
-    assert found.noise == pytest.approx(np.std(noise), rel=0.1)
-    assert found.waves == 0.0
+        assert abs(fitted[name].value - value) < 4.5 * fitted[name].error
+    assert fitted["friction.coefficient"].error < 0.1 * mu
+    assert fitted.noise == pytest.approx(np.std(noise), rel=0.1)
+    assert fitted.waves == 0.0
 
 
 def joint(mu=0.5, young="100 GPa"):
@@ -102,13 +102,13 @@ def joint(mu=0.5, young="100 GPa"):
 def test_a_loop_of_a_file_by_python_and_by_the_shell(tmp_path):
     record = mdr.read_record(DATA / "joint_record.csv")
     free = ["friction.coefficient", "body.young"]
-    found = mdr.fit(joint(), record, free)
-    assert found["friction.coefficient"].low < 0.3 < found["friction.coefficient"].high
-    assert found.force == "tangential_force"
-    assert set(found.data) >= {"shift", "tangential_force", "normal_force", "model", "residual"}
-    assert found.plot().axes[0].get_xlabel().startswith("tangential displacement")
-    assert "tangential_force" in found._repr_html_()
-    found.save(tmp_path / "fit.nc")
+    fitted = mdr.fit(joint(), record, free)
+    assert fitted["friction.coefficient"].low < 0.3 < fitted["friction.coefficient"].high
+    assert fitted.force == "tangential_force"
+    assert set(fitted.data) >= {"shift", "tangential_force", "normal_force", "model", "residual"}
+    assert fitted.plot().axes[0].get_xlabel().startswith("tangential displacement")
+    assert "tangential_force" in fitted._repr_html_()
+    fitted.save(tmp_path / "fit.nc")
     with xr.open_dataset(tmp_path / "fit.nc") as again:
         assert json.loads(again.attrs["pymdr_fit"])["values"]["friction.coefficient"]["unit"] == ""
     case = tmp_path / "case.toml"
@@ -120,7 +120,7 @@ def test_a_loop_of_a_file_by_python_and_by_the_shell(tmp_path):
     run = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "out"), "--json"])
     assert run.exit_code == 0, run.output
     values = json.loads(run.stdout)["fit"]["values"]
-    assert values["friction.coefficient"]["value"] == pytest.approx(found["friction.coefficient"].value)
+    assert values["friction.coefficient"]["value"] == pytest.approx(fitted["friction.coefficient"].value)
     assert (tmp_path / "out" / "fit.png").exists()
     assert (
         (tmp_path / "out" / "fit.csv")
@@ -149,9 +149,9 @@ def test_several_loops_share_friction_and_samples_may_be_followed_only():
 
 def test_slip_before_the_record_leaves_waves_that_are_reported():
     record = mdr.read_record(DATA / "joint_record.csv")
-    found = mdr.fit(joint(), record.isel(step=slice(150, None)), ["friction.coefficient", "body.young"])
-    assert found.waves > 1.0
-    assert "slip before the record begins" in found.summary()
+    fitted = mdr.fit(joint(), record.isel(step=slice(150, None)), ["friction.coefficient", "body.young"])
+    assert fitted.waves > 1.0
+    assert "slip before the record begins" in fitted.summary()
 
 
 def test_bodies_with_memory_and_friction():
@@ -165,8 +165,8 @@ def test_bodies_with_memory_and_friction():
     columns = {"time": time, "indentation": depth, "shift": shift, "tangential_force": force + noise}
     record = xr.Dataset({name: ("step", values) for name, values in columns.items()})
     start = mdr.Contact(contact.profile, rubber, friction=mdr.Coulomb(1.0))
-    found = mdr.fit(start, record, ["friction.coefficient"], shift_origin=0.0)
-    mu = found["friction.coefficient"]
+    fitted = mdr.fit(start, record, ["friction.coefficient"], shift_origin=0.0)
+    mu = fitted["friction.coefficient"]
     assert abs(mu.value - 0.4) < 4.5 * mu.error
     assert mu.error < 0.01
     with pytest.raises(ProblemError, match="no time"):
@@ -238,9 +238,9 @@ def test_laws_of_a_loop_are_compared_or_refused_in_words():
         "stuck": dataclasses.replace(guess, friction=mdr.Coulomb(math.inf)),
         "frictionless": dataclasses.replace(guess, friction=None),
     }
-    found = mdr.compare_laws(laws, record, ["friction.coefficient", "body.young"])
-    assert found.best == "ball"
-    assert found.weights["ball"] > 0.99
-    assert "friction.coefficient = inf" in found.refusals["stuck"]
-    assert "the contact has no friction" in found.refusals["frictionless"]
-    assert not faults(found.plot())
+    result = mdr.compare_laws(laws, record, ["friction.coefficient", "body.young"])
+    assert result.best == "ball"
+    assert result.weights["ball"] > 0.99
+    assert "friction.coefficient = inf" in result.refusals["stuck"]
+    assert "the contact has no friction" in result.refusals["frictionless"]
+    assert not faults(result.plot())

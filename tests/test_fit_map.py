@@ -63,10 +63,10 @@ def test_moduli_of_any_size_are_recovered(tip, log_size, log_young, log_start, l
     largest = float(mdr.solve(contact, mdr.indent(depth))["normal_force"][0])
     machine = None if log_machine is None else largest / depth * 10.0**log_machine
     curve = curve_of(contact, depth, machine, base=offset, place=offset)
-    found = mdr.fit_map(contact_of(tip, young * 10.0**log_start, size=size), [curve], ["body.young"])
-    assert found["body.young"].values == pytest.approx(young, rel=1e-6)
-    assert found["contact_point"].values == pytest.approx(offset * depth, abs=1e-6 * depth)
-    assert found["baseline"].values == pytest.approx(offset * np.ptp(curve.force), abs=1e-6 * largest)
+    fitted = mdr.fit_map(contact_of(tip, young * 10.0**log_start, size=size), [curve], ["body.young"])
+    assert fitted["body.young"].values == pytest.approx(young, rel=1e-6)
+    assert fitted["contact_point"].values == pytest.approx(offset * depth, abs=1e-6 * depth)
+    assert fitted["baseline"].values == pytest.approx(offset * np.ptp(curve.force), abs=1e-6 * largest)
 
 
 @settings(max_examples=examples(12), deadline=None)
@@ -85,9 +85,9 @@ def test_work_and_modulus_are_recovered(tip, log_young, log_work, log_start, log
     machine = None if log_machine is None else abs(largest) / depth * 10.0**log_machine
     curve = curve_of(contact, depth, machine, place=0.3)
     start = contact_of(tip, young * 10.0**log_start, work * 10.0**-log_start)
-    found = mdr.fit_map(start, [curve], ["body.young", "adhesion.work"])
-    assert found["body.young"].values == pytest.approx(young, rel=1e-4)
-    assert found["adhesion.work"].values == pytest.approx(work, rel=1e-4)
+    fitted = mdr.fit_map(start, [curve], ["body.young", "adhesion.work"])
+    assert fitted["body.young"].values == pytest.approx(young, rel=1e-4)
+    assert fitted["adhesion.work"].values == pytest.approx(work, rel=1e-4)
 
 
 @pytest.mark.parametrize("free", [["body.young"], ["adhesion.work"], ["body.young", "adhesion.work"]])
@@ -108,10 +108,10 @@ def test_errors_are_what_they_say():
     clean = curve_of(contact_of("paraboloid", 3e3, 2e-4), 1.5e-6, 0.05)
     noise = 0.01 * np.ptp(clean.force) * np.random.default_rng(0).normal(size=(1000, clean.force.size))
     curves = [dataclasses.replace(clean, force=clean.force + one) for one in noise]
-    found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), curves, ["body.young", "adhesion.work"])
-    assert found.counts == {"fitted": 1000}
+    fitted = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), curves, ["body.young", "adhesion.work"])
+    assert fitted.counts == {"fitted": 1000}
     for name, value in (("body.young", 3e3), ("adhesion.work", 2e-4), ("contact_point", 0.0)):
-        off = (found[name].values - value) / found[f"{name}_error"].values
+        off = (fitted[name].values - value) / fitted[f"{name}_error"].values
         # four deviations of a mean and of a variance of 1000
         assert abs(off.mean()) < 4.0 / math.sqrt(1000)
         assert off.std() == pytest.approx(1.0, abs=4.0 / math.sqrt(2000))
@@ -135,14 +135,14 @@ def test_other_numbers_are_looked_for_too():
     assert radius["profile.radius"].values == pytest.approx(5e-6, rel=1e-4)
     soft = mdr.Elastic("2 kPa", 0.5)
     layered = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Layered([mdr.Layer(soft, "3 um")], mdr.Rigid()))
-    found = mdr.fit_map(
+    fitted = mdr.fit_map(
         mdr.Contact(
             mdr.Paraboloid("5 um"), mdr.Layered([mdr.Layer(mdr.Elastic("5 kPa", 0.5), "3 um")], mdr.Rigid())
         ),
         [curve_of(layered, 1e-6)],
         ["body.layers[0].material.young"],
     )
-    assert found["body.layers[0].material.young"].values == pytest.approx(2e3, rel=1e-5)
+    assert fitted["body.layers[0].material.young"].values == pytest.approx(2e3, rel=1e-5)
 
 
 def stored(curves, shape, file=None):
@@ -190,40 +190,40 @@ def test_a_map_is_the_same_from_lists_stores_and_cores(gel, tmp_path):
     listed = mdr.fit_map(start, curves, FREE)
     data = stored(curves, (6, 5), tmp_path / "map.zarr")
     reports, first = [], None
-    for found in (
+    for result in (
         mdr.fit_map(start, data, FREE),
         mdr.fit_map(start, tmp_path / "map.zarr", FREE, workers=2),
         mdr.fit_map(start, data, FREE, folder=tmp_path / "fits", progress=lambda *done: reports.append(done)),
     ):
-        assert found.data["ending"].dims == ("y", "x")
-        first = first or found
+        assert result.data["ending"].dims == ("y", "x")
+        first = first or result
         for name in (*FREE, "body.young_error", "noise"):
-            assert np.array_equal(found[name].values, first[name].values)
+            assert np.array_equal(result[name].values, first[name].values)
         # other units are rounded apart, which may end the search a step earlier: far within what the curves tell
         for name in FREE:
-            off = np.abs(found[name].values.ravel() - listed[name].values)
+            off = np.abs(result[name].values.ravel() - listed[name].values)
             assert np.all(off < 1e-3 * listed[f"{name}_error"].values)
     assert reports[-1] == (30, 30)
     assert (
-        np.abs(found["body.young"].values.ravel() - young).max()
-        < 5.0 * found["body.young_error"].values.max()
+        np.abs(result["body.young"].values.ravel() - young).max()
+        < 5.0 * result["body.young_error"].values.max()
     )
     again = xr.open_zarr(tmp_path / "fits", consolidated=False)
     assert again["body.young"].attrs["units"] == "Pa"
-    xr.testing.assert_equal(again.load(), found.data)
-    assert "<table>" in found._repr_html_()
-    assert "30 of 30 curves fitted" in repr(found)
-    assert len(repr(found)) < 200
-    sources = " ".join(found.cite())
+    xr.testing.assert_equal(again.load(), result.data)
+    assert "<table>" in result._repr_html_()
+    assert "30 of 30 curves fitted" in repr(result)
+    assert len(repr(result)) < 200
+    sources = " ".join(result.cite())
     assert "Johnson, Kendall and Roberts" in sources
     assert "Marquardt" in sources
-    assert found.to("body.young", "kPa").values == pytest.approx(1e-3 * found["body.young"].values)
+    assert result.to("body.young", "kPa").values == pytest.approx(1e-3 * result["body.young"].values)
     with pytest.raises(QuantityError, match="no quantity 'modulus'; this map has"):
-        found["modulus"]
-    assert "30 of 30 curves fitted" in found.summary()
-    found.to_csv(tmp_path / "map.csv")
+        result["modulus"]
+    assert "30 of 30 curves fitted" in result.summary()
+    result.to_csv(tmp_path / "map.csv")
     assert "body.young [Pa]" in (tmp_path / "map.csv").read_text().splitlines()[0]
-    figure = found.plot()
+    figure = result.plot()
     assert not faults(figure)
     assert len([axes for axes in figure.axes if axes.axison]) == 10
     letters = [text.get_text() for axes in figure.axes for text in axes.texts]
@@ -246,12 +246,12 @@ def test_a_killed_map_goes_on_where_it_was(gel, tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         mdr.fit_map(start, data, FREE, folder=tmp_path / "fits", progress=killed)
     reports = []
-    found = mdr.fit_map(
+    fitted = mdr.fit_map(
         start, data, FREE, folder=tmp_path / "fits", progress=lambda *done: reports.append(done)
     )
     assert reports == [(20, 30), (30, 30)]
     for name in whole.data:
-        assert np.array_equal(found.data[name].values, whole.data[name].values)
+        assert np.array_equal(fitted.data[name].values, whole.data[name].values)
     with pytest.raises(FileError, match="another fit"):
         mdr.fit_map(start, data, ["body.young"], folder=tmp_path / "fits")
 
@@ -263,9 +263,9 @@ def test_a_store_by_url_has_the_numbers_of_a_folder(gel):
     data.to_zarr("memory://image/curves.zarr", consolidated=False)
     whole = mdr.fit_map(start, data, FREE)
     for _ in range(2):  # the second time all curves are finished
-        found = mdr.fit_map(start, "memory://image/curves.zarr", FREE, folder="memory://image/fits.zarr")
+        fitted = mdr.fit_map(start, "memory://image/curves.zarr", FREE, folder="memory://image/fits.zarr")
         for name in whole.data:
-            assert np.array_equal(found.data[name].values, whole.data[name].values)
+            assert np.array_equal(fitted.data[name].values, whole.data[name].values)
     assert fsspec.filesystem("memory").exists("/image/fits.zarr/zarr.json")
 
 
@@ -280,9 +280,9 @@ def test_what_fails_says_why(gel):
     data["force"][0, 0, :] = np.nan
     data["force"][0, 1, 30:60] = np.nan
     start = contact_of("paraboloid", 1e4, 1e-4)
-    found = mdr.fit_map(start, data, FREE)
-    assert found.counts == {"fitted": 29, "no curve, or too few samples that are numbers": 1}
-    assert math.isnan(found["body.young"].values[0, 0])
+    fitted = mdr.fit_map(start, data, FREE)
+    assert fitted.counts == {"fitted": 29, "no curve, or too few samples that are numbers": 1}
+    assert math.isnan(fitted["body.young"].values[0, 0])
     alone = mdr.fit_map(contact_of("paraboloid", 1e4), [flat], ["body.young"])
     assert alone.counts == {"no contact in the curve": 1}
     assert "0 of 1 curves" in alone.summary()
@@ -305,10 +305,10 @@ def test_bodies_with_memory_are_fitted_one_by_one():
     force = mdr.solve(contact(1e3), mdr.Path(time=time, indentation=depth))["normal_force"].values
     name = next(p.name for p in mdr.parameters_of(contact(1e3)) if p.unit == "Pa")
     curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
-    found = mdr.fit_map(contact(1e3), [curve], {name: ["0.5 kPa", "2 kPa"]}, contact_point=0.0, baseline=0.0)
-    assert found[name].values == pytest.approx(1e3, rel=1e-3)
-    assert any("Lee and Radok" in source for source in found.cite())
-    assert any("Marquardt" in source for source in found.cite())
+    fitted = mdr.fit_map(contact(1e3), [curve], {name: ["0.5 kPa", "2 kPa"]}, contact_point=0.0, baseline=0.0)
+    assert fitted[name].values == pytest.approx(1e3, rel=1e-3)
+    assert any("Lee and Radok" in source for source in fitted.cite())
+    assert any("Marquardt" in source for source in fitted.cite())
 
 
 @pytest.mark.parametrize(
@@ -359,8 +359,8 @@ def test_a_table_of_a_whole_record_is_read_ready_for_a_fit(tmp_path):
     (tmp_path / "curve.csv").write_text("\n".join(["travel [um],load [nN]", *lines]) + "\n")
     (record,) = mdr.read_prepared_curves(tmp_path / "curve.csv", spring_constant="0.05 N/m")
     assert [step.name for step in record.steps] == ["joined", "outliers", "signs", "saturation", "baseline"]
-    found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), [record], FREE)
-    assert found["body.young"].values == pytest.approx(3e3, abs=5.0 * found["body.young_error"].values[0])
+    fitted = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-4), [record], FREE)
+    assert fitted["body.young"].values == pytest.approx(3e3, abs=5.0 * fitted["body.young_error"].values[0])
     (approach,) = mdr.read_prepared_curves(
         tmp_path / "curve.csv", segment="approach", spring_constant="0.05 N/m"
     )
@@ -380,10 +380,10 @@ def test_curves_with_pixels_are_stacked_into_a_map():
     ]
     data = mdr.stack_curves(curves)
     assert data["force"].dims == ("y", "x", "sample")
-    found = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
+    fitted = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
     for (x, y), E in young.items():
-        assert found["body.young"].values[y, x] == pytest.approx(E, rel=1e-6)
-    assert np.isnan(found["body.young"].values).sum() == 3
+        assert fitted["body.young"].values[y, x] == pytest.approx(E, rel=1e-6)
+    assert np.isnan(fitted["body.young"].values).sum() == 3
     assert mdr.stack_curves(curves[:1])["force"].dims == ("curve", "sample")
     with pytest.raises(ProblemError, match="all with travel"):
         mdr.stack_curves([])
@@ -431,28 +431,28 @@ def test_uncertainties_that_all_curves_share_are_beside_the_noise_of_each():
         curve_of(contact_of("paraboloid", young), 1.5e-6, 0.05, noise=0.01, seed=4) for young in (2e3, 3e3)
     ]
     given = {"spring_constant": "10 %", "sensitivity": "3 %", "profile.radius": "5 %"}
-    plain, found = (
+    plain, results = (
         mdr.fit_map(contact_of("paraboloid", 1e4), curves, ["body.young"], uncertainty=each)
         for each in (None, given)
     )
     assert "body.young_systematic" not in plain.data
     for name in ("body.young", "body.young_error"):
-        np.testing.assert_array_equal(found[name], plain[name])
-    scaled = found["body.young_systematic"] / found["body.young"]
+        np.testing.assert_array_equal(results[name], plain[name])
+    scaled = results["body.young_systematic"] / results["body.young"]
     # a stiffer cantilever and a softer one turn a deflection into forces in proportion; E ~ R^(-1/2)
     assert (scaled > math.hypot(0.1, 0.025)).all()
     np.testing.assert_allclose(
         mdr.fit_map(
             contact_of("paraboloid", 1e4), curves, ["body.young"], uncertainty={"spring_constant": "5 mN/m"}
         )["body.young_systematic"]
-        / found["body.young"],
+        / results["body.young"],
         0.1,
         rtol=1e-3,
     )
     one = mdr.fit(contact_of("paraboloid", 1e4), curves[1], ["body.young"], uncertainty=given)["body.young"]
     for end, value in (("low", one.low), ("high", one.high)):
-        assert found[f"body.young_{end}"].values[1] == pytest.approx(value, rel=1e-3)
-    assert "from spring_constant, sensitivity, profile.radius, which all curves share" in found.summary()
+        assert results[f"body.young_{end}"].values[1] == pytest.approx(value, rel=1e-3)
+    assert "from spring_constant, sensitivity, profile.radius, which all curves share" in results.summary()
     folded = [mdr.MeasuredCurve(force=one.force, indentation=one.travel) for one in curves]
     for wrong, words in (
         ({}, "by name"),
@@ -465,19 +465,21 @@ def test_uncertainties_that_all_curves_share_are_beside_the_noise_of_each():
 
 def assert_as_single_fits(start, curves, free, limits):
     """Values within 0.02 standard errors of those of single fits, and the same quality."""
-    found = mdr.fit_map(start, curves, free, fit_range=limits)
-    assert found.counts == {"fitted": len(curves)}
+    fitted = mdr.fit_map(start, curves, free, fit_range=limits)
+    assert fitted.counts == {"fitted": len(curves)}
     for i, curve in enumerate(curves):
         one = mdr.fit(start, curve, free, fit_range=limits)
         for name in (*free, "contact_point", "baseline"):
-            assert abs(found[name].values[i] - one[name].value) < 0.02 * one[name].error
-        assert found["indentation"].values[i] == pytest.approx(float(one.data["indentation"].max()), rel=3e-4)
-        assert found["samples_in_contact"].values[i] == one.quality.samples_in_contact
-        assert found["relative_residual"].values[i] == pytest.approx(one.quality.relative_residual, rel=1e-3)
-        assert found["baseline_rise"].values[i] == pytest.approx(one.quality.baseline_rise, abs=1e-4)
+            assert abs(fitted[name].values[i] - one[name].value) < 0.02 * one[name].error
+        assert fitted["indentation"].values[i] == pytest.approx(
+            float(one.data["indentation"].max()), rel=3e-4
+        )
+        assert fitted["samples_in_contact"].values[i] == one.quality.samples_in_contact
+        assert fitted["relative_residual"].values[i] == pytest.approx(one.quality.relative_residual, rel=1e-3)
+        assert fitted["baseline_rise"].values[i] == pytest.approx(one.quality.baseline_rise, abs=1e-4)
         # the spectra of the noise of a map have no prior
-        assert found[f"{free[0]}_error"].values[i] == pytest.approx(one[free[0]].error, rel=0.1)
-    return found
+        assert fitted[f"{free[0]}_error"].values[i] == pytest.approx(one[free[0]].error, rel=0.1)
+    return fitted
 
 
 @pytest.mark.parametrize("limits", [{"indentation": "500 nm"}, {"force": "4 nN"}])
@@ -489,8 +491,8 @@ def test_each_curve_of_a_map_has_the_fit_range(limits, work):
         curve_of(contact_of("paraboloid", young, work), 1.5e-6, 0.05, 0.01, seed, 0.1, 0.2)
         for seed, young in enumerate((2e3, 4e3))
     ]
-    found = assert_as_single_fits(start, curves, free, limits)
-    assert found.notes[0].startswith("fit range: ")
+    result = assert_as_single_fits(start, curves, free, limits)
+    assert result.notes[0].startswith("fit range: ")
     for wrong in ({"depth": 1.0}, {}, {"force": "-1 nN"}):
         with pytest.raises(ProblemError, match="fit_range"):
             mdr.fit_map(start, curves, free, fit_range=wrong)
@@ -538,9 +540,9 @@ def test_a_fit_range_without_samples_is_refused(machine, limits, text):
 def test_a_curve_with_too_few_samples_in_a_fit_range_is_refused_alone():
     start = contact_of("paraboloid", 1e4)
     stiff, soft = (curve_of(contact_of("paraboloid", young), 1e-6, None, 0.003) for young in (3e5, 3e3))
-    found = mdr.fit_map(start, [stiff, soft], ["body.young"], fit_range={"force": "3 nN"})
-    assert found["ending"].values.tolist() == [request.REFUSED, request.FITTED]
-    assert any("samples are within it and in contact (limit 3)" in note for note in found.notes)
+    fitted = mdr.fit_map(start, [stiff, soft], ["body.young"], fit_range={"force": "3 nN"})
+    assert fitted["ending"].values.tolist() == [request.REFUSED, request.FITTED]
+    assert any("samples are within it and in contact (limit 3)" in note for note in fitted.notes)
 
 
 def test_ranges_and_uncertainties_hold_curve_by_curve_too():
@@ -549,13 +551,13 @@ def test_ranges_and_uncertainties_hold_curve_by_curve_too():
     assert axes_of(start, unknowns_of(start, ["body.young"])) is None
     curve = curve_of(true, 1.5e-6, noise=0.01, n=100)
     options = {"fit_range": {"indentation": "1 um"}, "uncertainty": {"profile.radius": "5 %"}}
-    found = mdr.fit_map(start, [curve], ["body.young"], **options)
+    fitted = mdr.fit_map(start, [curve], ["body.young"], **options)
     one = mdr.fit(start, curve, ["body.young"], **options)
-    assert found["body.young"].values[0] == pytest.approx(one["body.young"].value, rel=1e-6)
-    assert found["body.young_low"].values[0] == pytest.approx(one["body.young"].low, rel=2e-3)
-    shared = found["body.young_systematic"].values[0]
+    assert fitted["body.young"].values[0] == pytest.approx(one["body.young"].value, rel=1e-6)
+    assert fitted["body.young_low"].values[0] == pytest.approx(one["body.young"].low, rel=2e-3)
+    shared = fitted["body.young_systematic"].values[0]
     assert shared == pytest.approx(one.calibration["profile.radius"]["body.young"], rel=1e-6)
-    assert found["indentation"].values[0] < 1.05e-6
+    assert fitted["indentation"].values[0] < 1.05e-6
     slow = mdr.Contact(tip, mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "2 kPa", "0.5 s"), poisson=0.5))
     with pytest.raises(ProblemError, match="only force curves of elastic bodies are cut"):
         mdr.fit_map(slow, [curve], ["body.shear.modulus"], fit_range={"force": "1 nN"})
@@ -571,9 +573,9 @@ def test_samples_that_are_nan_are_beyond_the_fit_range():
     dataset = xr.Dataset(
         {"force": (("curve", "sample"), np.where(within, force, np.nan)), "indentation": ("sample", depth)}
     )
-    found = mdr.fit_map(contact, dataset, ["body.young"])
-    np.testing.assert_allclose(found["body.young"], alone, rtol=1e-5)
-    assert found["indentation"].values.max() < 0.85e-6
+    fitted = mdr.fit_map(contact, dataset, ["body.young"])
+    np.testing.assert_allclose(fitted["body.young"], alone, rtol=1e-5)
+    assert fitted["indentation"].values.max() < 0.85e-6
 
 
 def contact_laws():
@@ -589,25 +591,25 @@ def contact_laws():
 def test_the_law_that_made_a_curve_is_the_best(true):
     adhesion = {"Hertz": None, "JKR": mdr.JKR("0.2 mJ/m^2"), "DMT": mdr.DMT("0.2 mJ/m^2")}[true]
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=adhesion)
-    found = mdr.compare_laws(contact_laws(), curve_of(contact, 1e-6, None, 0.002, 2), FREE)
-    assert found.best == true
-    assert found.weights[true] > 0.99
-    assert sum(found.weights.values()) == pytest.approx(1.0)
-    assert found[true]["body.young"].value == pytest.approx(3e3, rel=0.1)
+    result = mdr.compare_laws(contact_laws(), curve_of(contact, 1e-6, None, 0.002, 2), FREE)
+    assert result.best == true
+    assert result.weights[true] > 0.99
+    assert sum(result.weights.values()) == pytest.approx(1.0)
+    assert result[true]["body.young"].value == pytest.approx(3e3, rel=0.1)
     if true == "Hertz":
-        assert set(found.refusals) == {"JKR", "DMT"}
+        assert set(result.refusals) == {"JKR", "DMT"}
         with pytest.raises(QuantityError, match="shows no adhesion"):
-            found["JKR"]
-    assert true in str(found).splitlines()[1]
-    assert repr(found).startswith(f"<pymdr.LawComparison {true}")
-    html = found._repr_html_()
+            result["JKR"]
+    assert true in str(result).splitlines()[1]
+    assert repr(result).startswith(f"<pymdr.LawComparison {true}")
+    html = result._repr_html_()
     assert html.index(f"<td style='text-align:left'>{true}</td>") == html.index(
         "<td style='text-align:left'>"
     )
-    assert all(why.split(":")[0] in html for why in found.refusals.values())
-    assert any("Burnham and Anderson" in source for source in found.cite())
-    assert len(set(found.cite())) == len(found.cite())
-    assert not faults(found.plot())
+    assert all(why.split(":")[0] in html for why in result.refusals.values())
+    assert any("Burnham and Anderson" in source for source in result.cite())
+    assert len(set(result.cite())) == len(result.cite())
+    assert not faults(result.plot())
 
 
 @pytest.mark.parametrize(
@@ -668,9 +670,9 @@ def test_a_cluster_gives_the_same_numbers(gel):
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        found = mdr.fit_map(start, data, FREE, workers=client)
+        fitted = mdr.fit_map(start, data, FREE, workers=client)
     for name in here.data:
-        assert np.array_equal(found.data[name].values, here.data[name].values, equal_nan=True)
+        assert np.array_equal(fitted.data[name].values, here.data[name].values, equal_nan=True)
 
 
 REAL = Path(__file__).parents[2] / "shared/data/afm"
@@ -692,14 +694,14 @@ def test_halves_of_a_measured_record_agree(name, law):
         for i in (0, 1)
     ]
     free = ["body.young"] if law == "Hertz" else FREE
-    found = mdr.fit_map(start, halves, free)
+    fitted = mdr.fit_map(start, halves, free)
     # nothing pulls in the first of them
     seen = law == "Hertz" or name != "spot3-0192"
-    assert list(found.counts.values()) == [2]
-    assert ("fitted" in found.counts) == seen
+    assert list(fitted.counts.values()) == [2]
+    assert ("fitted" in fitted.counts) == seen
     for one in free if seen else ():
-        low, high = found[one].values
-        assert abs(low - high) < 1.96 * float(np.hypot(*found[f"{one}_error"].values))
+        low, high = fitted[one].values
+        assert abs(low - high) < 1.96 * float(np.hypot(*fitted[f"{one}_error"].values))
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -709,9 +711,9 @@ def test_refusals_are_reported_from_other_processes_and_from_a_store(workers, tm
     name = next(p.name for p in mdr.parameters_of(contact) if p.unit == "Pa")
     untimed = [curve_of(contact_of("paraboloid", 1e3), 1e-6)] * 2
     for _ in range(2):
-        found = mdr.fit_map(contact, untimed, [name], workers=workers, folder=tmp_path / "fits")
-        assert found.counts == {"refused": 2}
-        assert "needs the times of the samples" in found.notes[0]
+        fitted = mdr.fit_map(contact, untimed, [name], workers=workers, folder=tmp_path / "fits")
+        assert fitted.counts == {"refused": 2}
+        assert "needs the times of the samples" in fitted.notes[0]
 
 
 def test_a_pull_without_adhesion_is_reported():
@@ -728,12 +730,12 @@ def test_waves_are_reported_for_every_curve():
     curves = [
         curve_of(one, 1e-6, noise=0.003, seed=i) for i, one in enumerate((paraboloid, cone, paraboloid))
     ]
-    found = mdr.fit_map(contact_of("paraboloid", 1e4), curves, ["body.young"])
+    fitted = mdr.fit_map(contact_of("paraboloid", 1e4), curves, ["body.young"])
     single = [mdr.fit(contact_of("paraboloid", 1e4), one, ["body.young"]) for one in curves]
-    assert found["waves"].values == pytest.approx([one.waves for one in single], rel=1e-3)
-    assert found["waves"].values[[0, 2]].tolist() == [0.0, 0.0]
-    assert found["waves"].values[1] > 1.0
-    assert any(note.startswith("1 of 3 curves have residual waves") for note in found.notes)
+    assert fitted["waves"].values == pytest.approx([one.waves for one in single], rel=1e-3)
+    assert fitted["waves"].values[[0, 2]].tolist() == [0.0, 0.0]
+    assert fitted["waves"].values[1] > 1.0
+    assert any(note.startswith("1 of 3 curves have residual waves") for note in fitted.notes)
     assert any("waves" in note for note in single[1].notes)
     assert not single[0].notes
 
@@ -760,15 +762,15 @@ def test_every_curve_says_how_far_it_is_from_the_limits():
         curve_of(contact_of("paraboloid", E, w), depth, None, 0.01, i)
         for i, (depth, E, w) in enumerate(zip(depths, youngs, works, strict=True))
     ]
-    found = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-3), curves, FREE)
-    of_limit, good = found["of_limit"].values, np.isfinite(found["body.young"].values)
+    fitted = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-3), curves, FREE)
+    of_limit, good = fitted["of_limit"].values, np.isfinite(fitted["body.young"].values)
     assert good.sum() > 90
     for i in np.flatnonzero(good)[::9]:
-        made = contact_of("paraboloid", float(found["body.young"][i]), float(found["adhesion.work"][i]))
-        radius = mdr.solve(made, mdr.indent(float(found["indentation"][i])))["contact_radius"].values[0]
+        made = contact_of("paraboloid", float(fitted["body.young"][i]), float(fitted["adhesion.work"][i]))
+        radius = mdr.solve(made, mdr.indent(float(fitted["indentation"][i])))["contact_radius"].values[0]
         assert of_limit[i] == pytest.approx(radius / 5e-6 / 0.3, rel=0.03)
     beyond = int((of_limit[good] > 1.0).sum())
-    assert f"{beyond} of {good.sum()} curves exceed a limit" in found.summary()
+    assert f"{beyond} of {good.sum()} curves exceed a limit" in fitted.summary()
     few = mdr.fit_map(contact_of("paraboloid", 1e4, 1e-3), curves[:20], FREE)
     assert few["of_limit"].values == pytest.approx(of_limit[:20], rel=0.03, nan_ok=True)
 
@@ -789,8 +791,8 @@ def test_an_unfinished_store_is_made_anew(gel, tmp_path, monkeypatch):
     monkeypatch.undo()
     with pytest.raises(FileError, match="another fit"):
         mdr.fit_map(start, curves[:3], ["body.young"], folder=tmp_path / "fits")
-    found = mdr.fit_map(start, curves[:3], FREE, folder=tmp_path / "fits")
-    assert found.counts == {"fitted": 3}
+    fitted = mdr.fit_map(start, curves[:3], FREE, folder=tmp_path / "fits")
+    assert fitted.counts == {"fitted": 3}
 
 
 def test_what_no_file_holds_is_not_kept_in_a_folder(tmp_path):
@@ -817,7 +819,7 @@ def test_maps_of_bodies_with_memory_report_every_curve():
         }
     )
     reports = []
-    found = mdr.fit_map(
+    fitted = mdr.fit_map(
         contact,
         data,
         ["body.shear.time"],
@@ -826,7 +828,7 @@ def test_maps_of_bodies_with_memory_report_every_curve():
         progress=lambda *done: reports.append(done),
     )
     assert reports == [(1, 3), (2, 3), (3, 3)]
-    assert found.counts == {"fitted": 3}
+    assert fitted.counts == {"fitted": 3}
 
 
 def test_a_map_determines_what_a_soft_machine_does_not():
@@ -838,10 +840,10 @@ def test_a_map_determines_what_a_soft_machine_does_not():
         true = mdr.solve(sticky, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
         noise = 0.01 * np.ptp(true) * np.random.default_rng(1).normal(size=(8, way.size))
         data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
-        found = mdr.fit_map(start, data.assign(spring_constant=machine), FREE)
-        endings[machine] = found.counts
+        fitted = mdr.fit_map(start, data.assign(spring_constant=machine), FREE)
+        endings[machine] = fitted.counts
         for name in FREE:
-            assert not (found[f"{name}_error"] > found[name]).any()
+            assert not (fitted[f"{name}_error"] > fitted[name]).any()
     assert endings[0.05] == {"fitted": 8}
     refused = {name: count for name, count in endings[0.001].items() if name != "fitted"}
     assert all(
@@ -859,11 +861,11 @@ def test_a_map_reports_saturated_detectors():
     alone = mdr.MeasuredCurve(
         force=data["force"].values[1], indentation=data["indentation"].values[1]
     ).mark_saturated()
-    found = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
-    plateau = found["plateau"].values
+    fitted = mdr.fit_map(contact_of("paraboloid", 1e4), data, ["body.young"])
+    plateau = fitted["plateau"].values
     assert plateau[0] == 0.0 or float(curves[0].force.max()) > limit
     assert plateau[1] == alone.marked.sum() > 5
-    assert any("plateau" in note for note in found.notes)
+    assert any("plateau" in note for note in fitted.notes)
     left_out = data.assign(force=data["force"].where(data["force"] < limit))
     again = mdr.fit_map(contact_of("paraboloid", 1e4), left_out, ["body.young"])
     assert not again["plateau"].any()
@@ -886,15 +888,15 @@ def test_a_pull_of_a_few_samples_is_recovered_with_honest_errors():
     noise = 0.018 * np.ptp(true) * np.random.default_rng(1).normal(size=(150, way.size))
     data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
     start = mdr.Contact(sticky.profile, mdr.Elastic(1e4, 0.5), adhesion=mdr.JKR(1e-3))
-    found = mdr.fit_map(start, data.assign(spring_constant=0.02), FREE)
-    assert found.counts == {"fitted": 150}
+    fitted = mdr.fit_map(start, data.assign(spring_constant=0.02), FREE)
+    assert fitted.counts == {"fitted": 150}
     for name, value in zip(FREE, (3e3, 3e-5), strict=True):
-        off = np.abs(found[name].values - value) / found[f"{name}_error"].values
+        off = np.abs(fitted[name].values - value) / fitted[f"{name}_error"].values
         # three deviations of the count below 95 %
         assert np.mean(off < 1.96) > 0.89
         assert off.max() < 5.0
     single = mdr.fit(start, mdr.MeasuredCurve(force=true + noise[0], travel=way, spring_constant=0.02), FREE)
-    assert single["adhesion.work"].error == pytest.approx(float(found["adhesion.work_error"][0]), rel=0.2)
+    assert single["adhesion.work"].error == pytest.approx(float(fitted["adhesion.work_error"][0]), rel=0.2)
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -909,12 +911,12 @@ def test_a_contact_that_is_a_small_part_of_its_record_is_located(log_share, samp
     noisy = force + 1e-3 * np.ptp(force) * np.random.default_rng(samples).normal(size=way.size)
     start = contact_of("paraboloid", 1e5, 1e-6 if sticks else None)
     point = 0.0 if knows_point else None
-    found = mdr.fit_map(
+    fitted = mdr.fit_map(
         start, [mdr.MeasuredCurve(force=noisy, indentation=way)], ["body.young"], contact_point=point
     )
-    assert found.counts == {"fitted": 1}
-    assert abs(found["body.young"].values[0] - 3e3) < 5.0 * found["body.young_error"].values[0]
-    assert found["noise"].values[0] == pytest.approx(1e-3 * np.ptp(force), rel=0.2)
+    assert fitted.counts == {"fitted": 1}
+    assert abs(fitted["body.young"].values[0] - 3e3) < 5.0 * fitted["body.young_error"].values[0]
+    assert fitted["noise"].values[0] == pytest.approx(1e-3 * np.ptp(force), rel=0.2)
 
 
 def test_maugis_dugdale_of_a_known_range_is_a_family():
@@ -923,10 +925,10 @@ def test_maugis_dugdale_of_a_known_range_is_a_family():
         return mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(young, 0.5), adhesion=law)
 
     curve = curve_of(contact(3e3, 2e-4), 1e-6, 0.05)
-    found = mdr.fit_map(contact(1e4, 1e-3), [curve], FREE)
-    assert any("tables of the forces" in note for note in found.notes)
+    fitted = mdr.fit_map(contact(1e4, 1e-3), [curve], FREE)
+    assert any("tables of the forces" in note for note in fitted.notes)
     for name, value in zip(FREE, (3e3, 2e-4), strict=True):
-        assert found[name].values == pytest.approx(value, rel=1e-3)
+        assert fitted[name].values == pytest.approx(value, rel=1e-3)
     strong = mdr.MaugisDugdale("1 mJ/m^2", strength="2 kPa")
     fixed = dataclasses.replace(contact(1e4, 1e-3), adhesion=strong)
     # a stress that is given does not grow with the modulus
@@ -946,15 +948,15 @@ def test_a_record_beyond_the_profile_is_fitted_up_to_its_end(work, top):
     curve = mdr.MeasuredCurve(force=force + noise, indentation=way)
     start = mdr.Contact(short, mdr.Elastic(1e4, 0.5), adhesion=None if work is None else mdr.JKR(1e-3))
     free = ["body.young"] if work is None else FREE
-    found = mdr.fit_map(start, [curve], free)
+    fitted = mdr.fit_map(start, [curve], free)
     if top < 1e-6:
-        assert found.counts == {"fitted": 1}
-        assert found["body.young"].values == pytest.approx(3e3, rel=3e-3)
+        assert fitted.counts == {"fitted": 1}
+        assert fitted["body.young"].values == pytest.approx(3e3, rel=3e-3)
         assert mdr.fit(start, curve, free)["body.young"].value == pytest.approx(3e3, rel=3e-3)
     else:
-        assert "fitted" not in found.counts
+        assert "fitted" not in fitted.counts
         if work is None:
-            assert "the profile ends at 1.8 µm" in found.notes[0]
+            assert "the profile ends at 1.8 µm" in fitted.notes[0]
         with pytest.raises((ProblemError, PathError), match=r"largest indentation|shows no adhesion"):
             mdr.fit(start, curve, free)
 
@@ -968,11 +970,11 @@ def test_a_tilt_of_the_baseline_is_recovered_with_the_moduli(work):
     drift = tilt * (clean.position - middle)
     curves = [dataclasses.replace(clean, force=clean.force + drift + one) for one in noise]
     start, free = contact_of("paraboloid", 1e4, work and 1e-4), FREE[: 1 if work is None else 2]
-    found = mdr.fit_map(start, curves, [*free, "tilt"])
-    assert found.counts == {"fitted": 300}
+    fitted = mdr.fit_map(start, curves, [*free, "tilt"])
+    assert fitted.counts == {"fitted": 300}
     true = {"body.young": 3e3, "adhesion.work": work, "contact_point": 0.0, "baseline": 0.0, "tilt": tilt}
-    for name in found.names:
-        off = (found[name].values - true[name]) / found[f"{name}_error"].values
+    for name in fitted.names:
+        off = (fitted[name].values - true[name]) / fitted[f"{name}_error"].values
         # four deviations of a mean and of a share of 300
         assert abs(off.mean()) < 4.0 / math.sqrt(300)
         assert np.mean(np.abs(off) < 1.96) > 0.95 - 4.0 * math.sqrt(0.05 * 0.95 / 300)
@@ -981,9 +983,9 @@ def test_a_tilt_of_the_baseline_is_recovered_with_the_moduli(work):
         mdr.fit(start, curves[0], [*free, "tilt"]),
         mdr.fit_map(start, curves[:1], [*free, "tilt"]),
     )
-    for name in found.names:
+    for name in fitted.names:
         error = float(alone[f"{name}_error"][0])
-        assert single[name].value == pytest.approx(float(found[name][0]), abs=0.3 * error)
+        assert single[name].value == pytest.approx(float(fitted[name][0]), abs=0.3 * error)
         assert single[name].error == pytest.approx(error, rel=0.1)
     assert mdr.fit(start, curves[0], free).waves > 1.0
 
@@ -1007,10 +1009,10 @@ def test_laws_are_compared_with_a_tilt():
         "ball": contact_of("paraboloid", 1e4),
         "cone": mdr.Contact(mdr.Cone(slope=0.5), mdr.Elastic("10 kPa", 0.5)),
     }
-    found = mdr.compare_laws(laws, curve, ["body.young", "tilt"])
-    assert found.best == "ball"
-    assert found["ball"]["body.young"].value == pytest.approx(3e3, rel=0.05)
-    assert set(found["cone"].values) >= {"tilt"}
+    result = mdr.compare_laws(laws, curve, ["body.young", "tilt"])
+    assert result.best == "ball"
+    assert result["ball"]["body.young"].value == pytest.approx(3e3, rel=0.05)
+    assert set(result["cone"].values) >= {"tilt"}
     with pytest.raises(ProblemError, match="has none of the parameters"):
         mdr.compare_laws(laws, curve, ["tilt"])
 
@@ -1046,8 +1048,8 @@ curves = [mdr.MeasuredCurve(force=E * unit, indentation=depth) for E in young]
 assert abs(mdr.fit(start, curves[0], ["body.young"])["body.young"].value / 1e3 - 1) < 1e-9
 print("fitted", flush=True)
 for _ in range(2):
-    found = mdr.fit_map(start, curves, ["body.young"])
-    assert np.allclose(found["body.young"], young, rtol=1e-9, atol=0.0), found
+    fitted = mdr.fit_map(start, curves, ["body.young"])
+    assert np.allclose(fitted["body.young"], young, rtol=1e-9, atol=0.0), fitted
 """
 
 

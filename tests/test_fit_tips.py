@@ -43,11 +43,11 @@ TIPS = {
 @pytest.mark.parametrize("name", TIPS)
 def test_the_modulus_of_a_tip_is_recovered(name):
     tip = TIPS[name]
-    found = mdr.fit(start(tip), recorded(tip), ["body.young"])["body.young"]
-    assert found.value == pytest.approx(3e3, rel=1e-6)
+    computed = mdr.fit(start(tip), recorded(tip), ["body.young"])["body.young"]
+    assert computed.value == pytest.approx(3e3, rel=1e-6)
     if isinstance(tip, mdr.Pyramid):  # the interval contains the error of the constant
         error = 2.5e-3 if tip.sides > 8 else 3e-4
-        assert found.high / found.low - 1.0 > error
+        assert computed.high / computed.low - 1.0 > error
     fitted = mdr.fit_map(start(tip), [recorded(tip), recorded(tip)], ["body.young"])
     assert fitted["body.young"].values == pytest.approx(3e3, rel=1e-6)
 
@@ -84,12 +84,12 @@ def test_a_fit_range_is_that_of_the_model_and_is_reported():
     ball = mdr.Paraboloid("5 um")
     curve = recorded(ball, noise=0.01, seed=3)
     for limits in ({"indentation": "500 nm"}, {"force": "2 nN"}, {"indentation": "1 um", "force": "2 nN"}):
-        found = mdr.fit(start(ball), curve, ["body.young"], fit_range=limits)
-        assert found["body.young"].low < 3e3 < found["body.young"].high
-        depth, force = found.data["indentation"].values, found.data["model"].values
+        fitted = mdr.fit(start(ball), curve, ["body.young"], fit_range=limits)
+        assert fitted["body.young"].low < 3e3 < fitted["body.young"].high
+        depth, force = fitted.data["indentation"].values, fitted.data["model"].values
         step = np.diff(WAY)[0]  # one sample may enter or leave
         assert depth.max() <= 500e-9 + step if "force" not in limits else force.max() <= 2.2e-9
-        assert any(note.startswith("fit range: ") for note in found.notes)
+        assert any(note.startswith("fit range: ") for note in fitted.notes)
     for wrong in ({"depth": 1.0}, {}, {"force": "-1 nN"}):
         with pytest.raises(ProblemError, match="fit_range"):
             mdr.fit(start(ball), curve, ["body.young"], fit_range=wrong)
@@ -98,13 +98,13 @@ def test_a_fit_range_is_that_of_the_model_and_is_reported():
 def test_uncertainties_follow_their_scalings():
     ball = mdr.Paraboloid("5 um")
     given = {"spring_constant": "10 %", "profile.radius": "0.25 um", "body.poisson": 0.05}
-    found = mdr.fit(start(ball), recorded(ball), ["body.young"], uncertainty=given)
-    relative = {name: part["body.young"] / 3e3 for name, part in found.calibration.items()}
+    fitted = mdr.fit(start(ball), recorded(ball), ["body.young"], uncertainty=given)
+    relative = {name: part["body.young"] / 3e3 for name, part in fitted.calibration.items()}
     assert relative["spring_constant"] == pytest.approx(0.1, rel=1e-5)  # force and stiffness scale together
     assert relative["profile.radius"] == pytest.approx(0.025, rel=2e-3)  # E ~ R^(-1/2)
     assert relative["body.poisson"] == pytest.approx((1 - 0.45**2) / 0.75 - 1, rel=1e-5)  # one side
     total = math.sqrt(sum(part**2 for part in relative.values()))
-    one = found["body.young"]
+    one = fitted["body.young"]
     assert math.log(one.high / one.low) == pytest.approx(2 * 1.96 * total, rel=1e-3)
 
 
@@ -136,8 +136,8 @@ def test_intervals_with_uncertain_calibration_cover():
         believed = mdr.MeasuredCurve(
             force=factor * true.force, travel=true.travel, spring_constant=factor * 0.05
         )
-        found = mdr.fit(start(ball), believed, ["body.young"], uncertainty={"spring_constant": "10 %"})
-        inside += found["body.young"].low < 3e3 < found["body.young"].high
+        fitted = mdr.fit(start(ball), believed, ["body.young"], uncertainty={"spring_constant": "10 %"})
+        inside += fitted["body.young"].low < 3e3 < fitted["body.young"].high
     assert inside >= 20  # 22.8 expected; 1 in 200 series of 24 has fewer
 
 
@@ -166,18 +166,18 @@ def test_a_map_masks_curves_of_poor_quality():
         recorded(ball, 0.01, seed=2, tilt=3e-3),
         recorded(ball, 0.01, seed=3),
     ]
-    found = mdr.fit_map(start(ball), curves, ["body.young"])
-    assert found.data["good"].values.tolist() == [True, False, False, True]
-    assert found.mask(relative_residual=1.0, baseline_rise=1.0).values.all() == (found["ending"] == 0).all()
-    assert not found.mask(samples_in_contact=1000).values.any()
+    fitted = mdr.fit_map(start(ball), curves, ["body.young"])
+    assert fitted.data["good"].values.tolist() == [True, False, False, True]
+    assert fitted.mask(relative_residual=1.0, baseline_rise=1.0).values.all() == (fitted["ending"] == 0).all()
+    assert not fitted.mask(samples_in_contact=1000).values.any()
     with pytest.raises(ProblemError, match="relative_residual = -1; a limit of 0 or more"):
-        found.mask(relative_residual=-1.0)
+        fitted.mask(relative_residual=-1.0)
     for wrong in ("small", None, [1.0], math.nan):
         with pytest.raises(ProblemError, match=r"baseline_rise = .*; a limit of 0 or more is needed"):
-            found.mask(baseline_rise=wrong)
-    inside = int((curves[0].travel > found["contact_point"].values[0]).sum())
-    assert found["samples_in_contact"].values[0] == inside
-    assert found["relative_residual"].values[0] == pytest.approx(0.01, rel=0.15)
+            fitted.mask(baseline_rise=wrong)
+    inside = int((curves[0].travel > fitted["contact_point"].values[0]).sum())
+    assert fitted["samples_in_contact"].values[0] == inside
+    assert fitted["relative_residual"].values[0] == pytest.approx(0.01, rel=0.15)
 
 
 def test_groups_count_once_each():

@@ -67,12 +67,12 @@ def test_moduli_of_any_size_are_recovered(shape, log_size, log_young, log_start,
     curve = recorded(
         contact, np.linspace(-0.7 * top, top, 150), machine, 0.0, 0, offset * largest, offset * depth
     )
-    found = mdr.fit(
+    fitted = mdr.fit(
         mdr.Contact(contact.profile, mdr.Elastic(young * 10.0**log_start, 0.4)), curve, ["body.young"]
     )
-    assert found["body.young"].value == pytest.approx(young, rel=1e-6)
-    assert found["contact_point"].value == pytest.approx(offset * depth, abs=1e-6 * top)
-    assert found["baseline"].value == pytest.approx(offset * largest, abs=1e-6 * largest)
+    assert fitted["body.young"].value == pytest.approx(young, rel=1e-6)
+    assert fitted["contact_point"].value == pytest.approx(offset * depth, abs=1e-6 * top)
+    assert fitted["baseline"].value == pytest.approx(offset * largest, abs=1e-6 * largest)
 
 
 @pytest.mark.parametrize("machine", [None, "0.05 N/m"])
@@ -83,13 +83,13 @@ def test_work_and_modulus_from_any_start(law, machine, start):
     way = np.concatenate([np.linspace(-1e-6, 1.5e-6, 250), np.linspace(1.5e-6, -3e-6, 450)])
     curve = recorded(contact, way, machine, 0.01, 3, -1e-10, 4e-7)
     first = mdr.Contact(contact.profile, mdr.Elastic(start[0], 0.5), adhesion=type(law)(start[1]))
-    found = mdr.fit(first, curve, ["body.young", "adhesion.work"])
-    assert {"body.young", "adhesion.work"} <= set(found)
-    assert "torque" not in found
+    fitted = mdr.fit(first, curve, ["body.young", "adhesion.work"])
+    assert {"body.young", "adhesion.work"} <= set(fitted)
+    assert "torque" not in fitted
     for name, value in (("body.young", 3e3), ("adhesion.work", 0.2e-3), ("contact_point", 4e-7)):
-        assert abs(found[name].value - value) < 4.5 * found[name].error
-        assert found[name].error < 0.05 * value
-    assert found.noise == pytest.approx(0.01 * np.ptp(curve.force), rel=0.15)
+        assert abs(fitted[name].value - value) < 4.5 * fitted[name].error
+        assert fitted[name].error < 0.05 * value
+    assert fitted.noise == pytest.approx(0.01 * np.ptp(curve.force), rel=0.15)
 
 
 @settings(max_examples=examples(15), deadline=None)
@@ -175,32 +175,32 @@ def test_correlated_noise_widens_intervals():
 
 def test_profiles_of_the_likelihood_agree_where_it_is_normal():
     curve = recorded(JKR, np.linspace(1.5e-6, -2e-6, 300), None, 0.01, 1)
-    found = mdr.fit(JKR, curve, ["body.young", "adhesion.work"])
-    for name, (low, high) in found.profile_intervals().items():
-        width = found[name].high - found[name].low
-        assert low == pytest.approx(found[name].low, abs=0.1 * width)
-        assert high == pytest.approx(found[name].high, abs=0.1 * width)
+    fitted = mdr.fit(JKR, curve, ["body.young", "adhesion.work"])
+    for name, (low, high) in fitted.profile_intervals().items():
+        width = fitted[name].high - fitted[name].low
+        assert low == pytest.approx(fitted[name].low, abs=0.1 * width)
+        assert high == pytest.approx(fitted[name].high, abs=0.1 * width)
     with pytest.raises(QuantityError, match=r"profile\.radius"):
-        found.profile_intervals(["profile.radius"])
+        fitted.profile_intervals(["profile.radius"])
 
 
 def test_a_fit_is_shown_cited_and_saved(tmp_path):
-    found = mdr.fit(JKR, recorded(JKR, np.linspace(1.5e-6, -2e-6, 100), None, 0.01, 1), ["body.young"])
-    assert repr(found).startswith("<pymdr.FitResult body.young = ")
-    html = found._repr_html_()
-    assert all(name in html for name in found.values)
-    assert escape(found.claims["normal_force"].source) in html
-    sources = " ".join(found.cite())
+    fitted = mdr.fit(JKR, recorded(JKR, np.linspace(1.5e-6, -2e-6, 100), None, 0.01, 1), ["body.young"])
+    assert repr(fitted).startswith("<pymdr.FitResult body.young = ")
+    html = fitted._repr_html_()
+    assert all(name in html for name in fitted.values)
+    assert escape(fitted.claims["normal_force"].source) in html
+    sources = " ".join(fitted.cite())
     assert all(name in sources for name in ("Johnson, Kendall and Roberts", "Marquardt"))
-    found.save(tmp_path / "fit.nc")
+    fitted.save(tmp_path / "fit.nc")
     with xr.open_dataset(tmp_path / "fit.nc") as again:
-        assert again.drop_attrs().equals(found.data.drop_attrs())
+        assert again.drop_attrs().equals(fitted.data.drop_attrs())
         assert again["model"].attrs["units"] == "N"
         data = json.loads(again.attrs["pymdr_fit"])
-    assert data["values"]["body.young"]["value"] == found["body.young"].value
-    assert decode_contact(data["contact"])[1] == found.contact
+    assert data["values"]["body.young"]["value"] == fitted["body.young"].value
+    assert decode_contact(data["contact"])[1] == fitted.contact
     with pytest.raises(FileError, match="NetCDF"):
-        found.save(tmp_path / "fit.txt")
+        fitted.save(tmp_path / "fit.txt")
 
 
 @pytest.mark.parametrize("kind", ["fit", "map", "laws"])
@@ -209,37 +209,37 @@ def test_what_fits_find_is_shown_and_written_as_a_study(tmp_path, kind):
     dmt = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.DMT("1 uJ/m^2"))
     bare = mdr.Contact(dmt.profile, dmt.body)
     curve, free = recorded(dmt, np.linspace(3e-6, -1e-6, 100), None, 1e-3, 1), ["body.young"]
-    found = {
+    result = {
         "fit": lambda: mdr.fit(dmt, curve, free),
         "map": lambda: mdr.fit_map(dmt, [curve, curve], free),
         "laws": lambda: mdr.compare_laws({"DMT": dmt, "Hertz": bare}, curve, free),
     }[kind]()
-    assert isinstance(found, Answer)
-    found.save(tmp_path / "found.nc")
+    assert isinstance(result, Answer)
+    result.save(tmp_path / "found.nc")
     with xr.open_dataset(tmp_path / "found.nc") as kept:
         data = json.loads(kept.attrs["pymdr_metadata"])
-        assert kept.drop_attrs().equals(found.data.drop_attrs())
+        assert kept.drop_attrs().equals(result.data.drop_attrs())
     assert {name: claim["level"] for name, claim in data["claims"].items()} == {
-        name: claim.level.name for name, claim in found.claims.items()
+        name: claim.level.name for name, claim in result.claims.items()
     }
-    found.to_csv(tmp_path / "found.csv")
+    result.to_csv(tmp_path / "found.csv")
     titles = (tmp_path / "found.csv").read_text().splitlines()[0].split(",")
     # what a model is off says nothing of what was measured
     assert "normal_force_error" not in titles
-    assert {title.partition(" [")[0] for title in titles} >= set(map(str, found.data))
+    assert {title.partition(" [")[0] for title in titles} >= set(map(str, result.data))
     pytest.importorskip("openpyxl")
-    found.to_xlsx(tmp_path / "found.xlsx")
-    unmet = [one.description for one in found.assumptions if not one.met]
+    result.to_xlsx(tmp_path / "found.xlsx")
+    unmet = [one.description for one in result.assumptions if not one.met]
     assert len(unmet) == (0 if kind == "laws" else 2)
-    figure = found.plot()
+    figure = result.plot()
     below = figure.get_supxlabel().replace("\n", " ")
     assert all(words in below for words in unmet)
     if kind == "fit":
-        text = str(found["body.young"]).replace("body.young", "Young's modulus")
+        text = str(result["body.young"]).replace("body.young", "Young's modulus")
         assert text in figure.get_suptitle()
-    again = pickle.loads(pickle.dumps(found))
-    assert again.summary() == found.summary()
-    assert all(words in found.summary() for words in unmet)
+    again = pickle.loads(pickle.dumps(result))
+    assert again.summary() == result.summary()
+    assert all(words in result.summary() for words in unmet)
 
 
 def test_several_curves_share_the_contact():
@@ -267,11 +267,11 @@ def test_bodies_with_memory():
     start = mdr.Contact(
         contact.profile, mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "10 kPa", "0.1 s"), poisson=0.5)
     )
-    found = mdr.fit(start, curve, ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"])
+    fitted = mdr.fit(start, curve, ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"])
     for name, value in (("equilibrium", 1e3), ("modulus", 3e3), ("time", 1.0)):
-        assert found[f"body.shear.{name}"].value == pytest.approx(value, rel=1e-3)
-    assert np.array_equal(found.data["time"].values, time)
-    assert found.plot().axes[0].get_xlabel() == "time $t$ (s)"
+        assert fitted[f"body.shear.{name}"].value == pytest.approx(value, rel=1e-3)
+    assert np.array_equal(fitted.data["time"].values, time)
+    assert fitted.plot().axes[0].get_xlabel() == "time $t$ (s)"
     with pytest.raises(ProblemError, match="needs the times"):
         mdr.fit(start, mdr.MeasuredCurve(force=force, indentation=depth), ["body.shear.modulus"])
 
@@ -290,9 +290,9 @@ def test_dashpots_are_recovered_from_any_start(log_modulus, log_viscosity):
     force = mdr.solve(damped(modulus, viscosity), path)["normal_force"].values
     curve = mdr.MeasuredCurve(force=force, indentation=depth + 1e-7, time=time)
     start = damped(modulus * 10.0**log_modulus, viscosity * 10.0**log_viscosity)
-    found = estimated(search_of(start, curve, ["body.shear.modulus", "body.shear.viscosity"], {"tilt": 0.0}))
-    assert found.values["body.shear.modulus"].value == pytest.approx(modulus, rel=1e-3)
-    assert found.values["body.shear.viscosity"].value == pytest.approx(viscosity, rel=1e-3)
+    result = estimated(search_of(start, curve, ["body.shear.modulus", "body.shear.viscosity"], {"tilt": 0.0}))
+    assert result.values["body.shear.modulus"].value == pytest.approx(modulus, rel=1e-3)
+    assert result.values["body.shear.viscosity"].value == pytest.approx(viscosity, rel=1e-3)
 
 
 @pytest.mark.parametrize("machine", [None, 0.05])
@@ -482,14 +482,14 @@ def test_records_without_contact_are_refused():
 def test_an_unknown_at_its_bound_is_reported(tmp_path):
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5))
     curve = recorded(contact, np.linspace(-1e-6, 1e-6, 200), None, 0.01)
-    found = mdr.fit(contact, curve, {"body.young": ["10 kPa", "20 kPa"]})
-    assert (found["body.young"].low, found["body.young"].high) == (10e3, 20e3)
-    assert math.isnan(found["body.young"].error)
-    assert "reached its bound 10 kPa" in found.summary()
-    assert str(found["body.young"]) == "body.young = 10 kPa, at one of its bounds 10 kPa and 20 kPa"
-    assert found.profile_intervals() == {"body.young": (10e3, 20e3)}
-    assert found.waves > 1.0
-    found.save(tmp_path / "fit.nc")
+    fitted = mdr.fit(contact, curve, {"body.young": ["10 kPa", "20 kPa"]})
+    assert (fitted["body.young"].low, fitted["body.young"].high) == (10e3, 20e3)
+    assert math.isnan(fitted["body.young"].error)
+    assert "reached its bound 10 kPa" in fitted.summary()
+    assert str(fitted["body.young"]) == "body.young = 10 kPa, at one of its bounds 10 kPa and 20 kPa"
+    assert fitted.profile_intervals() == {"body.young": (10e3, 20e3)}
+    assert fitted.waves > 1.0
+    fitted.save(tmp_path / "fit.nc")
     with xr.open_dataset(tmp_path / "fit.nc") as kept:
         assert "NaN" not in kept.attrs["pymdr_fit"]
     inside = mdr.fit(contact, curve, {"body.young": ["1 kPa", "20 kPa"]})
@@ -536,8 +536,8 @@ def test_the_range_of_a_law_of_adhesion_is_reported(law, words):
     true = mdr.with_parameters(start, {"body.young": "3 kPa", "adhesion.work": "0.2 mJ/m^2"})
     curve = recorded(true, np.linspace(1.0e-6, -2e-6, 300), None, 0.005, 1)
     free = ["body.young", "adhesion.work"]
-    for found in (mdr.fit(start, curve, free), mdr.fit_map(start, [curve], free)):
-        notes = [note for note in found.notes if "reaches" in note or "Maugis'" in note]
+    for computed in (mdr.fit(start, curve, free), mdr.fit_map(start, [curve], free)):
+        notes = [note for note in computed.notes if "reaches" in note or "Maugis'" in note]
         # 1.1272 (R (w/E*)^2)^(1/3) / h0 is 260.5 nm / h0
         assert len(notes) == bool(words)
         assert not words or re.match(words, notes[0])
@@ -557,11 +557,11 @@ def test_intervals_hold_the_error_of_the_curve_that_is_fitted(seed):
         force=model * (1.0 + 1e-6 * rng.normal(size=depth.size)), indentation=scale * depth
     )
     start = mdr.Contact(tip, mdr.Elastic("10 kPa", 0.5))
-    found = mdr.fit(start, record, ["body.young"], contact_point=0.0, baseline=0.0)
-    error, young = found.claims["normal_force"].error.max(), found["body.young"]
+    fitted = mdr.fit(start, record, ["body.young"], contact_point=0.0, baseline=0.0)
+    error, young = fitted.claims["normal_force"].error.max(), fitted["body.young"]
     assert 1e-3 < error < 0.2
     assert young.low < (1.0 - 0.95 * error) * 3e3 < (1.0 + 0.95 * error) * 3e3 < young.high
-    assert "the intervals include the error of the model" in "".join(found.notes)
+    assert "the intervals include the error of the model" in "".join(fitted.notes)
 
 
 @pytest.mark.parametrize("seed", [6, 26])
@@ -579,10 +579,10 @@ def test_dmt_is_fitted_to_its_noise_where_the_pull_exceeds_the_load(seed):
     force = true["normal_force"].values + noise * rng.normal(size=depth.size)
     start = mdr.Contact(tip, mdr.Elastic("30 kPa", 0.5), adhesion=mdr.DMT(0.1 * work))
     curve = mdr.MeasuredCurve(force=force, indentation=depth + 3e-8 * rng.uniform(-1.0, 1.0))
-    found = mdr.fit(start, curve, ["body.young", "adhesion.work"])
-    assert found.noise < noise * (1.0 + 4.0 / np.sqrt(4.0 * samples))
-    assert found["adhesion.work"].value == pytest.approx(work, abs=5.0 * found["adhesion.work"].error)
-    assert found["body.young"].value == pytest.approx(1e6, abs=5.0 * found["body.young"].error)
+    fitted = mdr.fit(start, curve, ["body.young", "adhesion.work"])
+    assert fitted.noise < noise * (1.0 + 4.0 / np.sqrt(4.0 * samples))
+    assert fitted["adhesion.work"].value == pytest.approx(work, abs=5.0 * fitted["adhesion.work"].error)
+    assert fitted["body.young"].value == pytest.approx(1e6, abs=5.0 * fitted["body.young"].error)
 
 
 @pytest.mark.parametrize("factor", [0.03, 30.0])
@@ -596,13 +596,13 @@ def test_maugis_and_dugdale_find_their_own_record_from_any_start(factor):
         force=force + noise * np.random.default_rng(7).normal(size=depth.size), indentation=depth
     )
     begin = mdr.MaugisDugdale(0.2e-3 / factor, strength="1 kPa")
-    found = mdr.fit(
+    fitted = mdr.fit(
         mdr.Contact(tip, mdr.Elastic(3e3 * factor, 0.5), adhesion=begin),
         curve,
         ["body.young", "adhesion.work"],
     )
-    assert found.noise < 1.2 * noise
-    assert found["adhesion.work"].value == pytest.approx(0.2e-3, abs=5.0 * found["adhesion.work"].error)
+    assert fitted.noise < 1.2 * noise
+    assert fitted["adhesion.work"].value == pytest.approx(0.2e-3, abs=5.0 * fitted["adhesion.work"].error)
 
 
 @pytest.mark.parametrize("law", [mdr.JKR, mdr.DMT])
@@ -610,15 +610,15 @@ def test_errors_of_long_records_fall_with_the_root_of_the_samples(law):
     """On a machine the rate of the force is unbounded at the jump; samples beside it must not decide the errors."""
     gel = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=law("0.2 mJ/m^2"))
     start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("1 MPa", 0.5), adhesion=law("10 mJ/m^2"))
-    found = {}
+    results = {}
     for n in (4_000, 100_000):
         way = np.concatenate([np.linspace(-2e-6, 2e-6, n // 2), np.linspace(2e-6, -3e-6, n // 2)])
         force = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness="0.05 N/m")["normal_force"].values
         force = force + 2e-10 * np.random.default_rng(4).normal(size=way.size)
         record = mdr.MeasuredCurve(force=force, travel=way + 4e-7, spring_constant="0.05 N/m")
-        found[n] = mdr.fit(start, record, ["body.young", "adhesion.work"])
+        results[n] = mdr.fit(start, record, ["body.young", "adhesion.work"])
     for name, true in (("body.young", 3e3), ("adhesion.work", 2e-4), ("contact_point", 4e-7)):
-        few, many = (found[n][name] for n in found)
+        few, many = (results[n][name] for n in results)
         assert 0.6 < 5.0 * many.error / few.error < 1.5, name
         assert abs(many.value - true) < 4.0 * many.error, name
 
@@ -675,9 +675,9 @@ def test_the_last_sample_of_a_pull_on_a_soft_machine_is_not_left_out():
     force = force + noise * rng.normal(size=force.size)
     curve = mdr.MeasuredCurve(force=force, travel=travel + 1.9167e-08, spring_constant=spring)
     start = mdr.Contact(tip, mdr.Elastic(480.159, 0.5), adhesion=mdr.JKR(1.129056e-06))
-    found = mdr.fit(start, curve, ["body.young", "adhesion.work"])
+    fitted = mdr.fit(start, curve, ["body.young", "adhesion.work"])
     # the sample beside the jump is left out of the noise, but decides the work
-    one = found["adhesion.work"]
+    one = fitted["adhesion.work"]
     assert abs(math.log(one.value / work)) < 4.0 * math.log(one.high / one.low) / 3.92
 
 
@@ -706,8 +706,8 @@ def test_an_interval_of_several_times_its_value_is_noted():
     force = force + 0.01 * np.ptp(force) * np.random.default_rng(0).normal(size=force.size)
     curve = mdr.MeasuredCurve(force=force, indentation=depth, time=time)
     free = ["body.shear.modulus", "body.shear.time"]
-    found = mdr.fit(gel, curve, free, contact_point=0.0, baseline=0.0)
+    fitted = mdr.fit(gel, curve, free, contact_point=0.0, baseline=0.0)
     for name in free:
-        assert found[name].high > 4.0 * found[name].low
-        assert any(f"{name} is hardly determined" in note for note in found.notes)
-    assert found["body.shear.modulus"].high < 2000.0
+        assert fitted[name].high > 4.0 * fitted[name].low
+        assert any(f"{name} is hardly determined" in note for note in fitted.notes)
+    assert fitted["body.shear.modulus"].high < 2000.0

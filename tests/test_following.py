@@ -525,8 +525,8 @@ def test_fifty_instabilities():
     assert totals[0] == pytest.approx(totals[1], rel=1e-13)
     assert work_between_jumps(law, np.inf, history) == pytest.approx(totals[0], rel=1e-8)
     on = history.attached
-    found = law.states(history.parameter[on]).indentation
-    assert np.max(np.abs(found - history.control[on])) < 1e-12
+    result = law.states(history.parameter[on]).indentation
+    assert np.max(np.abs(result - history.control[on])) < 1e-12
     assert np.all(law.slopes(history.parameter[on])[0] > -1e-9)
 
 

@@ -40,8 +40,8 @@ def line_of(profile, modulus=1.0):
     return ElasticLine(equivalent_profile(profile), modulus)
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed) / np.asarray(exact, dtype=float) - 1)))
 
 
 HOLLOW = {

@@ -64,8 +64,8 @@ def columns(history):
     return np.array(history, dtype=float).T.copy()
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found) / exact - 1.0)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed) / exact - 1.0)))
 
 
 def substeps(values, m):
@@ -616,15 +616,15 @@ def test_superposition_and_spring_shifts(name, history, mu):
 def test_tables(n):
     table = tabulated_curves(lambda d: d ** (1 / n), 1.0, 1.0)
     y = np.concatenate([np.linspace(0.0, 1.0, 5001)[1:], np.logspace(-12, 0, 200)])
-    for exact, found in zip(evaluate(POWERS[n], y), evaluate(table, y), strict=True):
-        np.testing.assert_allclose(found, exact, rtol=2e-13, atol=0.0)
+    for exact, results in zip(evaluate(POWERS[n], y), evaluate(table, y), strict=True):
+        np.testing.assert_allclose(results, exact, rtol=2e-13, atol=0.0)
     for curves in (POWERS[n], table):
         force = evaluate(curves, y)[1]
         np.testing.assert_allclose(depths_at_force(curves, force), y, rtol=4e-15, atol=0.0)
     d, u = columns([[0.5, 0.1], [0.5, 0.45], [0.8, 0.3], [0.8, -0.2], [0.35, -0.1], [0.6, 0.5], [0.2, 0.45]])
-    exact, found = (follow_displacements(c, d, u, 0.7, 0.8) for c in (POWERS[n], table))
+    exact, results = (follow_displacements(c, d, u, 0.7, 0.8) for c in (POWERS[n], table))
     for name in ("tangential_force", "stored_energy", "slip_work", "stick_radius"):
-        assert close(getattr(exact, name), getattr(found, name), 1e-11)
+        assert close(getattr(exact, name), getattr(results, name), 1e-11)
 
 
 def test_tables_refuse_what_they_cannot_hold():

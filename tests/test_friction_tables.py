@@ -123,8 +123,8 @@ def test_tables_are_right_at_every_depth(radius):
     curves = radius.table(1.0)
     d = radius.points(1.0)
     d = d[radius.exact(d)[2] > 1e-250]
-    for exact, found in zip(radius.exact(d), evaluate(curves, d), strict=True):
-        np.testing.assert_allclose(found, exact.astype(float), rtol=1e-12, atol=0.0)
+    for exact, computed in zip(radius.exact(d), evaluate(curves, d), strict=True):
+        np.testing.assert_allclose(computed, exact.astype(float), rtol=1e-12, atol=0.0)
     assert curves.misfit <= 1e-12
     force = evaluate(curves, d)[1]
     back = depths_at_force(curves, force)
@@ -163,15 +163,15 @@ def test_a_history_that_goes_deep_and_comes_back_is_that_of_the_closed_form(rows
     table = tabulated_curves(lambda d: length * (d / length) ** (1.0 / n), length, modulus)
     d, u = history(rows, how, length, mu / 0.8)
     limit, energy = sizes_at(closed, d, mu, tangential)
-    exact, found = (follow_displacements(curves, d, u, mu, tangential) for curves in (closed, table))
-    assert np.all(np.abs(found.tangential_force) <= mu * evaluate(table, d)[1] * (1.0 + 1e-12))
-    assert np.all(np.abs(found.tangential_force - exact.tangential_force) <= 1e-11 * limit)
-    assert np.all(np.abs(found.stored_energy - exact.stored_energy) <= 1e-11 * energy)
-    assert np.all(np.abs(found.slip_work - exact.slip_work) <= 1e-11 * np.maximum.accumulate(energy))
-    assert np.all(found.stored_energy >= 0.0)
-    assert np.all(np.diff(found.slip_work, prepend=0.0) >= -1e-14 * np.maximum.accumulate(energy))
+    exact, results = (follow_displacements(curves, d, u, mu, tangential) for curves in (closed, table))
+    assert np.all(np.abs(results.tangential_force) <= mu * evaluate(table, d)[1] * (1.0 + 1e-12))
+    assert np.all(np.abs(results.tangential_force - exact.tangential_force) <= 1e-11 * limit)
+    assert np.all(np.abs(results.stored_energy - exact.stored_energy) <= 1e-11 * energy)
+    assert np.all(np.abs(results.slip_work - exact.slip_work) <= 1e-11 * np.maximum.accumulate(energy))
+    assert np.all(results.stored_energy >= 0.0)
+    assert np.all(np.diff(results.slip_work, prepend=0.0) >= -1e-14 * np.maximum.accumulate(energy))
     np.testing.assert_allclose(
-        found.stick_radius, exact.stick_radius, rtol=1e-11, atol=1e-12 * exact.stick_radius.max()
+        results.stick_radius, exact.stick_radius, rtol=1e-11, atol=1e-12 * exact.stick_radius.max()
     )
 
 
@@ -191,18 +191,18 @@ def test_forces_that_come_back_to_next_to_nothing_are_those_of_the_closed_form(r
         (follow_forces, limit / mu, 0.0),
         (follow_indentation_with_force, d, coarse),
     ):
-        exact, found = (follow(curves, normal, pull, mu, tangential) for curves in (closed, table))
-        assert found.ending is Ending.COMPLETE
-        np.testing.assert_allclose(found.indentation, exact.indentation, rtol=1e-13)
-        assert np.all(np.abs(found.shift - exact.shift) <= 1e-11 * deepest)
-        assert np.all(np.abs(found.stored_energy - exact.stored_energy) <= 1e-11 * energy + rounding)
-        assert np.all(np.abs(found.slip_work - exact.slip_work) <= 1e-11 * np.maximum.accumulate(energy))
+        exact, results = (follow(curves, normal, pull, mu, tangential) for curves in (closed, table))
+        assert results.ending is Ending.COMPLETE
+        np.testing.assert_allclose(results.indentation, exact.indentation, rtol=1e-13)
+        assert np.all(np.abs(results.shift - exact.shift) <= 1e-11 * deepest)
+        assert np.all(np.abs(results.stored_energy - exact.stored_energy) <= 1e-11 * energy + rounding)
+        assert np.all(np.abs(results.slip_work - exact.slip_work) <= 1e-11 * np.maximum.accumulate(energy))
     shift = mu / 0.8 * d * np.array(rows)[:, 2]
-    exact, found = (
+    exact, results = (
         follow_load_with_shift(curves, limit / mu, shift, mu, tangential) for curves in (closed, table)
     )
     coarse = 1e-14 * 2.0 * tangential * evaluate(closed, d)[0] * deepest
-    assert np.all(np.abs(found.tangential_force - exact.tangential_force) <= 1e-11 * limit + coarse)
+    assert np.all(np.abs(results.tangential_force - exact.tangential_force) <= 1e-11 * limit + coarse)
 
 
 @few
@@ -259,8 +259,8 @@ def test_hundreds_of_marks():
         d = np.concatenate(
             [rng.uniform(0.0, 1.0, 1000), depths[::10] * (1.0 + 1e-9), 10.0 ** -np.linspace(0, 25, 100)]
         )
-        for exact, found in zip(counted.radius.exact(d), evaluate(curves, d), strict=True):
-            np.testing.assert_allclose(found, exact.astype(float), rtol=1e-12, atol=0.0)
+        for exact, computed in zip(counted.radius.exact(d), evaluate(curves, d), strict=True):
+            np.testing.assert_allclose(computed, exact.astype(float), rtol=1e-12, atol=0.0)
 
 
 def test_marks_equal_in_floats_count_once():

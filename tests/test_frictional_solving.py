@@ -346,18 +346,18 @@ class Memory:
         y = np.unique(np.append(self.y, rough))
         b = np.interp(y, self.y, self.b)
         marks, y, b = y, y[y <= max(self.d, 0.0)], b[y <= max(self.d, 0.0)]
-        found = [np.array([0.0, 1.0])]
+        results = [np.array([0.0, 1.0])]
         for side in (1.0, -1.0):
             rate = side * dv - dd
             if rate != 0.0:
-                found.append(((side * b - y) - (side * self.v - self.d)) / rate)
+                results.append(((side * b - y) - (side * self.v - self.d)) / rate)
         if dd != 0.0:
-            found.append((marks - self.d) / dd)
+            results.append((marks - self.d) / dd)
             lag = self.v + dv / dd * (y - self.d) - b
             for i in np.flatnonzero(lag[:-1] * lag[1:] < 0.0):
                 cross = y[i] + (y[i + 1] - y[i]) * lag[i] / (lag[i] - lag[i + 1])
-                found.append(np.array([(cross - self.d) / dd]))
-        times = np.unique(np.concatenate(found))
+                results.append(np.array([(cross - self.d) / dd]))
+        times = np.unique(np.concatenate(results))
         return times[(times >= 0.0) & (times <= 1.0)]
 
     def move(self, d, v):
@@ -459,9 +459,9 @@ def test_energy_and_forces_by_an_independent_memory(problem, history):
     )
     force = np.split(column(known, "normal_force"), np.cumsum([y.size for y, _ in curves])[:-1])
     carried = mu * max(np.max(f) for f in force)
-    for (y, b), f, found in zip(curves, force, column(result, "tangential_force"), strict=True):
+    for (y, b), f, computed in zip(curves, force, column(result, "tangential_force"), strict=True):
         expected = mu * np.sum(np.diff(b) / np.diff(y) * np.diff(f))
-        assert abs(found - expected) <= 1e-11 * carried
+        assert abs(computed - expected) <= 1e-11 * carried
     # the work
     steps = np.concatenate(fine, axis=1)
     pulled = column(mdr.solve(case, mdr.Path(indentation=steps[0], shift=steps[1])), "tangential_force")
@@ -743,8 +743,8 @@ def turned(request):
 def marks(result, step):
     """Radii up to a between which the fields are smooth: disks whose pressures add up to them, and samples."""
     y = result.surface.replay.state(step).y[1:]
-    found = mdr.solve(mdr.Contact(result.contact.profile, BODY, BODY), mdr.Path(indentation=y))
-    rings = column(found, "contact_radius")
+    study = mdr.solve(mdr.Contact(result.contact.profile, BODY, BODY), mdr.Path(indentation=y))
+    rings = column(study, "contact_radius")
     knots = KNOTS if isinstance(result.contact.profile, mdr.Sampled) else np.zeros(1)
     rings = np.unique([*rings, *knots[knots < rings.max()]])
     return rings[np.append(True, np.diff(rings) > 1e-12)]
@@ -964,11 +964,11 @@ def test_batch():
     path = mdr.load(0.02) >> mdr.cycle(shift=0.02, steps=8)
     cases = [contact(p, mu) for p, mu in ((BALL, 0.2), (DOME, math.inf), (SAMPLED, 0.0))]
     seen = []
-    found = mdr.solve_batch(
+    study = mdr.solve_batch(
         cases, path, workers=2, keep=3, progress=lambda done, total: seen.append((done, total))
     )
     assert seen == [(1, 3), (2, 3), (3, 3)]
-    for case, result in zip(cases, found, strict=True):
+    for case, result in zip(cases, study, strict=True):
         alone = mdr.solve(case, path, keep=3)
         assert (result.contact, result.path) == (case, path)
         assert result.starts == alone.starts
@@ -1027,10 +1027,10 @@ def test_claims():
         beta = mdr.effective_moduli(one, other).dundurs_beta
         check_claims(result, approximate, approximate, f"Dundurs' beta = {beta:.3g}")
         assert f"Dundurs' beta = {beta:.3g}" in result.claims["pressure"].reason
-        found = assumption(result, "elastic similarity")
-        assert not found.met
-        assert found.measure == pytest.approx(abs(beta), rel=1e-15)
-        assert found.limit == 0.01
+        computed = assumption(result, "elastic similarity")
+        assert not computed.met
+        assert computed.measure == pytest.approx(abs(beta), rel=1e-15)
+        assert computed.limit == 0.01
     # without friction nothing couples pressure and shear, whatever the bodies are
     slides = solved(third, None, 0.0)
     check_claims(slides, exact, exact, "without friction there is no tangential load")

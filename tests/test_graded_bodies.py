@@ -157,9 +157,9 @@ def test_without_grading_it_is_an_elastic_body(kind, k):
         np.testing.assert_allclose(one[name].values, other[name].values, rtol=1e-12)
     r = float(other["contact_radius"][-1]) * np.array([0.1, 0.5, 0.9, 1.2, 3.0])
     for name in ("pressure", "normal_displacement", "gap"):
-        found, expected = (each.field(name, r).values for each in (one, other))
+        results, expected = (each.field(name, r).values for each in (one, other))
         np.testing.assert_allclose(
-            found, expected, rtol=1e-11, atol=1e-12 * np.nanmax(expected[np.isfinite(expected)])
+            results, expected, rtol=1e-11, atol=1e-12 * np.nanmax(expected[np.isfinite(expected)])
         )
 
 
@@ -292,8 +292,8 @@ def near_the_rim(k, R, c, work, machine, travel, radius):
             d, force, _ = state(q)
             return (d + force / machine - travel) / opening
 
-        found = mpmath.findroot(missing, (q, 1.001 * q), tol=1e-50, maxsteps=60)
-        return tuple(float(value) for value in state(found))
+        result = mpmath.findroot(missing, (q, 1.001 * q), tol=1e-50, maxsteps=60)
+        return tuple(float(value) for value in state(result))
 
 
 @settings(max_examples=examples(25), deadline=None)

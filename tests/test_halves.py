@@ -43,9 +43,9 @@ def test_halves_of_white_noise_agree_as_often_as_they_should(benchmark):
 def test_what_is_likely_is_what_the_noise_makes_of_a_fit(benchmark):
     ratios = []
     for seed in range(8):
-        found = mdr.fit(GEL, curve_of(white(seed)), ["body.young"])
-        young = found["body.young"]
-        ratios.append(benchmark.likely(found, seed).std(axis=0)[0] / (young.error / young.value))
+        fitted = mdr.fit(GEL, curve_of(white(seed)), ["body.young"])
+        young = fitted["body.young"]
+        ratios.append(benchmark.likely(fitted, seed).std(axis=0)[0] / (young.error / young.value))
     # of 50 blocks each, which tell a deviation to a fifth
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.25)
 

@@ -174,8 +174,8 @@ def test_cases_of_one_name_keep_their_results(tmp_path, shell):
     status, _, _ = shell("run", tmp_path / "a/case.toml", tmp_path / "b/case.toml", "-o", out, "-q")
     assert status == 0
     for folder, radius in (("a", "10 mm"), ("b", "20 mm")):
-        found = mdr.open_result(out / folder / "case" / "result.nc")
-        assert found.contact.profile == mdr.Sphere(radius)
+        result = mdr.open_result(out / folder / "case" / "result.nc")
+        assert result.contact.profile == mdr.Sphere(radius)
     status, _, err = shell("run", tmp_path / "a/case.toml", tmp_path / "a/case.toml", "-q")
     assert status == 1
     assert "each case once" in err

@@ -69,6 +69,35 @@ def names(node):
             yield part.attr
 
 
+PUZZLING = {"told", "tell", "asked", "apart", "ways", "ground", "hanging", "sideways", "found"}
+"""Parts of names that do not say what a value is: verb forms, and words that are no terms of the field."""
+
+
+def identifiers(code):
+    """Names of variables, parameters, attributes, functions and classes in compiled code."""
+    yield from (code.co_name, *code.co_names, *code.co_varnames, *code.co_cellvars)
+    for constant in code.co_consts:
+        if inspect.iscode(constant):
+            yield from identifiers(constant)
+
+
+def test_names_say_what_values_are():
+    root, part = DOCS.parent, re.compile(rf"(?i)(?<![a-z])({'|'.join(PUZZLING)})(?![a-z])")
+    files = (
+        file
+        for folder in ("src", "tests", "examples", "docs", "benchmarks", "plugins")
+        for file in (root / folder).rglob("*.py")
+    )
+    puzzling = {
+        f"{file.relative_to(root).as_posix()}: {name}"
+        for file in files
+        if part.search(text := file.read_text(encoding="utf-8"))
+        for name in (file.stem, *identifiers(compile(text, file.name, "exec")))
+        if PUZZLING & set(name.lower().split("_")) and not name.startswith("test_")
+    }
+    assert sorted(puzzling) == []
+
+
 def is_to_split(place, node):
     return bool({node.name, f"{place} {node.name}"} & TO_SPLIT)
 
@@ -124,13 +153,13 @@ def test_few_branches_on_kinds():
 
 def test_few_caches():
     names_of_caches = {"lru_cache", "cached_property", "WeakKeyDictionary", "cache"}
-    found = sum(
+    result = sum(
         len(names_of_caches & set(names(decorator)))
         for place, tree in modules()
         for node in ast.walk(tree)
         for decorator in getattr(node, "decorator_list", [])
     )
-    assert found <= MOST_CACHES
+    assert result <= MOST_CACHES
 
 
 def all_studies(base=Study):
@@ -154,9 +183,9 @@ def test_every_study_has_a_name_for_messages():
 
 def test_yield_names_what_it_has():
     ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("210 GPa", 0.3))
-    found = mdr.first_yield(ball, strength="1 GPa")
+    result = mdr.first_yield(ball, strength="1 GPa")
     with pytest.raises(mdr.QuantityError, match=r"a first yield has"):
-        found["slip"]
+        result["slip"]
 
 
 def test_unknown_loads_are_refused():

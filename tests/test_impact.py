@@ -66,7 +66,7 @@ def test_a_flat_punch_is_a_spring():
 
 def integrated(force, mass, speed, time):
     """Depths at times by an integrator that knows nothing but the force."""
-    found = solve_ivp(
+    result = solve_ivp(
         lambda t, y: [y[1], -force(max(y[0], 0.0)) / mass],
         (0.0, time[-1]),
         [0.0, speed],
@@ -75,7 +75,7 @@ def integrated(force, mass, speed, time):
         rtol=1e-11,
         atol=[1e-13 * speed * time[-1], 1e-13 * speed],
     )
-    return found.y
+    return result.y
 
 
 PROFILES = {
@@ -189,7 +189,7 @@ def test_the_history_with_adhesion_solves_the_equation_of_motion():
     E = modulus(contact)
     rows = slice(1, -1)
     time = hit["time"].values[rows]
-    found = solve_ivp(
+    result = solve_ivp(
         lambda t, y: [y[1], -jkr_force(y[0], E, 1e-3, 0.05, 1e-3) / mass],
         (0.0, time[-1] * (1 - 1e-9)),
         [0.0, speed],
@@ -198,10 +198,10 @@ def test_the_history_with_adhesion_solves_the_equation_of_motion():
         rtol=1e-10,
         atol=1e-14,
     )
-    assert found.y[0] == pytest.approx(
+    assert result.y[0] == pytest.approx(
         hit["indentation"].values[rows][:-1], abs=1e-7 * hit.largest_indentation
     )
-    assert found.y[1] == pytest.approx(hit["velocity"].values[rows][:-1], abs=1e-7 * speed)
+    assert result.y[1] == pytest.approx(hit["velocity"].values[rows][:-1], abs=1e-7 * speed)
 
 
 @settings(deadline=None, max_examples=examples(15))

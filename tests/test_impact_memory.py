@@ -346,10 +346,10 @@ def test_against_springs(series, shape):
     ends = hit.largest_radius * 1.001 * (np.arange(401) / 400) ** 1.5
     height = equivalent_profile(contact.profile).g(0.5 * (ends[1:] + ends[:-1]))
     relaxation = relaxation_of(contact.body)
-    found = bounced(relaxation, height, 2.0 * np.diff(ends), 0.1, 0.3, hit.contact_time / 4000)
-    assert hit.restitution == pytest.approx(found[0], rel=1e-3)
-    assert hit.contact_time == pytest.approx(found[1], rel=3e-3)
-    assert hit.largest_indentation == pytest.approx(found[2], rel=3e-4)
+    result = bounced(relaxation, height, 2.0 * np.diff(ends), 0.1, 0.3, hit.contact_time / 4000)
+    assert hit.restitution == pytest.approx(result[0], rel=1e-3)
+    assert hit.contact_time == pytest.approx(result[1], rel=3e-3)
+    assert hit.largest_indentation == pytest.approx(result[2], rel=3e-4)
 
 
 def test_springs_are_not_touched_again():
@@ -359,8 +359,8 @@ def test_springs_are_not_touched_again():
     flown = depth[-1] - hit.rebound_speed * (later - time[-1])
     line = ElasticLine(equivalent_profile(mdr.Paraboloid(1.0)), 1.0)
     both = np.concatenate([time[1:], later]), np.concatenate([depth[1:], flown])
-    found = follow_springs(line, relaxation_of(hit.contact.body), *both, n=500)
-    in_flight = found.force[time.size - 1 :]
+    result = follow_springs(line, relaxation_of(hit.contact.body), *both, n=500)
+    in_flight = result.force[time.size - 1 :]
     assert np.all(in_flight <= 2e-3 * hit.largest_force)
     assert np.all(in_flight[50:] == 0.0)
 
@@ -394,9 +394,9 @@ def rheologies(draw):
         return mdr.Maxwell(1.0, 10.0 ** draw(st.floats(-0.3, 4.0)))
     if kind == "power":
         return mdr.PowerLawRheology(1.0, 1.0, draw(st.floats(0.02, 0.9)))
-    found = draw(terms)
-    times = [10.0 ** (t + 1e-3 * i) for i, (_, t) in enumerate(found)]
-    return mdr.Prony(draw(st.floats(0.1, 2.0)), [m for m, _ in found], times)
+    result = draw(terms)
+    times = [10.0 ** (t + 1e-3 * i) for i, (_, t) in enumerate(result)]
+    return mdr.Prony(draw(st.floats(0.1, 2.0)), [m for m, _ in result], times)
 
 
 @st.composite
@@ -493,12 +493,12 @@ def test_any_size_at_any_speed(kind, modulus, time, share, n, size, speed):
 def test_dissipation_grows_with_the_viscosity(eta, speed, size):
     radius = 10.0**size
     arguments = {"mass": 1e3 * radius**3, "speed": 10.0**speed, "steps": 8}
-    found = [
+    results = [
         mdr.impact(on(mdr.KelvinVoigt(1e6, 10.0**eta * k), mdr.Paraboloid(radius)), **arguments).restitution
         for k in (1.0, 3.0)
     ]
-    assert found[1] <= found[0] * (1.0 + 1e-9) <= 1.0 + 2e-9
-    assert found[1] > 0.0
+    assert results[1] <= results[0] * (1.0 + 1e-9) <= 1.0 + 2e-9
+    assert results[1] > 0.0
 
 
 # --- many speeds --------------------------------------------------------------------------------------------

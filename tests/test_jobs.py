@@ -54,13 +54,13 @@ def test_a_table_of_hertz_for_students(tmp_path, job):
         '[[path]]\nkind = "load"\nnormal_force = "50 N"\nsteps = 5\n'
     )
     job("run", case, "--csv", "--no-figures", "-o", tmp_path / "out")
-    found = table(tmp_path / "out" / "result.csv")
+    result = table(tmp_path / "out" / "result.csv")
     force = np.linspace(10.0, 50.0, 5)
     radius = (3.0 * force * 0.01 / (4.0 * MODULUS)) ** (1.0 / 3.0)
-    assert found["normal_force [N]"] == pytest.approx(force, rel=1e-12)
-    assert found["contact_radius [m]"] == pytest.approx(radius, rel=1e-12)
-    assert found["indentation [m]"] == pytest.approx(radius**2 / 0.01, rel=1e-12)
-    assert found["peak_pressure [Pa]"] == pytest.approx(1.5 * force / (math.pi * radius**2), rel=1e-9)
+    assert result["normal_force [N]"] == pytest.approx(force, rel=1e-12)
+    assert result["contact_radius [m]"] == pytest.approx(radius, rel=1e-12)
+    assert result["indentation [m]"] == pytest.approx(radius**2 / 0.01, rel=1e-12)
+    assert result["peak_pressure [Pa]"] == pytest.approx(1.5 * force / (math.pi * radius**2), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -78,7 +78,7 @@ def test_a_fretting_record_with_a_preload(tmp_path, job, seed):
         '[[path]]\nkind = "path"\nfile = "rig.csv"\nchannels = { shift = "displacement" }\n'
     )
     job("loops", case, "-o", tmp_path / "out")
-    found = table(tmp_path / "out" / "loops.csv")
+    result = table(tmp_path / "out" / "loops.csv")
     radius = (3.0 * load * 0.01 / (4.0 * MODULUS)) ** (1.0 / 3.0)
     shear = 2.0 * 210e9 / 2.6 / (2.0 - 0.3)
     full_slip = 0.3 * MODULUS / shear * radius**2 / 0.01
@@ -87,12 +87,12 @@ def test_a_fretting_record_with_a_preload(tmp_path, job, seed):
     force = 0.3 * load * (1.0 - rest**1.5)
     # the area of a loop of Masing's: eight times that below the first loading, less four triangles
     loss = 8.0 * 0.3 * load * (amplitude - 0.4 * full_slip * (1.0 - rest**2.5)) - 4.0 * force * amplitude
-    assert found["force_amplitude [N]"] == pytest.approx(np.full(2, force), rel=1e-4)
-    assert found["dissipated_per_cycle [J]"] == pytest.approx(np.full(2, loss), rel=2e-3)
-    assert found["stick_radius [m]"] == pytest.approx(np.full(2, radius * math.sqrt(rest)), rel=1e-6)
-    assert found["contact_radius [m]"] == pytest.approx(np.full(2, radius), rel=1e-12)
+    assert result["force_amplitude [N]"] == pytest.approx(np.full(2, force), rel=1e-4)
+    assert result["dissipated_per_cycle [J]"] == pytest.approx(np.full(2, loss), rel=2e-3)
+    assert result["stick_radius [m]"] == pytest.approx(np.full(2, radius * math.sqrt(rest)), rel=1e-6)
+    assert result["contact_radius [m]"] == pytest.approx(np.full(2, radius), rel=1e-12)
     peak = 0.3 * 1.5 * load / (math.pi * radius**2) * math.sqrt(1.0 - rest)
-    assert found["peak_shear_traction [Pa]"] == pytest.approx(np.full(2, peak), rel=1e-3)
+    assert result["peak_shear_traction [Pa]"] == pytest.approx(np.full(2, peak), rel=1e-3)
 
 
 def test_a_frequency_sweep_to_friction_and_rebound(tmp_path, job):
@@ -176,13 +176,13 @@ def test_a_measured_surface_to_its_resistance(tmp_path, job):
         f'[surface]\nfile = "heights.txt"\nsize = "1 mm"\nunit = "nm"\n[body]\n{silver}[counterbody]\n{silver}'
     )
     job("press", case, "--indentation", "20 nm, 40 nm", "-o", tmp_path / "out", "-q")
-    found = table(tmp_path / "out" / "press.csv")
+    result = table(tmp_path / "out" / "press.csv")
     modulus = 83e9 / (2.0 * (1.0 - 0.37**2))
-    radius = (3.0 * found["normal_force [N]"] * curvature / (4.0 * modulus)) ** (1.0 / 3.0)
+    radius = (3.0 * result["normal_force [N]"] * curvature / (4.0 * modulus)) ** (1.0 / 3.0)
     resistance = 15.9e-9 / (2.0 * radius)
-    error = np.abs(found["electrical_resistance [ohm]"] / resistance - 1.0)
-    assert np.all(error < found["electrical_resistance_error"])
-    assert np.all(found["electrical_resistance_error"] < 0.1)
+    error = np.abs(result["electrical_resistance [ohm]"] / resistance - 1.0)
+    assert np.all(error < result["electrical_resistance_error"])
+    assert np.all(result["electrical_resistance_error"] < 0.1)
 
 
 GLASS = 'kind = "elastic"\nyoung = "70 GPa"\npoisson = 0.22\n'
@@ -412,9 +412,9 @@ def test_one_formula_of_each_chapter(tmp_path, job, chapter):
     (tmp_path / "case.toml").write_text(case)
     name, *options = shlex.split(command)
     job(name, tmp_path / "case.toml", *options, "-o", tmp_path / "out")
-    found = table(tmp_path / "out" / file)
+    computed = table(tmp_path / "out" / file)
     for column, value in expected.items():
-        assert float(found[column][-1]) == pytest.approx(value, rel=tolerance), column
+        assert float(computed[column][-1]) == pytest.approx(value, rel=tolerance), column
 
 
 def test_what_the_book_has_and_the_shell_refuses(tmp_path, shell):
@@ -434,14 +434,14 @@ def test_the_exponent_of_a_rough_contact(tmp_path, job):
     rough = '[surface]\nhurst = 0.8\nrms = "1 um"\nsize = "1 mm"\nshortest = "5 um"\n'
     case.write_text(f"{rough}[body]\n{STEEL}")
     job("rough", case, "--normal-force", "0.03 N, 1 N", "--points", "4", "-o", tmp_path / "out")
-    found = table(tmp_path / "out" / "rough.csv")
+    result = table(tmp_path / "out" / "rough.csv")
     slopes = {
-        name: np.polyfit(np.log(found["normal_force [N]"]), np.log(found[f"{name} [N/m]"]), 1)[0]
+        name: np.polyfit(np.log(result["normal_force [N]"]), np.log(result[f"{name} [N/m]"]), 1)[0]
         for name in ("normal_stiffness", "power_law_stiffness")
     }
     assert slopes["power_law_stiffness"] == pytest.approx(1.0 / 1.8, rel=1e-9)
     assert slopes["normal_stiffness"] == pytest.approx(1.0 / 1.8, rel=0.05)
-    assert not any("area" in name for name in found.dtype.names)
+    assert not any("area" in name for name in result.dtype.names)
 
 
 PLUGINS = Path(__file__).parent.parent / "docs" / "plugins.md"

@@ -30,8 +30,8 @@ EXPONENTS = [-0.85, -0.4, -0.05, 0.05, 0.3, 0.62, 0.85]
 B = 0.4
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found) / np.asarray(exact, dtype=float) - 1)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed) / np.asarray(exact, dtype=float) - 1)))
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -240,8 +240,8 @@ def test_fields_from_the_line_follow_their_definitions(k):
     for name, profile, reference in cases(k):
         line = equivalent_profile(profile, k)
         for r in (0.0, 0.2, 0.41, 0.7):
-            found, exact = float(line.pressure_integral(r, 0.8)), reference.pressure(r, 0.8)
-            assert found == pytest.approx(exact, rel=1e-9 if name == "sphere" else 1e-10), (name, r)
+            computed, exact = float(line.pressure_integral(r, 0.8)), reference.pressure(r, 0.8)
+            assert computed == pytest.approx(exact, rel=1e-9 if name == "sphere" else 1e-10), (name, r)
         for r in (0.801, 0.95):
             exact = reference.gap(r, 0.8)
             assert float(line.gap_integral(r, 0.8)) == pytest.approx(exact, rel=1e-10), (name, r)
@@ -452,8 +452,8 @@ def test_a_vanishing_exponent_is_none(k):
             assert worst(getattr(graded_line, what)(x), getattr(line, what)(x)) < 1e-12, (name, what)
         r, out = np.array([0.01, 0.3, 0.45, 0.7]), np.array([0.81, 0.95])
         for what, at in (("pressure_integral", r), ("gap_integral", out), ("displacement_integral", out)):
-            found, exact = getattr(graded_line, what)(at, 0.8), getattr(line, what)(at, 0.8)
-            assert worst(found, exact) < 1e-12, (name, what)
+            computed, exact = getattr(graded_line, what)(at, 0.8), getattr(line, what)(at, 0.8)
+            assert worst(computed, exact) < 1e-12, (name, what)
 
 
 @pytest.mark.long

@@ -374,9 +374,9 @@ def test_the_table_is_read_back(laws, tmp_path):
     for name in ("kink", "jkr"):
         law = laws(name)
         law.to_csv(tmp_path / "law.csv", units={"indentation": "nm", "normal_force": "uN"})
-        found = mdr.read_record(tmp_path / "law.csv")
-        assert found["indentation"].values == pytest.approx(law["indentation"].values, rel=1e-14)
-        assert found["normal_force"].values == pytest.approx(law["normal_force"].values, rel=1e-14)
+        result = mdr.read_record(tmp_path / "law.csv")
+        assert result["indentation"].values == pytest.approx(law["indentation"].values, rel=1e-14)
+        assert result["normal_force"].values == pytest.approx(law["normal_force"].values, rel=1e-14)
     laws("kink").to_csv(tmp_path / "law.csv")
     curve = mdr.read_force_curve(tmp_path / "law.csv", modulus=MODULUS)
     assert np.array_equal(curve.force, laws("kink")["normal_force"].values)

@@ -126,14 +126,16 @@ def test_histories_in_the_plane_in_c_are_those_of_the_stepper(case, compiler, tm
     for values in (depth, x, y):  # the same place again, and the same line
         values[100:120], values[200:220] = values[100], 0.3 * DEEPEST * np.linspace(0.1, 1.0, 20)
     code = InC(law, tmp_path, IN_PLANE, compiler)
-    found = np.zeros((n, 4))
-    assert code.run(code.bytes, depth, np.ascontiguousarray(np.column_stack([x, y]).ravel()), found, n) == n
+    computed = np.zeros((n, 4))
+    assert (
+        code.run(code.bytes, depth, np.ascontiguousarray(np.column_stack([x, y]).ravel()), computed, n) == n
+    )
     stepper = mdr.Stepper(contact, DEEPEST, springs=16)
     moves = zip(depth.tolist(), x.tolist(), y.tolist(), strict=True)
     expected = np.array([stepper.advance(d, (u, v)) for d, u, v in moves])
     size = np.abs(expected).max()
-    assert found[:, 0] == pytest.approx(expected[:, 0], abs=law.errors["normal_force"] * size)
-    assert found[:, 1:3] == pytest.approx(expected[:, 1:], abs=1e-12 * np.abs(expected[:, 1:]).max())
+    assert computed[:, 0] == pytest.approx(expected[:, 0], abs=law.errors["normal_force"] * size)
+    assert computed[:, 1:3] == pytest.approx(expected[:, 1:], abs=1e-12 * np.abs(expected[:, 1:]).max())
     assert len(code.bytes.raw) == 48 + 16 * 16
 
 
@@ -145,14 +147,14 @@ def test_a_plane_that_turns_in_c(tmp_path):
     )
     code = InC(mdr.export_law(ball(*CASES[0]), DEEPEST, tangential=True, springs=16), tmp_path, calls)
     depth, shift = random_moves(5, 200)
-    found = code.advance(depth, shift)
+    computed = code.advance(depth, shift)
     stepper = mdr.Stepper(ball(*CASES[0]), DEEPEST, springs=16)
     expected = []
     for move in zip(depth.tolist(), shift.tolist(), strict=True):
         stepper.advance(move[0], (move[1], 0.0))
         stepper.rotate(0.5)
         expected.append(stepper.tangential_force)
-    assert found[:, :2] == pytest.approx(np.array(expected), abs=1e-12 * np.abs(expected).max())
+    assert computed[:, :2] == pytest.approx(np.array(expected), abs=1e-12 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(
@@ -171,16 +173,16 @@ def test_histories_in_c_are_those_of_the_stepper(case, tmp_path):
     law = mdr.export_law(contact, DEEPEST, tangential=True)
     for seed in range(2):
         depth, shift = random_moves(seed, 2000)
-        found, expected = InC(law, tmp_path, ALONG).advance(depth, shift), followed(contact, depth, shift)
+        computed, expected = InC(law, tmp_path, ALONG).advance(depth, shift), followed(contact, depth, shift)
         normal, tangential, stiffness = (np.abs(each).max() for each in expected.T)
-        assert found[:, 0] == pytest.approx(
+        assert computed[:, 0] == pytest.approx(
             expected[:, 0], rel=law.errors["normal_force"], abs=1e-14 * normal
         )
-        error = np.abs(found[:, 1] - expected[:, 1])
-        assert (error <= found[:, 2] + 1e-12 * tangential).all()
+        error = np.abs(computed[:, 1] - expected[:, 1])
+        assert (error <= computed[:, 2] + 1e-12 * tangential).all()
         # the bound is honest and not far: sums of errors of one sign
-        assert found[:, 2].max() < 300.0 * law.errors["normal_force"] * tangential + 1e-4 * tangential
-        same = np.abs(found[:, 3] - expected[:, 2]) < 2e-6 * stiffness
+        assert computed[:, 2].max() < 300.0 * law.errors["normal_force"] * tangential + 1e-4 * tangential
+        same = np.abs(computed[:, 3] - expected[:, 2]) < 2e-6 * stiffness
         assert np.count_nonzero(~same) < 0.01 * same.size
 
 
@@ -191,11 +193,11 @@ def test_a_full_stack_merges_and_counts_the_error(tmp_path):
     in_c = InC(mdr.export_law(contact, DEEPEST, tangential=True), tmp_path, ALONG)
     swing = 1e-6 * 0.97 ** np.arange(200) * np.where(np.arange(200) % 2, 1.0, -1.0)
     depth, shift = np.full(201, 0.5 * DEEPEST), np.append(0.0, swing)
-    found, expected = in_c.advance(depth, shift), followed(contact, depth, shift)
-    error, largest = np.abs(found[:, 1] - expected[:, 1]), np.abs(expected[:, 1]).max()
-    assert (error <= found[:, 2] + 1e-12 * largest).all()
+    computed, expected = in_c.advance(depth, shift), followed(contact, depth, shift)
+    error, largest = np.abs(computed[:, 1] - expected[:, 1]), np.abs(expected[:, 1]).max()
+    assert (error <= computed[:, 2] + 1e-12 * largest).all()
     assert 1e-9 * largest < error.max() < 1e-4 * largest
-    assert found[-1, 2] < 1e-2 * largest
+    assert computed[-1, 2] < 1e-2 * largest
     folder = tmp_path / "long"
     folder.mkdir()
     long = InC(mdr.export_law(contact, DEEPEST, tangential=True), folder, ALONG, flags=["-DLAW_CAPACITY=512"])
@@ -232,16 +234,16 @@ def test_jkr_in_c_jumps_where_the_stepper_does(tmp_path):
     depth = np.minimum(
         np.cumsum(rng.normal(0.0, 0.3 * DEEPEST, 1500)) % (8.0 * DEEPEST) - 6.0 * DEEPEST, 2e-5
     )
-    found = InC(law, tmp_path, TOUCHING).advance(depth, np.zeros(depth.size))
+    result = InC(law, tmp_path, TOUCHING).advance(depth, np.zeros(depth.size))
     stepper, jumps = mdr.Stepper(contact, 2.0 * DEEPEST), 0
-    for row, d in zip(found, depth.tolist(), strict=True):
+    for row, d in zip(result, depth.tolist(), strict=True):
         force = stepper.advance(d).normal
         jumps += stepper.jumped
         scale = abs(force) + abs(law.pull_off.largest_pull)
         assert abs(row[0] - force) <= law.errors["normal_force"] * scale * (1.0 + 1e-9)
         assert row[1] == pytest.approx(stepper.dissipated_energy, rel=1e-9)
         assert row[3] == (stepper.contact_radius > 0.0)
-    assert found[-1, 2] == jumps > 20.0
+    assert result[-1, 2] == jumps > 20.0
 
 
 @pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler (c++) on this machine")

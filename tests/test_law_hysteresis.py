@@ -68,10 +68,10 @@ def test_histories_in_c_are_those_of_the_stepper(case, tmp_path):
     law = mdr.export_law(contact, DEEPEST)
     pull_off = law.history.pull_off[0]
     depth = np.concatenate([moves(1, 2000, 1.5 * pull_off, DEEPEST), around(1, 300, pull_off, DEEPEST)])
-    found = InC(law, tmp_path, CALLS).advance(depth, depth)
+    computed = InC(law, tmp_path, CALLS).advance(depth, depth)
     expected = followed(contact, DEEPEST, depth)
     assert expected[-1, 2] > 10
-    assert np.all(np.abs(found - expected) <= 1e-13 * np.abs(expected).max(axis=0))
+    assert np.all(np.abs(computed - expected) <= 1e-13 * np.abs(expected).max(axis=0))
 
 
 @needs_c
@@ -91,18 +91,18 @@ def test_the_loop_of_a_ball_in_closed_form(tmp_path):
     ahead, back = state(a, advancing), state(a, receding)
     half = np.array([0.5 * (each[0][-1] + each[1][-1]) for each in zip(ahead, back, strict=True)])
     rows = np.concatenate([ahead[0], [half[0]], back[0][::-1], [-1e-4]])
-    found = InC(law, tmp_path, CALLS).advance(rows, rows)
-    assert found[:30, 0] == pytest.approx(ahead[1], rel=1e-10)
-    assert found[:30, 3] == pytest.approx(a, rel=1e-10)
-    assert found[30, 0] == pytest.approx(half[1], rel=1e-10)
-    assert found[31:61, 0] == pytest.approx(back[1][::-1], rel=1e-9)
-    assert found[31:61, 3] == pytest.approx(a[::-1], rel=1e-9)
+    result = InC(law, tmp_path, CALLS).advance(rows, rows)
+    assert result[:30, 0] == pytest.approx(ahead[1], rel=1e-10)
+    assert result[:30, 3] == pytest.approx(a, rel=1e-10)
+    assert result[30, 0] == pytest.approx(half[1], rel=1e-10)
+    assert result[31:61, 0] == pytest.approx(back[1][::-1], rel=1e-9)
+    assert result[31:61, 3] == pytest.approx(a[::-1], rel=1e-9)
     spent = (receding - advancing) * math.pi * (a[-1] ** 2 - a**2)
-    assert found[31:61, 1] - found[30, 1] == pytest.approx(spent[::-1], rel=1e-8, abs=1e-9 * spent[0])
-    assert found[-1, 0] == found[-1, 3] == 0.0
-    assert found[-1, 2] == 2.0
+    assert result[31:61, 1] - result[30, 1] == pytest.approx(spent[::-1], rel=1e-8, abs=1e-9 * spent[0])
+    assert result[-1, 0] == result[-1, 3] == 0.0
+    assert result[-1, 2] == 2.0
     # out of contact nothing is stored: the energy lost is the work of the loop
-    assert found[-1, 1] == pytest.approx(
+    assert result[-1, 1] == pytest.approx(
         float(mdr.solve(contact, mdr.Path(indentation=rows))["external_work"][-1]), rel=1e-10
     )
 
@@ -128,11 +128,11 @@ def test_a_flat_parts_where_it_does_in_closed_form(tmp_path, profile):
         [2 * last],
     ):
         code.bytes[:] = bytes(len(code.bytes))
-        found = code.advance([0.0, DEEPEST, *rows], [0.0] * (2 + len(rows)))
-        assert np.all(found[:-1, 3] > 0.999 * flat)
-        assert found[-1, [0, 2, 3]].tolist() == [0.0, 2.0, 0.0]
-        whole = (receding - advancing) * math.pi * (found[1, 3] ** 2 - flat**2) + lost
-        assert found[-1, 1] - found[1, 1] == pytest.approx(whole, rel=1e-11)
+        result = code.advance([0.0, DEEPEST, *rows], [0.0] * (2 + len(rows)))
+        assert np.all(result[:-1, 3] > 0.999 * flat)
+        assert result[-1, [0, 2, 3]].tolist() == [0.0, 2.0, 0.0]
+        whole = (receding - advancing) * math.pi * (result[1, 3] ** 2 - flat**2) + lost
+        assert result[-1, 1] - result[1, 1] == pytest.approx(whole, rel=1e-11)
 
 
 @needs_c
@@ -169,9 +169,9 @@ def test_random_sizes_and_works(tmp_path_factory, size, strength, ratio, seed):
     )
     law = mdr.export_law(contact, deepest)
     depth = moves(seed, 500, 1.5 * law.history.pull_off[0], deepest)
-    found = InC(law, tmp_path_factory.mktemp("law"), CALLS).advance(depth, depth)
+    computed = InC(law, tmp_path_factory.mktemp("law"), CALLS).advance(depth, depth)
     expected = followed(contact, deepest, depth)
-    assert np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0) == pytest.approx(
+    assert np.abs(computed - expected).max(axis=0) / np.abs(expected).max(axis=0) == pytest.approx(
         0.0, abs=1e-13
     )
 

@@ -53,10 +53,10 @@ def followed(contact, deepest, depth, lasting, springs):
     return np.array(rows)
 
 
-def agrees(law, found, expected):
+def agrees(law, computed, expected):
     """To rounding; the radius is interpolated."""
     size = np.abs(expected).max(axis=0)
-    error = np.abs(found - expected).max(axis=0) / size
+    error = np.abs(computed - expected).max(axis=0) / size
     assert error[:3].max() < 1e-12, error
     assert error[3] < law.errors["contact_radius"]
 
@@ -89,8 +89,8 @@ def test_histories_of_any_size(kind, log_radius, log_depth, log_time, seed, tmp_
     law = mdr.export_law(contact, deepest, springs=24)
     depth, lasting = moves(seed, 60, deepest, kind == "dashpot")
     lasting *= 10.0**log_time
-    found = InC(law, tmp_path_factory.mktemp("law"), CALLS).advance(depth, lasting)
-    agrees(law, found, followed(contact, deepest, depth, lasting, 24))
+    result = InC(law, tmp_path_factory.mktemp("law"), CALLS).advance(depth, lasting)
+    agrees(law, result, followed(contact, deepest, depth, lasting, 24))
 
 
 @needs_c
@@ -99,12 +99,12 @@ def test_the_claim_holds_against_solve(tmp_path):
     contact, deepest = mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(KINDS["solid"], 0.5)), 1e-3
     law = mdr.export_law(contact, deepest)
     depth, lasting = moves(7, 40, deepest, dashpot=True)  # a path has no sudden rows
-    found = InC(law, tmp_path, CALLS).advance(depth, lasting)
+    computed = InC(law, tmp_path, CALLS).advance(depth, lasting)
     result = mdr.solve(contact, mdr.Path(time=np.cumsum(lasting), indentation=depth))
     for column, name in enumerate(("normal_force", "elastic_energy", "dissipated_energy")):
         exact = result[name].values
         error = float(law.claims[name].error.max())
-        assert np.abs(found[:, column] - exact).max() < error * np.abs(exact).max()
+        assert np.abs(computed[:, column] - exact).max() < error * np.abs(exact).max()
         assert error < 1e-3
 
 

@@ -61,10 +61,10 @@ def test_pull_off_of_powers_under_any_machine(exponent, stiffness):
     coefficient = 0.5 * 1e-6 ** (1 - exponent)
     profile = mdr.PowerLaw(exponent, coefficient * 1e-6**exponent, "1 um")
     contact = mdr.Contact(profile, mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("2 mJ/m^2"))
-    found = mdr.pull_off(contact, machine_stiffness=stiffness)
+    result = mdr.pull_off(contact, machine_stiffness=stiffness)
     exact = power_law_pull_off(exponent, coefficient, 4e4, 2e-3, stiffness)
-    assert found.normal_force == pytest.approx(float(exact.normal_force), rel=1e-9)
-    assert found.contact_radius == pytest.approx(float(exact.contact_radius), rel=1e-6)
+    assert result.normal_force == pytest.approx(float(exact.normal_force), rel=1e-9)
+    assert result.contact_radius == pytest.approx(float(exact.contact_radius), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -99,9 +99,9 @@ def test_a_wavy_tip_jumps_and_its_jumps_are_the_work():
 
 def test_a_soft_machine_is_a_dead_load_and_a_hard_one_holds():
     for stiffness, exact in ((1e-9, 0.0), (1e9, math.inf)):
-        found = mdr.pull_off(STICKY, machine_stiffness=stiffness)
+        result = mdr.pull_off(STICKY, machine_stiffness=stiffness)
         limit = mdr.pull_off(STICKY, machine_stiffness=exact)
-        assert found.normal_force == pytest.approx(limit.normal_force, rel=1e-6)
+        assert result.normal_force == pytest.approx(limit.normal_force, rel=1e-6)
 
 
 def test_laws_meet_in_their_limits():
@@ -326,14 +326,14 @@ def test_a_cycle_without_a_jump_closes_its_energy_balance(path):
 def test_maugis_dugdale_on_tips_between_a_cusp_and_a_ball(exponent):
     tip = mdr.PowerLaw(exponent=exponent, height=1.0, radius=1.0)
     laws = (mdr.JKR(0.01), *(mdr.MaugisDugdale(0.01, strength=strength) for strength in (16.0, 64.0)))
-    found = [
+    results = [
         mdr.pull_off(mdr.Contact(tip, mdr.Elastic(1.0, 0.0), adhesion=law), machine_stiffness=0)
         for law in laws
     ]
-    short, weak, strong = (x.normal_force for x in found)
+    short, weak, strong = (x.normal_force for x in results)
     # JKR is the limit, to second order in 1 / strength
     assert (weak - short) / (strong - short) == pytest.approx(16.0, rel=0.02)
-    assert all(x.largest_pull == pytest.approx(x.normal_force, rel=1e-14) for x in found)
+    assert all(x.largest_pull == pytest.approx(x.normal_force, rel=1e-14) for x in results)
 
 
 @pytest.mark.parametrize(
@@ -363,9 +363,9 @@ def test_the_regime_of_a_round_callable_is_that_of_the_ball():
 
 def test_the_largest_pull_is_what_a_stiff_rig_reports():
     contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(1.0, 0.0), adhesion=mdr.JKR(0.01))
-    found = mdr.pull_off(contact)
-    assert found.normal_force == pytest.approx(-5 / 6 * math.pi * 0.01, rel=1e-12)
-    assert found.largest_pull == pytest.approx(-1.5 * math.pi * 0.01, rel=1e-12)
+    result = mdr.pull_off(contact)
+    assert result.normal_force == pytest.approx(-5 / 6 * math.pi * 0.01, rel=1e-12)
+    assert result.largest_pull == pytest.approx(-1.5 * math.pi * 0.01, rel=1e-12)
 
 
 def test_slip_work_under_forces_has_a_limit_in_the_coefficient():
@@ -432,8 +432,8 @@ def test_loops_of_any_tip_are_those_of_masing(exponent, friction, shares):
     share = np.minimum(shares, 1.0)
     expected = loop_energy(share, exponent) + 4.0 * (np.array(shares) - share)
     # (g / d) ** (1 / n) turns roundings of g into 1 / n times as many, and 1e-13 is what the cancelling form has
-    found = study["dissipated_per_cycle"].values / scale
-    assert found == pytest.approx(expected, rel=3e-11 / min(exponent, 1.0), abs=1e-13)
+    computed = study["dissipated_per_cycle"].values / scale
+    assert computed == pytest.approx(expected, rel=3e-11 / min(exponent, 1.0), abs=1e-13)
     force, stick = cattaneo_mindlin(share, exponent)
     assert study["force_amplitude"].values * slides / scale == pytest.approx(
         force, rel=3e-12 / min(exponent, 1.0)
@@ -494,7 +494,7 @@ def test_a_loop_errs_by_no_more_than_it_claims_at_any_friction(mu, amplitude, de
     steel = mdr.Elastic("210 GPa", 0.0)
     joint = mdr.Contact(mdr.Paraboloid(R), steel, steel, friction=mdr.Coulomb(mu))
     assume(u < mu * d)
-    found = mdr.friction_loop(joint, [u], indentation=d)
+    result = mdr.friction_loop(joint, [u], indentation=d)
     with mpmath.workdps(50):
         f, D, U, radius = (mpmath.mpf(x) for x in (mu, d, u, R))
 
@@ -506,8 +506,8 @@ def test_a_loop_errs_by_no_more_than_it_claims_at_any_friction(mu, amplitude, de
         a, c = mpmath.sqrt(D * radius), mpmath.sqrt((D - U / f) * radius)
         # E* = E/2 of equal bodies is G* at Poisson's ratio 0
         exact = 8 * mpmath.mpf(steel.young) / 2 * (whole(a) - whole(c))
-        off = abs(float(mpmath.mpf(float(found["dissipated_per_cycle"].values.item())) / exact - 1))
-    assert off <= max(EXACT_WITHIN, float(np.max(found.claim.error)))
+        off = abs(float(mpmath.mpf(float(result["dissipated_per_cycle"].values.item())) / exact - 1))
+    assert off <= max(EXACT_WITHIN, float(np.max(result.claim.error)))
 
 
 @settings(max_examples=examples(10), deadline=None)
@@ -587,15 +587,15 @@ def claims_of(question, contact_of, law):
     """Everything that is answered, or the refusal, without the name of the law."""
     path = mdr.indent("3 um", steps=3) >> mdr.indent("-80 um", steps=7)
     try:
-        found = QUESTIONS[question](contact_of(law), path)
+        result = QUESTIONS[question](contact_of(law), path)
     except mdr.PymdrError as refusal:
         return type(refusal), str(refusal).replace(type(law).__name__, "the law")
-    claims = getattr(found, "claims", None) or {}
+    claims = getattr(result, "claims", None) or {}
     summary = {name: (claim.level, claim.reason, claim.source) for name, claim in claims.items()}
-    data = getattr(found, "data", None)
+    data = getattr(result, "data", None)
     columns = {} if data is None else {name: column.values.tolist() for name, column in data.items()}
     numbers = (
-        repr(found) if not claims else [getattr(found, name, None) for name in ("status", "restitution")]
+        repr(result) if not claims else [getattr(result, name, None) for name in ("status", "restitution")]
     )
     return repr(columns), summary, numbers
 
@@ -645,7 +645,7 @@ def test_a_fit_reads_the_row_of_a_law(own, known, monkeypatch):
     curve = mdr.MeasuredCurve(force=force, indentation=depth)
     monkeypatch.setitem(THEORIES, type(own), THEORIES[type(known)])
 
-    def found(law, fit, free):
+    def result(law, fit, free):
         try:
             answer = fit(mdr.Contact(tip, gel, adhesion=law), curve, free)
         except mdr.PymdrError as refusal:
@@ -653,9 +653,10 @@ def test_a_fit_reads_the_row_of_a_law(own, known, monkeypatch):
         return repr({name: column.values.tolist() for name, column in answer.data.items()}), answer.notes
 
     for free in (["body.young"], ["adhesion.work"]):
-        assert found(own, mdr.fit, free) == found(known, mdr.fit, free)
+        assert result(own, mdr.fit, free) == result(known, mdr.fit, free)
     maps = [
-        found(law, lambda contact, one, free: mdr.fit_map(contact, [one], free), FREE) for law in (own, known)
+        result(law, lambda contact, one, free: mdr.fit_map(contact, [one], free), FREE)
+        for law in (own, known)
     ]
     assert maps[0] == maps[1]
     assert "tables of the forces" in str(maps[0])

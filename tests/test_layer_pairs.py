@@ -116,18 +116,18 @@ def test_a_steel_ball_differs_from_a_rigid_one():
 def test_line_and_rings_agree_on_any_pair(one, other, width, depth):
     a = width * one.layers[0].thickness
     contact = mdr.Contact(mdr.Paraboloid(a), one, other)
-    found = mdr.verify(contact, mdr.indent(depth * a), elements=60, steps=1)
-    assert found.largest_difference < 1e-4
+    result = mdr.verify(contact, mdr.indent(depth * a), elements=60, steps=1)
+    assert result.largest_difference < 1e-4
     for name in ("contact_radius", "normal_stiffness", "elastic_energy"):
-        assert abs(found.data[f"{name}_difference"].item()) < 1e-4
-    assert found.data["pressure_difference"].item() < 1e-3
+        assert abs(result.data[f"{name}_difference"].item()) < 1e-4
+    assert result.data["pressure_difference"].item() < 1e-3
 
 
 def test_adhesion_is_that_of_rings():
     gel = coat("1 MPa", 0.5, "100 um", base=mdr.Rigid())
     contact = mdr.Contact(mdr.Sphere("1 mm"), gel, mdr.Elastic("2 MPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
-    found = mdr.verify(contact, mdr.indent("10 um"), elements=80, steps=1)
-    assert found.largest_difference < 1e-5
+    result = mdr.verify(contact, mdr.indent("10 um"), elements=80, steps=1)
+    assert result.largest_difference < 1e-5
 
 
 def test_a_pair_is_consistent():

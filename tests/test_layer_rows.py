@@ -226,8 +226,8 @@ def test_tiles_solve_what_a_library_solves(n):
     rng = np.random.default_rng(n)
     half = rng.normal(size=(n, n))
     matrix, right = half @ half.T / n + 1e-2 * np.eye(n), rng.normal(size=(n, 2))
-    found, expected = solve_positive(matrix, right), np.linalg.solve(matrix, right)
-    assert np.max(np.abs(found - expected)) < 1e-11 * np.max(np.abs(expected)) * np.linalg.cond(matrix)
+    computed, expected = solve_positive(matrix, right), np.linalg.solve(matrix, right)
+    assert np.max(np.abs(computed - expected)) < 1e-11 * np.max(np.abs(expected)) * np.linalg.cond(matrix)
     assert product(matrix, right[:, 0]) == pytest.approx(matrix @ right[:, 0], rel=1e-12, abs=1e-12)
     with pytest.raises(np.linalg.LinAlgError):
         solve_positive(matrix - 2.0 * np.max(matrix) * np.eye(n), right)

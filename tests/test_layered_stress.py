@@ -93,9 +93,9 @@ def under_hertz(body):
 @settings(max_examples=examples(20), deadline=None)
 def test_waves_move_the_surface_as_its_compliance_says(body):
     compliance, s = Compliance(body), np.geomspace(1e-3, 60.0, 15)
-    found = StackWaves(body, s / compliance.thickness).surface_ratio()
+    computed = StackWaves(body, s / compliance.thickness).surface_ratio()
     exact = compliance.ratio(s).real
-    assert np.all(np.abs(found - exact) <= 1e-12 * np.maximum(1.0, 100.0 * exact))
+    assert np.all(np.abs(computed - exact) <= 1e-12 * np.maximum(1.0, 100.0 * exact))
 
 
 # -- fields ------------------------------------------------------------------------------------------
@@ -118,9 +118,9 @@ def test_the_jump_at_the_interface_of_a_coat():
 def test_a_coat_under_the_pressure_of_hertz(references, name, layer):
     entry = references[name]
     body = mdr.Layered([mdr.Layer(mdr.Elastic(12.5, 0.25), 0.8)], base=mdr.Elastic(2.6, 0.3))
-    found = under_hertz(body).tensor(layer, entry["inputs"]["r"], entry["inputs"]["z"])[:, 0]
+    computed = under_hertz(body).tensor(layer, entry["inputs"]["r"], entry["inputs"]["z"])[:, 0]
     expected = [entry["expected"][part] for part in ("srr", "stt", "szz", "srz")]
-    assert found == pytest.approx(expected, rel=entry["rtol"], abs=1e-11)
+    assert computed == pytest.approx(expected, rel=entry["rtol"], abs=1e-11)
 
 
 @pytest.mark.parametrize("profile", [BALL, mdr.Cone(slope=0.02), mdr.FlatPunch("60 um")])
@@ -272,15 +272,15 @@ def test_surfaces_of_both_bodies_move_by_their_contact():
 
 def test_a_thin_coat_leaves_the_base_as_it_is_but_for_its_thickness():
     z, base, h = np.array([0.2, 0.5, 1.0]), mdr.Elastic(1.0, 0.3), 1e-2
-    found = [
+    results = [
         under_hertz(coat(5.0, 0.25, thickness, base=base)).tensor(1, 0.5, z + thickness)
         for thickness in (h, 2.0 * h, 4.0 * h)
     ]
     load = under_hertz(coat()).load(0)
     exact = stress(sums(load, np.full(3, 0.5), z), base.poisson)
-    errors = [float(np.max(np.abs(one - exact))) for one in found]
+    errors = [float(np.max(np.abs(one - exact))) for one in results]
     assert 0.4 * errors[2] < errors[1] < 0.7 * errors[2]
-    limit = (8.0 * found[0] - 6.0 * found[1] + found[2]) / 3.0
+    limit = (8.0 * results[0] - 6.0 * results[1] + results[2]) / 3.0
     assert np.max(np.abs(limit - exact)) < 0.2 * errors[0]
 
 
@@ -320,9 +320,9 @@ def test_units_do_not_matter(metre, pascal):
         mdr.Contact(mdr.Paraboloid(5.0), coat(5.0, 0.25, 0.8, base=mdr.Elastic(1.0, 0.4))), mdr.indent(0.1)
     )
     r, z = np.array([0.0, 0.4, 1.1]), np.array([0.0, 0.3, 0.8, 2.0])
-    found = one.field("stress", r=r * length, z=z * length).values
+    computed = one.field("stress", r=r * length, z=z * length).values
     expected = unit.field("stress", r=r, z=z).values
-    assert found / size == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    assert computed / size == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 # -- reading -----------------------------------------------------------------------------------------
@@ -387,16 +387,16 @@ def test_the_largest_tractions_on_interfaces(base):
     r = np.linspace(0.0, 3e-4, 601)
     stress = result.field("stress", r=r, z=["20 um", "70 um"])
     shear, tension = np.abs(stress.sel(component="rz").values), stress.sel(component="zz").values
-    found = result.largest("interface_shear", step=-1)
-    assert float(found) >= shear.max()
-    assert float(found) == pytest.approx(shear.max(), rel=1e-3)
-    assert float(found["z"]) == pytest.approx((20e-6, 70e-6)[int(np.argmax(shear.max(axis=1)))])
-    found = result.largest("interface_tension", step=-1)
+    computed = result.largest("interface_shear", step=-1)
+    assert float(computed) >= shear.max()
+    assert float(computed) == pytest.approx(shear.max(), rel=1e-3)
+    assert float(computed["z"]) == pytest.approx((20e-6, 70e-6)[int(np.argmax(shear.max(axis=1)))])
+    computed = result.largest("interface_tension", step=-1)
     if tension.max() > 1e-9 * np.abs(tension).max():
-        assert float(found) >= tension.max()
-        assert float(found) == pytest.approx(tension.max(), rel=1e-3)
+        assert float(computed) >= tension.max()
+        assert float(computed) == pytest.approx(tension.max(), rel=1e-3)
     else:
-        assert float(found) == 0.0
+        assert float(computed) == 0.0
     with pytest.raises(mdr.QuantityError, match=r"von_mises, tresca, principal_stress$"):
         result.largest("interface_shear", side="counterbody")
 

@@ -36,8 +36,8 @@ def line_of(profile, body):
 
 def solved(profile, body, a):
     outline = Outline(equivalent_profile(profile), body.layers[0].thickness, as_place(np.array([float(a)])))
-    found, error, _ = solve_contact(kernel_of(body), outline)
-    return numbers(found, outline), error
+    result, error, _ = solve_contact(kernel_of(body), outline)
+    return numbers(result, outline), error
 
 
 # -- references ---------------------------------------------------------------------------------------
@@ -48,14 +48,14 @@ def test_reference_values(entry):
     poisson = entry["inputs"].get("nu", 0.5 if "0.5" in entry["id"] else 0.3)
     body = film(poisson, bond="frictionless" if "frictionless" in entry["id"] else "bonded")
     for i, a in enumerate(entry["inputs"]["a_over_h"]):
-        found, error = solved(mdr.Paraboloid(1.0), body, a)
+        computed, error = solved(mdr.Paraboloid(1.0), body, a)
         assert error.max() < 1e-9
         expected = entry["expected"]
         if "kappa" in expected:
-            assert found[0] == pytest.approx(expected["kappa"][i], rel=1e-9)
+            assert computed[0] == pytest.approx(expected["kappa"][i], rel=1e-9)
         else:
-            assert found[2] == pytest.approx(expected["dR_over_a2"][i], rel=1e-9)
-            assert found[3] == pytest.approx(expected["F_over_FHertz_a"][i], rel=1e-9)
+            assert computed[2] == pytest.approx(expected["dR_over_a2"][i], rel=1e-9)
+            assert computed[3] == pytest.approx(expected["F_over_FHertz_a"][i], rel=1e-9)
 
 
 def test_the_table_of_1972_is_reproduced_with_its_error():
@@ -129,8 +129,8 @@ def by_stress_functions(body, s):
                 for j, state in enumerate(under):
                     matrix[row, count + j] = state[3]
                 row += 1
-    found = mp.lu_solve(matrix, right)
-    surface = sum(found[j] * state[0] for j, state in enumerate(states(layers[0].material, mp.mpf(0))))
+    result = mp.lu_solve(matrix, right)
+    surface = sum(result[j] * state[0] for j, state in enumerate(states(layers[0].material, mp.mpf(0))))
     top = layers[0].material
     modulus = mp.mpf(top.young) / (1 - mp.mpf(top.poisson) ** 2)
     return surface * modulus * k / 2
@@ -249,9 +249,9 @@ def test_thin_layers():
 def test_small_contacts(body):
     kernel = kernel_of(body)
     a = 1e-3 / max(1.0, abs(kernel.at_zero))
-    found = solved(mdr.Paraboloid(1.0), body, a * body.layers[0].thickness)[0]
-    assert 1.0 / found[0] == pytest.approx(1.0 - 2.0 / math.pi * kernel.at_zero * a, abs=1e-7)
-    assert found[3] == pytest.approx(1.0, abs=1e-6)
+    computed = solved(mdr.Paraboloid(1.0), body, a * body.layers[0].thickness)[0]
+    assert 1.0 / computed[0] == pytest.approx(1.0 - 2.0 / math.pi * kernel.at_zero * a, abs=1e-7)
+    assert computed[3] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_contacts_too_wide_or_not_resolved_are_refused(monkeypatch):
@@ -319,9 +319,9 @@ def test_tables_err_as_they_say(body, profile, log_radii):
         a = 10.0**log
         exact, error = solved(profile, body, a)
         place = as_place(np.array([a]))
-        found = line.table.read(place, (0, 1, 2, 3, 4))[0]
+        computed = line.table.read(place, (0, 1, 2, 3, 4))[0]
         bound = line.table.error(place)[0] + error + 1e-13
-        assert np.all(np.abs(found / exact - 1.0) <= bound)
+        assert np.all(np.abs(computed / exact - 1.0) <= bound)
         assert np.max(bound) < 1e-8
 
 
@@ -398,11 +398,11 @@ def test_adhesion_is_the_rule_of_the_edge():
     for step in (0, 5, 14):
         a = float(result["contact_radius"][step])
         outline = Outline(equivalent_profile(mdr.Paraboloid(1.0)), 1.0, as_place(np.array([a])))
-        found, _, _ = solve_contact(kernel, outline)
+        computed, _, _ = solve_contact(kernel, outline)
         # q(a) = -sqrt(2 pi work E* a)
-        excess = -math.sqrt(2.0 * math.pi * work * a) / found.punch_edge
-        assert float(result["indentation"][step]) == pytest.approx(a * a - found.lift + excess, rel=1e-9)
-        force = 2.0 * (2.0 / 3.0 * a**3 + found.force + excess * found.stiffness)
+        excess = -math.sqrt(2.0 * math.pi * work * a) / computed.punch_edge
+        assert float(result["indentation"][step]) == pytest.approx(a * a - computed.lift + excess, rel=1e-9)
+        force = 2.0 * (2.0 / 3.0 * a**3 + computed.force + excess * computed.stiffness)
         assert float(result["normal_force"][step]) == pytest.approx(force, rel=1e-8, abs=1e-12)
         assert float(result["energy_release_rate"][step]) == pytest.approx(work, rel=1e-10)
     balance = next(one for one in result.assumptions if one.name == "energy balance")
@@ -503,11 +503,11 @@ def test_fields_by_waves(body, a):
     k, share = (ends[:-1, None] + half[:, None] * (1.0 + nodes)).ravel(), (half[:, None] * weights).ravel()
     wave = (j0(np.outer(k, r)) @ ring) / (2.0 * math.pi) * Compliance(body).shortfall(k).real
     u = springs - 2.0 / line.modulus * (j0(np.outer(places, k)) @ (share * wave))
-    found = result.field("normal_displacement", r=places).values
-    assert found == pytest.approx(u, abs=1e-8 * depth)
+    computed = result.field("normal_displacement", r=places).values
+    assert computed == pytest.approx(u, abs=1e-8 * depth)
     gap = result.field("gap", r=places).values
     assert gap == pytest.approx(
-        np.where(places < a, 0.0, places**2 / 20.0 - depth + found), abs=1e-11 * depth
+        np.where(places < a, 0.0, places**2 / 20.0 - depth + computed), abs=1e-11 * depth
     )
     x = np.linspace(0.0, a, 7)
     load = result.field("spring_force", r=x).values
@@ -536,10 +536,10 @@ def test_fields_of_an_adhesive_edge():
 def test_the_correction_of_a_thin_sample():
     radius, thickness = 10e-6, 5e-6
     depth = np.array([1e-10, 1e-8, 1e-6])
-    found = mdr.thickness_correction(mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=depth)
+    result = mdr.thickness_correction(mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=depth)
     # the first term of the series in sqrt(R d) / h, 2/pi int (1 - L) ds
     small = math.sqrt(radius * depth[0]) / thickness
-    assert float(found["force_factor"][0]) == pytest.approx(
+    assert float(result["force_factor"][0]) == pytest.approx(
         1.0 + 2.0 / math.pi * 1.770217 * small, abs=3.0 * small**2
     )
     body = film(0.5, young="3 kPa", thickness=thickness)
@@ -550,13 +550,13 @@ def test_the_correction_of_a_thin_sample():
         )
         share = on["normal_force"].values / deep["normal_force"].values
         assert factor.values == pytest.approx(share, rel=1e-9)
-    assert found.claims["force_factor"].level is mdr.Level.EXACT
-    assert "force factor" in found.summary()
-    found.plot()
+    assert result.claims["force_factor"].level is mdr.Level.EXACT
+    assert "force factor" in result.summary()
+    result.plot()
     loose = mdr.thickness_correction(
         mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=depth, bond="frictionless"
     )
-    assert np.all(loose["force_factor"].values < found["force_factor"].values)
+    assert np.all(loose["force_factor"].values < result["force_factor"].values)
     with pytest.raises(ProblemError, match="above 0 m"):
         mdr.thickness_correction(mdr.Paraboloid(radius), 0.5, thickness=thickness, indentation=[0.0])
 
@@ -582,8 +582,8 @@ def test_whether_a_layer_lifts_does_not_depend_on_units(metre, pascal):
     result = mdr.solve(mdr.Contact(mdr.Sphere(10.0 * metre), body), mdr.load(pascal * metre**2))
     one = mdr.solve(mdr.Contact(mdr.Sphere(10.0), film(0.3, bond="frictionless")), mdr.load(1.0))
     here, there = (
-        next(each.measure for each in found.assumptions if each.name == "contact of the base")
-        for found in (result, one)
+        next(each.measure for each in computed.assumptions if each.name == "contact of the base")
+        for computed in (result, one)
     )
     assert here == pytest.approx(there, rel=1e-6)
 
@@ -722,5 +722,5 @@ def test_figures_are_drawn():
 def test_corners_keep_the_digits_of_their_distance():
     line = line_of(mdr.TruncatedSphere(30.0, 2.0), film(0.45, base=mdr.Elastic(100.0, 0.3)))
     nearby = Place(np.full(5, 2.0), np.geomspace(1e-14, 1e-6, 5))
-    found = line.place(line.depth(nearby))
-    assert found.offset == pytest.approx(nearby.offset, rel=1e-6)
+    result = line.place(line.depth(nearby))
+    assert result.offset == pytest.approx(nearby.offset, rel=1e-6)

@@ -29,13 +29,13 @@ def differences(contact, halvings, **others):
         return contact.field("pressure", r=r.ravel()).values.reshape(r.shape)
 
     force = float(contact["normal_force"][0])
-    found = coated(COAT, BASE, THICKNESS, pressure, force, n=4, halvings=halvings, **others)
-    near = (found.r < 2.0) & (found.z < 2.0)
-    axes = [np.unique(np.round(one[near], 12), return_inverse=True) for one in (found.r, found.z)]
+    result = coated(COAT, BASE, THICKNESS, pressure, force, n=4, halvings=halvings, **others)
+    near = (result.r < 2.0) & (result.z < 2.0)
+    axes = [np.unique(np.round(one[near], 12), return_inverse=True) for one in (result.r, result.z)]
     (radii, at), (depths, which) = axes
     stress = contact.field("stress", r=radii, z=depths).values[:, which, at]
-    weight = found.weight[near]
-    mean = (found.stress[:, near] - stress) ** 2 @ weight / weight.sum()
+    weight = result.weight[near]
+    mean = (result.stress[:, near] - stress) ** 2 @ weight / weight.sum()
     return np.sqrt(mean) / float(contact["peak_pressure"][0])
 
 

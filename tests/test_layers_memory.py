@@ -138,8 +138,8 @@ def test_largest_stresses_of_fast_and_slow_indentations_are_elastic(scale, press
     same = mdr.solve(ball(elastic(body, 1.0 if slow else 4.0), profile), mdr.indent(depth))
     size = float(same["peak_pressure"][-1])
     for name in ("von_mises", "tresca", "interface_shear"):
-        found, known = (one.largest(name, step=-1) for one in (result, same))
-        assert float(found) == pytest.approx(float(known), abs=1e-5 * size)
+        results, known = (one.largest(name, step=-1) for one in (result, same))
+        assert float(results) == pytest.approx(float(known), abs=1e-5 * size)
     assert float(result["largest_mises"][-1]) == pytest.approx(float(result.largest("von_mises", step=-1)))
     with pytest.raises(mdr.NotValidError, match="in a body with memory it depends on the whole history"):
         result.field("interior_displacement", r=[0.0], z=[scale / 2.0])

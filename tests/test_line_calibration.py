@@ -47,10 +47,10 @@ def test_two_surfaces_and_one_exponent(tmp_path):
         mdr.calibrate_coefficient(square(), realisations=2, points=65, keep=tmp_path, progress=ended)
     kept = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("parts-*.nc")}
     assert len(kept) >= 12
-    found = mdr.calibrate_coefficient(square(), realisations=2, points=65, keep=tmp_path)
+    fitted = mdr.calibrate_coefficient(square(), realisations=2, points=65, keep=tmp_path)
     assert all(file.stat().st_mtime_ns == at for file, at in kept.items())
 
-    data, full = found.data, found.data.attrs["full_contact_stiffness"]
+    data, full = fitted.data, fitted.data.attrs["full_contact_stiffness"]
     mean = data["stiffness"].values
     assert full == pytest.approx(1.15230, rel=1e-4)
     assert np.all(np.diff(mean) > 0)
@@ -68,21 +68,21 @@ def test_two_surfaces_and_one_exponent(tmp_path):
         )
         return np.sqrt(np.mean(np.log(line["normal_stiffness"].values / mean)[inside] ** 2))
 
-    best = misfit(found.coefficient)
+    best = misfit(fitted.coefficient)
     assert best == pytest.approx(data.attrs["misfit"], rel=1e-9)
     assert best < 0.2
-    assert min(misfit(found.coefficient * factor) for factor in (0.9, 1.1)) > best
+    assert min(misfit(fitted.coefficient * factor) for factor in (0.9, 1.1)) > best
     low, high = data.attrs["coefficients"]
-    assert low <= found.coefficient * 1.2
-    assert high >= found.coefficient / 1.2
+    assert low <= fitted.coefficient * 1.2
+    assert high >= fitted.coefficient / 1.2
     # the share of the springs is no area
     with pytest.raises(NotValidError, match="not an area"):
-        found["line_fraction"]
+        fitted["line_fraction"]
     over = (data["line_fraction"] / data["area"]).values
     assert over.min() > 2.0
     assert over.max() > 20.0 * over.min()
-    assert "lambda = " in str(found)
-    assert len(found.plot().axes) == 3
+    assert "lambda = " in str(fitted)
+    assert len(fitted.plot().axes) == 3
     with pytest.raises(FileError, match="another computation"):
         mdr.calibrate_coefficient(square(seed=1), realisations=1, points=65, keep=tmp_path)
 
@@ -97,15 +97,15 @@ def test_a_known_lambda_is_recovered(coefficient, monkeypatch):
     Pressed.data.attrs["engine"] = "lines"
 
     def by_lines(patch, body, *, normal_force, **given):
-        found = mdr.press_rough(surface, body, normal_force=normal_force, coefficient=coefficient)
+        fitted = mdr.press_rough(surface, body, normal_force=normal_force, coefficient=coefficient)
         return Pressed(
-            normal_stiffness=found["normal_stiffness"], contact_area=0.1 * found["normal_stiffness"]
+            normal_stiffness=fitted["normal_stiffness"], contact_area=0.1 * fitted["normal_stiffness"]
         )
 
     monkeypatch.setattr(calibrating, "press", by_lines)
-    found = mdr.calibrate_coefficient(surface, realisations=1)
-    assert found.coefficient == pytest.approx(coefficient, rel=2e-3)
-    assert found.data.attrs["largest_misfit"] < 2e-3
+    fitted = mdr.calibrate_coefficient(surface, realisations=1)
+    assert fitted.coefficient == pytest.approx(coefficient, rel=2e-3)
+    assert fitted.data.attrs["largest_misfit"] < 2e-3
 
 
 def test_refusals():

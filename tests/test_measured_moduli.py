@@ -142,8 +142,8 @@ def test_moduli_that_grow_with_time_are_refused(seed):
 def test_degenerate_rows():
     noise = 1.0 + 0.02 * np.random.default_rng(0).standard_normal(T.size)
     for modulus in (np.full(T.size, 1e5), 1e5 * noise):
-        found = mdr.fit_prony({"time": T, "modulus": modulus}).series
-        assert (found.times.size, found.equilibrium) == (0, pytest.approx(1e5, rel=0.01))
+        result = mdr.fit_prony({"time": T, "modulus": modulus}).series
+        assert (result.times.size, result.equilibrium) == (0, pytest.approx(1e5, rel=0.01))
     elastic = {"omega": T, "storage": np.full(T.size, 1e5), "loss": np.zeros(T.size)}
     assert mdr.fit_prony(elastic).series.equilibrium == pytest.approx(1e5)
     with pytest.raises(mdr.ProblemError, match=r"no term fits, .* misfit of 33 %"):

@@ -174,14 +174,14 @@ def test_gaps_are_refused_unless_something_is_said():
 def dilated(heights, radius, radius_in_pixels):
     """What a ball of a radius touches when it is led over a surface of pixels of width 1."""
     n = heights.shape[0]
-    found = np.full_like(heights, -np.inf)
+    result = np.full_like(heights, -np.inf)
     for i in range(-radius_in_pixels, radius_in_pixels + 1):
         for j in range(-radius_in_pixels, radius_in_pixels + 1):
             drop = -(i * i + j * j) / (2.0 * radius)
             rolled = heights[max(i, 0) : n + min(i, 0), max(j, 0) : n + min(j, 0)] + drop
-            into = found[max(-i, 0) : n + min(-i, 0), max(-j, 0) : n + min(-j, 0)]
+            into = result[max(-i, 0) : n + min(-i, 0), max(-j, 0) : n + min(-j, 0)]
             np.maximum(into, rolled, out=into)
-    return found
+    return result
 
 
 def test_a_blunt_tip_is_noticed():
@@ -213,9 +213,9 @@ def test_the_tip_as_another_package_has_it():
     heights /= heights.std()
     theirs = other.Topography(heights, (128.0, 128.0))
     for radius in (0.3, 1.0, 3.0, 10.0):
-        found = theirs.scanning_probe_reliability_cutoff(radius)
+        result = theirs.scanning_probe_reliability_cutoff(radius)
         ours = mdr.Topography(heights, 128.0).tip_cutoff(radius)
-        assert ours == pytest.approx(found or 2.0, abs=2.0 + 0.15 * (found or 2.0))
+        assert ours == pytest.approx(result or 2.0, abs=2.0 + 0.15 * (result or 2.0))
 
 
 # --- the spectrum ----------------------------------------------------------------------------------------
@@ -280,9 +280,9 @@ def test_exponents_without_bias(hurst, periodic):
     for _ in range(10):
         heights = random_surface(rng, 128 if periodic else 384, hurst)[:128, :128]
         fits.append(mdr.power_spectrum(mdr.Topography(1e-9 * heights, "1 um"), periodic=periodic).fit)
-    found, claimed = (np.array([getattr(fit, name) for fit in fits]) for name in ("hurst", "hurst_error"))
+    results, claimed = (np.array([getattr(fit, name) for fit in fits]) for name in ("hurst", "hurst_error"))
     # standardised errors: their mean is that of ten, their standard deviation 1
-    off = (found - hurst) / claimed
+    off = (results - hurst) / claimed
     assert abs(off.mean()) < 3.0 / math.sqrt(10)
     assert 0.4 < np.sqrt(np.mean(off**2)) < 1.8
     assert claimed.mean() < 0.1
@@ -429,9 +429,9 @@ def test_a_sharp_tip_stays_sharp():
     profile = mdr.azimuthal_profile(cone, centre=(503e-9, 496e-9)).profile
     # within a tenth of what it falls over a pixel: rings are placed as those of a round tip are
     assert profile.height[1:] == pytest.approx(0.1 * profile.radius[1:], abs=1e-10)
-    found = mdr.azimuthal_profile(cone)
-    assert found.centre == pytest.approx((503e-9, 496e-9), abs=1e-9)
-    assert np.all(np.diff(found.profile.height) > 0.0)
+    result = mdr.azimuthal_profile(cone)
+    assert result.centre == pytest.approx((503e-9, 496e-9), abs=1e-9)
+    assert np.all(np.diff(result.profile.height) > 0.0)
 
 
 @settings(max_examples=examples(15), deadline=None)
@@ -493,22 +493,22 @@ def test_interpolated_pixels_are_said_or_refused(share, fitted):
     heights = whole.heights.copy()
     heights[heights < np.quantile(heights, share)] = np.nan
     filled = mdr.Topography(heights, "1 um").fill_missing("interpolate").detrend("mean")
-    true, found = (mdr.power_spectrum(one, periodic=True) for one in (whole, filled))
-    assert f"{100 * share:.2g} % of the pixels" in found.claims["power_spectrum"].reason
+    true, results = (mdr.power_spectrum(one, periodic=True) for one in (whole, filled))
+    assert f"{100 * share:.2g} % of the pixels" in results.claims["power_spectrum"].reason
     q = 2.0 * np.pi * np.geomspace(3e6, 2e7, 20)
     low = np.divide(
         *(
             np.interp(np.log(q), np.log(one.data["wave_number"]), one["power_spectrum"])
-            for one in (found, true)
+            for one in (results, true)
         )
     )
     assert np.min(low) >= 1.0 - 5.0 * share
-    assert found.claims["law"].readable == fitted
+    assert results.claims["law"].readable == fitted
     if fitted:
-        assert found.fit.hurst_error > true.fit.hurst_error
+        assert results.fit.hurst_error > true.fit.hurst_error
     else:
         with pytest.raises(mdr.NotValidError, match="interpolated"):
-            _ = found.fit
+            _ = results.fit
 
 
 @pytest.mark.parametrize("seed", range(3))

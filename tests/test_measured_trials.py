@@ -75,8 +75,8 @@ def test_every_curve_of_a_map_has_its_own_spring_whatever_the_order_of_dimension
 ):
     rng = np.random.default_rng(seed)
     young, stiffness = 10.0 ** rng.uniform(3, 5, shape), 10.0 ** rng.uniform(-2, 0, shape)
-    found = mdr.fit_map(BALL, map_of(young, stiffness, order, springs), ["body.young"])["body.young"]
-    assert np.allclose(found.transpose("y", "x").values, young, rtol=1e-6)
+    computed = mdr.fit_map(BALL, map_of(young, stiffness, order, springs), ["body.young"])["body.young"]
+    assert np.allclose(computed.transpose("y", "x").values, young, rtol=1e-6)
 
 
 @pytest.mark.parametrize("along", ["y", "x"])
@@ -185,10 +185,10 @@ def test_no_fit_deviates_more_from_the_record_than_the_true_parameters(seed):
     place = {"indentation": way} if machine is None else {"travel": way, "spring_constant": machine}
     known = {"contact_point": 0.0} if rng.random() < 0.5 else {}
     start = mdr.Contact(BALL.profile, mdr.Elastic(young * 10.0 ** rng.uniform(-4, 4), POISSON))
-    found = mdr.fit(
+    fitted = mdr.fit(
         start, mdr.MeasuredCurve(force=force + noise, **place), ["body.young", *["tilt"] * tilt], **known
     )
-    assert (found.data["residual"].values ** 2).sum() < (1.0 + 1e-6) * (noise**2).sum()
+    assert (fitted.data["residual"].values ** 2).sum() < (1.0 + 1e-6) * (noise**2).sum()
 
 
 def test_origins_that_a_record_does_not_distinguish_have_infinite_errors():
@@ -199,8 +199,8 @@ def test_origins_that_a_record_does_not_distinguish_have_infinite_errors():
         record = mdr.MeasuredCurve(force=stretch * force, indentation=stretch * depth)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            found = mdr.fit(punch, record, ["body.young"])
-        assert found["body.young"].low < 3.0 * (1.0 - POISSON**2) / 2e-6 < found["body.young"].high
+            fitted = mdr.fit(punch, record, ["body.young"])
+        assert fitted["body.young"].low < 3.0 * (1.0 - POISSON**2) / 2e-6 < fitted["body.young"].high
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -219,14 +219,14 @@ def test_samples_of_a_table_that_are_no_numbers_are_omitted_on_request(missing, 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "curve.csv"
         file.write_text("\n".join(["indentation [um],load [nN]", *rows]))
-        (found,) = mdr.read_curves(file, leave_out_missing=True)
+        (result,) = mdr.read_curves(file, leave_out_missing=True)
         if missing:
             with pytest.raises(CaseError, match="finite number"):
                 mdr.read_curves(file)
     kept = [i for i in range(80) if i not in missing]
-    assert np.allclose(found.force, 1e-9 * np.array(kept), rtol=1e-12)
-    assert np.allclose(found.indentation, WAY[kept], rtol=1e-12)
-    assert [step.name for step in found.steps] == (["missing"] if missing else [])
+    assert np.allclose(result.force, 1e-9 * np.array(kept), rtol=1e-12)
+    assert np.allclose(result.indentation, WAY[kept], rtol=1e-12)
+    assert [step.name for step in result.steps] == (["missing"] if missing else [])
 
 
 def test_a_missing_column_is_named_in_its_own_unit(tmp_path):
@@ -304,21 +304,21 @@ def test_few_samples_in_contact_are_refused_or_lie_in_their_intervals(
         if machine
         else mdr.MeasuredCurve(indentation=way, force=force)
     )
-    found = mdr.fit_map(ball, [curve], ["body.young"])
+    fitted = mdr.fit_map(ball, [curve], ["body.young"])
     for value, error in (
-        (float(found["body.young"].values[0]), float(found["body.young_error"].values[0])),
+        (float(fitted["body.young"].values[0]), float(fitted["body.young_error"].values[0])),
         one_fit(ball, curve),
     ):
         assert np.isnan(value) or abs(np.log(value / young)) < 8.0 * error / value
-    assert pressed > 1 or np.isnan(found["body.young"].values[0])
+    assert pressed > 1 or np.isnan(fitted["body.young"].values[0])
 
 
 def one_fit(contact, curve):
     try:
-        found = mdr.fit(contact, curve, ["body.young"]).values["body.young"]
+        computed = mdr.fit(contact, curve, ["body.young"]).values["body.young"]
     except mdr.ProblemError:
         return np.nan, np.nan
-    return found.value, found.error
+    return computed.value, computed.error
 
 
 @pytest.mark.parametrize(

@@ -138,13 +138,15 @@ def test_the_path_of_separated_bodies_does_not_matter(before, after, last, kept)
     d = np.array([*before, last, 0.04, 0.1, kept, *after])
     t = 0.3 * np.arange(1.0, d.size + 1.0)
     body = Relaxation(1.0, np.array([2.0, 1.0]), np.array([0.3, 2.0]))
-    found = ting(PARABOLOID, body, t, d)
+    result = ting(PARABOLOID, body, t, d)
     springs = follow_springs(PARABOLOID, body, t, d, n=400)
-    assert found.indentation.tolist() == d.tolist()
-    assert found.force == pytest.approx(springs.force, rel=0.0, abs=3e-5 * springs.force.max())
+    assert result.indentation.tolist() == d.tolist()
+    assert result.force == pytest.approx(springs.force, rel=0.0, abs=3e-5 * springs.force.max())
     direct = ting(PARABOLOID, body, t[len(before) :], d[len(before) :])
     # the instants of the two are rounded apart, and a force that has nearly relaxed away is the rest of a large one
-    assert found.force[len(before) :] == pytest.approx(direct.force, rel=1e-13, abs=1e-15 * found.force.max())
+    assert result.force[len(before) :] == pytest.approx(
+        direct.force, rel=1e-13, abs=1e-15 * result.force.max()
+    )
 
 
 @st.composite
@@ -176,14 +178,14 @@ TABLES = {
 @given(st.sampled_from(list(TABLES.values())), pressed_once(), relaxing())
 def test_tables_follow_one_approach_and_one_retreat_as_the_curve_does(shape, path, body):
     line, table = shape
-    found = approach_and_retreat(table, body, *path)
+    computed = approach_and_retreat(table, body, *path)
     try:
         exact = ting(line, body, *path).force
     except PathError:
-        assert found is None
+        assert computed is None
         return
     # the end of a retreat is found to 1e-12 of the largest load per length
-    assert found == pytest.approx(exact, rel=0.0, abs=2e-11 * exact.max())
+    assert computed == pytest.approx(exact, rel=0.0, abs=2e-11 * exact.max())
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -193,12 +195,12 @@ def test_tables_follow_travels_as_springs_do(shape, path, body, log_stiffness):
     assume(body.viscosity == 0.0 or path[1][0] <= 0.0)  # a sudden move
     size = body.equilibrium + body.moduli.sum()
     softness = 1.0 / (10.0**log_stiffness * size * float(line.stiffness(line.place(0.1)).max()))
-    found = followed(table, body, *path, softness, 1)
-    if found is not None:
+    result = followed(table, body, *path, softness, 1)
+    if result is not None:
         few, many = (follow_travels(line, body, *path, 1.0 / softness, n=n).force for n in (500, 1000))
         # few springs lie where a fast relaxation is not over yet, and err by more than 1 / n^2
         off = np.abs(few - many).max() + 2e-6 * many.max()
-        assert found == pytest.approx(many, rel=0.0, abs=off)
+        assert result == pytest.approx(many, rel=0.0, abs=off)
 
 
 @settings(max_examples=examples(100), deadline=None)
@@ -217,14 +219,14 @@ def test_machines_deflect_by_travel_minus_indentation(shape, rows, start, spring
     softness = 10.0**log_softness * 0.1 / float(normal_force(line, states_at_depth(line, [0.1]))[0])
     time = np.linspace(0.0, 2.0, rows)
     travel = np.interp(time, [0.0, 1.0, 2.0], [-0.1 * start / (1.0 - start), 0.05, 0.1])
-    found = followed(table, body, time, travel, softness, 1)
-    assert found is not None
-    assert (softness * found <= np.maximum(travel, 0.0) * (1.0 + 1e-12)).all()
-    depth = travel - softness * found
+    computed = followed(table, body, time, travel, softness, 1)
+    assert computed is not None
+    assert (softness * computed <= np.maximum(travel, 0.0) * (1.0 + 1e-12)).all()
+    depth = travel - softness * computed
     exact = ting(line, body, time, np.maximum.accumulate(depth)).force
     # what the bodies bear tells the travel where they are stiffer than the machine, and the depth where they are softer
-    difference = np.abs(found - exact) * np.clip(depth, 0.0, None) / np.maximum(travel, 1e-3)
-    assert difference.max() < 1e-6 * found.max()
+    difference = np.abs(computed - exact) * np.clip(depth, 0.0, None) / np.maximum(travel, 1e-3)
+    assert difference.max() < 1e-6 * computed.max()
 
 
 @settings(max_examples=examples(60), deadline=None)
@@ -242,11 +244,11 @@ def test_the_few_rows_of_a_machine_bear_what_many_do(shape, rows, drag, log_time
     softness = 10.0**log_softness * 0.05 / float(normal_force(line, states_at_depth(line, [0.1]))[0])
     time = np.linspace(0.0, 1.0, rows + 1)
     travel = np.interp(time, [0.0, 0.4, 0.6, 1.0], [-0.03, 0.1, 0.1, -0.03])
-    found = approach_and_retreat(table, body, time, travel, softness)
+    result = approach_and_retreat(table, body, time, travel, softness)
     many = followed(table, body, time, travel, softness, 20_000 // rows)
-    assert found is not None
+    assert result is not None
     assert many is not None
-    assert found == pytest.approx(many, rel=0.0, abs=(1e-6 if drag == 0.0 else 3e-3) * many.max())
+    assert result == pytest.approx(many, rel=0.0, abs=(1e-6 if drag == 0.0 else 3e-3) * many.max())
 
 
 def test_a_constant_travel_may_rise_again():
@@ -486,15 +488,15 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
         passed.append(passage.load[1:].copy())
 
     if machine == math.inf:
-        found = follow_springs(curve, body, t, depth, n=150, watch=watch)
+        result = follow_springs(curve, body, t, depth, n=150, watch=watch)
     elif machine == 0.0:
-        found = follow_loads(curve, body, t, depth * size, n=150, watch=watch)
+        result = follow_loads(curve, body, t, depth * size, n=150, watch=watch)
     else:
-        found = follow_travels(curve, body, t, depth, machine * size, n=150, watch=watch)
-    springs = found.state.springs
+        result = follow_travels(curve, body, t, depth, machine * size, n=150, watch=watch)
+    springs = result.state.springs
     if springs is None:
         return
-    depths = found.indentation.copy()
+    depths = result.indentation.copy()
     if body.viscosity > 0.0:  # a row of no duration is found to rounding
         for row in np.flatnonzero(wait == 0.0):
             assert depths[row + 1] == pytest.approx(depths[row], rel=1e-13)
@@ -510,10 +512,10 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
         loads[done : done + part.shape[0], : part.shape[1]] = part
         done += part.shape[0]
     np.testing.assert_allclose(loads, bears, rtol=0.0, atol=1e-11 * np.abs(bears).max())
-    whole = max(sum(one.work for one, _ in each).max(), found.dissipated.max(), 1e-300)
+    whole = max(sum(one.work for one, _ in each).max(), result.dissipated.max(), 1e-300)
     for name in ("stored", "dissipated", "work"):
         own = sum(getattr(one, name) for one, _ in each)
-        np.testing.assert_allclose(getattr(found, name), own, rtol=0.0, atol=1e-11 * whole)
+        np.testing.assert_allclose(getattr(result, name), own, rtol=0.0, atol=1e-11 * whole)
     # a dashpot takes the load of a row of no duration; what the edge adds is told where it lies within a block
     count = (bears > 0.0).sum(axis=1)
     known = np.append(True, wait > 0.0) | (body.viscosity == 0.0)
@@ -522,7 +524,7 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
     else:
         force = sum(one.force for one, _ in each)
         known &= (count == 0) | ((count % BLOCK > 2) & (count % BLOCK < BLOCK - 1))
-    np.testing.assert_allclose(found.force[known], force[known], rtol=0.0, atol=1e-11 * found.force.max())
+    np.testing.assert_allclose(result.force[known], force[known], rtol=0.0, atol=1e-11 * result.force.max())
 
 
 def stepped(body, heights, t, d, parts):
@@ -583,9 +585,9 @@ def test_loads_over_many_decades(body, shape, decades):
     state = None
     depths = []
     for at, part in zip(np.split(time, len(decades)), np.split(loads, len(decades)), strict=True):
-        found = follow_loads(line, body, at, part, state or virgin(), n=200)
-        state = found.state
-        depths.append(found.indentation)
+        computed = follow_loads(line, body, at, part, state or virgin(), n=200)
+        state = computed.state
+        depths.append(computed.indentation)
     exact = creep(line, body, np.append(0.0, time), np.append(0.0, loads)).indentation[1:]
     assert np.concatenate(depths) == pytest.approx(exact, rel=0.2)  # the rows are coarse
     doublings = math.log2(exact[-1] / exact[0])
@@ -683,18 +685,18 @@ def test_modes_keep_their_digits_over_many_decades(body, seed):
 
 def parts_of(body, t, d, n=20, line=PARABOLOID):
     """The most parts in which a spring was moved in a row, on average over the springs."""
-    found = []
+    results = []
     follow = row_kernels.follow
 
     def counted(run, course, begin, states, rows, *others):
         followed = follow(run, course, begin, states, rows, *others)
-        found.append(rows[:, kernels.PARTS].max() / len(states[0]))
+        results.append(rows[:, kernels.PARTS].max() / len(states[0]))
         return followed
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(row_kernels, "follow", counted)
         follow_springs(line, body, t, d, n=n)
-    return max(found, default=0.0)
+    return max(results, default=0.0)
 
 
 @settings(deadline=None, max_examples=examples(60))
@@ -733,13 +735,13 @@ def test_springs_that_part_as_slowly_as_they_creep_back_are_not_touched_again_by
 def test_bodies_that_rest_on_each_other_are_loaded_again(body, loads, unit, data):
     waits = [10.0 ** (unit + data.draw(st.floats(-3.0, 1.0))) for _ in loads]
     time, force = np.cumsum([1e-3 * 10.0**unit, *waits]), 1e-3 * np.array([1.0, *loads])
-    found = follow_loads(PARABOLOID, body, time, force, virgin(), n=40)
-    assert found.force == pytest.approx(force, rel=1e-9, abs=1e-15)
-    kept = found.stored + found.dissipated
-    assert found.work == pytest.approx(kept, rel=1e-9, abs=1e-13 * np.max(kept))
+    result = follow_loads(PARABOLOID, body, time, force, virgin(), n=40)
+    assert result.force == pytest.approx(force, rel=1e-9, abs=1e-15)
+    kept = result.stored + result.dissipated
+    assert result.work == pytest.approx(kept, rel=1e-9, abs=1e-13 * np.max(kept))
     without = force[1:] == 0.0
-    assert (np.diff(found.indentation)[without] <= 1e-15).all()
-    assert (found.indentation >= 0.0).all()
+    assert (np.diff(result.indentation)[without] <= 1e-15).all()
+    assert (result.indentation >= 0.0).all()
 
 
 SHAPES = [Paraboloid(1.0), Cone(slope=0.3), FlatPunch(0.3), PowerLaw(exponent=4, height=1.0, radius=1.0)]
@@ -770,12 +772,12 @@ def test_energy_of_random_loads_also_in_no_time(rows, seed, shape, machine):
     """Loads that jump where springs just part; deeper ones than expected, for which springs are added on the way."""
     body, (t, load) = random_body(np.random.default_rng(seed)), loaded(rows, 0.0)
     if machine > 0.0:
-        found = follow_travels(line_of(shape), body, t, load, machine, n=40)
+        result = follow_travels(line_of(shape), body, t, load, machine, n=40)
     else:
-        found = follow_loads(line_of(shape), body, t, load, n=40)
-        assert found.force == pytest.approx(load, rel=1e-9, abs=1e-12)
-    kept = found.stored + found.dissipated
-    assert found.work == pytest.approx(kept, rel=1e-9, abs=1e-12 * np.max(np.abs(kept)))
+        result = follow_loads(line_of(shape), body, t, load, n=40)
+        assert result.force == pytest.approx(load, rel=1e-9, abs=1e-12)
+    kept = result.stored + result.dissipated
+    assert result.work == pytest.approx(kept, rel=1e-9, abs=1e-12 * np.max(np.abs(kept)))
 
 
 def test_a_load_that_falls_in_no_time_leaves_springs_free_whatever_the_rounding_of_their_gap():
@@ -784,9 +786,9 @@ def test_a_load_that_falls_in_no_time_leaves_springs_free_whatever_the_rounding_
         body = replace(random_body(numbers), viscosity=0.3)
         line = line_of(SHAPES[numbers.integers(4)])
         t = np.repeat(np.cumsum(10.0 ** numbers.uniform(-2.0, 1.0, 6)), 2)
-        found = follow_loads(line, body, t, np.maximum(numbers.normal(0.3, 0.4, 12), 0.0), n=300)
-        kept = found.stored + found.dissipated
-        assert found.work == pytest.approx(kept, rel=1e-9, abs=1e-12 * np.max(kept))
+        result = follow_loads(line, body, t, np.maximum(numbers.normal(0.3, 0.4, 12), 0.0), n=300)
+        kept = result.stored + result.dissipated
+        assert result.work == pytest.approx(kept, rel=1e-9, abs=1e-12 * np.max(kept))
 
 
 @settings(deadline=None, max_examples=examples(20))
@@ -822,6 +824,6 @@ def test_no_load_leaves_no_trace(body, size, above):
     line, force = line_of(Paraboloid(radius)), 1e-3 * radius**2 * np.array([1.0, 0.5])
     rest = follow_loads(line, body, [0.5, 1.0], [0.0, 0.0], virgin(0.0, -above * radius), n=40)
     assert (rest.indentation == 0.0).all()
-    found = follow_loads(line, body, [2.0, 3.0], force, rest.state, n=40)
+    result = follow_loads(line, body, [2.0, 3.0], force, rest.state, n=40)
     bare = follow_loads(line, body, [2.0, 3.0], force, virgin(1.0), n=40)
-    assert found.indentation == pytest.approx(bare.indentation, rel=1e-12)
+    assert result.indentation == pytest.approx(bare.indentation, rel=1e-12)

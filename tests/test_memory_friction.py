@@ -49,18 +49,18 @@ def line_of(profile):
 
 def sheared(line, normal, tangential, mu, t, d, u, n, forced=False):
     """Rows of springs, passage by passage."""
-    found, state = [], unsheared()
+    results, state = [], unsheared()
 
     def watch(passage):
         nonlocal state
-        done = sum(part.shift.size for part in found)
+        done = sum(part.shift.size for part in results)
         target = np.asarray(u[done : done + passage.force.size], dtype=float)
-        found.append(shear_springs(line, passage, (normal, tangential), mu, target, forced, state))
-        state = found[-1].state
+        results.append(shear_springs(line, passage, (normal, tangential), mu, target, forced, state))
+        state = results[-1].state
 
     history = follow_springs(line, normal, t, d, n=n, watch=watch)
-    names = [name for name in found[0]._fields if name != "state"]
-    return history, {name: np.concatenate([getattr(part, name) for part in found]) for name in names}
+    names = [name for name in results[0]._fields if name != "state"]
+    return history, {name: np.concatenate([getattr(part, name) for part in results]) for name in names}
 
 
 # springs that do not relax are those of the elastic contact
@@ -75,13 +75,15 @@ def test_what_does_not_relax_is_the_elastic_stack(mu):
     exact = follow_leg(curves_of(elastic, 1.0), leg, mu, 0.9, virgin_state(mu, 1.3 / 0.9))
     errors = []
     for n in (250, 500, 1000, 2000):
-        _, found = sheared(line_of(SHAPES[0]), Relaxation(1.3), Relaxation(0.9), mu, np.arange(41.0), d, u, n)
+        _, computed = sheared(
+            line_of(SHAPES[0]), Relaxation(1.3), Relaxation(0.9), mu, np.arange(41.0), d, u, n
+        )
         pairs = (
-            (found["force"], exact.tangential_force),
-            (np.cumsum(found["slip_work"]), exact.slip_work),
-            (found["stored"], exact.stored_energy),
-            (found["stick_radius"], exact.stick_radius),
-            (np.cumsum(found["slid"]), exact.slip_distance),
+            (computed["force"], exact.tangential_force),
+            (np.cumsum(computed["slip_work"]), exact.slip_work),
+            (computed["stored"], exact.stored_energy),
+            (computed["stick_radius"], exact.stick_radius),
+            (np.cumsum(computed["slid"]), exact.slip_distance),
         )
         errors.append([abs(one[1:] - two).max() / (two.max() or 1.0) for one, two in pairs])
     errors = np.array(errors)
@@ -211,8 +213,8 @@ def test_the_tangential_kernel_is_that_of_the_elastic_modulus(shear, nu, bulk, s
         (rubber(shear, poisson=nu), nu),
         (rubber(shear, bulk=bulk), (3.0 * bulk - 2.0 * g) / (6.0 * bulk + 2.0 * g)),
     ):
-        found = carson(mdr.relaxation_of(body, tangential=True), s)
-        assert found == pytest.approx(4.0 * g / (2.0 - poisson), rel=1e-9)
+        result = carson(mdr.relaxation_of(body, tangential=True), s)
+        assert result == pytest.approx(4.0 * g / (2.0 - poisson), rel=1e-9)
         other = mdr.Elastic(5.0, 0.2)
         pair = carson(mdr.relaxation_of(body, other, tangential=True), s)
         compliance = (2.0 - poisson) / (4.0 * g) + (2.0 - 0.2) / (4.0 * other.shear)
@@ -537,8 +539,8 @@ def test_fields_err_as_claimed(body, history, mu, shape):
         moved = displacement(state, r)
         values = (surface_load(state, r), moved, u[step] - moved)
         for name, expected in zip(TANGENTIAL_FIELDS, values, strict=True):
-            found = result.field(name, r=r, step=step).values
-            difference[name] = max(difference[name], float(np.max(np.abs(found - expected))))
+            computed = result.field(name, r=r, step=step).values
+            difference[name] = max(difference[name], float(np.max(np.abs(computed - expected))))
             size[name] = max(size[name], float(np.max(np.abs(expected))))
             error = result.claims[name].error  # None: numerics to rounding, in a frame of unknown error
             claimed[name] = max(claimed[name], 0.0 if error is None else float(error[step]))

@@ -71,14 +71,14 @@ def test_creep_forces_are_as_close_to_boundary_elements_as_claimed(poisson, dire
     creepage = share * 3.0 * float(limit.sum()) * cell / slope
     exact = float(creeping(slopes, limit, creepage).sum() / limit.sum())
     for law in ("plain", "calibrated"):
-        found = mdr.rolling(contact, creepage, indentation=a * a / radius, law=law, direction=direction)
-        error = found.claims["creep_force"].error
+        result = mdr.rolling(contact, creepage, indentation=a * a / radius, law=law, direction=direction)
+        error = result.claims["creep_force"].error
         claimed = 0.0 if error is None else float(error[0])
-        missed = abs(float(found["traction_coefficient"][0]) / mu / exact - 1.0)
+        missed = abs(float(result["traction_coefficient"][0]) / mu / exact - 1.0)
         # the cells themselves miss about 1.5 %
         assert missed <= claimed + 0.015
         assert claimed <= missed + 0.12
-    assert found.claims["shear_traction"].level is mdr.Level.NOT_VALID
+    assert result.claims["shear_traction"].level is mdr.Level.NOT_VALID
 
 
 def passed(depth, power, stiffens, speed, n=20):
@@ -137,16 +137,16 @@ def test_sliding_friction_is_as_close_to_boundary_elements_as_claimed(power, log
     # E* = 4 G of an incompressible body; lengths in units of the size
     rubber = mdr.Viscoelastic(mdr.StandardSolid(0.25, 0.25 * (stiffens - 1.0), 1.0), poisson=0.5)
     tip = mdr.PowerLaw(power, scale * size, size)
-    found = mdr.sliding_friction(mdr.Contact(tip, rubber), speed * size, normal_force=force * size**2)
-    ratio = float(found.data["friction_coefficient"][0]) / exact
-    claim = found.claims["friction_coefficient"]
+    result = mdr.sliding_friction(mdr.Contact(tip, rubber), speed * size, normal_force=force * size**2)
+    ratio = float(result.data["friction_coefficient"][0]) / exact
+    claim = result.claims["friction_coefficient"]
     # cells of a tenth of the radius miss some 6 % of the friction
     assert abs(ratio - 1.0) <= claim.error[0] + 0.12
     assert claim.level is mdr.Level.APPROXIMATE
     for name in ("slow_limit", "fast_limit"):
-        limit = found.claims[name]
+        limit = result.claims[name]
         if limit.readable:
-            assert abs(float(found[name][0]) / exact - 1.0) <= limit.error[0] + 0.12
+            assert abs(float(result[name][0]) / exact - 1.0) <= limit.error[0] + 0.12
 
 
 @settings(deadline=None, max_examples=examples(30))
@@ -158,13 +158,13 @@ def test_frictional_heat_is_as_close_to_the_moving_source_as_claimed(log_peclet,
     contact = mdr.Contact(mdr.Paraboloid(radius), pin, disk, friction=mdr.Coulomb(0.3))
     a = 10.0**log_width * radius
     speed = 10.0**log_peclet * 2.0 * diffusivity / a
-    found = mdr.frictional_heat(contact, speed, indentation=a * a / radius)
-    heat = 0.3 * speed * 1.5 * found.data.attrs["normal_force"] / (math.pi * a**2)
+    result = mdr.frictional_heat(contact, speed, indentation=a * a / radius)
+    heat = 0.3 * speed * 1.5 * result.data.attrs["normal_force"] / (math.pi * a**2)
     away = speed * a / (2.0 * diffusivity)
     # the kernel exp(-k (s + x))/s over a ring about the centre
     middle = heat * a / conductivity * quad(lambda s: math.sqrt(1.0 - s * s) * ive(0, away * s), 0.0, 1.0)[0]
-    missed = float(found["largest_temperature_rise"][0]) / middle - 1.0
-    claim = found.claims["largest_temperature_rise"]
+    missed = float(result["largest_temperature_rise"][0]) / middle - 1.0
+    claim = result.claims["largest_temperature_rise"]
     assert missed >= -1e-9
     if claim.error[0] < 1.0:
         assert missed <= claim.error[0] + 1e-9
@@ -174,7 +174,7 @@ def test_frictional_heat_is_as_close_to_the_moving_source_as_claimed(log_peclet,
 @pytest.mark.parametrize("speed", [10.0, 1e3])
 def test_a_limit_has_no_number_where_it_is_none(speed):
     rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "9 MPa", "1 ms"), poisson=0.5)
-    found = mdr.sliding_friction(mdr.Contact(mdr.Paraboloid("10 mm"), rubber), speed, normal_force="1 N")
+    result = mdr.sliding_friction(mdr.Contact(mdr.Paraboloid("10 mm"), rubber), speed, normal_force="1 N")
     with pytest.raises(mdr.NotValidError, match="no speed is slow"):
-        found["slow_limit"]
-    assert np.isnan(found.data["slow_limit"].values).all()
+        result["slow_limit"]
+    assert np.isnan(result.data["slow_limit"].values).all()

@@ -160,12 +160,12 @@ def test_transversely_isotropic_surfaces_against_waves(bulk, c33, c44, c66, shar
     # the eigenvectors are lost where two roots meet, as in isotropic bodies
     again = compliance_of_waves(stiffness_matrix(**{**values, "c44": c44 * (1 + 1e-9)}))
     assume(np.max(np.abs(again - expected)) < 3e-9 * np.max(np.abs(expected)))
-    found = surface_compliances(mdr.TransverselyIsotropic(**{k: v * unit for k, v in values.items()}))
+    computed = surface_compliances(mdr.TransverselyIsotropic(**{k: v * unit for k, v in values.items()}))
     size = np.max(np.abs(expected))
-    assert 2 * unit * found.normal == pytest.approx(expected[2, 2].real, rel=1e-9, abs=1e-9 * size)
-    assert 2 * unit * found.longitudinal == pytest.approx(expected[0, 0].real, rel=1e-9, abs=1e-9 * size)
-    assert 2 * unit * found.transverse == pytest.approx(expected[1, 1].real, rel=1e-9, abs=1e-9 * size)
-    assert unit * found.coupling == pytest.approx(abs(expected[0, 2]), rel=1e-9, abs=1e-9 * size)
+    assert 2 * unit * computed.normal == pytest.approx(expected[2, 2].real, rel=1e-9, abs=1e-9 * size)
+    assert 2 * unit * computed.longitudinal == pytest.approx(expected[0, 0].real, rel=1e-9, abs=1e-9 * size)
+    assert 2 * unit * computed.transverse == pytest.approx(expected[1, 1].real, rel=1e-9, abs=1e-9 * size)
+    assert unit * computed.coupling == pytest.approx(abs(expected[0, 2]), rel=1e-9, abs=1e-9 * size)
 
 
 def by_engineering(body):
@@ -184,10 +184,10 @@ def by_stiffnesses(body):
     return mdr.TransverselyIsotropic(c11=c11, c33=c11, c13=c13, c44=body.shear, c66=body.shear)
 
 
-def assert_same(found, expected, rel=1e-12):
-    assert found.normal == pytest.approx(expected.normal, rel=rel)
-    assert found.tangential == pytest.approx(expected.tangential, rel=rel)
-    assert found.dundurs_beta == pytest.approx(expected.dundurs_beta, abs=rel)
+def assert_same(computed, expected, rel=1e-12):
+    assert computed.normal == pytest.approx(expected.normal, rel=rel)
+    assert computed.tangential == pytest.approx(expected.tangential, rel=rel)
+    assert computed.dundurs_beta == pytest.approx(expected.dundurs_beta, abs=rel)
 
 
 @settings(max_examples=examples(150), deadline=None)
@@ -241,8 +241,8 @@ def test_engineering_constants_are_those_of_the_stiffnesses():
 @pytest.mark.parametrize("name", ["hN_0.2_0.3", "hN_0.5_0.25"])
 def test_grading_references(references, name):
     reference = references[name]
-    found = grading_factor(reference["inputs"]["k"], reference["inputs"]["nu"])
-    assert found == pytest.approx(reference["expected"]["h_N"], rel=1e-13)
+    result = grading_factor(reference["inputs"]["k"], reference["inputs"]["nu"])
+    assert result == pytest.approx(reference["expected"]["h_N"], rel=1e-13)
 
 
 def compliance_under_waves(k, nu):
@@ -269,12 +269,12 @@ def compliance_under_waves(k, nu):
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
 def test_graded_surfaces_against_the_differential_equations(k, nu):
     normal, longitudinal, transverse, coupling = compliance_under_waves(k, nu)
-    found = surface_compliances(mdr.Graded(young=2 * (1 + nu), depth=1.0, exponent=k, poisson=nu))
+    result = surface_compliances(mdr.Graded(young=2 * (1 + nu), depth=1.0, exponent=k, poisson=nu))
     wave = math.cos(k * math.pi / 2) * math.gamma((1 - k) / 2) / math.gamma((1 + k) / 2) * 2 ** (1 - k)
-    assert wave * found.normal == pytest.approx(normal, rel=1e-6)
-    assert wave * found.longitudinal == pytest.approx(longitudinal, rel=1e-6)
-    assert wave * found.transverse == pytest.approx(transverse, rel=1e-6)
-    assert wave * abs(found.coupling) / 2 == pytest.approx(coupling, rel=1e-6)
+    assert wave * result.normal == pytest.approx(normal, rel=1e-6)
+    assert wave * result.longitudinal == pytest.approx(longitudinal, rel=1e-6)
+    assert wave * result.transverse == pytest.approx(transverse, rel=1e-6)
+    assert wave * abs(result.coupling) / 2 == pytest.approx(coupling, rel=1e-6)
 
 
 @pytest.mark.parametrize("k", [-0.4, 0.3])
@@ -297,11 +297,11 @@ def test_the_springs_carry_a_flat_punch_on_a_graded_body(k):
 def test_a_modulus_may_be_given_at_any_depth(young, poisson, depth, exponent, factor):
     one = mdr.Graded(young, depth, exponent, poisson)
     other = mdr.Graded(young * factor**exponent, depth * factor, exponent, poisson)
-    found = mdr.effective_moduli(one)
-    assert found.exponent == exponent
-    assert_same(mdr.effective_moduli(other), found)
+    result = mdr.effective_moduli(one)
+    assert result.exponent == exponent
+    assert_same(mdr.effective_moduli(other), result)
     pair = mdr.effective_moduli(one, other)
-    assert pair.normal == pytest.approx(found.normal / 2, rel=1e-12)
+    assert pair.normal == pytest.approx(result.normal / 2, rel=1e-12)
     assert pair.similar
 
 
@@ -358,7 +358,7 @@ def test_the_coupling_of_an_incompressible_graded_body_keeps_its_digits(exponent
     # B^2 = 1 - k^2 there, with the digits of 1 - |k|
     k = sign * (1 - 10**exponent)
     near = 1 - abs(k)
-    found = surface_compliances(mdr.Graded(1.0, 1.0, k, 0.5))
+    result = surface_compliances(mdr.Graded(1.0, 1.0, k, 0.5))
     wave = math.sqrt(near * (1 + abs(k)))
     tangents = -sign * math.tan(near * math.pi / 2) / math.tan(wave * math.pi / 2)
-    assert found.coupling == pytest.approx(2 * found.normal * (1 + k) / wave * tangents, rel=1e-12)
+    assert result.coupling == pytest.approx(2 * result.normal * (1 + k) / wave * tangents, rel=1e-12)

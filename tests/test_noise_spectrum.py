@@ -226,8 +226,8 @@ def test_fits_note_correlated_residuals():
     assert other["body.young"].low < 0.75 < other["body.young"].high
     # profiles of the likelihood are widened alike
     low, high = other.profile_intervals()["body.young"]
-    found = other["body.young"]
-    assert high - low == pytest.approx(found.high - found.low, rel=0.15)
+    computed = other["body.young"]
+    assert high - low == pytest.approx(computed.high - computed.low, rel=0.15)
 
 
 def test_maps_have_the_errors_of_fits():

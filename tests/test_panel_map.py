@@ -23,8 +23,8 @@ from pymdr.problem.profiles import Sum
 NAMES = ("indentation", "normal_force", "contact_radius", "elastic_energy")
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found) / np.asarray(exact) - 1)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed) / np.asarray(exact) - 1)))
 
 
 class Counted:
@@ -91,8 +91,8 @@ def test_a_cusp_has_its_slope_on_the_axis(size, log_slope, exponent):
     """g' = (pi/2) f'(0) of what begins as a cone."""
     slope = 10.0**log_slope
     bent = mdr.Function(derivative=lambda r: slope * (1.0 + 0.3 * (r / size) ** exponent))
-    found = equivalent_profile(bent).slope(np.array([0.0, 1e-3 * size, 0.0]))
-    assert found[[0, 2]] == pytest.approx(0.5 * math.pi * slope, rel=1e-9)
+    result = equivalent_profile(bent).slope(np.array([0.0, 1e-3 * size, 0.0]))
+    assert result[[0, 2]] == pytest.approx(0.5 * math.pi * slope, rel=1e-9)
     round_one = equivalent_profile(mdr.Function(lambda r: slope * r**2 / (2.0 * size)))
     assert round_one.slope(np.array([0.0])) == 0.0
 
@@ -102,11 +102,11 @@ def test_a_cusp_has_its_slope_on_the_axis(size, log_slope, exponent):
 def test_pressures_next_to_a_cusp_are_those_of_its_closed_form(size, decades, k):
     body = mdr.Graded("1 MPa", depth=size, exponent=k, poisson=1.0 / (2.0 + k)) if k else UNIT
     r = 10.0 ** np.array(decades) * size
-    found, closed = (
+    results, closed = (
         mdr.solve(mdr.Contact(tip, body), mdr.indent(size)).field("pressure", r=r).values
         for tip in (mdr.Function(derivative=lambda r: 0.1 + 0.0 * r), mdr.Cone(slope=0.1))
     )
-    assert found == pytest.approx(closed, rel=1e-10)
+    assert results == pytest.approx(closed, rel=1e-10)
 
 
 PROFILES = st.tuples(st.sampled_from([*SLOPES, "samples"]), SIZES)
@@ -177,12 +177,12 @@ def test_what_lies_all_within_the_law_of_the_tip_is_no_surer_than_that(power, de
         line = equivalent_profile(
             mdr.Function(lambda r: offset + height * (r**power + (r / 1e3) ** (3.0 * power)))
         )
-        found = float(line.g(x))
+        computed = float(line.g(x))
     except mdr.PymdrError:
         return
     ratio = [math.exp(math.lgamma(p / 2 + 1) - math.lgamma(p / 2 + 0.5)) for p in (power, 3.0 * power)]
     exact = math.sqrt(math.pi) * height * (ratio[0] * x**power + ratio[1] * (x / 1e3) ** (3.0 * power))
-    assert worst(found, exact) <= 8.0 * float(line.error(x)[0]) + 1e-14
+    assert worst(computed, exact) <= 8.0 * float(line.error(x)[0]) + 1e-14
 
 
 # --- a callable is asked where it must be, once ----------------------------------------------------------
@@ -270,15 +270,15 @@ def test_the_inverse_of_a_thousand_values_is_exact_to_rounding(case, seed):
     line = equivalent_profile(drawn(case))
     x = 0.9 * case[1] * 10.0 ** np.random.default_rng(seed).uniform(-9.0, 0.0, 1000)
     g, moment = line.g(x), line.moment(x)
-    for found, value, curve, slope in (
+    for result, value, curve, slope in (
         (line.inverse(g), g, line.g, line.slope(x)),
         (line.inverse_moment(moment), moment, line.moment, x * line.slope(x)),
     ):
-        assert np.all(found[np.argsort(value)] == np.sort(found))
+        assert np.all(result[np.argsort(value)] == np.sort(result))
         # a rounding of the value moves x by eps value / slope, and x itself is rounded
         condition = value / (x * slope)
-        assert np.all(np.abs(found / x - 1) <= 2e-15 * (1.0 + condition))
-        assert worst(curve(found), value) < 4e-15 * (1.0 + float(np.max(1.0 / condition)))
+        assert np.all(np.abs(result / x - 1) <= 2e-15 * (1.0 + condition))
+        assert worst(curve(result), value) < 4e-15 * (1.0 + float(np.max(1.0 / condition)))
     place = line.place(g)
     assert worst(line.g(place), g) < 4e-15
     shuffled = np.random.default_rng(seed).permutation(1000)
@@ -296,7 +296,7 @@ def test_threads_share_one_profile(name):
     paths = [mdr.indent(0.05 * 4.0**-k, steps=5) for k in range(4)] + [
         mdr.load(1e-2 * 4.0**-k, steps=5) for k in range(4)
     ]
-    found, failures = [None] * 8, []
+    computed, failures = [None] * 8, []
     start = threading.Barrier(8)
 
     def work(i):
@@ -304,7 +304,7 @@ def test_threads_share_one_profile(name):
             start.wait(timeout=60)
             result = mdr.solve(mdr.Contact(shared, UNIT), paths[i])
             a = float(result["contact_radius"][-1])
-            found[i] = result, result.field("pressure", r=a * np.array([1e-4, 0.5, 0.99])).values
+            computed[i] = result, result.field("pressure", r=a * np.array([1e-4, 0.5, 0.99])).values
         except Exception as error:
             failures.append(error)
 
@@ -317,9 +317,11 @@ def test_threads_share_one_profile(name):
     for i, path in enumerate(paths):
         alone = mdr.solve(mdr.Contact(drawn((name, 1.0)), UNIT), path)
         for quantity in NAMES:
-            assert worst(found[i][0][quantity].values, alone[quantity].values) < 1e-12
+            assert worst(computed[i][0][quantity].values, alone[quantity].values) < 1e-12
         a = float(alone["contact_radius"][-1])
-        assert worst(found[i][1], alone.field("pressure", r=a * np.array([1e-4, 0.5, 0.99])).values) < 1e-11
+        assert (
+            worst(computed[i][1], alone.field("pressure", r=a * np.array([1e-4, 0.5, 0.99])).values) < 1e-11
+        )
 
 
 # --- files -----------------------------------------------------------------------------------------------
@@ -478,8 +480,8 @@ def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, shap
         x = np.sqrt((start + width * u**2) ** 2 + radius**2)
         value = line.slope(x) / x * width * u * w
         size = np.abs(value).sum()
-        found = float(line.pressure_integral(np.array([radius]), share)[0])
-        assert abs(found - value.sum()) < 1e-7 * size
+        computed = float(line.pressure_integral(np.array([radius]), share)[0])
+        assert abs(computed - value.sum()) < 1e-7 * size
 
 
 # --- beside breakpoints ----------------------------------------------------------------------------------
@@ -524,10 +526,10 @@ def test_cones_that_begin_close_to_one_another(closeness, heights, offsets, give
     for s, kink in zip(slopes, radii, strict=False):
         away = np.maximum((bases - kink) + delta, 0.0)
         exact += s * (kink + away) * np.arctan2(np.sqrt(away * (2.0 * kink + away)), kink)
-    found = np.concatenate([line.g(line.place(exact[i : i + 1])) for i in range(exact.size)])
+    computed = np.concatenate([line.g(line.place(exact[i : i + 1])) for i in range(exact.size)])
     place = Place(bases, delta)
     claimed = np.maximum(line.error(place)[:, 0], 1e-14)
-    assert np.all(np.abs(found / exact - 1.0) <= 1e-13)
+    assert np.all(np.abs(computed / exact - 1.0) <= 1e-13)
     assert np.all(np.abs(line.g(place) / exact - 1.0) <= 10.0 * claimed)
     random.shuffle(order)
     alone = equivalent_profile(profile)
@@ -570,9 +572,9 @@ def test_contact_that_begins_at_a_radius_is_a_power_there(n, size, decades, give
     place = Place(np.full(delta.size, b), b * delta)
     error = 10.0 * np.maximum(line.error(place)[:, 0], 1e-14)
     assert np.all(np.abs(line.g(place) / depth - 1.0) <= error + 2.0 * delta)
-    found = line.place(line.g(place))
+    result = line.place(line.g(place))
     # a kink of broken order may have a second panel beside it, whose offsets are as fine
-    assert np.all(np.abs(((found.base - b) + found.offset) / (b * delta) - 1.0) <= 1e-13)
+    assert np.all(np.abs(((result.base - b) + result.offset) / (b * delta) - 1.0) <= 1e-13)
 
 
 @settings(max_examples=examples(15), deadline=None)
@@ -611,9 +613,9 @@ def test_contact_that_begins_in_the_rounding_of_an_offset(n, size, height, offse
         return
     if "contact_radius" not in result.data:
         return
-    found, claim = result.data["contact_radius"].values, result.claims["contact_radius"]
-    valid = np.isfinite(found)
-    off = np.abs(found / (b * (1.0 + delta)) - 1.0)
+    computed, claim = result.data["contact_radius"].values, result.claims["contact_radius"]
+    valid = np.isfinite(computed)
+    off = np.abs(computed / (b * (1.0 + delta)) - 1.0)
     assert np.all(off[valid] <= (10.0 * claim.error + 4.0 * delta**2 + 4e-16)[valid])
 
 
@@ -790,8 +792,8 @@ def test_an_undetected_jump_affects_radii_far_outside(b, decades, share):
         2.0 * x / b + t * (angle + b / root),
         2.0 * x**3 / (3.0 * b) + 0.5 * t * (x * x * angle + b * root),
     )
-    for k, (found, true) in enumerate(zip((line.g(x), line.slope(x), line.moment(x)), exact, strict=True)):
-        assert np.all(np.abs(found / true - 1.0) <= 10.0 * line.error(x)[:, k] + 1e-13)
+    for k, (computed, true) in enumerate(zip((line.g(x), line.slope(x), line.moment(x)), exact, strict=True)):
+        assert np.all(np.abs(computed / true - 1.0) <= 10.0 * line.error(x)[:, k] + 1e-13)
     squared = [_square_of_a_kinked_paraboloid(b, t, at) for at in x]
     assert np.all(np.abs(line.squared(x) / squared - 1.0) <= 10.0 * line.error(x)[:, 3] + 1e-12)
 
@@ -837,7 +839,7 @@ def test_pressure_through_a_dead_zone(n, b, last, shares):
     delta = b * 10.0**last
     line.map_to(b + delta)
     r = b * np.array(shares)
-    found = line.pressure_integral(r, Place(np.array(b), np.array(delta)))
+    computed = line.pressure_integral(r, Place(np.array(b), np.array(delta)))
     # g' / offset^(n - 3/2) is smooth beside b; with y = offset / delta the rest is in the weights
     z, w = roots_jacobi(80, 0.0, n - 1.5)
     y, w = (z + 1.0) / 2.0, w / 2.0 ** (n - 0.5)
@@ -845,7 +847,7 @@ def test_pressure_through_a_dead_zone(n, b, last, shares):
     smooth = line.slope(place) / y ** (n - 1.5)
     x = place.x
     exact = [delta * np.sum(w * smooth / np.sqrt((x - q) * (x + q))) for q in r]
-    assert worst(found, exact) < 1e-12
+    assert worst(computed, exact) < 1e-12
 
 
 @settings(max_examples=examples(15), deadline=None)

@@ -146,9 +146,9 @@ def test_the_sub_model_of_lammps(name, tmp_path):
     lines = run(tmp_path, *depths, 1.1e-6)
     stepper = mdr.Stepper(CONTACTS[name], "1 um")
     expected = [(stepper.advance(d).normal, stepper.contact_radius) for d in depths]
-    found = np.array([line.split() for line in lines[:-1]], dtype=float)
+    computed = np.array([line.split() for line in lines[:-1]], dtype=float)
     for i, size in enumerate(np.abs(expected).max(axis=0)):
-        assert found[:, i] == pytest.approx(np.array(expected)[:, i], abs=1e-5 * size)
+        assert computed[:, i] == pytest.approx(np.array(expected)[:, i], abs=1e-5 * size)
     assert lines[-1] == "refused: mdr/table: the overlap is beyond the table; export it with a larger --to"
 
 

@@ -41,12 +41,12 @@ def is_exact(result, name):
 def test_one_speed_gives_the_closed_form_in_any_number_of_rows(exponent):
     ball = ball_on(mdr.PowerLawRheology("1 kPa", "1 s", exponent), 1e-3)
     for steps in (1, 7):
-        found = mdr.solve(ball, mdr.indent("1 um", duration=10.0, steps=steps))
-        time = found["time"].values
+        result = mdr.solve(ball, mdr.indent("1 um", duration=10.0, steps=steps))
+        time = result["time"].values
         truth = [ramp_force(Power(1e3, 1.0, exponent), 1e-3, 1e-7, t) for t in time]
-        np.testing.assert_allclose(found["normal_force"].values, truth, rtol=1e-10)
-        assert is_exact(found, "normal_force")
-        assert np.max(found.claims["normal_force"].error) > 0.0
+        np.testing.assert_allclose(result["normal_force"].values, truth, rtol=1e-10)
+        assert is_exact(result, "normal_force")
+        assert np.max(result.claims["normal_force"].error) > 0.0
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -56,7 +56,7 @@ def test_growing_contacts_over_twelve_decades(seed):
     radius, rows = 10.0 ** rng.uniform(-8, 0), 6
     time = np.cumsum(10.0 ** rng.uniform(-6, 6, rows))
     depth = np.cumsum(rng.uniform(0.0, 1.0, rows) * (rng.random(rows) < 0.8)) * 1e-3 * radius + 1e-5 * radius
-    found = mdr.solve(ball_on(law, radius), mdr.Path(time=time, indentation=depth))
+    result = mdr.solve(ball_on(law, radius), mdr.Path(time=time, indentation=depth))
     with mpmath.workdps(40):
         t = [mpmath.mpf(0), *map(mpmath.mpf, time.tolist())]
         d = [mpmath.mpf(0), *map(mpmath.mpf, depth.tolist())]
@@ -71,8 +71,8 @@ def test_growing_contacts_over_twelve_decades(seed):
                     share = mpmath.betainc(1.5, b, (t[i] - zero) / whole, (t[i + 1] - zero) / whole)
                     force += 2 * speed[i] ** 1.5 * whole ** (b + 0.5) * share
             truth.append(float(kernel.scale * mpmath.sqrt(radius) * force))
-    np.testing.assert_allclose(found["normal_force"].values, truth, rtol=1e-6, atol=EXACT * max(truth))
-    assert is_exact(found, "normal_force")
+    np.testing.assert_allclose(result["normal_force"].values, truth, rtol=1e-6, atol=EXACT * max(truth))
+    assert is_exact(result, "normal_force")
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -83,11 +83,11 @@ def test_one_approach_and_one_retreat(seed):
     up, down = np.cumsum(rng.uniform(0.1, 1.0, 3)), rng.uniform(0.2, 1.0, 1)
     depth = np.concatenate([up, up[-1:], up[-1] - up[-1] * down]) * 1e-3 * radius  # with a hold
     time = np.cumsum(rng.uniform(0.2, 1.0, depth.size)) * 10.0 ** rng.uniform(-6, 6)
-    found = mdr.solve(ball_on(law, radius), mdr.Path(time=time, indentation=depth))
+    result = mdr.solve(ball_on(law, radius), mdr.Path(time=time, indentation=depth))
     force, contact = approach_and_retreat(kernel, radius, time, depth)
-    np.testing.assert_allclose(found["normal_force"].values, force, rtol=0.0, atol=EXACT * force.max())
-    np.testing.assert_allclose(found["contact_radius"].values, contact, rtol=0.0, atol=EXACT * contact.max())
-    assert is_exact(found, "normal_force")
+    np.testing.assert_allclose(result["normal_force"].values, force, rtol=0.0, atol=EXACT * force.max())
+    np.testing.assert_allclose(result["contact_radius"].values, contact, rtol=0.0, atol=EXACT * contact.max())
+    assert is_exact(result, "normal_force")
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -98,11 +98,11 @@ def test_creep_under_a_sudden_load(seed):
     radius = 10.0 ** rng.uniform(-8, 0)
     time = np.concatenate([[0.0], np.cumsum(10.0 ** rng.uniform(-2, 2, 4))])
     force = law.modulus * (time[-1] / law.time) ** -law.exponent * radius**2 * 1e-3
-    found = mdr.solve(ball_on(law, radius), mdr.Path(time=time, normal_force=np.full(5, force)))
+    result = mdr.solve(ball_on(law, radius), mdr.Path(time=time, normal_force=np.full(5, force)))
     truth = (3.0 * force * law.creep(time) / (16.0 * math.sqrt(radius))) ** (2.0 / 3.0)
     # the row at 0 is where a term of 1e-24 of the shortest row has gone
-    np.testing.assert_allclose(found["indentation"].values, truth, rtol=EXACT, atol=1e-10 * truth[1])
-    assert is_exact(found, "indentation")
+    np.testing.assert_allclose(result["indentation"].values, truth, rtol=EXACT, atol=1e-10 * truth[1])
+    assert is_exact(result, "indentation")
 
 
 def test_the_error_of_a_series_is_that_of_its_modulus_its_impulse_and_its_creep():
@@ -131,16 +131,16 @@ def test_any_path_against_springs_with_the_exact_kernel(seed, forced):
     size = 1e-3 * radius
     channel, answer = ("normal_force", "indentation") if forced else ("indentation", "normal_force")
     target *= kernel(time[-1]) * size**1.5 * radius**0.5 if forced else size
-    found = mdr.solve(ball_on(law, radius), mdr.Path(time=time, **{channel: target}))
-    deepest = 1.1 * float(found["indentation"].max())
+    result = mdr.solve(ball_on(law, radius), mdr.Path(time=time, **{channel: target}))
+    deepest = 1.1 * float(result["indentation"].max())
     coarse, fine = (
         springs(kernel, radius, time, target, forced=forced, deepest=deepest, n=n, parts=parts)[not forced]
         for n, parts in ((100, 12), (200, 24))
     )
     # the reference errs as the first power of its steps
     scale, own = np.max(np.abs(fine)), np.max(np.abs(fine - coarse))
-    claimed = scale * float(np.max(found.claims[answer].error))
-    np.testing.assert_allclose(found[answer].values, fine, rtol=0.0, atol=1.5 * own + claimed)
+    claimed = scale * float(np.max(result.claims[answer].error))
+    np.testing.assert_allclose(result[answer].values, fine, rtol=0.0, atol=1.5 * own + claimed)
     assert own < 0.1 * scale
 
 
@@ -151,26 +151,26 @@ DASHPOT = mdr.KelvinVoigt("1 kPa", "1 kPa*s")
 
 def test_the_textbook_creep_of_a_dashpot():
     time = np.arange(4.0)
-    found = mdr.solve(ball_on(DASHPOT, 1e-3), mdr.Path(time=time, normal_force=np.full(4, 1e-6)))
+    result = mdr.solve(ball_on(DASHPOT, 1e-3), mdr.Path(time=time, normal_force=np.full(4, 1e-6)))
     truth = (3e-6 * DASHPOT.creep(time) / (16.0 * math.sqrt(1e-3))) ** (2.0 / 3.0)
-    np.testing.assert_allclose(found["indentation"].values, truth, rtol=EXACT)
-    assert found["indentation"].values[0] == 0.0
-    assert is_exact(found, "indentation")
+    np.testing.assert_allclose(result["indentation"].values, truth, rtol=EXACT)
+    assert result["indentation"].values[0] == 0.0
+    assert is_exact(result, "indentation")
 
 
 @pytest.mark.parametrize("channel", [{"normal_force": [1e-6]}, {"travel": [1e-6]}])
 def test_a_sudden_load_alone_moves_no_dashpot(channel):
     machine = {"machine_stiffness": 0.1} if "travel" in channel else {}
-    found = mdr.solve(ball_on(DASHPOT, 1e-3), mdr.Path(time=[0.0], **channel), **machine)
-    assert found["indentation"].values[0] == found["contact_radius"].values[0] == 0.0
-    assert found["normal_force"].values[0] == (0.1 * 1e-6 if machine else 1e-6)
+    result = mdr.solve(ball_on(DASHPOT, 1e-3), mdr.Path(time=[0.0], **channel), **machine)
+    assert result["indentation"].values[0] == result["contact_radius"].values[0] == 0.0
+    assert result["normal_force"].values[0] == (0.1 * 1e-6 if machine else 1e-6)
 
 
 def test_a_sudden_travel_relaxes_onto_the_spring():
     """At once all of it bends the machine; in the end spring and machine share it."""
     path = mdr.Path(time=[0.0, 1.0, 1e3], travel=[1e-6] * 3)
-    found = mdr.solve(ball_on(DASHPOT, 1e-3), path, machine_stiffness=0.1)
-    d, force = found["indentation"].values, found["normal_force"].values
+    result = mdr.solve(ball_on(DASHPOT, 1e-3), path, machine_stiffness=0.1)
+    d, force = result["indentation"].values, result["normal_force"].values
     np.testing.assert_allclose(d + force / 0.1, 1e-6, rtol=1e-12)
     assert force[-1] == pytest.approx(16.0 / 3.0 * 1e3 * math.sqrt(1e-3) * d[-1] ** 1.5, rel=1e-5)
 
@@ -195,16 +195,16 @@ def test_sudden_rises_and_falls_are_the_limit_of_short_ones(branch, machine):
             return follow_loads(line, body, at, force)
         return follow_travels(line, body, at, force / machine, machine)
 
-    found, limit = followed(time), followed(short)
+    result, limit = followed(time), followed(short)
     for name, within in (
         ("indentation", 1e-5),
         ("force", 1e-4),
         ("contact_radius", 3e-3),
         ("dissipated", 1e-4),
     ):
-        values, others = getattr(found, name), getattr(limit, name)
+        values, others = getattr(result, name), getattr(limit, name)
         np.testing.assert_allclose(values, others, rtol=0.0, atol=within * np.max(others))
-    assert found.indentation[3] == found.indentation[4]
+    assert result.indentation[3] == result.indentation[4]
 
 
 def test_coupling_is_that_of_the_times_of_the_path():
@@ -248,11 +248,11 @@ def test_a_leg_without_times_is_refused_as_for_other_bodies_with_memory(friction
 
 def test_no_effective_modulus_of_a_load_in_no_time():
     body = mdr.PowerLawRheology("1 kPa", "1 s", 0.3)
-    found = mdr.solve(ball_on(body, 1.0), mdr.Path(time=[0.0, 1.0], normal_force=[1.0, 1.0]))
-    assert found["indentation"].values[0] == found["contact_radius"].values[0] == 0.0
+    result = mdr.solve(ball_on(body, 1.0), mdr.Path(time=[0.0, 1.0], normal_force=[1.0, 1.0]))
+    assert result["indentation"].values[0] == result["contact_radius"].values[0] == 0.0
     for name in ("effective_modulus", "mean_pressure"):
-        assert found.claims[name].where.tolist() == [False, True]
-        assert "in zero time" in found.claims[name].reason
+        assert result.claims[name].where.tolist() == [False, True]
+        assert "in zero time" in result.claims[name].reason
 
 
 @pytest.mark.parametrize(
@@ -274,19 +274,19 @@ def test_a_sudden_load_on_a_power_of_time_is_borne_without_indentation(
     friction = {"friction": mdr.Coulomb(0.3)} if rubbing else {}
     channel = {"normal_force": [1e-6] * 3} if machine is None else {"travel": [1e-6] * 3}
     path = mdr.Path(time=[0.0, 0.5, 2.0], **channel)
-    found = mdr.solve(mdr.Contact(shape, body, other, **friction), path, machine_stiffness=machine)
-    where = found.claims["effective_modulus"].where.tolist()
+    result = mdr.solve(mdr.Contact(shape, body, other, **friction), path, machine_stiffness=machine)
+    where = result.claims["effective_modulus"].where.tolist()
     if elastic:  # which answers the load at once
         assert where == [True] * 3
-        assert found["indentation"].values[0] > 0.0
+        assert result["indentation"].values[0] > 0.0
         return
     assert where == [False, True, True]
-    assert "in zero time" in found.claims["effective_modulus"].reason
-    assert np.isnan(found["effective_modulus"].values[0])
+    assert "in zero time" in result.claims["effective_modulus"].reason
+    assert np.isnan(result["effective_modulus"].values[0])
     for name in ("indentation", "elastic_energy", "dissipated_energy"):
-        assert found[name].values[0] == 0.0
+        assert result[name].values[0] == 0.0
     flat = isinstance(shape, mdr.FlatPunch)
-    assert found["contact_radius"].values[0] == (0.01 if flat else 0.0)
-    assert found.claims["mean_pressure"].where.tolist() == [flat, True, True]
+    assert result["contact_radius"].values[0] == (0.01 if flat else 0.0)
+    assert result.claims["mean_pressure"].where.tolist() == [flat, True, True]
     if machine is not None:
-        assert found["normal_force"].values[0] == pytest.approx(machine * 1e-6, rel=1e-9)
+        assert result["normal_force"].values[0] == pytest.approx(machine * 1e-6, rel=1e-9)

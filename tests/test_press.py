@@ -92,9 +92,9 @@ def test_claims_hold_for_hertz_at_all_scales(size, slope, modulus, share, n):
         error = abs(float(by_depth[name][0]) / value - 1)
         assert error <= by_depth.claims[name].error[0] < 0.6
     force = float(by_depth["normal_force"][0])
-    by_force_found = mdr.press(mdr.Topography(heights, size), body, normal_force=force)
-    assert float(by_force_found["indentation"][0]) == pytest.approx(depth, rel=1e-5)
-    assert float(by_force_found["normal_stiffness"][0]) == pytest.approx(
+    under_force = mdr.press(mdr.Topography(heights, size), body, normal_force=force)
+    assert float(under_force["indentation"][0]) == pytest.approx(depth, rel=1e-5)
+    assert float(under_force["normal_stiffness"][0]) == pytest.approx(
         float(by_depth["normal_stiffness"][0]), rel=2e-2
     )
 
@@ -175,11 +175,11 @@ def test_claims_hold_for_sharp_tips_between_pixels(sides, turned, left, up, half
         else:
             heights = -np.hypot(x, y)
         pressed = mdr.press(mdr.Topography(heights, size), UNIT, indentation=depth, punch=True)
-        found = float(pressed["normal_force"][0]) / depth**2
+        computed = float(pressed["normal_force"][0]) / depth**2
         claimed = float(pressed.claims["normal_force"].error[0])
         rest = 0.5e-3 if sides else 0.0
         # where the flanks of a turned pyramid meet on the rows through a pixel is not quite as high as its apex
-        assert abs(found / force - 1) <= 1.2 * claimed + rest
+        assert abs(computed / force - 1) <= 1.2 * claimed + rest
     assert claimed < 5e-3
 
 
@@ -238,8 +238,8 @@ def test_the_force_curve_stands_for_the_surface():
     joint = mdr.Contact(pressed.force_curve(), UNIT, friction=mdr.Coulomb(0.3))
     paraboloid = mdr.Contact(mdr.Paraboloid(1.0), UNIT, friction=mdr.Coulomb(0.3))
     path = mdr.load(0.03, steps=4) >> mdr.shift(2e-3, steps=8)
-    found, true = (mdr.solve(one, path) for one in (joint, paraboloid))
-    assert found["tangential_force"].values == pytest.approx(
+    results, true = (mdr.solve(one, path) for one in (joint, paraboloid))
+    assert results["tangential_force"].values == pytest.approx(
         true["tangential_force"].values, rel=5e-3, abs=1e-9
     )
     few = mdr.press(mdr.Topography(heights, 1.0), UNIT, indentation=[0.05, 0.1])
@@ -426,13 +426,13 @@ def test_engines_are_discovered_by_entry_point(monkeypatch):
         engines_of, "entry_points", lambda group: [Point()] if group == "pymdr.engines" else []
     )
     assert engine_names() == ("contactmechanics", "tamaas", "aspher", "springs")
-    found = mdr.press(mdr.Topography(ball(16), 16.0), UNIT, indentation=0.1, engine="springs", punch=True)
-    assert found.data.attrs["engine"] == "springs 1"
-    assert float(found["normal_force"][0]) > 0
-    text = found.summary()
+    result = mdr.press(mdr.Topography(ball(16), 16.0), UNIT, indentation=0.1, engine="springs", punch=True)
+    assert result.data.attrs["engine"] == "springs 1"
+    assert float(result["normal_force"][0]) > 0
+    text = result.summary()
     assert "springs 1, 16 x 16 pixels" in text
     assert "stiffness" in text
-    figure = found.plot()
+    figure = result.plot()
     assert len(figure.axes) == 6
 
 
@@ -451,11 +451,11 @@ def test_peers_agree(name):
         pytest.skip(f"{name} is not installed")
     heights = ball(32)
     half_space = find_engine(name).half_space((32, 32), (1.0, 1.0))
-    found = half_space.press(heights, indentation=0.09)
+    result = half_space.press(heights, indentation=0.09)
     house = make_surface(0.5, 32, UNIT, mdr.Rigid())
     pressure = solve_pressure(house, heights.max() - heights, 0.09, np.zeros((32, 32)))
-    assert found.pressure.sum() == pytest.approx(pressure.sum() / 32.0, rel=1e-4)
-    assert half_space.press(heights, force=float(found.pressure.sum())).indentation == pytest.approx(
+    assert result.pressure.sum() == pytest.approx(pressure.sum() / 32.0, rel=1e-4)
+    assert half_space.press(heights, force=float(result.pressure.sum())).indentation == pytest.approx(
         0.09, rel=1e-5
     )
 
@@ -475,9 +475,9 @@ def test_tamaas_on_rough_surfaces(seed):
     )
     for share in (1e-3, 0.3, 3.0, 1e-3):
         depth = share * float(np.ptp(heights))
-        found, known = ours.press(heights, indentation=depth), other.press(heights, indentation=depth)
-        assert found.indentation == pytest.approx(depth, rel=1e-5)
-        assert found.pressure.sum() == pytest.approx(known.pressure.sum(), rel=1e-5)
+        result, known = ours.press(heights, indentation=depth), other.press(heights, indentation=depth)
+        assert result.indentation == pytest.approx(depth, rel=1e-5)
+        assert result.pressure.sum() == pytest.approx(known.pressure.sum(), rel=1e-5)
         by_force = ours.press(heights, force=float(known.pressure.sum()))
         assert by_force.indentation == pytest.approx(depth, rel=1e-5)
 
@@ -520,17 +520,17 @@ def test_indentations_by_force(exponent, depth, first):
         reached.append(tolerance)
         return press(force)
 
-    found = by_force(press_near, 10.0**depth, 10.0**first, 1e-9)
+    result = by_force(press_near, 10.0**depth, 10.0**first, 1e-9)
     assert reached[-1] == 1e-9
-    assert found.indentation == pytest.approx(10.0**depth, rel=1e-8)
+    assert result.indentation == pytest.approx(10.0**depth, rel=1e-8)
 
 
 @needs_engine
 @pytest.mark.parametrize("step", [7, -2, True, "last"])
 def test_loads_that_are_not_there(step):
     heights = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="0.25 mm")
-    found = mdr.press(heights, mdr.Elastic("1 GPa", 0.3), normal_force="1 N")
-    for ask in (found.plot, lambda step: found.field("pressure", step)):
+    result = mdr.press(heights, mdr.Elastic("1 GPa", 0.3), normal_force="1 N")
+    for ask in (result.plot, lambda step: result.field("pressure", step)):
         with pytest.raises(mdr.QuantityError, match="there are 1 loads, counted from 0"):
             ask(step)
 

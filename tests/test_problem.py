@@ -494,10 +494,10 @@ def unnamed():
     ],
 )
 def test_features_of_callables_are_pickled_with_polynomials(ask):
-    found = ask(unnamed())
-    again = pickle.loads(pickle.dumps(found))
-    assert again.data.identical(found.data)
-    assert again.summary() == found.summary()
+    result = ask(unnamed())
+    again = pickle.loads(pickle.dumps(result))
+    assert again.data.identical(result.data)
+    assert again.summary() == result.summary()
     r = np.linspace(0.0, 1e-4, 9)
     assert again.contact.profile.gap(r) == pytest.approx(r**2 / 2e-2, rel=1e-9)
 

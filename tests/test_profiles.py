@@ -36,8 +36,8 @@ quadrature, terms = reference_module("quadrature"), reference_module("random_pro
 LONG = np.longdouble
 
 
-def worst(found, exact):
-    return float(np.max(np.abs(np.asarray(found, dtype=LONG) / np.asarray(exact, dtype=LONG) - 1)))
+def worst(computed, exact):
+    return float(np.max(np.abs(np.asarray(computed, dtype=LONG) / np.asarray(exact, dtype=LONG) - 1)))
 
 
 def of_size(kind, size, a, b):
@@ -267,9 +267,9 @@ def test_an_ellipsoid_with_equal_axes_is_a_sphere_and_a_domed_punch_a_sum():
         (mdr.Ellipsoid(1.0, 1.0), mdr.Sphere(1.0)),
         (mdr.DomedPunch(0.4, 2.0), mdr.FlatPunch(0.4) + mdr.Paraboloid(2.0)),
     ):
-        found, known = (mdr.solve(mdr.Contact(p, UNIT), path) for p in (one, other))
+        results, known = (mdr.solve(mdr.Contact(p, UNIT), path) for p in (one, other))
         for name in ("normal_force", "contact_radius", "elastic_energy"):
-            assert worst(found[name], known[name]) < 1e-14
+            assert worst(results[name], known[name]) < 1e-14
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -285,8 +285,8 @@ def test_gaps_are_the_integrals_of_their_slopes(kind, size, a, b, decades):
     )
     low, high = edges[:-1, None], edges[1:, None]
     r = low + (high - low) * (nodes + 1) / 2
-    found = (((high - low) / 2 * weights) * profile.gap_slope(r)).sum()
-    assert float(profile.gap(stop)) == pytest.approx(found, rel=1e-9)
+    result = (((high - low) / 2 * weights) * profile.gap_slope(r)).sum()
+    assert float(profile.gap(stop)) == pytest.approx(result, rel=1e-9)
     assert float(profile.gap(0.0)) == 0.0
 
 

@@ -24,9 +24,9 @@ HEAD = "# Channel: Topo\n# Width: 3 um\n# Height: 2 um\n# Value units: nm\n"
 SURFACE = mdr.Topography(1e-9 * HEIGHTS.T, ["3 um", "2 um"])
 
 
-def same(found, expected=SURFACE):
-    assert found.heights == pytest.approx(expected.heights, rel=1e-12, nan_ok=True)
-    assert found.size == pytest.approx(expected.size, rel=1e-12)
+def same(computed, expected=SURFACE):
+    assert computed.heights == pytest.approx(expected.heights, rel=1e-12, nan_ok=True)
+    assert computed.size == pytest.approx(expected.size, rel=1e-12)
     return True
 
 
@@ -41,9 +41,9 @@ def test_texts(tmp_path, between, ending):
     rows = "\n".join(between.join(f"{z:g}" for z in row) for row in HEIGHTS)
     file = tmp_path / "surface.txt"
     file.write_bytes((HEAD + rows + "\n").replace("\n", ending).encode())
-    found = mdr.read_topography(file)
-    assert same(found)
-    assert found.steps == ("read from surface.txt",)
+    result = mdr.read_topography(file)
+    assert same(result)
+    assert result.steps == ("read from surface.txt",)
     file.write_bytes((rows + "\n").replace("\n", ending).encode())
     assert same(mdr.read_topography(str(file), size=["3 um", "2 um"], unit="nm"))
     assert same(mdr.read_topography(file, 0, size=[3e-6, 2e-6], unit="nm"))
@@ -343,9 +343,9 @@ def test_formats_whatever_their_suffix(tmp_path, made, suffix):
     file = tmp_path / f"surface{suffix}"
     rows = np.array([[0.0, 1.0, 2.0, 4.0], [3.0, 4.0, 5.5, 9.0]])
     file.write_bytes(made(rows))
-    found = mdr.read_topography(file)
-    assert found.size == pytest.approx([4e-6, 2e-6])
-    assert found.heights == pytest.approx(1e-9 * rows.T, rel=1e-6)
+    result = mdr.read_topography(file)
+    assert result.size == pytest.approx([4e-6, 2e-6])
+    assert result.heights == pytest.approx(1e-9 * rows.T, rel=1e-6)
 
 
 def test_a_measured_surface_whatever_its_suffix(tmp_path):
@@ -458,9 +458,9 @@ def test_a_spectrum_from_the_shell(rough_file, tmp_path, shell):
     status, out, _ = shell("topography", rough_file, *known, "--periodic", "--detrend", "none", "--json")
     data = json.loads(out)
     surface = mdr.read_topography(rough_file, size="1 um", unit="nm")
-    found = mdr.power_spectrum(surface, periodic=True)
+    result = mdr.power_spectrum(surface, periodic=True)
     assert data["study"]["law"]["values"] == [
-        None if np.isnan(value) else value for value in found["law"].values.tolist()
+        None if np.isnan(value) else value for value in result["law"].values.tolist()
     ]
     assert data["claims"]["law"]["level"] == "APPROXIMATE"
     for bad, words in (

@@ -81,8 +81,8 @@ def test_tables_of_any_position_and_deflection_give_the_same_modulus(tmp_path, h
     whole = curves[0].join(*curves[1:])
     assert whole.force == pytest.approx(force, rel=1e-8, abs=1e-15)
     assert np.ptp(whole.travel - travel) < 1e-12
-    found = young_of(approach_of(curves))
-    assert found == pytest.approx(YOUNG, rel=5e-3)
+    result = young_of(approach_of(curves))
+    assert result == pytest.approx(YOUNG, rel=5e-3)
 
 
 @pytest.mark.parametrize(("separator", "decimal"), [(",", "."), (";", "."), (";", ","), ("\t", ",")])
@@ -304,8 +304,8 @@ def test_the_shell_names_its_own_option_for_signs(tmp_path, shell):
 def test_a_slow_approach_is_no_hold(ratio):
     slow, fast = 2000, round(2000 * min(ratio, 1.0) if ratio < 1 else 2000 / ratio)
     position = np.concatenate([np.linspace(0, 1, slow), np.linspace(1, 0, fast)])
-    found = segments_in(position, np.arange(float(position.size)), None)
-    assert [one.name for one in found] == ["approach", "retreat"]
+    result = segments_in(position, np.arange(float(position.size)), None)
+    assert [one.name for one in result] == ["approach", "retreat"]
 
 
 def test_segments_samples_and_signals_of_tables_from_the_shell(tmp_path, shell):

@@ -60,10 +60,10 @@ def test_columns_come_in_any_order_with_any_unit(tmp_path_factory, data):
         expected[name] = np.array(values) * (PREFIX[unit[0]] if len(unit) > 1 else 1.0)
     order = data.draw(st.permutations(sorted(columns)))
     file = written(tmp_path_factory.mktemp("r") / "r.csv", {n: columns[n] for n in order}, "# measured")
-    found = mdr.read_record(file)
-    assert set(found) == set(chosen)
+    result = mdr.read_record(file)
+    assert set(result) == set(chosen)
     for name, values in expected.items():
-        assert found[name].values == pytest.approx(values, rel=1e-14)
+        assert result[name].values == pytest.approx(values, rel=1e-14)
     normal = [n for n in ("indentation", "normal_force", "travel") if n in chosen]
     tangential = [n for n in ("shift", "tangential_force") if n in chosen]
     if len(normal) > 1 or len(tangential) > 1:
@@ -104,9 +104,9 @@ def test_records_of_other_places(tmp_path_factory, values, encoding, between, qu
     lines = [between.join(f"{mark}{cell}{mark}" for cell in row) for row in rows]
     file = tmp_path_factory.mktemp("record") / "record.csv"
     file.write_bytes("\r\n".join(["sep=" + between] * excel + lines).encode(encoding))
-    found = mdr.read_record(file)
-    assert found["normal_force"].values == pytest.approx(1e-6 * np.array([*values, 0.25]), rel=1e-12)
-    assert found["shift"].values == pytest.approx(1e-6 * (np.array([*values, 0.25]) + 0.5), rel=1e-12)
+    result = mdr.read_record(file)
+    assert result["normal_force"].values == pytest.approx(1e-6 * np.array([*values, 0.25]), rel=1e-12)
+    assert result["shift"].values == pytest.approx(1e-6 * (np.array([*values, 0.25]) + 0.5), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -163,11 +163,11 @@ def test_tables_of_spreadsheets_are_read(tmp_path_factory, separator, quoting, s
     writer.writerows(table)
     file = tmp_path_factory.mktemp("r") / "r.csv"
     file.write_text(written_.getvalue(), newline="")
-    found = mdr.read_record(file)
+    result = mdr.read_record(file)
     for title, column in zip(order, zip(*table, strict=True), strict=True):
         if (name := columns[title]) is not None:
             factor = 1e3 if name == "normal_force" else 1e6
-            assert found[name].values == pytest.approx(np.array(column) / factor, rel=1e-14)
+            assert result[name].values == pytest.approx(np.array(column) / factor, rel=1e-14)
 
 
 def test_a_case_follows_a_record_as_python_does(tmp_path):
@@ -207,9 +207,9 @@ def test_tables_of_results_are_records(tmp_path):
     head = (tmp_path / "r.csv").read_text().splitlines()[0].split(",")
     assert head[0] == "step"
     assert {"shift [nm]", "normal_force [mN]", "contact_radius [m]"} <= set(head)
-    found = mdr.read_record(tmp_path / "r.csv")
+    study = mdr.read_record(tmp_path / "r.csv")
     for name in ("indentation", "normal_force", "shift", "tangential_force"):
-        assert found[name].values == pytest.approx(result[name].values, rel=1e-13, abs=1e-300)
+        assert study[name].values == pytest.approx(result[name].values, rel=1e-13, abs=1e-300)
     with pytest.raises(mdr.QuantityError, match="'slp', which is not written"):
         result.to_csv(tmp_path / "r.csv", units={"slp": "m"})
     with pytest.raises(mdr.FileError, match=r"Result\.to_csv"):
@@ -240,12 +240,12 @@ def test_tables_contain_the_requested_quantities(tmp_path_factory, names, in_meg
     file = tmp_path_factory.mktemp("t") / "t.csv"
     units = {"peak_pressure": "MPa"} if in_mega and "peak_pressure" in names else {}
     result.to_csv(file, quantities=names, units=units)
-    found = np.genfromtxt(file, delimiter=",", names=True, deletechars="")
+    computed = np.genfromtxt(file, delimiter=",", names=True, deletechars="")
     head = file.read_text().splitlines()[0].split(",")
     assert [title.partition(" [")[0] for title in head] == ["step", *names]
-    for name, title in zip(names, found.dtype.names[1:], strict=True):
+    for name, title in zip(names, computed.dtype.names[1:], strict=True):
         factor = 1e6 if name in units else 1.0
-        assert factor * found[title] == pytest.approx(result[name].values, rel=1e-13)
+        assert factor * computed[title] == pytest.approx(result[name].values, rel=1e-13)
     assert list(result.to_dataframe()) == list(result.data)
     for wrong, words in (
         ({"quantities": "normal_force"}, "a list of names"),
@@ -291,11 +291,11 @@ def test_ellipses_dissipate_their_area(u, f, phase, u0, f0, cycles, rows):
 @pytest.mark.parametrize("amplitude", [0.3e-6, 0.6e-6, 1.2e-6])
 def test_loops_of_a_result_are_those_of_the_theory(amplitude):
     result = mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift=amplitude, cycles=3, steps=6000))
-    found = mdr.measured_loops(result)
+    study = mdr.measured_loops(result)
     expected = mdr.friction_loop(JOINT, [amplitude], normal_force="50 N")
-    assert found.data.sizes["cycle"] == 2
+    assert study.data.sizes["cycle"] == 2
     for name in ("amplitude", "force_amplitude", "dissipated_per_cycle", "damping_ratio", "secant_stiffness"):
-        assert found[name].values == pytest.approx(float(expected[name][0]), rel=1e-4), name
+        assert study[name].values == pytest.approx(float(expected[name][0]), rel=1e-4), name
 
 
 @settings(max_examples=examples(200), deadline=None)
@@ -305,7 +305,7 @@ def test_loops_of_a_result_are_those_of_the_theory(amplitude):
 )
 def test_turning_points_are_detected_one_value_after_the_other(values, least):
     """The same as a loop over all values that remembers the extreme since the last turn."""
-    found, rising = [], 0
+    results, rising = [], 0
     low = high = 0
     for i, v in enumerate(values):
         if rising >= 0 and v > values[high]:
@@ -313,16 +313,16 @@ def test_turning_points_are_detected_one_value_after_the_other(values, least):
         if rising <= 0 and v < values[low]:
             low = i
         if rising >= 0 and values[high] - v >= least:
-            found.append(high)
+            results.append(high)
             rising, low = -1, i
         elif rising <= 0 and v - values[low] >= least:
-            found.append(low)
+            results.append(low)
             rising, high = 1, i
     mine = turning_points(np.array(values), least)
     swings = np.diff(np.array(values)[mine])
     assert np.all(np.abs(swings) >= least)
     assert np.all(swings[1:] * swings[:-1] < 0.0)
-    assert mine.tolist() == [i for i in found if 0 < i < len(values) - 1]
+    assert mine.tolist() == [i for i in results if 0 < i < len(values) - 1]
 
 
 def test_bad_records_are_refused():
@@ -367,11 +367,11 @@ def test_units_of_a_record_are_read(units, lag):
     given = record(u, pull)
     given["shift"].attrs["units"], given["tangential_force"].attrs["units"] = length, force
     given["time"] = ("step", t, {"units": "ms"})
-    found, bare = mdr.measured_loops(given), mdr.measured_loops(record(in_m * u, in_n * pull))
+    result, bare = mdr.measured_loops(given), mdr.measured_loops(record(in_m * u, in_n * pull))
     for name in bare.data:
-        assert found[name].values == pytest.approx(bare[name].values, rel=1e-12)
-    rows = found["last_row"].values - 1, found["first_row"].values - 1
-    assert found["duration"].values == pytest.approx(1e-3 * (t[rows[0]] - t[rows[1]]), rel=1e-12)
+        assert result[name].values == pytest.approx(bare[name].values, rel=1e-12)
+    rows = result["last_row"].values - 1, result["first_row"].values - 1
+    assert result["duration"].values == pytest.approx(1e-3 * (t[rows[0]] - t[rows[1]]), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -514,8 +514,10 @@ def test_tables_hold_the_peak_pressure(tmp_path_factory, steps, load):
     file = tmp_path_factory.mktemp("t") / "t.csv"
     result = mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL), mdr.load(load, steps=steps))
     result.to_csv(file, units={"peak_pressure": "MPa"})
-    found = np.genfromtxt(file, delimiter=",", names=True, deletechars="").reshape(-1)
-    assert 1e6 * found["peak_pressure_[MPa]"] == pytest.approx(1.5 * result["mean_pressure"].values, rel=1e-9)
+    computed = np.genfromtxt(file, delimiter=",", names=True, deletechars="").reshape(-1)
+    assert 1e6 * computed["peak_pressure_[MPa]"] == pytest.approx(
+        1.5 * result["mean_pressure"].values, rel=1e-9
+    )
     curve = mdr.ForceCurve(np.linspace(0.0, 1e-6, 9), np.linspace(0.0, 1.0, 9) ** 1.5, modulus="1 GPa")
     for other in (
         mdr.solve(mdr.Contact(curve, mdr.Elastic("1 GPa", 0.3)), mdr.indent("0.5 um", steps=3)),

@@ -66,9 +66,9 @@ def same(one, other):
     assert other.summary() == one.summary()
     assert set(other.claims) == set(one.claims)
     for name, claim in one.claims.items():
-        found = other.claims[name]
-        assert (found.level, found.reason, found.source) == (claim.level, claim.reason, claim.source)
-        assert found.where.tolist() == claim.where.tolist()
+        computed = other.claims[name]
+        assert (computed.level, computed.reason, computed.source) == (claim.level, claim.reason, claim.source)
+        assert computed.where.tolist() == claim.where.tolist()
 
 
 @pytest.mark.parametrize("name", RESULTS)
@@ -578,11 +578,11 @@ def test_rows_that_do_not_exist(ball, step):
 def test_notebooks_show_figures_claims_and_questions(ball):
     assert ball.plot()._repr_png_().startswith(b"\x89PNG")
     assert "<table>" in ball.claims._repr_html_()
-    found = mdr.assess(ball.contact, ball.path)
-    assert found.status is ball.status
-    assert "the path reaches" in found._repr_html_()
-    assert "<table>" in found.claims._repr_html_()
-    assert len(found.plot().axes[0].patches) == len(found.assumptions)
+    result = mdr.assess(ball.contact, ball.path)
+    assert result.status is ball.status
+    assert "the path reaches" in result._repr_html_()
+    assert "<table>" in result.claims._repr_html_()
+    assert len(result.plot().axes[0].patches) == len(result.assumptions)
     gel = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
     assert "pull-off" in mdr.pull_off(gel)._repr_html_()
 

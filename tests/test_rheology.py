@@ -64,8 +64,8 @@ def graded(function, end):
 
 def hold_volterra(rheology, t, tolerance):
     dashpot = 0.0 if isinstance(rheology, mdr.PowerLawRheology) else rheology.kernel().viscosity
-    found = graded(lambda s, rest: rheology.relaxation(rest) * rheology.creep(s), t)
-    assert found + dashpot * float(rheology.creep(t)) == pytest.approx(t, rel=tolerance)
+    result = graded(lambda s, rest: rheology.relaxation(rest) * rheology.creep(s), t)
+    assert result + dashpot * float(rheology.creep(t)) == pytest.approx(t, rel=tolerance)
 
 
 @words
@@ -219,10 +219,10 @@ def test_a_term_of_next_to_nothing_changes_nothing():
 def test_a_power_as_a_series(exponent, first, decades, error):
     law = mdr.PowerLawRheology("1 kPa", "1 s", exponent)
     last = first * 10.0**decades
-    found = law.prony(first, last, error=error)
+    result = law.prony(first, last, error=error)
     t = np.exp(np.random.default_rng(0).uniform(np.log(first), np.log(last), 300))
-    assert np.max(np.abs(found.relaxation(t) / law.relaxation(t) - 1.0)) <= error
-    assert found.times.size < 40 + 10 * decades
+    assert np.max(np.abs(result.relaxation(t) / law.relaxation(t) - 1.0)) <= error
+    assert result.times.size < 40 + 10 * decades
     kernel = law.kernel((first, last))
     assert 0.0 < kernel.error <= 1e-9
 
@@ -428,12 +428,12 @@ def clear_series(draw):
 def test_fits_find_series_without_noise(rheology, sweep):
     x = np.geomspace(1e-4, 1e4, 161)
     if sweep:
-        found = mdr.Prony.from_dma(x, rheology.storage(x), rheology.loss(x))
+        fitted = mdr.Prony.from_dma(x, rheology.storage(x), rheology.loss(x))
     else:
-        found = mdr.Prony.from_relaxation(x, rheology.relaxation(x))
-    assert found.times == pytest.approx(rheology.times, rel=1e-6)
-    assert found.moduli == pytest.approx(rheology.moduli, rel=1e-6)
-    assert found.equilibrium == pytest.approx(rheology.equilibrium, rel=1e-6)
+        fitted = mdr.Prony.from_relaxation(x, rheology.relaxation(x))
+    assert fitted.times == pytest.approx(rheology.times, rel=1e-6)
+    assert fitted.moduli == pytest.approx(rheology.moduli, rel=1e-6)
+    assert fitted.equilibrium == pytest.approx(rheology.equilibrium, rel=1e-6)
 
 
 @settings(max_examples=examples(15), deadline=None)
@@ -460,9 +460,9 @@ def test_fits_find_series_to_their_noise(rheology, noise, seed, sweep):
 def test_a_power_is_fitted_with_few_terms():
     x = np.geomspace(1e-3, 1e3, 121)
     law = mdr.PowerLawRheology("1 kPa", "1 s", 0.25)
-    found = mdr.Prony.from_relaxation(x, law.relaxation(x), noise=0.01)
-    assert found.times.size <= 7
-    assert np.sqrt(np.mean((found.relaxation(x) / law.relaxation(x) - 1.0) ** 2)) <= 0.01
+    fitted = mdr.Prony.from_relaxation(x, law.relaxation(x), noise=0.01)
+    assert fitted.times.size <= 7
+    assert np.sqrt(np.mean((fitted.relaxation(x) / law.relaxation(x) - 1.0) ** 2)) <= 0.01
 
 
 def test_numbers_of_terms():
@@ -470,9 +470,9 @@ def test_numbers_of_terms():
     law = mdr.PowerLawRheology("1 kPa", "1 s", 0.25)
     off = []
     for terms in (1, 3, 6):
-        found = mdr.Prony.from_relaxation(x, law.relaxation(x), terms=terms)
-        assert found.times.size == terms
-        off.append(np.mean((found.relaxation(x) / law.relaxation(x) - 1.0) ** 2))
+        fitted = mdr.Prony.from_relaxation(x, law.relaxation(x), terms=terms)
+        assert fitted.times.size == terms
+        off.append(np.mean((fitted.relaxation(x) / law.relaxation(x) - 1.0) ** 2))
     assert off[0] > off[1] > off[2]
     flat = mdr.Prony.from_relaxation(x, np.full(x.size, 3e5))
     assert (flat.times.size, flat.equilibrium) == (0, pytest.approx(3e5))
@@ -578,9 +578,9 @@ def test_a_sweep_from_a_file(tmp_path, unit):
     along = w / (2.0 * math.pi) if "Hz" in unit else w
     head = f"{unit}, G' [kPa], G'' [kPa], temperature [degC]"
     file = table(tmp_path / "dma.csv", head, along, law.storage(w) / 1e3, law.loss(w) / 1e3, 20.0 + 0.0 * w)
-    found = mdr.fit_prony(file).series
-    assert found.times == pytest.approx([0.4], rel=1e-9)
-    assert found.equilibrium == pytest.approx(1e6, rel=1e-9)
+    result = mdr.fit_prony(file).series
+    assert result.times == pytest.approx([0.4], rel=1e-9)
+    assert result.equilibrium == pytest.approx(1e6, rel=1e-9)
 
 
 CASE = """

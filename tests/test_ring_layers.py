@@ -64,13 +64,15 @@ def stacks(draw, most=3, moduli=4.0, thicknesses=2.0):
 
 def waves(z, kappa, shear):
     """Along, out, shear and normal traction of the four waves of a layer at z over 1/q: Muskhelishvili 1953, section 93."""
-    found = []
+    results = []
     for sign in (1, -1):
         y, size = sign * z, mp.exp(sign * z)
-        found.append((1, -sign, 2 * sign * shear, -2 * shear))
-        found.append((y, sign * (kappa - y), sign * shear * (1 - kappa + 2 * y), shear * (kappa + 1 - 2 * y)))
-        found[-2:] = [[size * x for x in wave] for wave in found[-2:]]
-    return found
+        results.append((1, -sign, 2 * sign * shear, -2 * shear))
+        results.append(
+            (y, sign * (kappa - y), sign * shear * (1 - kappa + 2 * y), shear * (kappa + 1 - 2 * y))
+        )
+        results[-2:] = [[size * x for x in wave] for wave in results[-2:]]
+    return results
 
 
 def compliance_by_all_waves_at_once(stack, q):
@@ -154,9 +156,9 @@ def test_displacement_is_the_hankel_integral(r):
 def test_flat_punch_on_a_layer(name):
     for a, kappa in zip(LAYERS[name]["inputs"]["a_over_h"], LAYERS[name]["expected"]["kappa"], strict=True):
         if a <= 5:
-            found = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=60, surface=of_reference(name))
-            assert found.force / (2 * a) == pytest.approx(kappa, rel=2e-5)
-            assert found.stiffness == pytest.approx(found.force, rel=1e-12)
+            result = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=60, surface=of_reference(name))
+            assert result.force / (2 * a) == pytest.approx(kappa, rel=2e-5)
+            assert result.stiffness == pytest.approx(result.force, rel=1e-12)
 
 
 def test_flat_punch_on_a_thin_incompressible_layer_gets_a_third_order_closer():
@@ -175,8 +177,8 @@ def test_published_table_is_below_by_what_is_known(name):
     entry = LAYERS[name]
     ratio, published = np.array(entry["inputs"]["a_over_h"]), np.array(entry["expected"]["hayes_table"])
     for a, printed in zip(ratio, published, strict=True):
-        found = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=60, surface=of_reference(name))
-        behind = 1 - printed / (found.force / (2 * a))
+        result = solve_indentation(flat, 1.0, 1.0, max_radius=a, edge=a, n=60, surface=of_reference(name))
+        behind = 1 - printed / (result.force / (2 * a))
         most = next(
             error for end, error in ((0.4, 5e-4), (1, 3e-3), (2, 1e-2), (4, 0.03), (8, 0.06)) if a <= end
         )
@@ -189,11 +191,11 @@ def test_paraboloid_on_a_layer(name):
     for a, d, f in list(
         zip(inputs["a_over_h"], expected["dR_over_a2"], expected["F_over_FHertz_a"], strict=True)
     )[1::2]:
-        found = solve_indentation(
+        computed = solve_indentation(
             paraboloid, d * a**2, 1.0, max_radius=3 * a, n=60, surface=of_reference(name)
         )
-        assert found.force == pytest.approx(f * 4 / 3 * a**3, rel=2e-6)
-        assert found.contact_radius == pytest.approx(a, rel=2e-6)
+        assert computed.force == pytest.approx(f * 4 / 3 * a**3, rel=2e-6)
+        assert computed.contact_radius == pytest.approx(a, rel=2e-6)
 
 
 def test_thin_layers_are_winklers_or_squeezed_films():
@@ -237,11 +239,11 @@ def test_contact_with_a_stack_obeys_signorini_and_virtual_work(stack, exponent, 
 def test_incompressible_layers_bulge_into_contact():
     # Of an incompressible layer what sinks must rise: the radius tends to √(4 R d), where a half-space has √(R d).
     surface, depth = single(0.1), np.array([1.0])
-    found = solve_indentation(paraboloid, 1.0, 1.0, max_radius=5.0, n=40, surface=surface)
-    assert 1.85 < found.contact_radius < 2.0
+    result = solve_indentation(paraboloid, 1.0, 1.0, max_radius=5.0, n=40, surface=surface)
+    assert 1.85 < result.contact_radius < 2.0
     (by_depth,) = solve_steps(Paraboloid(1.0), 1.0, depth, False, Rings(40), surface)
-    assert by_depth.force == pytest.approx(found.force, rel=1e-7)
-    (by_force,) = solve_steps(Paraboloid(1.0), 1.0, depth * found.force, True, Rings(40), surface)
+    assert by_depth.force == pytest.approx(result.force, rel=1e-7)
+    (by_force,) = solve_steps(Paraboloid(1.0), 1.0, depth * result.force, True, Rings(40), surface)
     assert by_force.indentation == pytest.approx(1.0, rel=1e-6)
 
 
@@ -287,17 +289,17 @@ def test_coatings_at_both_ends_of_the_modulus_ratio():
         (2.0, 5e-3, 2.0, 2e-2),
     ):
         stack = Stack((h,), (1.0, ratio), (0.3, 0.3), (True,))
-        (found,) = solve_steps(Cone(slope=1.0), 1.0, np.array([1.0]), False, Rings(40), stack)
-        assert found.force == pytest.approx(modulus * 2 / math.pi, rel=within)
+        (result,) = solve_steps(Cone(slope=1.0), 1.0, np.array([1.0]), False, Rings(40), stack)
+        assert result.force == pytest.approx(modulus * 2 / math.pi, rel=within)
 
 
 def test_sizes_do_not_matter():
     def relative(size):
         stack = Stack((0.4 * size, 0.3 * size), (1.0, 50.0, 3.0), (0.5, 0.3, 0.2), (True, False))
-        found = solve_indentation(
+        result = solve_indentation(
             lambda r: r**2 / (2 * size), 0.5 * size, 1.0, max_radius=2 * size, n=40, surface=stack
         )
-        return found.force / size**2, found.contact_radius / size, found.energy / size**3
+        return result.force / size**2, result.contact_radius / size, result.energy / size**3
 
     for size in (1e-9, 3e4):
         np.testing.assert_allclose(relative(size), relative(1.0), rtol=1e-9)

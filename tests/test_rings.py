@@ -345,20 +345,22 @@ def test_adhesive_disk_is_that_of_johnson_kendall_and_roberts(gap, depth, force,
     # d = d0 + w, F = F0 + 2 a w, U = U0 + F0 w + a w² with w = -√(2 π a γ), E* = 1
     a = 0.3
     w = -math.sqrt(2 * np.pi * a * work)
-    found = solve_adhesion(gap, a, work, 1.0, n=200)
+    computed = solve_adhesion(gap, a, work, 1.0, n=200)
     exact = depth(a) + w, force(a) + 2 * a * w, energy(a) + force(a) * w + a * w**2
     sizes = np.array([0.3, 0.1, 0.02])
-    numbers = np.array([found.indentation, found.force, found.energy])
+    numbers = np.array([computed.indentation, computed.force, computed.energy])
     np.testing.assert_allclose(numbers / sizes, np.array(exact) / sizes, rtol=0, atol=1e-6)
-    assert found.stiffness == pytest.approx(2 * a, rel=1e-6)
+    assert computed.stiffness == pytest.approx(2 * a, rel=1e-6)
     if work:
-        assert found.edge_amplitudes[0][1] == pytest.approx(-math.sqrt(work / np.pi), rel=1e-5)
+        assert computed.edge_amplitudes[0][1] == pytest.approx(-math.sqrt(work / np.pi), rel=1e-5)
         r = a * np.array([0.1, 0.5, 0.8])
         pull = w / np.pi / np.sqrt(a**2 - r**2)
         whole = solve_adhesion(gap, a, 0.0, 1.0, n=200)
-        np.testing.assert_allclose(pressure_at(found, r), pressure_at(whole, r) + pull, rtol=2e-4, atol=2e-5)
-        assert pressure_at(found, a) == -math.inf
-        outside = displacement_at(found, 2 * a) - displacement_at(whole, 2 * a)
+        np.testing.assert_allclose(
+            pressure_at(computed, r), pressure_at(whole, r) + pull, rtol=2e-4, atol=2e-5
+        )
+        assert pressure_at(computed, a) == -math.inf
+        outside = displacement_at(computed, 2 * a) - displacement_at(whole, 2 * a)
         assert outside == pytest.approx(2 / np.pi * w * math.asin(0.5), rel=1e-5)
 
 

@@ -119,13 +119,13 @@ def test_forces_converge_with_the_square_of_step_and_ring():
     t, d = np.array([0.0, 1.0, 1.5, 2.2, 3.0, 3.4]), np.array([0.0, 0.1, 0.1, 0.02, 0.08, 0.0])
     line = ElasticLine(equivalent_profile(mdr.Cone(slope=0.3)), 1.0)
     exact = follow_springs(line, STANDARD, t, d, n=8000).force[1:]
-    found = [followed(mdr.Cone(slope=0.3), STANDARD, t, d, n=n, parts=400)["force"] for n in (40, 80, 160)]
-    errors = [np.sqrt(np.mean((force - exact) ** 2)) / exact.max() for force in found]
+    results = [followed(mdr.Cone(slope=0.3), STANDARD, t, d, n=n, parts=400)["force"] for n in (40, 80, 160)]
+    errors = [np.sqrt(np.mean((force - exact) ** 2)) / exact.max() for force in results]
     assert math.log2(errors[0] / errors[2]) / 2.0 > 1.5
     assert errors[2] < 5e-6
     change = [followed(mdr.Cone(slope=0.3), STANDARD, t, d, parts=p)["leg"].change.max() for p in (50, 200)]
     assert math.log2(change[0] / change[1]) / 2.0 > 1.7
-    assert abs(found[2] - exact).max() < 1e-5 * exact.max()
+    assert abs(results[2] - exact).max() < 1e-5 * exact.max()
 
 
 @settings(deadline=None, max_examples=6)
@@ -160,9 +160,9 @@ def test_forces_are_followed_by_the_rings_themselves():
 def test_a_deeper_leg_gets_more_rings():
     ball = mdr.Contact(mdr.Paraboloid(1.0), SOLID)
     path = mdr.indent(0.01, duration=0.3, steps=4) >> mdr.indent(0.1, duration=0.5, steps=4)
-    found = mdr.verify(ball, path >> mdr.load(0.3, duration=1.0, steps=40), elements=100, steps=4)
-    assert found.largest_difference < 1e-3
-    assert float(np.nanmax(np.abs(found.data["normal_force_difference"]))) < 1e-4
+    result = mdr.verify(ball, path >> mdr.load(0.3, duration=1.0, steps=40), elements=100, steps=4)
+    assert result.largest_difference < 1e-3
+    assert float(np.nanmax(np.abs(result.data["normal_force_difference"]))) < 1e-4
 
 
 def test_leading_blocks_of_the_inverses():
@@ -181,18 +181,18 @@ def test_side_by_side():
         >> mdr.indent(-0.02, duration=1.0, steps=8)
         >> mdr.indent(0.08, duration=0.5, steps=8)
     )
-    found = mdr.verify(ball, path, elements=100)
-    assert found.largest_difference < 1e-4
-    assert found.data.sizes["step"] == 5
-    assert "indentation_mdr" not in found.data
-    assert {"time", "row", "elastic_energy_rings"} <= set(found.data)
-    assert float(found.data["pressure_difference"].max()) < 3e-3
-    text = found.summary()
+    result = mdr.verify(ball, path, elements=100)
+    assert result.largest_difference < 1e-4
+    assert result.data.sizes["step"] == 5
+    assert "indentation_mdr" not in result.data
+    assert {"time", "row", "elastic_energy_rings"} <= set(result.data)
+    assert float(result.data["pressure_difference"].max()) < 3e-3
+    text = result.summary()
     assert "normal force" in text
     assert "time" in text
-    assert found.history is not None
-    assert found.history.sizes["row"] == 26
-    assert len(found.plot().axes) == 6
+    assert result.history is not None
+    assert result.history.sizes["row"] == 26
+    assert len(result.plot().axes) == 6
     rings = mdr.solve(ball, path, solver=Rings(60))
     assert rings.status is mdr.Status.BY_RINGS
     assert rings.claims["pressure"].level is mdr.Level.APPROXIMATE
@@ -250,12 +250,12 @@ def test_a_cohesive_zone_at_three_speeds(speed):
         >> mdr.hold(2.0, steps=4)
         >> mdr.indent(-3.4, steps=88, duration=4.4 / speed)
     )
-    found = mdr.verify(probe, path)
-    assert found.largest_difference < 1e-3
-    assert found.largest_in_history < 1e-3
-    assert found.history is not None
+    result = mdr.verify(probe, path)
+    assert result.largest_difference < 1e-3
+    assert result.largest_in_history < 1e-3
+    assert result.history is not None
     last_attached = [
-        np.flatnonzero(found.history[f"normal_force_{way}"].values).max() for way in ("mdr", "rings")
+        np.flatnonzero(result.history[f"normal_force_{way}"].values).max() for way in ("mdr", "rings")
     ]
     assert abs(last_attached[0] - last_attached[1]) <= 1
 

@@ -68,10 +68,10 @@ def test_a_march_of_springs_through_any_profile(shape, share):
     profile, g, depth = SHAPES[shape]
     line = pressed(profile, depth)
     steepest = line.saturation if math.isfinite(line.saturation) else depth / line.radius
-    found = steady_rolling(line, np.array([share * steepest]))
+    result = steady_rolling(line, np.array([share * steepest]))
     load, whole = marched(g, depth, line.radius, share * steepest)
     assert line.whole == pytest.approx(whole, rel=1e-6)
-    assert found.load[0] == pytest.approx(load, rel=1e-6)
+    assert result.load[0] == pytest.approx(load, rel=1e-6)
 
 
 def test_springs_stick_again_where_the_cap_rises_faster():
@@ -113,14 +113,14 @@ def test_the_paraboloid_is_the_cubic_at_any_size(log_radius, log_modulus, poisso
     a = 10.0**log_share * R
     unit = 2.0 * a * mu * moduli.normal / (moduli.tangential * R)
     xi = 10.0 ** np.array(log_xi)
-    found = mdr.rolling(contact, xi * unit, indentation=a * a / R)
+    result = mdr.rolling(contact, xi * unit, indentation=a * a / R)
     stuck = np.maximum(1.0 - xi, 0.0)
     expected = np.where(xi < 1.0, -np.expm1(3.0 * np.log1p(-np.minimum(xi, 1.0 - 1e-16))), 1.0)
     load = 4.0 / 3.0 * moduli.normal * a**3 / R
-    assert found["creep_force"].values == pytest.approx(mu * load * expected, rel=1e-12)
-    assert found["traction_coefficient"].values == pytest.approx(mu * expected, rel=1e-12)
-    assert found["slip_length"].values / (2.0 * a) == pytest.approx(1.0 - stuck, abs=1e-12)
-    assert float(found["saturation_creepage"]) == pytest.approx(unit, rel=1e-12)
+    assert result["creep_force"].values == pytest.approx(mu * load * expected, rel=1e-12)
+    assert result["traction_coefficient"].values == pytest.approx(mu * expected, rel=1e-12)
+    assert result["slip_length"].values / (2.0 * a) == pytest.approx(1.0 - stuck, abs=1e-12)
+    assert float(result["saturation_creepage"]) == pytest.approx(unit, rel=1e-12)
 
 
 _PROFILES = st.one_of(
@@ -157,10 +157,10 @@ def test_any_profile_rolls_between_its_limits(profile, depth, creepages):
     t = np.linspace(0.0, 2.0 * a, 20_001)
     cap = line.cap(a - t)
     moduli = mdr.effective_moduli(body, body)
-    for one, found in zip(zeta, force[zeta.size + 1 :], strict=True):
+    for one, result in zip(zeta, force[zeta.size + 1 :], strict=True):
         rise = moduli.tangential * one / (0.4 * moduli.normal)
         q = np.minimum(np.minimum.accumulate(cap - rise * t), 0.0) + rise * t
-        assert found == pytest.approx(0.4 * moduli.normal * np.trapezoid(q, t), rel=1e-4)
+        assert result == pytest.approx(0.4 * moduli.normal * np.trapezoid(q, t), rel=1e-4)
     saturation = float(both["saturation_creepage"])
     if saturation < 2.0:
         most = mdr.rolling(contact, saturation, indentation=depth)["creep_force"]
@@ -213,11 +213,11 @@ def test_a_path_of_creepages_against_springs_followed_one_by_one(shape):
     a, unit = line.radius, 0.5 * depth / line.radius
     legs = [(0.3 * a, unit), (0.85 * a, -0.7 * unit), (0.5 * a, 1.8 * unit), (0.2 * a, 0.0)]
     lengths, rises = map(np.array, zip(*legs, strict=True))
-    found = rolled_path(line, np.cumsum(lengths), rises)
-    assert found.error <= 1e-6
+    computed = rolled_path(line, np.cumsum(lengths), rises)
+    assert computed.error <= 1e-6
     for i in (0, 1, 3):
         expected = rolled_by_hand(g, depth, a, legs[: i + 1])
-        assert found.load[i] / line.whole == pytest.approx(expected / line.whole, abs=3e-5)
+        assert computed.load[i] / line.whole == pytest.approx(expected / line.whole, abs=3e-5)
 
 
 def test_the_march_converges_with_the_square_of_the_spacing():
@@ -241,10 +241,10 @@ def test_any_path_forgets_what_was_before(history, share):
     line = pressed(mdr.Paraboloid(1.0), 0.25)
     lengths = np.array([length for length, _ in history] + [0.4, 0.7])
     rises = np.array([rise for _, rise in history] + [share, share])
-    found = rolled_path(line, np.cumsum(lengths), rises)
+    result = rolled_path(line, np.cumsum(lengths), rises)
     steady = steady_rolling(line, np.array([share])).load[0]
-    assert found.load[-1] / line.whole == pytest.approx(steady / line.whole, abs=2e-6)
-    assert np.all(np.abs(found.load) <= line.whole * (1.0 + 1e-9))
+    assert result.load[-1] / line.whole == pytest.approx(steady / line.whole, abs=2e-6)
+    assert np.all(np.abs(result.load) <= line.whole * (1.0 + 1e-9))
 
 
 def test_a_path_through_the_public_door():
@@ -272,9 +272,9 @@ def test_kalkers_coefficients(entry):
     slopes = {}
     for law in ("plain", "calibrated"):
         for direction in ("longitudinal", "lateral"):
-            found = mdr.rolling(contact, 1e-12, indentation=1e-4, law=law, direction=direction)
-            a = found.data.attrs["contact_radius"]
-            slopes[law, direction] = float(found["creep_force"][0]) / (body.shear * a * a * 1e-12)
+            result = mdr.rolling(contact, 1e-12, indentation=1e-4, law=law, direction=direction)
+            a = result.data.attrs["contact_radius"]
+            slopes[law, direction] = float(result["creep_force"][0]) / (body.shear * a * a * 1e-12)
     assert slopes["plain", "longitudinal"] == pytest.approx(expected["C_MDR"], rel=1e-8)
     assert slopes["plain", "lateral"] == slopes["plain", "longitudinal"]
     for i, direction in enumerate(("longitudinal", "lateral")):
@@ -290,12 +290,12 @@ def test_kalkers_coefficients(entry):
 def test_the_law_of_the_book():
     (entry,) = [e for e in ROLLING if "xi" in e["inputs"]]
     saturation = float(mdr.rolling(BALL, 0.0, indentation="1 um")["saturation_creepage"])
-    found = mdr.rolling(BALL, entry["inputs"]["xi"] * saturation, indentation="1 um")
-    a, load = (found.data.attrs[name] for name in ("contact_radius", "normal_force"))
-    assert float(found["creep_force"][0]) / (0.3 * load) == pytest.approx(
+    result = mdr.rolling(BALL, entry["inputs"]["xi"] * saturation, indentation="1 um")
+    a, load = (result.data.attrs[name] for name in ("contact_radius", "normal_force"))
+    assert float(result["creep_force"][0]) / (0.3 * load) == pytest.approx(
         entry["expected"]["F_over_muF"], rel=1e-12
     )
-    assert 1 - float(found["slip_length"][0]) / (2 * a) == pytest.approx(
+    assert 1 - float(result["slip_length"][0]) / (2 * a) == pytest.approx(
         entry["expected"]["stick_fraction"], rel=1e-12
     )
 
@@ -318,9 +318,9 @@ def test_the_calibrated_law_is_that_of_shen_hedrick_and_elkins(nu, mu, log_xi, w
     assert kalker_coefficient(nu, direction) == pytest.approx(c, rel=1e-13)
     xi = 10.0**log_xi
     zeta = xi * 3 * mu * load / (c * body.shear * a * a)
-    found = mdr.rolling(contact, zeta, normal_force=load, law="calibrated", direction=direction)
+    result = mdr.rolling(contact, zeta, normal_force=load, law="calibrated", direction=direction)
     expected = mu * load * (1 - max(1 - xi, 0.0) ** 3)
-    assert float(found["creep_force"][0]) == pytest.approx(expected, rel=1e-9)
+    assert float(result["creep_force"][0]) == pytest.approx(expected, rel=1e-9)
 
 
 def test_pairs_as_kalker_defines_them():
@@ -329,11 +329,11 @@ def test_pairs_as_kalker_defines_them():
     on_rigid = mdr.Contact(mdr.Paraboloid("10 mm"), rubber, friction=mdr.Coulomb(0.5))
     twice = mdr.Elastic("6 MPa", 0.5)
     pair = mdr.Contact(mdr.Paraboloid("10 mm"), twice, twice, friction=mdr.Coulomb(0.5))
-    found = [
+    results = [
         mdr.rolling(contact, [1e-3, 1e-2], indentation="0.1 mm", law="calibrated")["creep_force"].values
         for contact in (on_rigid, pair)
     ]
-    assert found[0] == pytest.approx(found[1], rel=1e-13)
+    assert results[0] == pytest.approx(results[1], rel=1e-13)
 
 
 def test_what_is_claimed():
@@ -355,9 +355,9 @@ def test_what_is_claimed():
     auxetic = mdr.Contact(mdr.Paraboloid("10 mm"), foam, foam, friction=mdr.Coulomb(0.3))
     assert "is unknown" in mdr.rolling(auxetic, 1e-3, normal_force="1 mN").claims["creep_force"].reason
     unlike = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, friction=mdr.Coulomb(0.3))
-    found = mdr.rolling(unlike, 1e-3, normal_force="1 N")
-    assert "Dundurs" in found.claims["creep_force"].reason
-    assert "NOT MET" in str(found)
+    result = mdr.rolling(unlike, 1e-3, normal_force="1 N")
+    assert "Dundurs" in result.claims["creep_force"].reason
+    assert "NOT MET" in str(result)
 
 
 def test_how_it_reads():

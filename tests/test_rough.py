@@ -38,13 +38,13 @@ def test_the_square_punch():
 
 @pytest.mark.parametrize("aspect", [1.0, 1.5, 2.0, 3.0, 4.0])
 def test_published_correlations_of_rectangles(aspect):
-    found = full_contact_stiffness(aspect, 1.0) / math.sqrt(aspect)
+    computed = full_contact_stiffness(aspect, 1.0) / math.sqrt(aspect)
     # Schneider (1978), spreading resistance of isothermal rectangles: k sqrt(A) R = E* sqrt(A) / (2 k)
     schneider = math.sqrt(aspect) * (0.06588 - 0.00232 * aspect + 0.6786 / (aspect + 0.8145))
-    assert 0.5 / found == pytest.approx(schneider, rel=0.013)
+    assert 0.5 / computed == pytest.approx(schneider, rel=0.013)
     # Pais and Kausel (1988), rigid footings: K = G B / (1 - nu) (3.1 (L/B)^0.75 + 1.6) with the half width B
     pais_kausel = (3.1 * aspect**0.75 + 1.6) / (4.0 * math.sqrt(aspect))
-    assert found == pytest.approx(pais_kausel, rel=0.025)
+    assert computed == pytest.approx(pais_kausel, rel=0.025)
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -56,11 +56,11 @@ def test_rectangles_lie_between_ellipses(octaves):
     def ellipse(a, b):  # half axes, a >= b: pi times the capacity a / K
         return math.pi * a / ellipk(1.0 - (b / a) ** 2)
 
-    found = full_contact_stiffness(aspect, 1.0)
-    assert ellipse(0.5 * aspect, 0.5) < found < ellipse(aspect / math.sqrt(2), 1 / math.sqrt(2))
-    assert found > 2.0 * math.sqrt(aspect / math.pi)
-    assert full_contact_stiffness(1.0, aspect) == found
-    assert full_contact_stiffness(1e-9 * aspect, 1e-9) == pytest.approx(1e-9 * found, rel=1e-12)
+    result = full_contact_stiffness(aspect, 1.0)
+    assert ellipse(0.5 * aspect, 0.5) < result < ellipse(aspect / math.sqrt(2), 1 / math.sqrt(2))
+    assert result > 2.0 * math.sqrt(aspect / math.pi)
+    assert full_contact_stiffness(1.0, aspect) == result
+    assert full_contact_stiffness(1e-9 * aspect, 1e-9) == pytest.approx(1e-9 * result, rel=1e-12)
 
 
 @pytest.mark.parametrize("aspect", [1e3, 1e4, 1e5])
@@ -262,14 +262,14 @@ def test_geikes_line_against_boundary_elements(name):
     """lambda = pi without any fit, within the ranges that the claim tells and the statistics of the references."""
     entry = PRESSED[name]
     force, stiffness = (np.array(entry["expected"][key]) for key in ("F", "k"))
-    found = mdr.press_rough(patch_of(entry), UNIT, normal_force=force, realisations=300)
-    ratio = (found["normal_stiffness"].values / stiffness)[in_range(stiffness)]
+    result = mdr.press_rough(patch_of(entry), UNIT, normal_force=force, realisations=300)
+    ratio = (result["normal_stiffness"].values / stiffness)[in_range(stiffness)]
     low, high = (0.89, 1.22) if name.endswith("256") else (0.98, 1.44)
     slack = entry["rtol"]
     assert np.all((ratio > low * (1 - slack)) & (ratio < high * (1 + slack)))
-    assert "-11 to +22 %" in found.claims["normal_stiffness"].reason
-    assert "-2 to +44 %" in found.claims["normal_stiffness"].reason
-    depth = found["indentation"].values / np.array(entry["inputs"]["D_over_h"])
+    assert "-11 to +22 %" in result.claims["normal_stiffness"].reason
+    assert "-2 to +44 %" in result.claims["normal_stiffness"].reason
+    depth = result["indentation"].values / np.array(entry["inputs"]["D_over_h"])
     low, high = (0.90, 1.12) if name.endswith("256") else (0.82, 1.0)
     assert np.all((depth > low * (1 - slack)) & (depth < high * (1 + slack)))
 
@@ -280,9 +280,9 @@ def test_the_height_that_reproduces_boundary_elements(name):
     entry, pressed = FITTED[name], PRESSED[name]["expected"]
     force, stiffness = np.array(pressed["F"]), np.array(pressed["k"])
     grid = np.geomspace(0.3 * force[0], 3.0 * force[-1], 120)
-    found = mdr.press_rough(patch_of(PRESSED[name]), UNIT, normal_force=grid, realisations=300)
+    result = mdr.press_rough(patch_of(PRESSED[name]), UNIT, normal_force=grid, realisations=300)
     known = in_range(stiffness)
-    curve = np.log(found["normal_stiffness"].values)
+    curve = np.log(result["normal_stiffness"].values)
 
     def misfit(log_height):
         line = np.interp(np.log(force) - log_height, np.log(grid), curve)
@@ -305,9 +305,9 @@ def test_the_power_law_against_boundary_elements(name):
     entry = PRESSED[name]
     force, stiffness = (np.array(entry["expected"][key]) for key in ("F", "k"))
     hurst = entry["inputs"]["H"]
-    found = mdr.press_rough(patch_of(entry), UNIT, normal_force=force, realisations=100)
-    published, fitted = (found[law].values for law in ("power_law_stiffness", "fitted_stiffness"))
-    share = found["normal_stiffness"].values
+    result = mdr.press_rough(patch_of(entry), UNIT, normal_force=force, realisations=100)
+    published, fitted = (result[law].values for law in ("power_law_stiffness", "fitted_stiffness"))
+    share = result["normal_stiffness"].values
     assert np.array_equal(np.isfinite(published), share < 0.55)
     assert np.array_equal(np.isfinite(fitted), (share > 0.12) & (share < 0.7))
     by_hand = 1.9412 / (hurst + 1.0) * force ** (1.0 / (1.0 + hurst))
@@ -328,8 +328,8 @@ def test_the_exponent_of_many_decades(hurst):
     surface = mdr.RoughSurface(hurst, 1.0, 1.0, 2.0**-13)
     full = full_contact_stiffness(1.0, 1.0)
     force = np.geomspace(1e-6, 0.2, 40)
-    found = mdr.press_rough(surface, UNIT, normal_force=force, realisations=100, points=4 * 2**13)
-    share = found["normal_stiffness"].values / full
+    result = mdr.press_rough(surface, UNIT, normal_force=force, realisations=100, points=4 * 2**13)
+    share = result["normal_stiffness"].values / full
     some = (share > 2e-3) & (share < 5e-2)
     slope = np.polyfit(np.log(force[some]), np.log(share[some]), 1)[0]
     assert slope == pytest.approx(1.0 / (1.0 + hurst), rel=0.05)
@@ -339,15 +339,15 @@ def test_the_exponent_of_many_decades(hurst):
 
 
 def test_full_contact():
-    found = mdr.press_rough(SURFACE, STEEL, indentation="30 um", realisations=5)
-    full = found.data.attrs["full_contact_stiffness"]
+    result = mdr.press_rough(SURFACE, STEEL, indentation="30 um", realisations=5)
+    full = result.data.attrs["full_contact_stiffness"]
     modulus = mdr.effective_moduli(STEEL, mdr.Rigid()).normal
     assert full == pytest.approx(1.15230 * modulus * 1e-3, rel=1e-5)
-    assert found["normal_stiffness"].item() == pytest.approx(full, rel=1e-12)
+    assert result["normal_stiffness"].item() == pytest.approx(full, rel=1e-12)
     # the plane is as deep as the mean height, and all springs bear it
     tops = [rough_heights(SURFACE, i).max() for i in range(5)]
     forces = [full * (30e-6 - top) for top in tops]
-    assert found["normal_force"].item() == pytest.approx(math.exp(np.mean(np.log(forces))), rel=1e-12)
+    assert result["normal_force"].item() == pytest.approx(math.exp(np.mean(np.log(forces))), rel=1e-12)
 
 
 def test_both_loads_are_one_curve():
@@ -361,16 +361,16 @@ def test_both_loads_are_one_curve():
 
 
 def test_bands():
-    found = mdr.press_rough(SURFACE, STEEL, normal_force=["0.1 N", "10 N"], realisations=60)
+    result = mdr.press_rough(SURFACE, STEEL, normal_force=["0.1 N", "10 N"], realisations=60)
     stiffness = np.array(
         [
-            found.line.springs(i).normal_stiffness(found.line.springs(i).indentation([0.1, 10.0]))
+            result.line.springs(i).normal_stiffness(result.line.springs(i).indentation([0.1, 10.0]))
             for i in range(60)
         ]
     )
-    assert found["normal_stiffness"].values == pytest.approx(np.exp(np.log(stiffness).mean(axis=0)))
-    assert found["normal_stiffness_low"].values == pytest.approx(np.percentile(stiffness, 16, axis=0))
-    assert found["normal_stiffness_high"].values == pytest.approx(np.percentile(stiffness, 84, axis=0))
+    assert result["normal_stiffness"].values == pytest.approx(np.exp(np.log(stiffness).mean(axis=0)))
+    assert result["normal_stiffness_low"].values == pytest.approx(np.percentile(stiffness, 16, axis=0))
+    assert result["normal_stiffness_high"].values == pytest.approx(np.percentile(stiffness, 84, axis=0))
 
 
 @settings(max_examples=examples(15), deadline=None)
@@ -379,11 +379,11 @@ def test_nanometres_and_metres_behave_alike(scale, stiffer, hurst):
     def pressed(length, modulus):
         surface = mdr.RoughSurface(hurst, 1e-3 * length, length, length / 40, seed=2)
         forces = modulus * length * 1e-3 * length * np.array([1e-3, 0.1, 1.0])
-        found = mdr.press_rough(surface, mdr.Elastic(modulus, 0.0), normal_force=forces, realisations=3)
+        result = mdr.press_rough(surface, mdr.Elastic(modulus, 0.0), normal_force=forces, realisations=3)
         return (
-            found["normal_stiffness"].values / (modulus * length),
-            found["indentation"].values / length,
-            found["elastic_energy"].values / (modulus * length**3),
+            result["normal_stiffness"].values / (modulus * length),
+            result["indentation"].values / length,
+            result["elastic_energy"].values / (modulus * length**3),
         )
 
     for one, other in zip(pressed(1.0, 1e9), pressed(10.0**scale, 1e9 * 10.0**stiffer), strict=True):
@@ -404,14 +404,14 @@ def test_workers_do_not_change_numbers(realisations, workers, seed):
 
 def test_a_smooth_ball_is_that_of_hertz():
     surface = mdr.RoughSurface(0.7, "1 pm", "1 mm", "20 um")
-    found = mdr.press_rough(
+    result = mdr.press_rough(
         surface, STEEL, normal_force=["10 N", "50 N"], radius="10 mm", realisations=2, points=40_000
     )
-    modulus = found.data.attrs["modulus"]
+    modulus = result.data.attrs["modulus"]
     a = np.cbrt(3.0 * np.array([10.0, 50.0]) * 0.01 / (4.0 * modulus))
-    assert found["hertz_stiffness"].values == pytest.approx(2.0 * modulus * a)
-    assert found["normal_stiffness"].values == pytest.approx(2.0 * modulus * a, rel=2e-3)
-    assert found["indentation"].values == pytest.approx(a**2 / 0.01, rel=1e-3)
+    assert result["hertz_stiffness"].values == pytest.approx(2.0 * modulus * a)
+    assert result["normal_stiffness"].values == pytest.approx(2.0 * modulus * a, rel=2e-3)
+    assert result["indentation"].values == pytest.approx(a**2 / 0.01, rel=1e-3)
 
 
 def test_a_rough_ball():
@@ -419,24 +419,24 @@ def test_a_rough_ball():
     surface = mdr.RoughSurface(0.7, 1e-6, 1e-3, 1e-3 / 64)
     crossover = 4.0 / 3.0 * 1e9 * math.sqrt(1e-2) * 1e-6**1.5
     loads = crossover * np.array([0.05, 0.08, 0.5, 1.0, 4.0])
-    found = mdr.press_rough(
+    result = mdr.press_rough(
         surface, mdr.Elastic(1e9, 0.0), normal_force=loads, radius="10 mm", realisations=200
     )
-    assert found.data.attrs["crossover_force"] == pytest.approx(crossover)
-    share = (found["normal_stiffness"] / found["hertz_stiffness"]).values
+    assert result.data.attrs["crossover_force"] == pytest.approx(crossover)
+    share = (result["normal_stiffness"] / result["hertz_stiffness"]).values
     assert share == pytest.approx([0.64, 0.69, 0.91, 0.95, 0.97], abs=0.02)
-    assert "64 to 69 %" in found.claims["normal_stiffness"].reason
-    assert "crossover" in found.claims["normal_stiffness"].reason
-    assert "softens the ball" in found.summary()
+    assert "64 to 69 %" in result.claims["normal_stiffness"].reason
+    assert "crossover" in result.claims["normal_stiffness"].reason
+    assert "softens the ball" in result.summary()
     with pytest.raises(mdr.NotValidError, match="not for a rough ball"):
-        found["power_law_stiffness"]
+        result["power_law_stiffness"]
     with pytest.raises(mdr.PathError, match="end of the line"):
         mdr.press_rough(surface, mdr.Elastic(1e9, 0.0), normal_force="1 kN", radius="10 mm", realisations=2)
-    assert found.plot().axes
+    assert result.plot().axes
 
 
 def test_what_is_not_on_the_line():
-    found = mdr.press_rough(SURFACE, STEEL, normal_force="10 N", realisations=3)
+    result = mdr.press_rough(SURFACE, STEEL, normal_force="10 N", realisations=3)
     for name in (
         "contact_area",
         "contact_length",
@@ -447,16 +447,16 @@ def test_what_is_not_on_the_line():
         "adhesive_force",
     ):
         with pytest.raises(mdr.NotValidError, match=name):
-            found[name]
-        assert found.claims[name].level is mdr.Level.NOT_VALID
-        assert name not in found.data
-    assert "N spots" in found.claims["contact_area"].reason
-    assert "JKR" in found.claims["adhesive_force"].reason
-    assert found.claims["normal_force"].level is mdr.Level.EXACT
+            result[name]
+        assert result.claims[name].level is mdr.Level.NOT_VALID
+        assert name not in result.data
+    assert "N spots" in result.claims["contact_area"].reason
+    assert "JKR" in result.claims["adhesive_force"].reason
+    assert result.claims["normal_force"].level is mdr.Level.EXACT
     for name in ("indentation", "normal_stiffness", "elastic_energy"):
-        assert found.claims[name].level is mdr.Level.APPROXIMATE
+        assert result.claims[name].level is mdr.Level.APPROXIMATE
     with pytest.raises(mdr.QuantityError, match="a rough contact has"):
-        found["friction"]
+        result["friction"]
 
 
 @pytest.mark.parametrize(
@@ -467,19 +467,19 @@ def test_what_is_not_on_the_line():
     ],
 )
 def test_where_there_is_no_power_law(surface, words):
-    found = mdr.press_rough(surface, STEEL, normal_force=["1 N", "10 N"], realisations=3)
+    result = mdr.press_rough(surface, STEEL, normal_force=["1 N", "10 N"], realisations=3)
     for law in ("power_law_stiffness", "fitted_stiffness"):
         with pytest.raises(mdr.NotValidError, match=words):
-            found[law]
-        assert law not in found.data
-    assert "NOT_VALID" in found.summary()
-    assert found.plot().axes
+            result[law]
+        assert law not in result.data
+    assert "NOT_VALID" in result.summary()
+    assert result.plot().axes
 
 
 def test_no_power_law_near_full_contact():
-    found = mdr.press_rough(SURFACE, STEEL, normal_force="1 kN", realisations=3)
+    result = mdr.press_rough(SURFACE, STEEL, normal_force="1 kN", realisations=3)
     with pytest.raises(mdr.NotValidError, match="not valid above"):
-        found["power_law_stiffness"]
+        result["power_law_stiffness"]
 
 
 def test_the_power_law_integrates():
@@ -493,8 +493,8 @@ def test_the_power_law_integrates():
 
 def test_claims_say_what_was_not_compared():
     def reason(surface, **given):
-        found = mdr.press_rough(surface, STEEL, normal_force="1 N", realisations=1, **given)
-        return found.claims["normal_stiffness"].reason
+        result = mdr.press_rough(surface, STEEL, normal_force="1 N", realisations=1, **given)
+        return result.claims["normal_stiffness"].reason
 
     words = {
         "rectangle": "not compared for rectangles",
@@ -517,10 +517,10 @@ def test_claims_say_what_was_not_compared():
 
 def test_a_rectangle_in_full_contact():
     surface = mdr.RoughSurface(0.7, 1e-6, ["1 mm", "2 mm"], 2e-5)
-    found = mdr.press_rough(surface, STEEL, indentation="30 um", realisations=2)
+    result = mdr.press_rough(surface, STEEL, indentation="30 um", realisations=2)
     modulus = mdr.effective_moduli(STEEL, mdr.Rigid()).normal
     full = modulus * full_contact_stiffness(1e-3, 2e-3)
-    assert found["normal_stiffness"].values == pytest.approx(full)
+    assert result["normal_stiffness"].values == pytest.approx(full)
     # its longest wave is as long as its longer side
     assert surface.wave_numbers[0] == pytest.approx(2.0 * math.pi / 2e-3)
 
@@ -530,18 +530,18 @@ def test_with_a_roll_off_the_load_is_nearly_in_proportion():
     surface = mdr.RoughSurface(0.8, 1e-6, 1e-3, 1e-3 / 256, longest=1e-3 / 16)
     full = 1e9 * full_contact_stiffness(1e-3, 1e-3)
     force = np.geomspace(2e-3, 0.2, 15) * full * 1e-6
-    found = mdr.press_rough(surface, mdr.Elastic(1e9, 0.0), normal_force=force, realisations=60)
-    stiffness = found["normal_stiffness"].values
+    result = mdr.press_rough(surface, mdr.Elastic(1e9, 0.0), normal_force=force, realisations=60)
+    stiffness = result["normal_stiffness"].values
     between = (stiffness > 0.02 * full) & (stiffness < 0.2 * full)
     share = (force / (stiffness * 1e-6))[between]
     assert np.all((share > 0.25) & (share < 0.55))
     assert np.all(np.diff(share) > 0.0)
-    assert "drifts from 0.3 to 0.5" in found.claims["normal_stiffness"].reason
+    assert "drifts from 0.3 to 0.5" in result.claims["normal_stiffness"].reason
 
 
 def test_assumptions_are_measured():
-    found = mdr.press_rough(SURFACE, STEEL, normal_force="10 N", realisations=2)
-    measured = {one.name: one for one in found.assumptions}
+    result = mdr.press_rough(SURFACE, STEEL, normal_force="10 N", realisations=2)
+    measured = {one.name: one for one in result.assumptions}
     assert measured["small slope"].measure == SURFACE.rms_slope
     assert measured["small slope"].met
     assert measured["measured bandwidth"].measure == pytest.approx(50.0)
@@ -552,12 +552,12 @@ def test_assumptions_are_measured():
 
 
 def test_reading(tmp_path):
-    found = mdr.press_rough(SURFACE, STEEL, STEEL, normal_force=["1 N", "10 N"], realisations=4)
-    assert "16th and 84th percentiles" in str(found)
-    assert "<table" in found._repr_html_()
-    found.to_csv(tmp_path / "rough.csv")
+    result = mdr.press_rough(SURFACE, STEEL, STEEL, normal_force=["1 N", "10 N"], realisations=4)
+    assert "16th and 84th percentiles" in str(result)
+    assert "<table" in result._repr_html_()
+    result.to_csv(tmp_path / "rough.csv")
     assert (tmp_path / "rough.csv").read_text().startswith("normal_force [N],indentation [m]")
-    figure = found.plot()
+    figure = result.plot()
     assert len(figure.axes) == 3
     assert "full contact" in " ".join(figure.axes[0].get_legend_handles_labels()[1])
     zinc = mdr.TransverselyIsotropic(
@@ -567,19 +567,19 @@ def test_reading(tmp_path):
 
 
 def test_its_force_curve_carries_friction():
-    found = mdr.press_rough(SURFACE, STEEL, STEEL, normal_force="10 N", realisations=2)
-    curve = found.line.force_curve(1, indentation="3 um")
+    result = mdr.press_rough(SURFACE, STEEL, STEEL, normal_force="10 N", realisations=2)
+    curve = result.line.force_curve(1, indentation="3 um")
     path = mdr.indent("2.9 um", steps=30)
     solved = mdr.solve(mdr.Contact(curve, STEEL, STEEL), path)
-    exact = found.line.springs(1).force(solved["indentation"].values)
+    exact = result.line.springs(1).force(solved["indentation"].values)
     assert solved["normal_force"].values == pytest.approx(exact, rel=1e-3)
     joint = mdr.Contact(curve, STEEL, STEEL, friction=mdr.Coulomb(0.3))
     slid = mdr.solve(joint, mdr.load("10 N") >> mdr.shift("10 um", steps=5))
     assert slid["tangential_force"].values[-1] == pytest.approx(3.0, rel=1e-9)
     with pytest.raises(mdr.ProblemError, match="above 0 m"):
-        found.line.force_curve(1, indentation=0.0)
+        result.line.force_curve(1, indentation=0.0)
     with pytest.raises(mdr.ProblemError, match="points = 0"):
-        found.line.force_curve(1, indentation="1 um", points=0)
+        result.line.force_curve(1, indentation="1 um", points=0)
     ball = mdr.rough_line(SURFACE, STEEL, radius="10 mm")
     assert ball.force_curve(indentation="1 um").largest_force == pytest.approx(ball.springs().force(1e-6))
     with pytest.raises(mdr.PathError, match="end of the line"):

@@ -46,8 +46,8 @@ def test_a_line_is_the_sum_of_its_waves(log_length, log_rms, hurst, waves, roll,
     n = 64 * math.ceil(4 * q.size / 64)
     phase = 2 * math.pi * np.random.default_rng([seed, 7]).random(q.size)
     by_hand = (A * np.cos(np.outer(length * np.arange(64) / 64, q) + phase)).sum(axis=1)
-    found = rough_heights(surface, 7, n, coefficient)
-    assert found[:: n // 64] == pytest.approx(by_hand, abs=1e-11 * np.sum(A))
+    computed = rough_heights(surface, 7, n, coefficient)
+    assert computed[:: n // 64] == pytest.approx(by_hand, abs=1e-11 * np.sum(A))
 
 
 def test_a_realisation_is_a_line_and_lambda_only_scales_it():
@@ -78,10 +78,10 @@ def test_a_line_that_is_touched_everywhere_loses_what_its_waves_do(name, log_spe
     q, A = rough_waves(rough)
     expected = 0.5 * np.sum(A**2 * q * relaxation.loss(q * speed))
     depth = 100.0 * relaxation(0.0) * (1.0 + speed) * np.sum(A)
-    found = [stationary(rough_heights(rough, 0, n), 1.0, depth, relaxation, speed) for n in (640, 1280)]
-    assert found[1].pressure == pytest.approx(relaxation.equilibrium * depth, rel=1e-10)
+    results = [stationary(rough_heights(rough, 0, n), 1.0, depth, relaxation, speed) for n in (640, 1280)]
+    assert results[1].pressure == pytest.approx(relaxation.equilibrium * depth, rel=1e-10)
     # second order in the distance of the places
-    finer = (4.0 * found[1].drag - found[0].drag) / 3.0
+    finer = (4.0 * results[1].drag - results[0].drag) / 3.0
     assert finer == pytest.approx(expected, rel=1e-4)
 
 
@@ -119,11 +119,11 @@ def test_any_line_finds_its_stationary_state_at_any_speed(moduli, times, log_spe
     relaxation = Relaxation(1.0, *own)
     rough = mdr.RoughSurface(hurst=0.7, rms=0.01, size=1.0, shortest=0.1, seed=4)
     heights = rough_heights(rough, 0, 200)
-    found = stationary(heights, 1.0, share * heights.max(), relaxation, 10.0**log_speed)
+    result = stationary(heights, 1.0, share * heights.max(), relaxation, 10.0**log_speed)
     # no spring is above the line, or deeper than its highest place
-    assert found.pressure >= np.mean(heights) + share * heights.max()
-    assert 0.0 < found.pressure <= (1.0 + share) * heights.max()
-    assert found.drag > 0.0
+    assert result.pressure >= np.mean(heights) + share * heights.max()
+    assert 0.0 < result.pressure <= (1.0 + share) * heights.max()
+    assert result.drag > 0.0
 
 
 @pytest.mark.parametrize("share", [-0.5, 0.0, 0.5])
@@ -133,10 +133,10 @@ def test_passages_one_after_the_other(name, share):
     heights = rough_heights(rough, 0, 200)
     depth = share * heights.max()
     for speed in (0.3, 3.0):
-        found = stationary(heights, 1.0, depth, KERNELS[name], speed)
+        result = stationary(heights, 1.0, depth, KERNELS[name], speed)
         load, work = in_time_steps(heights, depth, KERNELS[name], 1.0 / (200 * speed), 130)
-        assert found.pressure == pytest.approx(load, rel=1e-6)
-        assert found.drag == pytest.approx(work, rel=1e-6)
+        assert result.pressure == pytest.approx(load, rel=1e-6)
+        assert result.drag == pytest.approx(work, rel=1e-6)
 
 
 @settings(max_examples=examples(20), deadline=None)

@@ -611,14 +611,14 @@ def test_ring_indenters():
 
 
 def test_verify_holds_both_side_by_side():
-    found = mdr.verify(
+    result = mdr.verify(
         mdr.Contact(mdr.Cone(slope=0.3), UNIT), mdr.indent(0.1, steps=10), elements=100, steps=2
     )
-    assert found.largest_difference < 1e-5
-    assert found.data.sizes["step"] == 2
-    assert float(found.data["pressure_difference"].max()) < 1e-3
-    assert "MDR" in str(found)
-    assert not faults(found.plot())
+    assert result.largest_difference < 1e-5
+    assert result.data.sizes["step"] == 2
+    assert float(result.data["pressure_difference"].max()) < 1e-3
+    assert "MDR" in str(result)
+    assert not faults(result.plot())
     hollow = mdr.FlatPunch(1.0) + mdr.Function(lambda r: -r * r / 2)
     refused = mdr.verify(mdr.Contact(hollow, UNIT), mdr.indent(0.3), elements=60, steps=1)
     assert np.isnan(refused.data["normal_force_mdr"].values).all()
@@ -729,10 +729,10 @@ def test_maps_of_samples_err_by_what_they_claim(compiled, seed, n, noise, spread
             patch.setattr(sources, "MANY_KNOTS", 10)
         line = PanelLine(sources.source_of(tip))
         x = size * rng.uniform(0.02, 0.98, 4)
-        found = np.transpose([line.g(x), line.moment(x)])
+        computed = np.transpose([line.g(x), line.moment(x)])
         claimed = line.error(x)[:, [0, 2]]
     exact = np.array([closed_forms(tip.spline, place) for place in x])
-    assert np.all(np.abs(found / exact - 1.0) <= claimed + 2e-14)
+    assert np.all(np.abs(computed / exact - 1.0) <= claimed + 2e-14)
     assert np.all(claimed * np.abs(exact) <= 1e-9 * np.max(np.abs(exact), axis=0))
 
 

@@ -115,10 +115,10 @@ def test_best_residuals_of_random_stresses(seed, along, across):
         method="SLSQP",
         options={"maxiter": 500, "ftol": 1e-12},
     )
-    found, _ = _by_two_residuals(s)
-    assert float(found[0]) == pytest.approx(best.fun, rel=1e-5)
+    result, _ = _by_two_residuals(s)
+    assert float(result[0]) == pytest.approx(best.fun, rel=1e-5)
     # no residual stress of any kind does worse than these
-    assert float(_by_any_residual(s)[0][0]) <= float(found[0]) * (1.0 + 1e-9)
+    assert float(_by_any_residual(s)[0][0]) <= float(result[0]) * (1.0 + 1e-9)
 
 
 @settings(max_examples=examples(3), deadline=None)

@@ -66,9 +66,9 @@ def test_references_of_ellipses(references, name):
 @example(1e6)
 def test_the_axes_against_legendre_integrals(ratio):
     """Johnson (1985), eq. (4.26), in 60 digits, where its cancelling terms do no harm."""
-    found = axis_ratio(ratio, 1.0)
+    result = axis_ratio(ratio, 1.0)
     with mpmath.workdps(60):
-        k = mpmath.mpf(min(found, 1.0 / found))
+        k = mpmath.mpf(min(result, 1.0 / result))
         target = mpmath.mpf(ratio) if ratio >= 1.0 else 1 / mpmath.mpf(ratio)
 
         def curvatures(k):
@@ -107,8 +107,8 @@ def test_the_surface_around_against_quadrature(log_ratio, out, phi):
     s, r = a * rho * np.cos(theta), b * rho * np.sin(theta)
     integrand = ellipse_pressure(a, b, 1.0, s, r) * rho * a * b * np.cos(t)[:, None] / np.hypot(s - x, r - y)
     brute = float((0.25 * math.pi * weights) @ integrand.sum(axis=1)) * 2.0 * math.pi / 600 / math.pi
-    found = float(ellipse_displacement(a, b, 1.0, np.array([x]), np.array([y]))[0])
-    assert found == pytest.approx(brute, rel=1e-6)
+    computed = float(ellipse_displacement(a, b, 1.0, np.array([x]), np.array([y]))[0])
+    assert computed == pytest.approx(brute, rel=1e-6)
 
 
 @settings(max_examples=examples(25), deadline=None)
@@ -151,8 +151,8 @@ def test_the_circle_is_the_paraboloid():
     for name in ("pressure", "normal_displacement", "gap"):
         scale = float(np.max(np.abs(ball.field(name, r).values)))
         for angle in (None, 0.7):
-            found = round_.field(name, r, angle=angle)
-            np.testing.assert_allclose(found, ball.field(name, r), rtol=1e-11, atol=1e-12 * scale)
+            computed = round_.field(name, r, angle=angle)
+            np.testing.assert_allclose(computed, ball.field(name, r), rtol=1e-11, atol=1e-12 * scale)
 
 
 # --- pyramids --------------------------------------------------------------------------------------------
@@ -322,11 +322,11 @@ def test_the_best_ellipse_is_that_of_hertz(ratio, angle, decades, shallow):
     size = 10.0**decades
     shape = quadratic(ratio * size, size, angle)
     depth = np.sort(size * 10.0 ** np.array([shallow, shallow - 0.7, shallow - 3.0]))
-    found = ellipse_bounds(shape, depth, np.sqrt(size * depth))
+    computed = ellipse_bounds(shape, depth, np.sqrt(size * depth))
     hertz = HertzEllipse(ratio * size, size)
-    np.testing.assert_allclose(found.force, hertz.force(depth), rtol=3e-7)
-    assert (found.force <= hertz.force(depth) * (1.0 + 1e-12)).all()
-    for mine, exact in zip((found.longer, found.shorter), hertz.semi_axes(depth), strict=True):
+    np.testing.assert_allclose(computed.force, hertz.force(depth), rtol=3e-7)
+    assert (computed.force <= hertz.force(depth) * (1.0 + 1e-12)).all()
+    for mine, exact in zip((computed.longer, computed.shorter), hertz.semi_axes(depth), strict=True):
         np.testing.assert_allclose(mine, exact, rtol=5e-3)
 
 
@@ -342,17 +342,17 @@ def test_the_best_ellipse_of_an_asymmetric_body_is_not_centred_on_its_apex(share
     shape = mdr.Function2D(f)
     result = at(shape, 1.0)
     disks = at(azimuthal_mean(shape), 1.0)
-    found = ellipse_bounds(shape, np.ones(1), disks["contact_radius"].values)
+    computed = ellipse_bounds(shape, np.ones(1), disks["contact_radius"].values)
     x, y, longer, shorter, turned = (
-        float(one[0]) for one in (found.x, found.y, found.longer, found.shorter, found.angle)
+        float(one[0]) for one in (computed.x, computed.y, computed.longer, computed.shorter, computed.angle)
     )
-    assert float(found.force[0]) == pytest.approx(
+    assert float(computed.force[0]) == pytest.approx(
         punched(shape, 1.0, x, y, longer, shorter, turned), rel=1e-6
     )
-    assert last(result, "force_lower_bound") == pytest.approx(float(found.force[0]), rel=1e-9)
-    assert float(found.force[0]) > last(disks, "normal_force") * (1.0 + 1e-3 * share)
+    assert last(result, "force_lower_bound") == pytest.approx(float(computed.force[0]), rel=1e-9)
+    assert float(computed.force[0]) > last(disks, "normal_force") * (1.0 + 1e-3 * share)
     assert x * math.cos(angle) + y * math.sin(angle) < 0.0
-    assert float(found.force[0]) < pressed_by_elements(f, 1.0, 4.5 * longer) * (1.0 + 1e-3)
+    assert float(computed.force[0]) < pressed_by_elements(f, 1.0, 4.5 * longer) * (1.0 + 1e-3)
     assert "semi-axes" in result.claims["force_lower_bound"].reason
 
 
@@ -709,11 +709,11 @@ def test_the_error_of_an_estimate_holds_for_ellipses(ratio, turned, decades):
     def gap(x, y):
         return ((x * cos + y * sin) ** 2 / ratio + (y * cos - x * sin) ** 2) / (2.0 * size)
 
-    found, claims = estimate_of(gap, 1e-3 * size)
+    computed, claims = estimate_of(gap, 1e-3 * size)
     hertz = mdr.Contact(mdr.EllipticParaboloid(ratio * size, size), mdr.Elastic(1.0, 0.0))
     true = float(mdr.solve(hertz, mdr.indent(1e-3 * size))["normal_force"][0])
     for name in ("force_estimate", "normal_force"):
-        assert abs(found / true - 1.0) <= claims[name].error[0] < 0.2
+        assert abs(computed / true - 1.0) <= claims[name].error[0] < 0.2
 
 
 @pytest.mark.long
@@ -726,8 +726,8 @@ def test_the_error_of_an_estimate_holds_for_pyramids(sides, turned):
         faces = turned + 2.0 * math.pi * np.arange(sides) / sides
         return np.max([x * math.cos(f) + y * math.sin(f) for f in faces], axis=0)
 
-    found, claims = estimate_of(gap, 0.1)
-    assert abs(found / (PYRAMID_FORCES[sides] * 0.01) - 1.0) <= claims["force_estimate"].error[0] < 0.25
+    result, claims = estimate_of(gap, 0.1)
+    assert abs(result / (PYRAMID_FORCES[sides] * 0.01) - 1.0) <= claims["force_estimate"].error[0] < 0.25
 
 
 def test_where_the_error_of_an_estimate_was_not_measured_it_is_not_known():
@@ -758,7 +758,7 @@ def test_the_error_of_an_estimate_holds_for_lobes(lobes, height, longer, power, 
             1.0 + wave * np.cos(lobes * angle) + longer * np.cos(2 * angle + turned)
         )
 
-    found, claims = estimate_of(gap, 1.0)
+    result, claims = estimate_of(gap, 1.0)
     claim = claims["force_estimate"]
     if claim.error is None:
         return
@@ -767,4 +767,4 @@ def test_the_error_of_an_estimate_holds_for_lobes(lobes, height, longer, power, 
     heights = -gap(*np.meshgrid(x, x, indexing="ij"))
     pressed = mdr.press(mdr.Topography(heights, side), mdr.Elastic(1.0, 0.0), indentation=1.0)
     if pressed.claims["normal_force"].readable:
-        assert abs(found / float(pressed["normal_force"][0]) - 1.0) <= claim.error[0] + 3e-3
+        assert abs(result / float(pressed["normal_force"][0]) - 1.0) <= claim.error[0] + 3e-3

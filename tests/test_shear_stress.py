@@ -51,23 +51,23 @@ def test_references(entry):
     at, expected = entry["inputs"], entry["expected"]
     x, y = np.array([at["x"]]), np.array([at["y"]])
     load = load_of(CONE if "cone" in entry["id"] else HERTZ)
-    found = turned(shear_stress(shear_sums(load, np.hypot(x, y), np.array([at["z"]])), at["nu"]), x, y)
+    computed = turned(shear_stress(shear_sums(load, np.hypot(x, y), np.array([at["z"]])), at["nu"]), x, y)
     exact = [expected[name] for name in ("sxx", "syy", "szz", "sxz", "sxy", "syz")]
-    assert found[:, 0] == pytest.approx(exact, rel=1e-9, abs=1e-12)
+    assert computed[:, 0] == pytest.approx(exact, rel=1e-9, abs=1e-12)
 
 
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
 @pytest.mark.parametrize("depth", [0.0, 1e-12])
 def test_trailing_edge_of_a_sliding_hertz_contact(nu, depth):
     # Hamilton (1983)
-    found = shear_stress(shear_sums(load_of(HERTZ), np.ones(1), np.full(1, depth)), nu)
-    assert -found[0, 0] == pytest.approx(math.pi * (4.0 + nu) / 8.0, abs=2e-13 + 6.0 * math.sqrt(depth))
+    result = shear_stress(shear_sums(load_of(HERTZ), np.ones(1), np.full(1, depth)), nu)
+    assert -result[0, 0] == pytest.approx(math.pi * (4.0 + nu) / 8.0, abs=2e-13 + 6.0 * math.sqrt(depth))
 
 
 def test_surface_of_a_sliding_hertz_contact():
     # Hamilton (1983) inside, z = 0: sigma_xx = -pi/8 (4 + nu) x, sigma_yy = -3 pi nu x / 8, sigma_xy = -pi (2 - nu) y / 8 ... over a
     nu, x, y = 0.3, np.array([0.3, -0.7, 0.1]), np.array([0.2, 0.4, -0.9])
-    found = turned(shear_stress(shear_sums(load_of(HERTZ), np.hypot(x, y), np.zeros(3)), nu), x, y)
+    computed = turned(shear_stress(shear_sums(load_of(HERTZ), np.hypot(x, y), np.zeros(3)), nu), x, y)
     zero = np.zeros(3)
     exact = [
         -math.pi / 8.0 * (4.0 + nu) * x,
@@ -77,7 +77,7 @@ def test_surface_of_a_sliding_hertz_contact():
         -math.pi / 8.0 * (2.0 - nu) * y,
         zero,
     ]
-    assert found == pytest.approx(np.array(exact), abs=2e-13)
+    assert computed == pytest.approx(np.array(exact), abs=2e-13)
 
 
 HISTORIES = {
@@ -107,9 +107,9 @@ def test_stress_is_that_of_point_loads(history, profile):
     )
     size = float(result["peak_pressure"][-1])
     for (x, y, z), tensor in zip(points, exact.T, strict=True):
-        found = result.field("stress", x=[x], y=[y], z=[z])
-        assert found.dims == ("component", "z", "y", "x")
-        assert found.values[:, 0, 0, 0] == pytest.approx(tensor, abs=1e-12 * size)
+        computed = result.field("stress", x=[x], y=[y], z=[z])
+        assert computed.dims == ("component", "z", "y", "x")
+        assert computed.values[:, 0, 0, 0] == pytest.approx(tensor, abs=1e-12 * size)
 
 
 def test_a_slope_that_changes_at_thousands_of_radii():
@@ -130,8 +130,8 @@ def test_a_slope_that_changes_at_thousands_of_radii():
         0.3,
         n=40,
     )
-    found = result.field("stress", x=[0.3 * a], y=[0.2 * a], z=[0.4 * a]).values[:, 0, 0, 0]
-    assert found == pytest.approx(exact[:, 0], abs=1e-6 * p)
+    computed = result.field("stress", x=[0.3 * a], y=[0.2 * a], z=[0.4 * a]).values[:, 0, 0, 0]
+    assert computed == pytest.approx(exact[:, 0], abs=1e-6 * p)
 
 
 def body(nu):
@@ -298,12 +298,12 @@ def test_displacements_strain_as_the_stress_says(solid, profile, r, z):
             down[1] - moved[2] / r,
         ]
     )
-    found = solid.shear_stress(load, *at)[:, 0]
+    computed = solid.shear_stress(load, *at)[:, 0]
     if isinstance(solid, IsotropicSolid):
         nu, young = solid.poisson, 2.0 * solid.shear * (1.0 + solid.poisson)
-        trace = found[:3].sum()
-        exact = [*((1.0 + nu) * found[:3] - nu * trace), *(2.0 * (1.0 + nu) * found[3:])]
-        assert young * strain == pytest.approx(np.array(exact), abs=1e-6 * np.max(np.abs(found)) + 1e-9)
+        trace = computed[:3].sum()
+        exact = [*((1.0 + nu) * computed[:3] - nu * trace), *(2.0 * (1.0 + nu) * computed[3:])]
+        assert young * strain == pytest.approx(np.array(exact), abs=1e-6 * np.max(np.abs(computed)) + 1e-9)
         return
     c11, c33, c13, c44, c66 = solid.stiffnesses
     c12 = c11 - 2.0 * c66
@@ -315,7 +315,7 @@ def test_displacements_strain_as_the_stress_says(solid, profile, r, z):
         c66 * strain[4],
         c44 * strain[5],
     ]
-    assert found == pytest.approx(np.array(exact), abs=1e-6 * np.max(np.abs(found)) + 1e-9)
+    assert computed == pytest.approx(np.array(exact), abs=1e-6 * np.max(np.abs(computed)) + 1e-9)
 
 
 @pytest.mark.parametrize("change", [0.0, 1e-13, -1e-9, 1e-6])
@@ -347,9 +347,9 @@ def test_anisotropic_bodies_move_by_their_moduli(material):
         [0.5 * math.pi / moduli.tangential, -0.5 * math.pi / moduli.tangential]
     )
     r = np.array([0.3, 0.9])
-    found = solid.normal_stress(load, r, np.zeros(2))
-    assert found[2] == pytest.approx(-np.sqrt(1.0 - r * r), abs=1e-12)
-    assert found[3] == pytest.approx(np.zeros(2), abs=1e-12)
+    result = solid.normal_stress(load, r, np.zeros(2))
+    assert result[2] == pytest.approx(-np.sqrt(1.0 - r * r), abs=1e-12)
+    assert result[3] == pytest.approx(np.zeros(2), abs=1e-12)
 
 
 @settings(max_examples=examples(30), deadline=None)
@@ -368,10 +368,10 @@ def test_measures_do_not_depend_on_the_axes(values, angle):
 def test_largest_tension_of_a_sliding_hertz_contact_is_at_its_trailing_edge():
     result = mdr.solve(BALL, HISTORIES["full slip"])
     p, a = (float(result[name][-1]) for name in ("peak_pressure", "contact_radius"))
-    found = result["largest_principal"]
+    computed = result["largest_principal"]
     exact = 0.3 * math.pi * 4.3 / 8.0 + (1.0 - 0.6) / 3.0
-    assert float(found[-1]) == pytest.approx(exact * p, rel=1e-9)
-    assert [float(found[axis][-1]) for axis in "xyz"] == pytest.approx([-a, 0.0, 0.0], abs=1e-4 * a)
+    assert float(computed[-1]) == pytest.approx(exact * p, rel=1e-9)
+    assert [float(computed[axis][-1]) for axis in "xyz"] == pytest.approx([-a, 0.0, 0.0], abs=1e-4 * a)
     # the other body is drawn the other way
     other = result.largest("principal_stress", -1, side="counterbody")
     assert float(other.x) == pytest.approx(a, abs=1e-4 * a)
@@ -475,10 +475,10 @@ def test_stress_in_a_body_with_memory_follows_its_pressure():
         [[0.3 * a, 0.0, 0.5 * a], [a, 0.0, a]],
         0.45,
     )
-    found = result.field("stress", x=[0.3 * a, a], z=[0.5 * a, a]).values
+    computed = result.field("stress", x=[0.3 * a, a], z=[0.5 * a, a]).values
     error = result.claims["stress"].error
-    assert found[:, 0, 0] == pytest.approx(exact[:, 0], abs=2e-3 * p)
-    assert found[:, 1, 1] == pytest.approx(exact[:, 1], abs=2e-3 * p)
+    assert computed[:, 0, 0] == pytest.approx(exact[:, 0], abs=2e-3 * p)
+    assert computed[:, 1, 1] == pytest.approx(exact[:, 1], abs=2e-3 * p)
     assert error is None or np.all(error < 0.1)
     assert float(result.largest("tresca", -1)) > 0.0
     with pytest.raises(mdr.NotValidError, match="whole history"):
@@ -525,12 +525,12 @@ def test_first_yield_with_a_cohesive_zone():
     ball = mdr.Contact(mdr.Paraboloid("1 mm"), STEEL)
     law = mdr.MaugisDugdale("1 J/m^2", "0.1 GPa")
     sticky = mdr.Contact(ball.profile, STEEL, adhesion=law)
-    found = mdr.first_yield(sticky, strength="1 GPa")
-    result = mdr.solve(sticky, mdr.indent(float(found["indentation"][0])))
+    study = mdr.first_yield(sticky, strength="1 GPa")
+    result = mdr.solve(sticky, mdr.indent(float(study["indentation"][0])))
     assert float(result["largest_mises"][-1]) == pytest.approx(1e9, rel=1e-7)
     # adhesion unloads the edge and adds to the pressure beneath
     free = mdr.first_yield(ball, strength="1 GPa")
-    assert np.all(found["normal_force"].values < free["normal_force"].values)
+    assert np.all(study["normal_force"].values < free["normal_force"].values)
     with pytest.raises(mdr.NotValidError, match="adhesion alone"):
         mdr.first_yield(sticky, strength="0.1 MPa")
 

@@ -92,13 +92,13 @@ def test_the_references(entry):
     # G = 1, so that E* = 4, and tau v = s
     s, expected = entry["inputs"]["s"], entry["expected"]
     body = mdr.Viscoelastic(mdr.KelvinVoigt(1.0, s), poisson=0.5)
-    found = mdr.sliding_friction(mdr.Contact(mdr.Paraboloid(1.0), body), 1.0, indentation=1.0)
-    assert float(found["normal_force"][0]) == pytest.approx(expected["FN"], rel=1e-12)
-    assert float(found["friction_force"][0]) == pytest.approx(expected["Fx"], rel=1e-12)
-    assert float(found["friction_coefficient"][0]) == pytest.approx(expected["mu"], rel=1e-12)
-    assert float(found["trailing_edge"][0]) == pytest.approx(expected["x_trail"], rel=1e-11)
-    assert found.data.attrs["slow_limit_over_speed"] == pytest.approx(s, rel=1e-12)
-    assert float(found["fast_limit"][0]) == pytest.approx(4.0 / 3.0, rel=1e-12)
+    result = mdr.sliding_friction(mdr.Contact(mdr.Paraboloid(1.0), body), 1.0, indentation=1.0)
+    assert float(result["normal_force"][0]) == pytest.approx(expected["FN"], rel=1e-12)
+    assert float(result["friction_force"][0]) == pytest.approx(expected["Fx"], rel=1e-12)
+    assert float(result["friction_coefficient"][0]) == pytest.approx(expected["mu"], rel=1e-12)
+    assert float(result["trailing_edge"][0]) == pytest.approx(expected["x_trail"], rel=1e-11)
+    assert result.data.attrs["slow_limit_over_speed"] == pytest.approx(s, rel=1e-12)
+    assert float(result["fast_limit"][0]) == pytest.approx(4.0 / 3.0, rel=1e-12)
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -110,7 +110,7 @@ def test_a_standard_solid_in_closed_form(log_ratio, log_speed, log_depth, log_ra
     way = 10.0**log_speed * a
     _, _, ready = pressed(mdr.Paraboloid(R), a * a / R)
     assert ready.radius == pytest.approx(a, rel=1e-14)
-    found = slide(ready, kernel(1.0, [E1], [1.0]), way)
+    result = slide(ready, kernel(1.0, [E1], [1.0]), way)
 
     lam = way / a
 
@@ -134,10 +134,10 @@ def test_a_standard_solid_in_closed_form(log_ratio, log_speed, log_depth, log_ra
         )
 
     load = total(q) * a**3 / R
-    assert found.load == pytest.approx(load, rel=1e-11)
-    assert found.trailing == pytest.approx(a * (1.0 - end), abs=1e-11 * a)
+    assert result.load == pytest.approx(load, rel=1e-11)
+    assert result.trailing == pytest.approx(a * (1.0 - end), abs=1e-11 * a)
     drag = total(lambda s: q(s) * 2.0 * (1.0 - s)) * a**3 / R
-    assert found.drag * R / a == pytest.approx(drag, abs=1e-11 * load)
+    assert result.drag * R / a == pytest.approx(drag, abs=1e-11 * load)
 
 
 @pytest.mark.parametrize("name", KERNELS)
@@ -147,17 +147,17 @@ def test_springs_in_time_steps(shape, name):
     line, _, ready = pressed(profile, depth)
     a = ready.radius
     for speed in (0.1 * a, 2.0 * a):
-        found = slide(ready, KERNELS[name], speed)
-        met = find_recontact(ready, line, KERNELS[name], speed, found)
+        result = slide(ready, KERNELS[name], speed)
+        met = find_recontact(ready, line, KERNELS[name], speed, result)
         load, drag, touching, step = in_time_steps(g, depth, a, KERNELS[name], speed, 2000)
         gaps = np.flatnonzero(np.diff(touching) > 1)
         if met is None:
             assert gaps.size == 0
             # they err by the first power of their distance
             tolerance = 1e-2 if KERNELS[name].viscosity or shape == "cusp" else 4e-3
-            assert found.load == pytest.approx(load, rel=tolerance)
-            assert found.drag == pytest.approx(drag, rel=2 * tolerance)
-            assert found.trailing == pytest.approx(a - step * touching[-1], abs=4 * step)
+            assert result.load == pytest.approx(load, rel=tolerance)
+            assert result.drag == pytest.approx(drag, rel=2 * tolerance)
+            assert result.trailing == pytest.approx(a - step * touching[-1], abs=4 * step)
 
 
 @pytest.mark.long
@@ -167,7 +167,7 @@ def test_a_power_of_time_is_the_same_at_every_speed(exponent):
     body = mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", exponent), poisson=0.5)
     contact = mdr.Contact(mdr.Paraboloid("10 mm"), body)
     a, v = 1e-4, np.array([1e-6, 1e-3, 1.0])
-    found = mdr.sliding_friction(contact, v, indentation=a * a / 0.01)
+    result = mdr.sliding_friction(contact, v, indentation=a * a / 0.01)
     b = exponent
     s = (2.0 - b) * a
     first, second = 1.0 / (1.0 - b), 1.0 / ((1.0 - b) * (2.0 - b))
@@ -178,20 +178,20 @@ def test_a_power_of_time_is_the_same_at_every_speed(exponent):
     factor = 2.0 * 4e6 * v**b / 0.01
     load, drag = factor * moment(0), factor * 2.0 / 0.01 * (a * moment(0) - moment(1))
     # what is faster than the series is missed, as the claim says
-    error = np.array(found.data.attrs["numerical_error"])
+    error = np.array(result.data.attrs["numerical_error"])
     assert np.all(error < 1e-3)
     for name, expected in (("normal_force", load), ("friction_force", drag), ("trailing_edge", a - s)):
-        assert np.all(np.abs(found[name].values / expected - 1.0) < 3.0 * error + 1e-11)
+        assert np.all(np.abs(result[name].values / expected - 1.0) < 3.0 * error + 1e-11)
     for name in ("slow_limit", "fast_limit"):
         with pytest.raises(mdr.NotValidError):
-            found[name]
+            result[name]
     pushed = mdr.sliding_friction(contact, v, normal_force=load[1])
     assert float(pushed["indentation"][1]) == pytest.approx(a * a / 0.01, rel=3 * error[1] + 1e-11)
 
 
 def test_two_half_spaces_in_the_limits_of_slow_and_fast():
     # |p(k)|^2 of Hertz, a force and the loss of J(i k_x v): F_x = int |p|^2 k_x (2/k) Im(1/E*(i k_x v)) d^2k / 4 pi^2
-    found = mdr.sliding_friction(BALL, [1e-9, 1e9], indentation="0.1 mm")
+    result = mdr.sliding_friction(BALL, [1e-9, 1e9], indentation="0.1 mm")
     R, a = 10e-3, 1e-3
     E, E1, tau = 4e6, 36e6, 1e-3
 
@@ -215,12 +215,12 @@ def test_two_half_spaces_in_the_limits_of_slow_and_fast():
     slow = drag(2, 2.0 * math.pi * (E1 * tau) / E**2, E)
     fast = drag(0, 4.0 * math.pi * (E1 / tau) / (E + E1) ** 2, E + E1)
     load = 4.0 / 3.0 * a**3 / R
-    assert slow / (E * load) == pytest.approx(float(found["slow_limit"][0]) / 1e-9, rel=1e-5)
-    assert fast / ((E + E1) * load) == pytest.approx(float(found["fast_limit"][1]) * 1e9, rel=1e-5)
+    assert slow / (E * load) == pytest.approx(float(result["slow_limit"][0]) / 1e-9, rel=1e-5)
+    assert fast / ((E + E1) * load) == pytest.approx(float(result["fast_limit"][1]) * 1e9, rel=1e-5)
     # the springs have twice and once of it
-    mu = found["friction_coefficient"].values
-    assert mu[0] / float(found["slow_limit"][0]) == pytest.approx(2.0, rel=1e-7)
-    assert mu[1] / float(found["fast_limit"][1]) == pytest.approx(1.0, rel=1e-7)
+    mu = result["friction_coefficient"].values
+    assert mu[0] / float(result["slow_limit"][0]) == pytest.approx(2.0, rel=1e-7)
+    assert mu[1] / float(result["fast_limit"][1]) == pytest.approx(1.0, rel=1e-7)
 
 
 _PROFILES = st.one_of(
@@ -241,13 +241,13 @@ def test_any_kernel_slides_between_its_limits(profile, terms, depth, log_speed):
     moduli, times = (10.0 ** np.array(column) for column in zip(*terms, strict=True))
     relaxation = kernel(1.0, moduli, times)
     a = ready.radius
-    found = slide(ready, relaxation, 10.0**log_speed * a)
+    result = slide(ready, relaxation, 10.0**log_speed * a)
     elastic = 2.0 * float(line.equivalent.moment(states.place)[0])
     # pressed in no softer than for ever on the first half, no stiffer than at once
-    assert 0.5 * elastic < found.load < relaxation.glassy * elastic
-    assert 0.0 < found.drag < relaxation.glassy * 0.5 * depth**2 * 2.0
-    assert -a <= found.trailing <= 0.0
-    assert slow_drag(ready, relaxation) * 10.0**log_speed * a >= found.drag * (1 - 1e-12)
+    assert 0.5 * elastic < result.load < relaxation.glassy * elastic
+    assert 0.0 < result.drag < relaxation.glassy * 0.5 * depth**2 * 2.0
+    assert -a <= result.trailing <= 0.0
+    assert slow_drag(ready, relaxation) * 10.0**log_speed * a >= result.drag * (1 - 1e-12)
     slow = slide(ready, relaxation, 1e-9 * a / times.max())
     assert slow.drag == pytest.approx(slow_drag(ready, relaxation) * 1e-9 * a / times.max(), rel=1e-4)
     assert slow.load == pytest.approx(elastic, rel=1e-4)
@@ -300,15 +300,15 @@ def test_the_load_of_a_depth_gives_the_depth(profile, depth, log_speed, name):
 def test_a_stiff_counterbody_is_in_series():
     thin = mdr.Contact(mdr.Paraboloid("10 mm"), RUBBER, mdr.Elastic("50 MPa", 0.3))
     other = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("50 MPa", 0.3), RUBBER)
-    found = [mdr.sliding_friction(c, "0.1 m/s", normal_force="1 N") for c in (thin, other)]
-    assert found[0]["friction_coefficient"].values == pytest.approx(
-        found[1]["friction_coefficient"].values, rel=1e-12
+    results = [mdr.sliding_friction(c, "0.1 m/s", normal_force="1 N") for c in (thin, other)]
+    assert results[0]["friction_coefficient"].values == pytest.approx(
+        results[1]["friction_coefficient"].values, rel=1e-12
     )
     E = mdr.relaxation_of(RUBBER, mdr.Elastic("50 MPa", 0.3))
-    _, _, ready = pressed(mdr.Paraboloid("10 mm"), float(found[0]["indentation"][0]))
+    _, _, ready = pressed(mdr.Paraboloid("10 mm"), float(results[0]["indentation"][0]))
     by_hand = slide(ready, E, 0.1)
     assert by_hand.load == pytest.approx(1.0, rel=1e-11)
-    assert by_hand.drag == pytest.approx(float(found[0]["friction_force"][0]), rel=1e-11)
+    assert by_hand.drag == pytest.approx(float(results[0]["friction_force"][0]), rel=1e-11)
 
 
 @pytest.mark.parametrize("samples", [12, 60, 900])
@@ -316,12 +316,12 @@ def test_a_curve_through_samples(samples):
     r = np.linspace(0, 1e-3, samples)
     curve = mdr.Contact(mdr.Sampled(r, r**2 / 0.02), RUBBER)
     round_ = mdr.Contact(mdr.Paraboloid("10 mm"), RUBBER)
-    found, expected = (
+    results, expected = (
         mdr.sliding_friction(contact, [1e-3, 0.1, 10.0], indentation="30 um") for contact in (curve, round_)
     )
     for name in ("friction_coefficient", "normal_force", "slow_limit", "fast_limit"):
         values = expected.data[name].values
-        assert found.data[name].values == pytest.approx(values, rel=1e-9, nan_ok=True)
+        assert results.data[name].values == pytest.approx(values, rel=1e-9, nan_ok=True)
 
 
 def test_springs_that_are_met_again():
@@ -332,8 +332,8 @@ def test_springs_that_are_met_again():
     line, _, ready = pressed(profile, 0.2)
     outcomes = []
     for speed in np.geomspace(1e-2, 10.0, 12):
-        found = slide(ready, relaxation, speed)
-        met = find_recontact(ready, line, relaxation, speed, found)
+        result = slide(ready, relaxation, speed)
+        met = find_recontact(ready, line, relaxation, speed, result)
         _, _, touching, _ = in_time_steps(g, 0.2, ready.radius, relaxation, speed, 1500)
         gaps = np.flatnonzero(np.diff(touching) > 2)
         assert (met is not None) == bool(gaps.size)
@@ -347,25 +347,25 @@ def test_springs_that_are_met_again():
 
 
 def test_what_is_claimed():
-    found = mdr.sliding_friction(BALL, ["1 um/s", "1 m/s"], normal_force="1 N")
-    levels = {name: claim.level for name, claim in found.claims.items()}
+    result = mdr.sliding_friction(BALL, ["1 um/s", "1 m/s"], normal_force="1 N")
+    levels = {name: claim.level for name, claim in result.claims.items()}
     exact = {name for name, level in levels.items() if level is mdr.Level.EXACT}
     assert exact == {"normal_force"}
-    assert found.claims["slow_limit"].where.tolist() == [True, False]
-    assert 0.0 < found.claims["slow_limit"].error[0] < 1e-5
+    assert result.claims["slow_limit"].where.tolist() == [True, False]
+    assert 0.0 < result.claims["slow_limit"].error[0] < 1e-5
     with pytest.raises(mdr.NotValidError, match="no speed is fast"):
-        found["fast_limit"]
-    reason = found.claims["friction_coefficient"].reason
+        result["fast_limit"]
+    reason = result.claims["friction_coefficient"].reason
     assert "twice the exact value in slow sliding" in reason
     assert "exact in fast sliding" in reason
-    assert np.all(found.claims["friction_force"].error == 1.0)
-    assert found.claims["indentation"].error is None
-    assert max(found.data.attrs["numerical_error"]) < 1e-11
+    assert np.all(result.claims["friction_force"].error == 1.0)
+    assert result.claims["indentation"].error is None
+    assert max(result.data.attrs["numerical_error"]) < 1e-11
     for name in ("pressure", "contact_radius"):
         with pytest.raises(mdr.NotValidError):
-            found[name]
+            result[name]
     with pytest.raises(mdr.QuantityError, match="a sliding contact has friction_coefficient"):
-        found["slip"]
+        result["slip"]
     creep = mdr.sliding_friction(BALL, "1 um/s", normal_force="1 N")
     assert creep.claims["slow_limit"].error[0] == pytest.approx(9e-3 * 1e-6 / 1.233e-3, rel=0.2)
     dashpot = mdr.Viscoelastic(mdr.KelvinVoigt("1 MPa", "1 kPa*s"), poisson=0.5)
@@ -452,11 +452,11 @@ def test_a_search_that_passes_an_edge_comes_back():
     dashpot = mdr.Viscoelastic(mdr.KelvinVoigt("1 MPa", "1 kPa*s"), poisson=0.5)
     domed = mdr.Contact(mdr.DomedPunch("1 mm", "10 mm"), dashpot)
     round_ = mdr.Contact(mdr.Paraboloid("10 mm"), dashpot)
-    found, expected = (mdr.sliding_friction(c, "50 m/s", normal_force="1 N") for c in (domed, round_))
+    results, expected = (mdr.sliding_friction(c, "50 m/s", normal_force="1 N") for c in (domed, round_))
     mu = float(expected["friction_coefficient"][0])
-    assert float(found["friction_coefficient"][0]) == pytest.approx(mu, rel=1e-9)
+    assert float(results["friction_coefficient"][0]) == pytest.approx(mu, rel=1e-9)
     with pytest.raises(mdr.NotValidError, match=r"at rest .* sharp edge"):
-        found["slow_limit"]
+        results["slow_limit"]
     with pytest.raises(mdr.ProblemError, match="sharp edge"):
         mdr.sliding_friction(domed, "1 mm/s", normal_force="1 N")
     ball = mdr.Contact(mdr.Sphere("1 mm"), dashpot)
@@ -499,8 +499,8 @@ def test_a_worn_cone_that_is_hardly_touched():
     contact = mdr.Contact(mdr.TruncatedCone("1 mm", slope=0.3), RUBBER)
     with pytest.raises(mdr.ConvergenceError, match="ends at 1 mm, so close to a kink"):
         mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force="1 pN")
-    found = mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force="1 uN")
-    assert (found.data["friction_coefficient"].values > 0.0).all()
+    result = mdr.sliding_friction(contact, ["1 mm/s", "10 m/s"], normal_force="1 uN")
+    assert (result.data["friction_coefficient"].values > 0.0).all()
 
 
 def test_profiles_that_end():

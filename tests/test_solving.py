@@ -277,10 +277,10 @@ def test_the_bound_is_the_best_disk(A):
 
 
 def test_assess_states_claims_without_solving():
-    found = mdr.assess(BALL, mdr.load("50 N", steps=1000))
-    assert found.claims["pressure"].level is mdr.Level.EXACT
-    assert found.largest["normal_force"] == pytest.approx(50, rel=1e-12)
-    assert "EXACT" in str(found)
+    result = mdr.assess(BALL, mdr.load("50 N", steps=1000))
+    assert result.claims["pressure"].level is mdr.Level.EXACT
+    assert result.largest["normal_force"] == pytest.approx(50, rel=1e-12)
+    assert "EXACT" in str(result)
     refused = mdr.assess(mdr.Contact(hollow(), UNIT), mdr.indent(0.5))
     assert refused.claims["pressure"].level is mdr.Level.NOT_VALID
 

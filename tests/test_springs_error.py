@@ -24,10 +24,10 @@ def followed(contact, deepest, springs, names, motion):
 
 
 def holds(contact, deepest, springs, many, names, motion):
-    found, expected = (followed(contact, deepest, n, names, motion) for n in (springs, many))
+    results, expected = (followed(contact, deepest, n, names, motion) for n in (springs, many))
     stated = errors_of_springs(contact, deepest, springs)
     for column, name in enumerate(names):
-        error = np.linalg.norm(found[:, column] - expected[:, column], axis=-1).max()
+        error = np.linalg.norm(results[:, column] - expected[:, column], axis=-1).max()
         of = names.index("contact_radius") if name == "stick_radius" else column
         largest = np.linalg.norm(expected[:, of], axis=-1).max()
         assert error <= (stated[name] + 1e-12) * largest, (

@@ -205,13 +205,13 @@ def test_a_repeated_row_has_the_stiffness_of_the_row_before():
     """Also where the edge recedes: in the last row of a motion, to rounding, it would else be at rest."""
     contact = gel(mdr.Paraboloid("1 mm"), mdr.JKR(0.02, work_receding=0.06))
     depth = np.repeat([5e-6, 1e-5, -5e-6, -2e-5, -4e-6, 8e-6], 2)
-    stepper, found = mdr.Stepper(contact, "20 um"), []
+    stepper, results = mdr.Stepper(contact, "20 um"), []
     for d in depth:
         stepper.advance(d)
-        found.append(stepper.normal_stiffness)
+        results.append(stepper.normal_stiffness)
     solved = mdr.solve(contact, mdr.Path(indentation=depth))["normal_stiffness"].values
-    assert found == pytest.approx(solved, rel=1e-12)
-    assert found[::2] == found[1::2]
+    assert results == pytest.approx(solved, rel=1e-12)
+    assert results[::2] == results[1::2]
 
 
 def test_a_zone_that_has_not_grown_has_no_table():

@@ -46,9 +46,9 @@ def test_steps_are_those_of_solve(seed, size, kind):
         stepper.advance(depth)
         rows.append([getattr(stepper, name) for name in QUANTITIES])
     result = mdr.solve(contact, mdr.Path(indentation=d))
-    for name, found in zip(QUANTITIES, np.array(rows).T, strict=True):
+    for name, computed in zip(QUANTITIES, np.array(rows).T, strict=True):
         expected = result[name].values
-        assert found == pytest.approx(expected, abs=1e-13 * np.abs(expected).max())
+        assert computed == pytest.approx(expected, abs=1e-13 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("kind", KINDS)

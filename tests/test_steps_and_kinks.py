@@ -405,6 +405,6 @@ def test_contacts_just_beyond_a_kink_under_an_offset_err_as_claimed(scale, beyon
     # g = slope x arccos(b / x)
     angle = brentq(lambda t: t - 10.0**beyond * math.cos(t), 0.0, 1.0, xtol=1e-300, rtol=1e-15)
     truth = b / math.cos(angle)
-    found, claim = float(result["contact_radius"][0]), result.claims["contact_radius"]
+    computed, claim = float(result["contact_radius"][0]), result.claims["contact_radius"]
     allowed = 10.0 * (0.0 if claim.error is None else float(claim.error[0])) + 1e-13
-    assert abs(found / truth - 1.0) <= allowed
+    assert abs(computed / truth - 1.0) <= allowed

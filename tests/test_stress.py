@@ -41,25 +41,25 @@ def tensor(load, r, z, nu=0.3):
 def test_references(entry):
     inputs, expected = entry["inputs"], entry["expected"]
     if "tau_over_p0" in expected:
-        found = tensor(load_of(HERTZ), 0.0, expected["z_over_a"], inputs["nu"])
-        assert 0.5 * (found[0] - found[2]) == pytest.approx(expected["tau_over_p0"], rel=1e-12)
+        computed = tensor(load_of(HERTZ), 0.0, expected["z_over_a"], inputs["nu"])
+        assert 0.5 * (computed[0] - computed[2]) == pytest.approx(expected["tau_over_p0"], rel=1e-12)
         return
     profile = HERTZ if entry["id"].startswith("hertz") else mdr.Cone(slope=1.0)
-    found = tensor(load_of(profile), inputs["r"], inputs["z"], inputs["nu"])
-    assert found == pytest.approx([expected[name] for name in ("srr", "stt", "szz", "srz")], rel=1e-9)
+    computed = tensor(load_of(profile), inputs["r"], inputs["z"], inputs["nu"])
+    assert computed == pytest.approx([expected[name] for name in ("srr", "stt", "szz", "srz")], rel=1e-9)
 
 
 @pytest.mark.parametrize("a", [1e-9, 1.0, 1e3])
 def test_hertz_on_the_axis(a):
     # Huber (1904)
     load = load_of(mdr.Paraboloid(2.0 * a / math.pi), a)
-    found, nu = tensor(load, 0.0, a * DEPTHS), 0.3
+    result, nu = tensor(load, 0.0, a * DEPTHS), 0.3
     axial = -1.0 / (1.0 + DEPTHS**2)
     radial = -(1.0 + nu) * (1.0 - DEPTHS * np.arctan(1.0 / DEPTHS)) - 0.5 * axial
     near = DEPTHS < 10.0
-    assert found[2] == pytest.approx(axial, rel=1e-13)
-    assert found[:2, near] == pytest.approx(np.array([radial, radial])[:, near], rel=1e-13, abs=1e-14)
-    assert found[3].tolist() == [0.0] * DEPTHS.size
+    assert result[2] == pytest.approx(axial, rel=1e-13)
+    assert result[:2, near] == pytest.approx(np.array([radial, radial])[:, near], rel=1e-13, abs=1e-14)
+    assert result[3].tolist() == [0.0] * DEPTHS.size
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -85,13 +85,13 @@ def test_hertz_at_the_surface():
 def test_flat_punch_inside():
     # Sneddon (1946): integrals of e^(-kz) sin(k) and Bessel functions over k
     r, z, nu = np.array([0.1, 0.5, 0.99, 1.5, 2.0]), np.array([0.3, 1e-3, 0.02, 1e-2, 2.0]), 0.3
-    found = tensor(load_of(mdr.FlatPunch(1.0), excess=1.0), r, z, nu)
+    result = tensor(load_of(mdr.FlatPunch(1.0), excess=1.0), r, z, nu)
     R, phi = np.sqrt(np.hypot(r**2 + z**2 - 1.0, 2.0 * z)), 0.5 * np.arctan2(2.0 * z, r**2 + z**2 - 1.0)
     theta, s = np.arctan2(1.0, z), np.hypot(1.0, z)
     j0, kj0, kj1 = np.sin(phi) / R, s / R**3 * np.sin(3.0 * phi - theta), r / R**3 * np.sin(3.0 * phi)
-    assert found[2] == pytest.approx(-(j0 + z * kj0) / math.pi, rel=1e-12)
-    assert found[3] == pytest.approx(-z * kj1 / math.pi, rel=1e-12)
-    assert found[:3].sum(axis=0) == pytest.approx(-2.0 * (1.0 + nu) * j0 / math.pi, rel=1e-12)
+    assert result[2] == pytest.approx(-(j0 + z * kj0) / math.pi, rel=1e-12)
+    assert result[3] == pytest.approx(-z * kj1 / math.pi, rel=1e-12)
+    assert result[:3].sum(axis=0) == pytest.approx(-2.0 * (1.0 + nu) * j0 / math.pi, rel=1e-12)
 
 
 def direct(q, ends, r, z, nu):
@@ -192,10 +192,10 @@ def test_surface_tractions(profile, nu, share, depth):
     a = float(result["contact_radius"][-1])
     r = share * a
     p = float(result.field("pressure", [r])[0])
-    found = result.field("stress", [r], z=[depth * a]).values[:, 0, 0]
+    computed = result.field("stress", [r], z=[depth * a]).values[:, 0, 0]
     peak = float(result["mean_pressure"][-1])
-    assert found[2] == pytest.approx(-p, abs=1e-11 * peak + 10.0 * math.sqrt(depth) * peak)
-    assert abs(found[3]) <= 10.0 * math.sqrt(depth) * peak
+    assert computed[2] == pytest.approx(-p, abs=1e-11 * peak + 10.0 * math.sqrt(depth) * peak)
+    assert abs(computed[3]) <= 10.0 * math.sqrt(depth) * peak
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -213,20 +213,20 @@ def test_planes_carry_the_load_and_far_away_it_is_a_point(profile, nu, angle, de
     # Boussinesq; the next term is smaller by the square of the distance
     R = 1e5
     r, z = R * math.sin(angle), R * math.cos(angle)
-    found = tensor(load, r, z, nu) * R * R / force
+    computed = tensor(load, r, z, nu) * R * R / force
     c, s = math.cos(angle), math.sin(angle)
     k = (1.0 - 2.0 * nu) / (1.0 + c)
     exact = np.array(
         [k - 3.0 * s * s * c, -(1.0 - 2.0 * nu) * (1.0 / (1.0 + c) - c), -3.0 * c**3, -3.0 * s * c * c]
     )
-    assert found == pytest.approx(exact / (2.0 * math.pi), abs=1e-6)
+    assert computed == pytest.approx(exact / (2.0 * math.pi), abs=1e-6)
 
 
 @settings(max_examples=examples(20), deadline=None)
 @given(LENGTH, st.floats(0.0, 2.0), st.floats(0.0, 2.0), st.floats(1.2, 4.0))
 def test_stress_does_not_depend_on_the_unit(scale, r, z, n):
-    found = [tensor(load_of(mdr.PowerLaw(n, 0.1 * L, L), L), r * L, z * L) for L in (1.0, scale)]
-    assert found[1] == pytest.approx(found[0], rel=1e-12, abs=1e-13)
+    results = [tensor(load_of(mdr.PowerLaw(n, 0.1 * L, L), L), r * L, z * L) for L in (1.0, scale)]
+    assert results[1] == pytest.approx(results[0], rel=1e-12, abs=1e-13)
 
 
 def test_fields_are_labelled_and_derived():
@@ -271,11 +271,11 @@ def test_largest_stress_of_hertz(side):
         for entry in references("3 subsurface")
         if entry["inputs"]["nu"] == getattr(contact, side).poisson and "tau_over_p0" in entry["expected"]
     )
-    found = result.largest("tresca", step=-1, side=side)
+    computed = result.largest("tresca", step=-1, side=side)
     p, a = (float(result[name][-1]) for name in ("peak_pressure", "contact_radius"))
-    assert float(found) == pytest.approx(2.0 * expected["tau_over_p0"] * p, rel=1e-8)
-    assert float(found.z) == pytest.approx(expected["z_over_a"] * a, abs=1e-4 * a)
-    assert float(found.r) == pytest.approx(0.0, abs=1e-4 * a)
+    assert float(computed) == pytest.approx(2.0 * expected["tau_over_p0"] * p, rel=1e-8)
+    assert float(computed.z) == pytest.approx(expected["z_over_a"] * a, abs=1e-4 * a)
+    assert float(computed.r) == pytest.approx(0.0, abs=1e-4 * a)
 
 
 @settings(max_examples=examples(8), deadline=None)
@@ -313,8 +313,8 @@ def test_cohesion_without_contact_pulls_on_its_disk():
     result = mdr.solve(mdr.Contact(mdr.Paraboloid("1 mm"), STEEL, adhesion=law), mdr.indent("-0.5 um"))
     c = float(result["cohesive_radius"][-1])
     assert float(result["contact_radius"][-1]) == 0.0 < c
-    found = result.field("stress", [0.0, 0.9 * c, 1.1 * c], z=[0.0])
-    assert found.sel(component="zz").values[0] == pytest.approx([1e6, 1e6, 0.0], rel=1e-12, abs=1e-6)
+    computed = result.field("stress", [0.0, 0.9 * c, 1.1 * c], z=[0.0])
+    assert computed.sel(component="zz").values[0] == pytest.approx([1e6, 1e6, 0.0], rel=1e-12, abs=1e-6)
     # under a uniform load in a disk, Johnson (1985), eq. 3.33
     z = np.array([1e-6, 0.3, 1.0, 4.0])
     axial = result.field("stress", [0.0], z=z * c).sel(component="zz").values[:, 0]
@@ -390,29 +390,29 @@ def test_bad_requests_name_what_is_wrong():
 @given(st.floats(-0.2, 0.5), LENGTH, st.floats(1.2, 4.0))
 def test_first_yield_is_where_the_largest_stress_is_the_strength(nu, radius, n):
     contact = mdr.Contact(mdr.PowerLaw(n, 1e-2 * radius, radius), mdr.Elastic(1.0, nu))
-    found = mdr.first_yield(contact, strength=1e-3)
+    study = mdr.first_yield(contact, strength=1e-3)
     for i, (name, factor) in enumerate((("largest_mises", 1.0), ("largest_shear", 2.0))):
-        result = mdr.solve(contact, mdr.load(float(found["normal_force"][i])))
+        result = mdr.solve(contact, mdr.load(float(study["normal_force"][i])))
         assert factor * float(result[name][0]) == pytest.approx(1e-3, rel=1e-7)
 
 
 def test_first_yield_of_hertz():
     # p = Y / (2 * 0.31002), F = pi^3 R^2 p^3 / (6 E*^2)
-    found = mdr.first_yield(mdr.Contact(mdr.Paraboloid("10 mm"), STEEL), strength="1 GPa")
+    result = mdr.first_yield(mdr.Contact(mdr.Paraboloid("10 mm"), STEEL), strength="1 GPa")
     pressure, modulus = 1e9 / (2.0 * 0.3100205019545214), 210e9 / 0.91
     exact = math.pi**3 * 1e-4 * pressure**3 / (6.0 * modulus**2)
-    assert found["normal_force"].values == pytest.approx([exact] * 2, rel=1e-7)
-    depth = 0.4808644852928954 * float(found["contact_radius"][0])
-    assert found["yield_depth"].values == pytest.approx([depth] * 2, rel=2e-4)
-    assert found.plot().axes
+    assert result["normal_force"].values == pytest.approx([exact] * 2, rel=1e-7)
+    depth = 0.4808644852928954 * float(result["contact_radius"][0])
+    assert result["yield_depth"].values == pytest.approx([depth] * 2, rel=2e-4)
+    assert result.plot().axes
 
 
 def test_first_yield_at_a_corner_that_comes_into_contact():
     # the edge of the dome is reached at d = g(b) = b^2 / R
-    found = mdr.first_yield(mdr.Contact(mdr.DomedPunch("0.1 mm", "100 mm"), STEEL), strength="1 GPa")
-    assert found["indentation"].values == pytest.approx([1e-7] * 2, rel=1e-6)
-    assert found["yield_radius"].values == pytest.approx([1e-4] * 2, rel=1e-6)
-    assert "corner" in found.notes[-1]
+    result = mdr.first_yield(mdr.Contact(mdr.DomedPunch("0.1 mm", "100 mm"), STEEL), strength="1 GPa")
+    assert result["indentation"].values == pytest.approx([1e-7] * 2, rel=1e-6)
+    assert result["yield_radius"].values == pytest.approx([1e-4] * 2, rel=1e-6)
+    assert "corner" in result.notes[-1]
 
 
 @pytest.mark.parametrize(

@@ -150,8 +150,8 @@ def test_all_six_components_are_superposed_in_a_case(tmp_path, shell):
     alone = result.field("stress", x=[-1e-4, 1e-4], z=[0.0, 5e-5])
     added = [80e6, -20e6, 1e6, 2e3, 5e5, -3e5]
     for name, value in zip(TENSOR, added, strict=True):
-        found = np.array([float(row[f"stress_{name} [Pa]"]) for row in rows])
-        assert found - alone.sel(component=name).values.ravel() == pytest.approx(value, abs=1e-6)
+        computed = np.array([float(row[f"stress_{name} [Pa]"]) for row in rows])
+        assert computed - alone.sel(component=name).values.ravel() == pytest.approx(value, abs=1e-6)
 
 
 def test_the_stress_of_a_case(tmp_path, shell):

@@ -85,13 +85,13 @@ def test_errors_of_pull_offs_of_samples_are_bounds(count, decade, machine):
     exact = power_law_pull_off(2.0, 0.5 / radius, 1e6, work, k)
     # a cubic spline through a parabola is the parabola; a cosine is not its spline
     tips = {"parabola": r**2 / (2.0 * radius), "hidden": 1e4 * radius + r**2 / (2.0 * radius)}
-    found = mdr.pull_off(
+    result = mdr.pull_off(
         mdr.Contact(mdr.Sampled(r, tips["parabola"]), body, adhesion=mdr.JKR(work)), machine_stiffness=k
     )
     offset = tips["hidden"][0]
     rounded = mdr.Function(lambda x: offset + x**2 / (2.0 * radius))
     hidden = mdr.pull_off(mdr.Contact(rounded, body, adhesion=mdr.JKR(work)), machine_stiffness=k)
-    for one in (found, hidden):
+    for one in (result, hidden):
         for name in ("normal_force", "indentation", "contact_radius"):
             error = one.claims[name].error
             claimed = 1e-9 if error is None else max(float(error[0]), 1e-12)
@@ -107,7 +107,7 @@ def test_restitution_of_a_rounded_callable_errs_as_it_claims(decade, log_speed, 
     body, speeds = mdr.Elastic(1e6, 0.0), 10.0**log_speed * np.array([1.0, 1.5])
     depth = 1e-4 * radius
     mass = 16.0 / 15.0 * 1e6 * math.sqrt(radius) * depth**2.5 / speeds[0] ** 2
-    found, exact = (
+    results, exact = (
         mdr.restitution(mdr.Contact(tip, body), mass=mass, speeds=speeds)
         for tip in (mdr.Function(lambda r: offset + r**2 / (2.0 * radius)), mdr.Paraboloid(radius))
     )
@@ -115,9 +115,9 @@ def test_restitution_of_a_rounded_callable_errs_as_it_claims(decade, log_speed, 
         2.943275184324705 * exact["indentation"].values / speeds, rel=1e-11
     )
     for name in ("contact_time", "indentation", "normal_force", "contact_radius"):
-        error = found.claims[name].error
+        error = results.claims[name].error
         claimed = np.full(2, 1e-9) if error is None else np.maximum(error, 1e-11)
-        missed = np.abs(found[name].values / exact[name].values - 1.0)
+        missed = np.abs(results[name].values / exact[name].values - 1.0)
         assert np.all(missed <= 3.0 * claimed)
 
 

@@ -102,14 +102,14 @@ def test_points_are_what_solve_gives(young, radii, law):
         adhesion=None if law is None else getattr(mdr, law)(1e-6 * min(young) * min(radii)),
     )
     path = mdr.indent(1e-4 * min(radii), steps=4) >> mdr.indent(-1e-3 * max(radii), steps=5)
-    found = mdr.sweep(contact, path, {"body.young": young, "profile.radius": radii})
-    assert found.parameters == ("body.young", "profile.radius")
+    result = mdr.sweep(contact, path, {"body.young": young, "profile.radius": radii})
+    assert result.parameters == ("body.young", "profile.radius")
     for i, modulus in enumerate(young):
         for j, radius in enumerate(radii):
             one = mdr.solve(
                 mdr.with_parameters(contact, {"body.young": modulus, "profile.radius": radius}), path
             )
-            there = found.data.isel({"body.young": i, "profile.radius": j})
+            there = result.data.isel({"body.young": i, "profile.radius": j})
             assert str(there["status"].values) == one.status.name
             for name in one.data:
                 assert np.array_equal(there[name], one.data[name], equal_nan=True)
@@ -167,42 +167,42 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, monkeypatch):
 
 
 def test_points_without_a_result_have_a_reason():
-    found = mdr.sweep(BALL, PRESS, {"body.poisson": [0.3, 0.7]})
-    assert found.failed == 1
-    assert "at most 0.5" in str(found["refusal"].values[1])
-    assert np.isnan(found["normal_force"][1]).all()
-    assert np.isfinite(found["normal_force"][0]).all()
-    assert "1 without a result; the first, body.poisson = 0.7: Elastic.poisson" in str(found)
-    assert found.claims["normal_force"].where.tolist() == [True, False]
+    result = mdr.sweep(BALL, PRESS, {"body.poisson": [0.3, 0.7]})
+    assert result.failed == 1
+    assert "at most 0.5" in str(result["refusal"].values[1])
+    assert np.isnan(result["normal_force"][1]).all()
+    assert np.isfinite(result["normal_force"][0]).all()
+    assert "1 without a result; the first, body.poisson = 0.7: Elastic.poisson" in str(result)
+    assert result.claims["normal_force"].where.tolist() == [True, False]
 
 
 def test_the_weakest_claim_is_stated():
     shapes = [mdr.Paraboloid("1 mm"), mdr.Waviness("1 um", "0.1 mm")]
-    found = mdr.sweep(
+    result = mdr.sweep(
         BALL, mdr.indent("1.5 um"), {"profile": shapes, "adhesion": [None, mdr.DMT("1 mJ/m^2")]}
     )
-    assert found.claims["normal_force"].level is mdr.Level.APPROXIMATE
-    assert "of 4 points" in found.claims["normal_force"].reason
+    assert result.claims["normal_force"].level is mdr.Level.APPROXIMATE
+    assert "of 4 points" in result.claims["normal_force"].reason
     with pytest.raises(QuantityError, match="no quantity 'shear_traction'"):
-        found["shear_traction"]
-    assert found.plot() is not None
+        result["shear_traction"]
+    assert result.plot() is not None
 
 
 def test_files_of_a_sweep(tmp_path):
-    found = mdr.sweep(
+    result = mdr.sweep(
         BALL, PRESS, {"profile.radius": ["1 mm", "4 mm"]}, quantities=["indentation", "normal_force"]
     )
-    assert set(map(str, found.data)) == {"indentation", "normal_force", "status", "refusal"}
-    found.save(tmp_path / "sweep.nc")
+    assert set(map(str, result.data)) == {"indentation", "normal_force", "status", "refusal"}
+    result.save(tmp_path / "sweep.nc")
     with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as opened:
-        assert np.array_equal(opened["normal_force"], found["normal_force"])
+        assert np.array_equal(opened["normal_force"], result["normal_force"])
         assert json.loads(opened.attrs["pymdr_metadata"])["claims"]["normal_force"]["level"] == "EXACT"
-    found.to_csv(tmp_path / "sweep.csv")
+    result.to_csv(tmp_path / "sweep.csv")
     lines = (tmp_path / "sweep.csv").read_text().splitlines()
     assert lines[0] == "profile.radius [m],step,indentation [m],normal_force [N],status,refusal"
     assert len(lines) == 7
-    assert found.to("normal_force", "mN").values == pytest.approx(
-        1e3 * found["normal_force"].values, rel=1e-15
+    assert result.to("normal_force", "mN").values == pytest.approx(
+        1e3 * result["normal_force"].values, rel=1e-15
     )
 
 
@@ -286,8 +286,8 @@ def test_what_is_no_sweep_of_a_case(tmp_path, over):
 
 def test_a_sweep_shows_in_notebooks():
     contact = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 GPa", 0.3))
-    found = mdr.sweep(contact, mdr.indent("1 um"), {"body.young": ["1 GPa", "2 GPa"]})
-    assert "2 points over" in found._repr_html_()
+    result = mdr.sweep(contact, mdr.indent("1 um"), {"body.young": ["1 GPa", "2 GPa"]})
+    assert "2 points over" in result._repr_html_()
 
 
 @settings(max_examples=examples(15), deadline=None)

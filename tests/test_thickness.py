@@ -51,8 +51,8 @@ def shape(kind, a):
 
 
 def thickness_of(result):
-    (found,) = [one for one in result.assumptions if one.name == "thickness"]
-    return found
+    (results,) = [one for one in result.assumptions if one.name == "thickness"]
+    return results
 
 
 @settings(max_examples=examples(12), deadline=None)
@@ -114,11 +114,11 @@ def test_errors_bound_what_the_layer_does_otherwise(kind, channel, poisson, widt
 def test_the_assumption_is_the_force_at_equal_indentation(poisson, width, a, young):
     profile, depth = shape("sphere", a)
     result = mdr.solve(mdr.Contact(profile, sample(young, poisson, a / width)), mdr.indent(depth, steps=4))
-    found = thickness_of(result)
+    computed = thickness_of(result)
     factor = mdr.thickness_correction(profile, poisson, thickness=a / width, indentation=depth)
-    assert found.measure == pytest.approx(factor["force_factor"].item() - 1.0, rel=1e-6, abs=1e-12)
-    assert found.met == bool(result.claims["normal_force"].where.all())
-    assert found.limit == THICKNESS_LIMIT
+    assert computed.measure == pytest.approx(factor["force_factor"].item() - 1.0, rel=1e-6, abs=1e-12)
+    assert computed.met == bool(result.claims["normal_force"].where.all())
+    assert computed.limit == THICKNESS_LIMIT
 
 
 def test_very_thick_bodies_stay_exact():
@@ -207,10 +207,10 @@ def test_a_sticky_punch_errs_by_its_stiffness():
 )
 def test_what_is_not_measured_is_stated(contact, why):
     result = mdr.solve(contact, mdr.indent("1 nm", steps=2))
-    found = thickness_of(result)
-    assert math.isnan(found.measure)
-    assert not found.met
-    assert f"not measured: {why}" in found.description
+    computed = thickness_of(result)
+    assert math.isnan(computed.measure)
+    assert not computed.met
+    assert f"not measured: {why}" in computed.description
     assert result.claims["normal_force"].level is Level.EXACT
 
 
@@ -232,13 +232,13 @@ def test_force_curves_and_friction_state_it_as_an_assumption():
     body = sample("1 MPa", 0.5, "2 um")
     ball = mdr.Contact(mdr.Paraboloid("10 um"), mdr.Elastic("1 MPa", 0.5))
     curve = mdr.solve(ball, mdr.indent("1 nm", steps=20)).force_curve()
-    found = thickness_of(mdr.solve(mdr.Contact(curve, body), mdr.indent("0.5 nm", steps=2)))
-    assert "force curve" in found.description
+    result = thickness_of(mdr.solve(mdr.Contact(curve, body), mdr.indent("0.5 nm", steps=2)))
+    assert "force curve" in result.description
     rubbed = mdr.Contact(mdr.Paraboloid("10 um"), body, friction=mdr.Coulomb(0.3))
     path = mdr.indent("1 um", steps=2) >> mdr.shift("1 nm", steps=2)
-    found = thickness_of(mdr.solve(rubbed, path))
-    assert found.measure > 1.0
-    assert not found.met
+    result = thickness_of(mdr.solve(rubbed, path))
+    assert result.measure > 1.0
+    assert not result.met
 
 
 def test_what_the_base_conducts_is_not_known():

@@ -29,12 +29,12 @@ def power(n, height, length, given):
 
 def check_power(n, length, given):
     height = 1e-3 * length
-    found = pressed(power(n, height, length, given), 0.3 * height)
+    computed = pressed(power(n, height, length, given), 0.3 * height)
     exact = pressed(mdr.PowerLaw(exponent=n, height=height, radius=length), 0.3 * height)
     for name in ("normal_force", "contact_radius"):
-        claim = found.claims[name]
+        claim = computed.claims[name]
         allowed = 10.0 * float(np.max(claim.error)) + 1e-14 * (1.0 + 1.0 / n)
-        assert abs(float(found[name][0]) / float(exact[name][0]) - 1.0) <= allowed
+        assert abs(float(computed[name][0]) / float(exact[name][0]) - 1.0) <= allowed
         assert allowed < 1e-10
 
 
@@ -77,8 +77,8 @@ def test_a_logarithmic_tip_is_mapped_from_f_and_refused_from_its_slope():
         lambda y: height / (at - y) ** 2 * mp.e ** (2 * y) / mp.sqrt(1 - mp.e ** (2 * y)),
         [-40, -10, -3, -1, -0.1, 0],
     )
-    found = pressed(mdr.Function(f, derivative=slope, max_radius=5e-3), depth)
-    assert math.isclose(float(found["normal_force"][0]), 2.0 * MODULUS * float(a * moment), rel_tol=1e-11)
+    result = pressed(mdr.Function(f, derivative=slope, max_radius=5e-3), depth)
+    assert math.isclose(float(result["normal_force"][0]), 2.0 * MODULUS * float(a * moment), rel_tol=1e-11)
     with pytest.raises(ProblemError, match=r"too flat: f ~ r\^n, n = 0\.0.*limit 1e-06"):
         pressed(mdr.Function(derivative=slope, max_radius=5e-3), depth)
 
@@ -91,8 +91,8 @@ def test_a_tip_that_underflows_is_served():
     def slope(r):
         return height * length / r**2 * np.exp(-length / r)
 
-    found = pressed(mdr.Function(derivative=slope), depth)
-    a = float(found["contact_radius"][0])
+    result = pressed(mdr.Function(derivative=slope), depth)
+    a = float(result["contact_radius"][0])
 
     def rate(t):
         r = a * mp.sin(t)
@@ -109,9 +109,9 @@ def test_a_faintly_hollow_cone_is_passed_over():
     rise = depth / radius**2
     hollow = math.sqrt(4.0 * rise * depth * share)
     profile = mdr.Function(lambda r: rise * r**2 - hollow * r, derivative=lambda r: 2.0 * rise * r - hollow)
-    found = pressed(profile, depth)
+    computed = pressed(profile, depth)
     exact = pressed(mdr.Paraboloid(0.5 / rise), depth)
-    difference = float(found["normal_force"][0]) / float(exact["normal_force"][0]) - 1.0
+    difference = float(computed["normal_force"][0]) / float(exact["normal_force"][0]) - 1.0
     assert abs(difference) < 10.0 * math.sqrt(share) + 1e-13
 
 
@@ -139,7 +139,7 @@ def test_what_is_not_defined_is_refused_in_words(profile, words):
 @pytest.mark.long
 def test_a_million_even_samples_are_mapped_as_fewer():
     r = np.linspace(0.0, 1e-3, 1_000_000)
-    found = pressed(mdr.Sampled(r, r**2 / 2e-3), 1e-4)
+    computed = pressed(mdr.Sampled(r, r**2 / 2e-3), 1e-4)
     exact = pressed(mdr.Paraboloid(1e-3), 1e-4)
-    error = 10.0 * float(np.max(found.claims["normal_force"].error))
-    assert abs(float(found["normal_force"][0]) / float(exact["normal_force"][0]) - 1.0) <= error < 1e-8
+    error = 10.0 * float(np.max(computed.claims["normal_force"].error))
+    assert abs(float(computed["normal_force"][0]) / float(exact["normal_force"][0]) - 1.0) <= error < 1e-8

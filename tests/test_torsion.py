@@ -346,8 +346,8 @@ def test_slip_that_ends_next_to_a_kink(cones, top, digits, side, rows):
         read_work += lost
     stored = q**2 * stick**3 / 3.0 + exact.integral(lambda x: load(x) ** 2, [stick, top])
     slid = 2.0 * exact.integral(lambda x: load(x) * (q - load(x)), [stick, top])
-    for found, dissipated in ((state, work), (read, read_work)):
-        assert 8.0 * found.energy == pytest.approx(stored, rel=1e-11)
+    for computed, dissipated in ((state, work), (read, read_work)):
+        assert 8.0 * computed.energy == pytest.approx(stored, rel=1e-11)
         assert 8.0 * dissipated == pytest.approx(slid, rel=1e-10)
     # a smaller load at the same twist: the border moves to where the new limit is q
     less = 1.0 + 0.9 * (top - 1.0)

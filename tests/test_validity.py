@@ -236,12 +236,12 @@ def test_assumptions_are_measured_at_the_largest_contact():
     body = mdr.Elastic(1.0, 0.2)
     result = mdr.solve(mdr.Contact(mdr.Sphere(2.0), body), mdr.indent(0.08) >> mdr.indent(0.01))
     a = float(result["contact_radius"].max())
-    found = {assumption.name: assumption for assumption in result.assumptions}
-    assert found["half-space"].measure == pytest.approx(a / 2.0, rel=1e-12)
-    assert found["small slope"].measure == pytest.approx(a / math.sqrt(4 - a * a), rel=1e-12)
-    assert found["elastic similarity"].measure == pytest.approx(0.6 / 1.6, rel=1e-12)
-    assert found["half-space"].met
-    assert found["half-space"].limit == found["small slope"].limit == 0.3
+    results = {assumption.name: assumption for assumption in result.assumptions}
+    assert results["half-space"].measure == pytest.approx(a / 2.0, rel=1e-12)
+    assert results["small slope"].measure == pytest.approx(a / math.sqrt(4 - a * a), rel=1e-12)
+    assert results["elastic similarity"].measure == pytest.approx(0.6 / 1.6, rel=1e-12)
+    assert results["half-space"].met
+    assert results["half-space"].limit == results["small slope"].limit == 0.3
     steep = {b.name: b for b in solved(mdr.Cone(slope=0.31), mdr.indent(1e-9)).assumptions}
     assert not steep["small slope"].met
     assert steep["small slope"].measure == pytest.approx(0.31, rel=1e-12)
@@ -286,26 +286,26 @@ def test_the_certificate_of_closed_forms_is_immediate():
 def test_an_assessment_agrees_with_the_solution():
     contact = mdr.Contact(hollow(), UNIT)
     path = mdr.Path(indentation=[0.1, 1.6, 0.3]) >> mdr.hold(steps=9)
-    found, result = mdr.assess(contact, path), mdr.solve(contact, path)
-    assert found.largest["indentation"] == pytest.approx(1.6, rel=1e-12)
-    assert found.largest["normal_force"] == pytest.approx(2 * (1.6 + 1 / 3), rel=1e-12)
-    assert set(found.claims) == set(result.claims)
+    study, result = mdr.assess(contact, path), mdr.solve(contact, path)
+    assert study.largest["indentation"] == pytest.approx(1.6, rel=1e-12)
+    assert study.largest["normal_force"] == pytest.approx(2 * (1.6 + 1 / 3), rel=1e-12)
+    assert set(study.claims) == set(result.claims)
     for name, claim in result.claims.items():
-        again = found.claims[name]
+        again = study.claims[name]
         assert (again.level, again.reason) == (claim.level, claim.reason)
         assert again.where.tolist() == claim.where.tolist()
-    assert found.claims["pressure"].where.tolist() == [False, True] + [False] * 10
-    assert "not a disk" in found.summary()
+    assert study.claims["pressure"].where.tolist() == [False, True] + [False] * 10
+    assert "not a disk" in study.summary()
 
 
 def test_an_assessment_of_a_ball():
     ball = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("210 GPa", 0.3))
     path = mdr.load("50 N", steps=10_000) >> mdr.hold(steps=10_000) >> mdr.indent(0.0, steps=10_000)
-    found, result = mdr.assess(ball, path), mdr.solve(ball, mdr.load("50 N"))
+    study, result = mdr.assess(ball, path), mdr.solve(ball, mdr.load("50 N"))
     for name in ("indentation", "normal_force", "contact_radius"):
-        assert found.largest[name] == pytest.approx(float(result[name][0]), rel=1e-12)
-    assert found.assumptions == result.assumptions
-    assert all(claim.level is mdr.Level.EXACT for claim in found.claims.values())
+        assert study.largest[name] == pytest.approx(float(result[name][0]), rel=1e-12)
+    assert study.assumptions == result.assumptions
+    assert all(claim.level is mdr.Level.EXACT for claim in study.claims.values())
     for bad in (3, "50 N", None):
         with pytest.raises(mdr.PathError):
             mdr.assess(ball, bad)
@@ -348,9 +348,9 @@ def test_an_assessment_claims_and_refuses_what_solve_does(
     assessed = mdr.assess(body, path, keep=keep, machine_stiffness=stiffness)
     assert assessed.claims.keys() == solved.claims.keys()
     for name, claim in solved.claims.items():
-        found = assessed.claims[name]
-        assert (found.level, found.reason, found.source) == (claim.level, claim.reason, claim.source)
-        assert found.where.tolist() == claim.where.tolist()
+        computed = assessed.claims[name]
+        assert (computed.level, computed.reason, computed.source) == (claim.level, claim.reason, claim.source)
+        assert computed.where.tolist() == claim.where.tolist()
         if "adhesion" in law:
             assert "rigorous" not in claim.reason
     assert (assessed.rows, assessed.quantities) == (solved.data.sizes["step"], len(solved.data))

@@ -24,18 +24,18 @@ PROFILES = (
 def test_both_agree_along_loops_of_any_profile(profile, deep):
     contact = mdr.Contact(profile, GEL, adhesion=GLUE)
     path = mdr.indent(f"{deep} um", steps=5) >> mdr.indent("-1 um", steps=10)
-    found = mdr.verify(contact, path, elements=100, steps=3)
-    assert found.largest_difference < 2e-5
+    result = mdr.verify(contact, path, elements=100, steps=3)
+    assert result.largest_difference < 2e-5
     if not profile.breakpoints:  # at a kink it has a logarithm
-        assert np.nanmax(found.data["pressure_difference"]) < 1e-3
-    assert np.nanmax(np.abs(found.data["elastic_energy_difference"])) < 1e-4
+        assert np.nanmax(result.data["pressure_difference"]) < 1e-3
+    assert np.nanmax(np.abs(result.data["elastic_energy_difference"])) < 1e-4
 
 
 def test_a_machine_may_pull_and_the_result_is_drawn(tmp_path):
     contact = mdr.Contact(mdr.Sphere("50 um"), GEL, adhesion=GLUE)
     path = mdr.travel("2 um", steps=4) >> mdr.travel("-2 um", steps=4)
     reports = []
-    found = mdr.verify(
+    result = mdr.verify(
         contact,
         path,
         elements=60,
@@ -44,9 +44,9 @@ def test_a_machine_may_pull_and_the_result_is_drawn(tmp_path):
         progress=lambda *at: reports.append(at),
     )
     assert reports == [(1, 2), (2, 2)]
-    assert "relative to their largest value" in found.summary()
-    assert np.isfinite(found.pressures["mdr"]).all()
-    found.plot().savefig(tmp_path / "both.png")
+    assert "relative to their largest value" in result.summary()
+    assert np.isfinite(result.pressures["mdr"]).all()
+    result.plot().savefig(tmp_path / "both.png")
     without = mdr.verify(
         mdr.Contact(mdr.Sphere("50 um"), GEL), path, elements=60, steps=2, machine_stiffness="0.1 N/m"
     )

@@ -36,18 +36,18 @@ def contacts(draw, adhesion=None):
 @settings(max_examples=4, deadline=None)
 def test_line_and_rings_agree_on_any_layers(drawn, depth):
     contact, a = drawn
-    found = mdr.verify(contact, mdr.indent(depth * a), elements=60, steps=1)
-    if math.isnan(found.largest_difference):  # only a contact that is no disk is refused
+    result = mdr.verify(contact, mdr.indent(depth * a), elements=60, steps=1)
+    if math.isnan(result.largest_difference):  # only a contact that is no disk is refused
         by_rings = mdr.solve(contact, mdr.indent(depth * a), solver=mdr.Rings(60))
         holes = by_rings["inner_contact_radius"].values > 0.0
         area = by_rings["contact_area"].values / (math.pi * by_rings["contact_radius"].values ** 2)
         assert holes.all() or (area < 1.0 - 1e-9).all()
         return
-    assert found.largest_difference < 1e-4
-    assert abs(found.data["contact_radius_difference"].item()) < 1e-4
-    assert abs(found.data["normal_stiffness_difference"].item()) < 1e-4
-    assert abs(found.data["elastic_energy_difference"].item()) < 1e-4
-    assert found.data["pressure_difference"].item() < 1e-3
+    assert result.largest_difference < 1e-4
+    assert abs(result.data["contact_radius_difference"].item()) < 1e-4
+    assert abs(result.data["normal_stiffness_difference"].item()) < 1e-4
+    assert abs(result.data["elastic_energy_difference"].item()) < 1e-4
+    assert result.data["pressure_difference"].item() < 1e-3
 
 
 @given(contacts(), st.floats(0.01, 1.0))
@@ -58,10 +58,10 @@ def test_line_and_rings_agree_on_adhesive_layers(drawn, strength):
     modulus = contact.layered.top.young / (1 - contact.layered.top.poisson**2)
     work = 0.1 * strength * a * modulus
     glued = mdr.Contact(contact.profile, contact.body, adhesion=mdr.JKR(work))
-    found = mdr.verify(glued, mdr.indent(0.2 * a), elements=80, steps=1)
-    assert abs(found.data["indentation_difference"].item()) < 1e-4
-    assert abs(found.data["elastic_energy_difference"].item()) < 1e-4
-    force, by_rings = (found.data[f"normal_force_{way}"].item() for way in ("mdr", "rings"))
+    result = mdr.verify(glued, mdr.indent(0.2 * a), elements=80, steps=1)
+    assert abs(result.data["indentation_difference"].item()) < 1e-4
+    assert abs(result.data["elastic_energy_difference"].item()) < 1e-4
+    force, by_rings = (result.data[f"normal_force_{way}"].item() for way in ("mdr", "rings"))
     # the force is what is left of a push and of a pull
     parts = abs(force) + math.sqrt(8 * math.pi * work * modulus * a**3)
     assert force == pytest.approx(by_rings, abs=1e-4 * parts)
@@ -83,15 +83,15 @@ def test_rings_solve_under_a_force_and_read_fields():
 def test_annular_contact_on_a_stiff_coating_is_left_to_the_rings():
     coating = mdr.Layered([mdr.Layer(mdr.Elastic("200 GPa", 0.3), "1 mm")], base=mdr.Elastic("2 GPa", 0.3))
     punch = mdr.Contact(mdr.FlatPunch("3 mm"), coating)
-    found = mdr.verify(punch, mdr.indent("1 um"), elements=60, steps=1)
-    assert math.isnan(found.largest_difference)
+    result = mdr.verify(punch, mdr.indent("1 um"), elements=60, steps=1)
+    assert math.isnan(result.largest_difference)
     by_rings = mdr.solve(punch, mdr.indent("1 um"), solver=mdr.Rings(60))
     assert by_rings["inner_contact_radius"].item() > 1e-3
 
 
 @pytest.mark.parametrize("bond", ["bonded", "frictionless"])
 def test_corrections_for_thickness_are_those_of_rings(bond):
-    found = mdr.thickness_correction(
+    result = mdr.thickness_correction(
         mdr.Cone(slope=0.2), 0.45, thickness="1 um", indentation="0.4 um", bond=bond
     )
     sample = mdr.Elastic("1 kPa", 0.45)
@@ -101,7 +101,7 @@ def test_corrections_for_thickness_are_those_of_rings(bond):
         for body in (film, sample)
     ]
     ratio = forces[0]["normal_force"].item() / forces[1]["normal_force"].item()
-    assert found["force_factor"].item() == pytest.approx(ratio, rel=1e-4)
+    assert result["force_factor"].item() == pytest.approx(ratio, rel=1e-4)
 
 
 def test_rings_refuse_layers_they_cannot_resolve():

@@ -27,9 +27,9 @@ def verified(shape, depth, pixels=49, steps=1, **given):
     return mdr.verify(mdr.Contact(shape, STEEL), path, elements=pixels, steps=steps, **given)
 
 
-def within(found, names):
+def within(result, names):
     for name in names:
-        difference, error = (found.data[f"{name}_{end}"].values for end in ("difference", "error"))
+        difference, error = (result.data[f"{name}_{end}"].values for end in ("difference", "error"))
         assert np.all(np.abs(difference) <= error)
         assert np.all(error < 0.05)
 
@@ -40,10 +40,10 @@ def within(found, names):
 def test_any_ellipse_is_that_of_hertz_within_the_error_of_the_grid(ratio, size, shallow):
     radius, ratio = 10.0**size, 10.0**ratio
     shape = mdr.EllipticParaboloid(radius, radius * ratio)
-    found = verified(shape, radius * min(ratio, 1.0) * 10.0**shallow)
-    within(found, ("normal_force", "normal_stiffness", "elastic_energy", "contact_area"))
-    within(found, ("semi_axis_x", "semi_axis_y"))
-    assert found.largest_difference < 8e-4
+    result = verified(shape, radius * min(ratio, 1.0) * 10.0**shallow)
+    within(result, ("normal_force", "normal_stiffness", "elastic_energy", "contact_area"))
+    within(result, ("semi_axis_x", "semi_axis_y"))
+    assert result.largest_difference < 8e-4
 
 
 @pytest.mark.long
@@ -61,26 +61,26 @@ def test_no_body_bears_less_than_its_bound(power, lobes):
         lobe = sum(e * np.cos((m + 2) * phi - at) for m, (e, at) in enumerate(lobes))
         return 1e-6 * (r / 1e-3) ** power * (1.0 + lobe)
 
-    found = verified(mdr.Function2D(f), 1e-6)
-    below, error = (found.data[f"force_lower_bound_{end}"].item() for end in ("difference", "error"))
+    result = verified(mdr.Function2D(f), 1e-6)
+    below, error = (result.data[f"force_lower_bound_{end}"].item() for end in ("difference", "error"))
     assert -0.2 < below <= error < 0.02
-    assert abs(found.data["force_estimate_difference"].item()) < 0.012 + error
+    assert abs(result.data["force_estimate_difference"].item()) < 0.012 + error
 
 
 @needs_engine
 def test_pyramids_tables_and_figures():
     calls = []
-    found = verified(mdr.Pyramid.berkovich(), "1 um", steps=2, progress=lambda *at: calls.append(at))
+    result = verified(mdr.Pyramid.berkovich(), "1 um", steps=2, progress=lambda *at: calls.append(at))
     assert calls == [(1, 2), (2, 2)]
-    np.testing.assert_allclose(found.data["indentation"], [0.25e-6, 1e-6])
-    within(found, ("normal_force", "normal_stiffness", "elastic_energy"))
+    np.testing.assert_allclose(result.data["indentation"], [0.25e-6, 1e-6])
+    within(result, ("normal_force", "normal_stiffness", "elastic_energy"))
     # one number, C, at all depths
-    constant = found.data["normal_force_engine"] / found.data["indentation"] ** 2
+    constant = result.data["normal_force_engine"] / result.data["indentation"] ** 2
     assert float(constant[0] / constant[1]) == pytest.approx(1.0, abs=1e-6)
-    assert "contact_area_mdr" not in found.data
-    assert "lower bound" in str(found)
-    assert "49 x 49 pixels" in str(found)
-    (left, middle, right) = found.plot().axes[:3]
+    assert "contact_area_mdr" not in result.data
+    assert "lower bound" in str(result)
+    assert "49 x 49 pixels" in str(result)
+    (left, middle, right) = result.plot().axes[:3]
     assert left.get_aspect() == 1.0
     assert middle.lines
     assert right.lines
@@ -112,15 +112,17 @@ def test_another_summit_is_seen(far, angle, low):
         return 1e-6 * np.minimum(x * x + y * y, (x - x0) ** 2 + (y - y0) ** 2 + low)
 
     body = mdr.Elastic(1.0, 0.0)
-    found = mdr.verify(mdr.Contact(mdr.Function2D(f), body), mdr.indent(1e-6), elements=33, steps=1)
-    assert max(found.data.attrs["points"]) > 33
+    result = mdr.verify(mdr.Contact(mdr.Function2D(f), body), mdr.indent(1e-6), elements=33, steps=1)
+    assert max(result.data.attrs["points"]) > 33
     n = 161
     x, y = (np.linspace(min(0.0, end) - 1.2, max(0.0, end) + 1.2, n) for end in (x0, y0))
     heights = -f(x[:, None], y)
     size = [float(np.ptp(one)) * n / (n - 1) for one in (x, y)]
     both = mdr.press(mdr.Topography(heights, size), body, indentation=1e-6 + float(heights.max()))
-    assert found.data["normal_force_engine"].item() == pytest.approx(float(both["normal_force"][0]), rel=5e-3)
-    assert found.data["normal_force_engine"].item() > found.data["force_lower_bound_mdr"].item() * 1.05
+    assert result.data["normal_force_engine"].item() == pytest.approx(
+        float(both["normal_force"][0]), rel=5e-3
+    )
+    assert result.data["normal_force_engine"].item() > result.data["force_lower_bound_mdr"].item() * 1.05
 
 
 @needs_engine

@@ -15,11 +15,11 @@ def test_verify_sliding_thins_a_long_history():
     steel = mdr.Elastic("210 GPa", 0.3)
     joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
     path = mdr.load("50 N") >> mdr.cycle(shift="0.6 um", steps=400)
-    found = mdr.verify(joint, path, elements=20, steps=8)
-    assert found.data.sizes["step"] <= 8
-    assert found.largest_difference < 2e-3  # measured 8e-4
-    assert "boundary elements" in found.summary()
-    figure = found.plot()
+    result = mdr.verify(joint, path, elements=20, steps=8)
+    assert result.data.sizes["step"] <= 8
+    assert result.largest_difference < 2e-3  # measured 8e-4
+    assert "boundary elements" in result.summary()
+    figure = result.plot()
     assert [axes.get_xlabel() for axes in figure.axes] == [
         "tangential displacement $u_x$ (nm)",
         "radius $r$ (µm)",
@@ -31,18 +31,18 @@ def test_verify_sliding_thins_a_long_history():
 @pytest.mark.long
 def test_oblique_loading_is_refined():
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
-    found = mdr.verify(joint, mdr.ramp(indentation="2 um", shift="0.4 um", steps=8), elements=24)
-    assert found.largest_difference < 2e-3  # measured 1.1e-3, and 4.3e-2 with undivided rows
-    assert found.extrapolated > found.largest_difference
+    result = mdr.verify(joint, mdr.ramp(indentation="2 um", shift="0.4 um", steps=8), elements=24)
+    assert result.largest_difference < 2e-3  # measured 1.1e-3, and 4.3e-2 with undivided rows
+    assert result.extrapolated > result.largest_difference
 
 
 def test_more_turning_points_than_steps_are_noted():
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     i = np.arange(60)
     path = mdr.Path(indentation=1e-6 * (1 + 0.5 * np.sin(i * 1.3)), shift=3e-7 * np.sin(i * 0.9))
-    found = mdr.verify(joint, path, elements=12, steps=4)
-    assert (found.rows.size, found.path_rows) == (4, 60)
-    assert f"to row {found.rows[-1] + 1}; use more steps to reach its end" in found.summary()
+    result = mdr.verify(joint, path, elements=12, steps=4)
+    assert (result.rows.size, result.path_rows) == (4, 60)
+    assert f"to row {result.rows[-1] + 1}; use more steps to reach its end" in result.summary()
 
 
 def test_verify_from_the_shell(tmp_path):

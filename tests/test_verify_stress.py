@@ -41,9 +41,9 @@ def compared(contact, path):
 
 @pytest.mark.parametrize("name", CONTACTS)
 def test_stress_is_that_of_point_loads(name):
-    found = compared(*CONTACTS[name])
-    assert found.integral_error < 1e-11
-    assert found.largest_difference < 1e-11
+    result = compared(*CONTACTS[name])
+    assert result.integral_error < 1e-11
+    assert result.largest_difference < 1e-11
 
 
 def test_units_do_not_matter():
@@ -53,9 +53,9 @@ def test_units_do_not_matter():
 
 
 def test_a_wrong_field_is_seen():
-    found = compared(*CONTACTS["ball"])
-    found.data["mdr"].values[2] *= 1.0 + 1e-6
-    assert 1e-7 < found.largest_difference < 1e-5
+    result = compared(*CONTACTS["ball"])
+    result.data["mdr"].values[2] *= 1.0 + 1e-6
+    assert 1e-7 < result.largest_difference < 1e-5
 
 
 @pytest.mark.parametrize(
@@ -67,27 +67,27 @@ def test_a_wrong_field_is_seen():
     ],
 )
 def test_what_is_not_compared_says_why(contact, words):
-    found = compared(contact, mdr.indent("1 nm"))
-    assert found.data is None
-    assert math.isnan(found.largest_difference)
-    assert words in found.remarks()[0]
+    result = compared(contact, mdr.indent("1 nm"))
+    assert result.data is None
+    assert math.isnan(result.largest_difference)
+    assert words in result.remarks()[0]
 
 
 def test_verify_shows_the_stress():
-    found = mdr.verify(*CONTACTS["ball"], elements=40, steps=1)
-    assert found.subsurface.largest_difference < 1e-12
-    assert "claim EXACT" in found.summary()
-    figure = found.plot()
+    result = mdr.verify(*CONTACTS["ball"], elements=40, steps=1)
+    assert result.subsurface.largest_difference < 1e-12
+    assert "claim EXACT" in result.summary()
+    figure = result.plot()
     assert "depth $z$ (µm)" in [axes.get_xlabel() for axes in figure.axes]
     assert not faults(figure)
 
 
 def test_verify_shows_the_stress_of_friction():
     contact, path = CONTACTS["partial slip"]
-    found = mdr.verify(contact, path, elements=8, steps=4)
-    assert found.subsurface.largest_difference < 1e-12
-    assert "point loads" in found.summary()
-    assert not faults(found.plot())
+    result = mdr.verify(contact, path, elements=8, steps=4)
+    assert result.subsurface.largest_difference < 1e-12
+    assert "point loads" in result.summary()
+    assert not faults(result.plot())
 
 
 @pytest.mark.long

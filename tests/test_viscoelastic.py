@@ -59,8 +59,8 @@ def test_references_of_one_approach_and_one_retreat():
     assert result.claims["normal_force"].level is mdr.Level.EXACT
     assert any("Ting" in note for note in result.notes)
     maxwell = REFERENCES["maxwell_constvel"]
-    found = pressed(mdr.Maxwell(1.0, time=0.4), mdr.indent(0.36, duration=0.9))
-    assert float(found["normal_force"][-1]) == pytest.approx(maxwell["expected"]["F"], rel=1e-9)
+    computed = pressed(mdr.Maxwell(1.0, time=0.4), mdr.indent(0.36, duration=0.9))
+    assert float(computed["normal_force"][-1]) == pytest.approx(maxwell["expected"]["F"], rel=1e-9)
 
 
 def test_the_creep_under_a_load_that_is_there_at_once():
@@ -284,9 +284,9 @@ def memories(draw):
 def test_a_rising_profile_is_a_disk_without_tension_or_overlap_whatever_its_past(memory, shape):
     kernel, time, depth = memory
     equivalent = equivalent_profile(shape)
-    found = follow_springs(ElasticLine(equivalent, 1.0), kernel, time, depth, n=100)
-    assert found.disk.all()
-    x, w, q = line_state(found.state, kernel)
+    result = follow_springs(ElasticLine(equivalent, 1.0), kernel, time, depth, n=100)
+    assert result.disk.all()
+    x, w, q = line_state(result.state, kernel)
     assert (np.diff(w + equivalent.g(x)) >= -1e-8).all()
     assert (np.diff(q[q > 0.0]) <= 1e-8 * q.max()).all()
 
@@ -582,16 +582,16 @@ def test_first_rows_of_histories_that_go_far_deeper_err_as_claimed(seed):
         force[-1] = 0.9 * force[-2]
     body = mdr.Viscoelastic(mdr.StandardSolid(1.0, branch, tau), 0.5)
     path = mdr.Path(time=time, normal_force=1e-6 * force)
-    found = mdr.solve(mdr.Contact(mdr.Paraboloid(1.0), body), path)
+    result = mdr.solve(mdr.Contact(mdr.Paraboloid(1.0), body), path)
     delay, moved = tau * (1.0 + branch), 0.0
     steps, moves = np.diff(time, prepend=0.0), np.diff(1e-6 * force, prepend=0.0)
-    claim = found.claims["indentation"]
+    claim = result.claims["indentation"]
     for i in range(int(np.argmax(np.diff(force) < 0.0)) + 1):
         lag = -math.expm1(-steps[i] / delay)
         moved += (moves[i] * delay / steps[i] - moved) * lag
         creep = 1e-6 * force[i] - moved * branch / (1.0 + branch)
         truth = (0.1875 * creep) ** (2.0 / 3.0)
-        assert abs(float(found["indentation"].values[i]) / truth - 1.0) <= claim.error[i] + 1e-9
+        assert abs(float(result["indentation"].values[i]) / truth - 1.0) <= claim.error[i] + 1e-9
 
 
 @pytest.mark.parametrize(

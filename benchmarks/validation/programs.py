@@ -21,9 +21,9 @@ from benchmarks.validation.surfaces import pressed
 
 def verified(physics: str, name: str, solver: str, contact: mdr.Contact, path: Any, **options: Any) -> Row:
     """A quantity along a path by the method, with its largest claim, and by boundary elements."""
-    found = mdr.verify(contact, path, **options)
+    result = mdr.verify(contact, path, **options)
     claimed = claim_of(mdr.solve(contact, path), name, slice(None))
-    return Row(physics, name.replace("_", " "), solver, float(found.largest_difference), claimed)
+    return Row(physics, name.replace("_", " "), solver, float(result.largest_difference), claimed)
 
 
 def solvers() -> Iterator[Row]:
@@ -69,10 +69,10 @@ def solvers() -> Iterator[Row]:
     for slip, shift, cycles in (("partial", "0.4 um", 1e6), ("gross", "2 um", 1e5)):
         path = mdr.load("20 N") >> mdr.cycle(shift=shift)
         given = {"coefficient": "1e-5 mm^3/(N m)", "cycles": cycles}
-        found = mdr.verify(fretted, path, wear=given, elements=240, steps=6)
+        result = mdr.verify(fretted, path, wear=given, elements=240, steps=6)
         claimed = claim_of(mdr.wear(fretted, path, **given), "worn_volume", slice(None))
         physics = f"wear at constant load, {slip} slip, {cycles:,.0f} cycles"
-        yield Row(physics, "worn volume", "rings, 240", found.largest_difference, claimed)
+        yield Row(physics, "worn volume", "rings, 240", result.largest_difference, claimed)
 
 
 def programs() -> Iterator[Row | str]:
@@ -104,8 +104,8 @@ def _nanite() -> Iterator[Row | str]:
     if fit is None:
         yield absent("Hertz fit", "Young's modulus", "nanite")
         return
-    found = mdr.fit(body, mdr.MeasuredCurve(force=force, indentation=depth), ["body.young"])
-    young = found["body.young"]
+    fitted = mdr.fit(body, mdr.MeasuredCurve(force=force, indentation=depth), ["body.young"])
+    young = fitted["body.young"]
     off = difference(fit(), young.value)
     claimed = f"interval of {young.high / young.value - 1:.1e}"
     yield Row("Hertz fit", "Young's modulus", f"nanite {version('nanite')}", off, claimed)

@@ -45,10 +45,10 @@ def rough() -> Iterator[Row]:
         # the range of the claim: 0.03 to 0.85 of the stiffness in full contact
         rows = np.flatnonzero((stiffness > 0.03 * 1.1523) & (stiffness < 0.85 * 1.1523))
         surface = mdr.RoughSurface(hurst, 1.0, 1.0, 4.0 / cells)
-        found = mdr.press_rough(surface, UNIT, normal_force=force, realisations=300)
+        result = mdr.press_rough(surface, UNIT, normal_force=force, realisations=300)
         yield compared(
             f"rough surface as springs, H = {hurst:g}",
-            found,
+            result,
             "normal_stiffness",
             stiffness[rows],
             f"boundary elements, {cells} x {cells}, mean of surfaces, recorded",
@@ -74,9 +74,9 @@ def pressed() -> Iterator[Row | str]:
             yield absent("wavy ball", "normal stiffness", package)
             continue
         by = f"{package} {version(package)}, 128 x 128"
-        found = mdr.press(mdr.Topography(heights, 1.0), UNIT, normal_force=force, engine=engine)
+        result = mdr.press(mdr.Topography(heights, 1.0), UNIT, normal_force=force, engine=engine)
         for name, truth in known.items():
-            yield compared(f"wavy ball, {by}", found, name, truth, "Guduru (2007)")
+            yield compared(f"wavy ball, {by}", result, name, truth, "Guduru (2007)")
         other, source = _punch(surface, 128, forces, engine), by
         if own is None:
             physics, own = f"rough patch, {by}", other

@@ -121,22 +121,22 @@ def coated(coat, base, thickness, pressure, force, *, far=40.0, n=6, halvings=0)
     loaded = mesh.facets_satisfying(lambda x: (x[1] == 0.0) & (x[0] < 1.0), boundaries_only=True)
     right = loading.assemble(FacetBasis(mesh, element, facets=loaded, intorder=12))
     places = basis.doflocs
-    found = np.zeros(basis.N)
+    computed = np.zeros(basis.N)
     axis = basis.get_dofs(lambda x: x[0] == 0.0).all("u^1")
     end = basis.get_dofs(lambda x: (x[0] >= far * (1 - 1e-12)) | (x[1] >= far * (1 - 1e-12)))
     for i, name in enumerate(("u^1", "u^2")):
         some = end.all(name)
-        found[some] = boussinesq(base, force, *places[:, some])[i]
-    found[axis] = 0.0
+        computed[some] = boussinesq(base, force, *places[:, some])[i]
+    computed[axis] = 0.0
     fixed = np.unique(np.concatenate([axis, end.all()]))
-    found = solve(*condense(stiffness.assemble(basis), right, x=found, D=fixed))
-    return _stress(basis, found, coat, base, thickness)
+    computed = solve(*condense(stiffness.assemble(basis), right, x=computed, D=fixed))
+    return _stress(basis, computed, coat, base, thickness)
 
 
-def _stress(basis, found, coat, base, thickness):
+def _stress(basis, result, coat, base, thickness):
     from skfem.helpers import sym_grad
 
-    u = basis.interpolate(found)
+    u = basis.interpolate(result)
     r, z = basis.global_coordinates()
     strain = sym_grad(u)
     hoop = np.asarray(u)[0] / r

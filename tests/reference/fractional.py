@@ -100,7 +100,7 @@ def springs(kernel, radius, time, target, *, forced, deepest, n=160, parts=24):
     x, width = 0.5 * (ends[1:] + ends[:-1]), np.diff(ends)
     y = x**2 / radius
     moves = np.zeros((t.size - 1, n))
-    w, depth, found = np.zeros(n), 0.0, np.zeros((time.size, 2))
+    w, depth, computed = np.zeros(n), 0.0, np.zeros((time.size, 2))
     for k in range(1, t.size):
         weight = -np.diff(kernel.integral(t[k] - t[: k + 1])) / np.diff(t[: k + 1])
         memory = weight[:-1] @ moves[: k - 1] if k > 1 else np.zeros(n)
@@ -127,5 +127,5 @@ def springs(kernel, radius, time, target, *, forced, deepest, n=160, parts=24):
         there, force = loaded(depth)
         moves[k - 1], w = there - w, there
         if k % parts == 0:
-            found[k // parts - 1] = depth, force
-    return found[:, 0], found[:, 1]
+            computed[k // parts - 1] = depth, force
+    return computed[:, 0], computed[:, 1]

@@ -376,9 +376,9 @@ def _gap(curve, r_at, a_at, level):
     offset = low + width * rule.u
     to_r = np.maximum(((edges[i] - base) + (e - high)) + width * rule.v, 0)
     x = base + offset
-    found = images(curve, np.repeat(panel, rule.u.size), offset.ravel())
+    computed = images(curve, np.repeat(panel, rule.u.size), offset.ravel())
     angle = np.arctan2(np.sqrt(to_r * (r + x)), x)
-    values = width * found.slope.reshape(offset.shape) * angle
+    values = width * computed.slope.reshape(offset.shape) * angle
     return 2 / PI * (values @ rule.weight).sum(), 2 / PI * (abs(values) @ rule.weight).sum()
 
 
@@ -400,12 +400,12 @@ def polish(curve, target, index, offset, of="g", steps=60):
     low, high = np.zeros(index.shape, dtype=LONG), widths
     live = np.arange(index.size)
     for _ in range(steps):
-        found = images(curve, index[live], offset[live])
+        computed = images(curve, index[live], offset[live])
         x = curve.edges[index[live]] + offset[live]
         value, slope, size = (
-            (found.g, found.slope, found.g_size)
+            (computed.g, computed.slope, computed.g_size)
             if of == "g"
-            else (found.moment, x * found.slope, found.moment_size)
+            else (computed.moment, x * computed.slope, computed.moment_size)
         )
         miss = value - target[live]
         low[live] = np.where(miss <= 0, offset[live], low[live])
@@ -438,7 +438,7 @@ def invert(curve, target, of="g"):
     ends = np.diff(curve.edges)
     index = np.zeros(target.size, dtype=int)
     if ends.size:
-        found = images(curve, np.arange(ends.size), ends, with_slope=False)
-        index = np.searchsorted(found.g if of == "g" else found.moment, target, side="left")
+        computed = images(curve, np.arange(ends.size), ends, with_slope=False)
+        index = np.searchsorted(computed.g if of == "g" else computed.moment, target, side="left")
     start = np.append(ends, max(curve.edges[-1], LONG(1e-300)))[index] / 2
     return index, polish(curve, target, index, start, of, steps=200)

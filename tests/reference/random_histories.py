@@ -264,14 +264,14 @@ def stress(rng, mdr, full):
     depth, count = c * a**n, 4 if full else 2
     result = mdr.solve(mdr.Contact(profile, body), mdr.Path(indentation=[depth]))
     r, z = a * np.sort(rng.uniform(1e-3, 3.0, count)), a * np.sort(np.exp(rng.uniform(-3.0, 1.5, count)))
-    found = result.field("stress", r=r, z=z, step=0).transpose("component", "z", "r").values
+    computed = result.field("stress", r=r, z=z, step=0).transpose("component", "z", "r").values
     error, exact = claimed(result, "stress", 0)
     for i, at in enumerate(z):
         truth = potentials(n, a, normal * depth, poisson, r, np.full(count, at))
         size = np.abs(truth).max(axis=0)
         for component, name in enumerate(("rr", "tt", "zz", "rz")):
             for k in range(count):
-                miss = (found[component, i, k] - truth[component, k]) / size[k]
+                miss = (computed[component, i, k] - truth[component, k]) / size[k]
                 place = f"r/a = {r[k] / a!r}, z/a = {at / a!r}"
                 yield Comparison(f"stress {name}", place, 1.0 + miss, 1.0, error, exact, 1e-10)
 
@@ -311,7 +311,7 @@ def impacts(rng, mdr, full):
     stiff = 2.0 * normal * n / (n + 1.0) * c ** (-1.0 / n)
     mass = log_uniform(rng, 1e-15, 1e3)
     speed = math.sqrt(2.0 * stiff * depth ** (m + 1.0) / ((m + 1.0) * mass))
-    found = mdr.impact(mdr.Contact(profile, body), mass=mass, speed=speed)
+    result = mdr.impact(mdr.Contact(profile, body), mass=mass, speed=speed)
     share = 1.0 / (m + 1.0)
     time = 2.0 * depth / speed * math.sqrt(math.pi) * gamma(1.0 + share) / gamma(0.5 + share)
     truths = {
@@ -322,7 +322,7 @@ def impacts(rng, mdr, full):
         "restitution": 1.0,
     }
     for name, truth in truths.items():
-        yield from compare_scalar(found, name, truth)
+        yield from compare_scalar(result, name, truth)
 
 
 def compare_scalar(study, name, truth):

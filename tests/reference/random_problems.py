@@ -364,10 +364,10 @@ def fits(rng, mdr, full):
         adhesion=mdr.JKR(work * log_uniform(rng, 0.3, 3.0)) if adhesive else None,
     )
     free = ["body.young", *(["adhesion.work"] if adhesive else [])]
-    found = mdr.fit(start, curve, free)
+    fitted = mdr.fit(start, curve, free)
     truths = {"body.young": young, **({"adhesion.work": work} if adhesive else {}), "contact_point": point}
     for name, truth in truths.items():
-        one = found[name]
+        one = fitted[name]
         scale = abs(truth) if name != "contact_point" else deepest
         # a normal error lies beyond five standard errors once in two million
         yield Comparison(

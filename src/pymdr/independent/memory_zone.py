@@ -185,9 +185,9 @@ def _largest_radius(setting: PulledSetting, target: float) -> float:
         mesh = extended(bodies, None, radius, _COARSE)
         assert mesh is not None
         trial = _Trial(setting, mesh, np.zeros(mesh.centres.size), mesh.gap, relaxation.rubbery, target, ())
-        found = _next(trial, 0.0)
-        if found is not None or _settled(trial, radius).excess > 0.0:
-            return radius if found is None else found.outer
+        settled = _next(trial, 0.0)
+        if settled is not None or _settled(trial, radius).excess > 0.0:
+            return radius if settled is None else settled.outer
         radius *= 1.4
 
 
@@ -205,18 +205,22 @@ def _row(setting: PulledSetting, state: Pulled, time: list[float], target: list[
         fraction = (state.time + length - start) / span if span > 0.0 else 1.0
         trial = _trial(setting, state, length, target[0] + (target[1] - target[0]) * fraction)
         if state.outer == 0.0 or length <= _SHORTEST * fastest:
-            found = _next(trial, state.outer)
-            state = _separated(trial, state, length) if found is None else _taken(trial, state, found, length)
+            settled = _next(trial, state.outer)
+            state = (
+                _separated(trial, state, length) if settled is None else _taken(trial, state, settled, length)
+            )
             state = state._replace(rate=0.0, step=first)
         else:
             width = state.outer - _contact_radius(state.surface)
-            found = _near(trial, state, length, 2.0 * most * width)
-            missed = 0.0 if found is None else abs(found.outer - state.outer - state.rate * length) / width
-            if found is None or (missed > most and length > 0.01 * fastest):
+            settled = _near(trial, state, length, 2.0 * most * width)
+            missed = (
+                0.0 if settled is None else abs(settled.outer - state.outer - state.rate * length) / width
+            )
+            if settled is None or (missed > most and length > 0.01 * fastest):
                 state = state._replace(step=0.5 * length)
                 continue
-            moved = max(abs(found.outer - state.outer) / width, 0.5 * most)
-            state = _taken(trial, state, found, length)._replace(step=length * min(most / moved, 1.5))
+            moved = max(abs(settled.outer - state.outer) / width, 0.5 * most)
+            state = _taken(trial, state, settled, length)._replace(step=length * min(most / moved, 1.5))
         if stop - state.time <= 1e-12 * span:
             return state
     raise ConvergenceError(
@@ -263,21 +267,21 @@ def _near(trial: _Trial, state: Pulled, length: float, bound: float) -> _Settled
     last: _Settled | None = None
     c, slope = c0 + float(np.clip(state.rate * length, -0.5 * bound, 0.5 * bound)), 1.0 / width
     for _ in range(_TRIALS):
-        found = _settled(trial, c)
-        if abs(found.excess) < _SOLVED:
-            return found
-        if last is not None and (rise := (found.excess - last.excess) / (c - last.outer)) > 0.0:
+        settled = _settled(trial, c)
+        if abs(settled.excess) < _SOLVED:
+            return settled
+        if last is not None and (rise := (settled.excess - last.excess) / (c - last.outer)) > 0.0:
             slope = rise
-        low, high = (found, high) if found.excess < 0.0 else (low, found)
-        last = found
+        low, high = (settled, high) if settled.excess < 0.0 else (low, settled)
+        last = settled
         if low is not None and high is not None:
             if low.outer >= high.outer:
                 return None
             if high.outer - low.outer < 1e-9 * width:
-                return found
-            c = _between(low, high, c - found.excess / slope)
+                return settled
+            c = _between(low, high, c - settled.excess / slope)
         else:
-            c = float(np.clip(c - found.excess / slope, c0 - bound, c0 + bound))
+            c = float(np.clip(c - settled.excess / slope, c0 - bound, c0 + bound))
             if c == last.outer:
                 return None
     return None
@@ -319,20 +323,20 @@ def _contact_radius(surface: Strained) -> float:
     return surface.zones[-1][1] if surface.zones else 0.0
 
 
-def _taken(trial: _Trial, state: Pulled, found: _Settled, length: float) -> Pulled:
+def _taken(trial: _Trial, state: Pulled, settled: _Settled, length: float) -> Pulled:
     """The state after a step."""
-    assert found.contact is not None
-    mesh, c, relaxation = state.mesh, found.outer, trial.setting.relaxation
-    strain = found.contact.pressure - trial.setting.attraction.stress / trial.stiff * _covered(mesh, c)
+    assert settled.contact is not None
+    mesh, c, relaxation = state.mesh, settled.outer, trial.setting.relaxation
+    strain = settled.contact.pressure - trial.setting.attraction.stress / trial.stiff * _covered(mesh, c)
     moduli, _, branches, _ = step_of(relaxation, state.surface, length)
     whole = trial.free + strain
     surface = Strained(
         whole,
         branches + moduli[:, None] * (whole - state.surface.strain),
-        trial.stiff * found.contact.pressure,
-        found.contact.depth,
-        found.contact.zones,
-        found.contact.stiffness,
+        trial.stiff * settled.contact.pressure,
+        settled.contact.depth,
+        settled.contact.zones,
+        settled.contact.stiffness,
     )
     rate = (c - state.outer) / length if length > 0.0 else 0.0
     return Pulled(mesh, surface, state.time + length, c, rate, 0.0)

@@ -135,8 +135,8 @@ def stress_of_tractions(
     Examples
     --------
     >>> hertz = lambda r: np.sqrt(1.0 - r * r)
-    >>> found = stress_of_tractions([1.0], hertz, np.zeros_like, [[0.0, 0.0, 1.0]], 0.3)
-    >>> round(float(found[2, 0]), 12)
+    >>> result = stress_of_tractions([1.0], hertz, np.zeros_like, [[0.0, 0.0, 1.0]], 0.3)
+    >>> round(float(result[2, 0]), 12)
     -0.5
     """
     places = np.asarray(points, dtype=float)

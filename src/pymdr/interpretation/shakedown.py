@@ -142,10 +142,10 @@ def _largest(
     for _ in range(_ROUNDS):
         if width > _CLOSE and z > 0.0:
             span = max(z - width, 0.0), z + width
-            found = minimize_scalar(
+            minimum = minimize_scalar(
                 lambda depth: -at(depth)[0][0], bounds=span, method="bounded", options={"xatol": _CLOSE}
             )
-            z, width = float(found.x), 0.1 * width
+            z, width = float(minimum.x), 0.1 * width
         value, carried = at(z)
         top = float(value[0])
         active = np.asarray(carried[..., 0] >= (1.0 - near) * top)

@@ -69,8 +69,8 @@ def ellipse_bounds(shape: Shape, depth: FloatArray, radius: FloatArray) -> Ellip
     --------
     >>> from pymdr.problem.profiles import Function2D
     >>> wheel = Function2D(lambda x, y: x**2 / 8 + y**2 / 2)
-    >>> found = ellipse_bounds(wheel, np.array([0.01]), np.array([0.1]))
-    >>> round(float(found.force[0]), 7), round(float(found.longer[0] / found.shorter[0]), 2)  # by Hertz 0.0019607, 2.50
+    >>> result = ellipse_bounds(wheel, np.array([0.01]), np.array([0.1]))
+    >>> round(float(result.force[0]), 7), round(float(result.longer[0] / result.shorter[0]), 2)  # by Hertz 0.0019607, 2.50
     (0.0019607, 2.5)
     """
     best = np.full((7, depth.size), math.nan)

@@ -211,8 +211,8 @@ def steady_rolling(pressed: RollingLine, rise: FloatArray) -> SteadyRolling:
     >>> from pymdr.problem.profiles import Paraboloid
     >>> ball = ElasticLine(equivalent_profile(Paraboloid(1.0)), 1.0)
     >>> pressed = rolling_line(ball, states_at_depth(ball, [0.25]))
-    >>> found = steady_rolling(pressed, np.array([0.4]))
-    >>> round(float(found.load[0]) / pressed.whole, 12), round(float(found.slip_length[0]), 12)
+    >>> result = steady_rolling(pressed, np.array([0.4]))
+    >>> round(float(result.load[0]) / pressed.whole, 12), round(float(result.slip_length[0]), 12)
     (0.784, 0.4)
     """
     a, node, weight = pressed.radius, *gauss(_NODES)

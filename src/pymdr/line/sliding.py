@@ -287,8 +287,8 @@ def slide(pressed: SlidingLine, relaxation: Relaxation, speed: float) -> Slid:
     >>> from pymdr.problem.profiles import Paraboloid
     >>> ball = ElasticLine(equivalent_profile(Paraboloid(1.0)), 1.0)
     >>> pressed = sliding_line(ball, states_at_depth(ball, [1.0]))
-    >>> found = slide(pressed, Relaxation(1.0, viscosity=1.0), 1.0)
-    >>> round(found.trailing, 12), round(found.drag / found.load, 12)
+    >>> result = slide(pressed, Relaxation(1.0, viscosity=1.0), 1.0)
+    >>> round(result.trailing, 12), round(result.drag / result.load, 12)
     (-0.414213562373, 0.93933982822)
     """
     rule = _radau(pressed.slopes.shape[1])

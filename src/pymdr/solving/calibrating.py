@@ -167,8 +167,8 @@ def calibrate_coefficient(
     --------
     >>> import pymdr as mdr
     >>> surface = mdr.RoughSurface(hurst=0.8, rms="1 um", size="1 mm", shortest="125 um")
-    >>> found = mdr.calibrate_coefficient(surface, realisations=1)
-    >>> 2.0 < found.coefficient < 6.0
+    >>> result = mdr.calibrate_coefficient(surface, realisations=1)
+    >>> 2.0 < result.coefficient < 6.0
     True
     """
     _check(surface, realisations)

@@ -139,7 +139,7 @@ def _step(
         force = targets
     before = np.append(state.largest, largest[:-1])
     here = channels_at(float(d[-1]), float(force[-1]), task.machine_stiffness)
-    found = _Rows(
+    result = _Rows(
         d,
         largest,
         force,
@@ -153,7 +153,7 @@ def _step(
         energy + ball.dissipation(largest) + dissipated,
         ball.yielded(largest) * (largest > before),
     )
-    return found, _State(float(largest[-1]), edge), here
+    return result, _State(float(largest[-1]), edge), here
 
 
 def _grow(
@@ -190,8 +190,8 @@ def _grow(
     here = channels_at(float(d[-1]), float(force[-1]), task.machine_stiffness)
     force = stretch.normal if by_force else force
     energy = scale * wall * line.energy(within)
-    found = _Rows(d, largest, force, a, radius, residual, stiffness, energy, work, yielding)
-    return found, state, here
+    result = _Rows(d, largest, force, a, radius, residual, stiffness, energy, work, yielding)
+    return result, state, here
 
 
 def _refuse_too_deep(ball: Ball, stretch: Stretch, targets: FloatArray) -> NoReturn:

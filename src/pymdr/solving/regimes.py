@@ -153,8 +153,8 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     --------
     >>> import pymdr as mdr
     >>> tip = mdr.Contact(mdr.Paraboloid("20 nm"), mdr.Elastic("70 GPa", 0.2), adhesion=mdr.JKR("50 mJ/m^2"))
-    >>> found = mdr.adhesion_regime(tip, range="0.5 nm")
-    >>> found.regime, round(found.maugis, 3)
+    >>> result = mdr.adhesion_regime(tip, range="0.5 nm")
+    >>> result.regime, round(result.maugis, 3)
     ('DMT', 0.048)
     """
     law = contact.adhesion if isinstance(contact, Contact) else None

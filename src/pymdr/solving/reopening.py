@@ -81,10 +81,10 @@ def _folder_text(folder: Path) -> str:
         "*.csv": "pandas.read_csv({file})",
     }
     for pattern, remedy in remedies.items():
-        if found := sorted(folder.glob(pattern)):
-            file = repr(found[0].as_posix())
+        if files := sorted(folder.glob(pattern)):
+            file = repr(files[0].as_posix())
             return (
-                f"cannot read {str(folder)!r} as a result: it has no {RESULT_FILE}, which pymdr run writes, but {found[0].name} of a study; "
+                f"cannot read {str(folder)!r} as a result: it has no {RESULT_FILE}, which pymdr run writes, but {files[0].name} of a study; "
                 f"read it with {remedy.format(file=file)}"
             )
     return f"cannot read {str(folder)!r} as a result: it has no {RESULT_FILE}, which pymdr run writes"

@@ -79,12 +79,12 @@ def counted(
     answers: Iterable[Answer], total: int, progress: Callable[[int, int], None] | None
 ) -> list[Answer]:
     """All answers, reported as they come."""
-    found = []
+    results = []
     for one in answers:
-        found.append(one)
+        results.append(one)
         if progress is not None:
-            progress(len(found), total)
-    return found
+            progress(len(results), total)
+    return results
 
 
 def _on_cluster(work: Callable[[Part], Answer], parts: Iterable[Part], client: Any) -> Iterator[Answer]:

@@ -85,8 +85,8 @@ def read_curve_folder(
     ...     (Path(name) / "gel").mkdir()
     ...     rows = [f"{i * i}, {10 * i}" for i in range(9)]
     ...     _ = (Path(name) / "gel" / "1.csv").write_text("\n".join(["load [nN], indentation [nm]", *rows]))
-    ...     found = mdr.read_curve_folder(name)
-    >>> list(found.curves), found.groups
+    ...     result = mdr.read_curve_folder(name)
+    >>> list(result.curves), result.groups
     (['gel/1.csv'], {'gel/1.csv': 'gel'})
     """
     root = named_file(folder, "read")

@@ -174,13 +174,13 @@ def _by_point_loads(
             return np.zeros(r.shape)
         return interior.sign * result.field("shear_traction", r, step).values
 
-    found, error = np.full((6, len(points)), math.nan), math.inf
+    stress, error = np.full((6, len(points)), math.nan), math.inf
     for n in _NODES:
         if math.isfinite(error) and 2 * n * n * (len(radii) + 1) > _MOST_POINT_LOADS:
             break
-        before, found = found, stress_of_tractions([*radii, edge], pressure, traction, points, poisson, n=n)
-        change = np.max(np.abs(found - before)) / np.max(np.abs(found))
+        before, stress = stress, stress_of_tractions([*radii, edge], pressure, traction, points, poisson, n=n)
+        change = np.max(np.abs(stress - before)) / np.max(np.abs(stress))
         error = float(change) if np.isfinite(change) else math.inf
         if error < _AGREED:
             break
-    return found, error
+    return stress, error

@@ -104,8 +104,8 @@ def _model(key: str, name: str, force: Callable, own: tuple[Parameter, ...]) -> 
         return forces(depth, given) + baseline
 
     def forces(depth, given):
-        found = force(depth, **given)
-        return np.where(depth >= found.fold, found.force, 0.0) if isinstance(found, Pulled) else found
+        result = force(depth, **given)
+        return np.where(depth >= result.fold, result.force, 0.0) if isinstance(result, Pulled) else result
 
     def residual(params, delta, force_measured, weight_cp=5e-7):
         given = params.valuesdict()

@@ -74,20 +74,20 @@ def choices_of(cases: Path | None, leave_out: Callable[[str], object] = warnings
     FileError
         If the folder holds no case.
     """
-    found: dict[str, Choice] = {}
+    choices: dict[str, Choice] = {}
     if cases is not None and cases.is_dir():
         for file in sorted(cases.glob("*.toml")):
             try:
-                found[file.name] = of_file(file)
+                choices[file.name] = of_file(file)
             except CaseError as error:
                 leave_out(f"left out: {error}")
-        if not found:
+        if not choices:
             raise FileError(
                 f"{cases}: no case file (*.toml) is in this folder; give a folder of cases, or one case"
             )
     elif cases is not None:
-        found[cases.name] = of_file(cases)
-    return {**found, **{words: start(kind) for kind, words in STARTS.items()}}
+        choices[cases.name] = of_file(cases)
+    return {**choices, **{words: start(kind) for kind, words in STARTS.items()}}
 
 
 def of_file(file: Path) -> Choice:

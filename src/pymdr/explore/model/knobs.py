@@ -76,7 +76,7 @@ def knobs(choice: Choice) -> tuple[Knob, ...]:
     >>> [knob.label for knob in knobs(start("ball"))][:4]
     ['radius', "Young's modulus", "Poisson's ratio", "Young's modulus"]
     """
-    found = []
+    knobs_of_choice = []
     for place, kind, unit in quantities(choice):
         value = number(choice, place)
         key = str(place[-1])
@@ -89,8 +89,8 @@ def knobs(choice: Choice) -> tuple[Knob, ...]:
             size = 2.0 * abs(value) or _largest_target(choice, key)
             low, high, logarithmic = -size, size, False
         if math.isfinite(low) and math.isfinite(high) and low < high:
-            found.append(Knob(place, unit, low, high, logarithmic))
-    return tuple(found)
+            knobs_of_choice.append(Knob(place, unit, low, high, logarithmic))
+    return tuple(knobs_of_choice)
 
 
 def _largest_target(choice: Choice, channel: str) -> float:

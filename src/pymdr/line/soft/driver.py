@@ -63,7 +63,7 @@ _NOISE = 0.05
 """Scatter of c by interpolation, over the spacing of the nodes."""
 _SUMMED = 40.0
 """Nodes that energies are summed over, over the cells of the gap, and more near the edges."""
-_FOUND, _NONE, _WIDE = range(3)
+_ROOT, _NONE, _WIDE = range(3)
 
 
 @inner
@@ -80,7 +80,7 @@ def find(zone: Zone, guess: float, bound: float) -> int:
     limit = (zone.profile.shape[1] - 4) * h
     low, high, below, above = 0.0, 0.0, 0.0, 0.0
     has_low, has_high, at_bound = False, False, False
-    found = _NONE
+    outcome = _NONE
     previous, last, c, side, pace = 0.0, 0.0, guess, 0, 1.0
     if leap and c0 == 0.0:
         c = 2.0 * h
@@ -90,7 +90,7 @@ def find(zone: Zone, guess: float, bound: float) -> int:
             choose_nodes(zone, min(radius, 0.99 * c), c)
         f = min(excess(zone, c), 10.0)
         if abs(f) < (0.01 * _SOLVED if leap else _SOLVED):
-            found = _FOUND
+            outcome = _ROOT
             break
         moved = 1 if f > 0.0 else -1
         if f < 0.0:
@@ -106,7 +106,7 @@ def find(zone: Zone, guess: float, bound: float) -> int:
         if both:
             width = high - low
             if width < (1e-13 if leap else 1e-9) * (c - end[RADIUS]) + 4e-16 * c:
-                found = _NONE if f > 1.0 else _FOUND
+                outcome = _NONE if f > 1.0 else _ROOT
                 break
             if side == moved:
                 # the end that stays weighs less (Illinois)
@@ -123,7 +123,7 @@ def find(zone: Zone, guess: float, bound: float) -> int:
             pace = max(0.7 * pace, 1.0) if abs(f - last) > 0.05 else 1.3 * pace
             new = c - moved * min(0.05 * pace * max(c - end[RADIUS], 2.0 * h), 0.03 * max(c, 2.0 * h))
             if new >= limit:
-                found = _WIDE
+                outcome = _WIDE
                 break
             if new <= 2.0 * h:
                 break
@@ -139,15 +139,15 @@ def find(zone: Zone, guess: float, bound: float) -> int:
                 if new == c:
                     break
             if new >= limit:
-                found = _WIDE
+                outcome = _WIDE
                 break
             if new <= 0.0:
                 break
         previous, last, c = c, f, new
         end[RADIUS] = max(min(radius if end[RADIUS] == 0.0 else end[RADIUS], c * (1.0 - 1e-6)), 0.0)
-    if found == _FOUND:
+    if outcome == _ROOT:
         bear(zone)
-    return found
+    return outcome
 
 
 @merged
@@ -298,15 +298,15 @@ def fall(zone: Zone, out: FloatArray) -> int:
     load = end[CONTROL] if end[ALPHA] == 0.0 else 0.0
     was, length = potential(zone, load), c0 - now[RADIUS]
     end[RADIUS] = now[RADIUS]
-    found = find(zone, c0, 0.0)
-    if free and found == _NONE and end[OUTER] < 2.5 * end[SPACING]:
+    outcome = find(zone, c0, 0.0)
+    if free and outcome == _NONE and end[OUTER] < 2.5 * end[SPACING]:
         return _SMALL
-    if found == _WIDE or (free and found == _NONE):
+    if outcome == _WIDE or (free and outcome == _NONE):
         return TOO_WIDE
-    if (free or found == _NONE) and math.isnan(out[OUT_EVENT_D]):
+    if (free or outcome == _NONE) and math.isnan(out[OUT_EVENT_D]):
         out[OUT_EVENT_D], out[OUT_EVENT_F] = depth, now[FORCE]
     jumped = True
-    if found == _FOUND:
+    if outcome == _ROOT:
         out[OUT_WORK] += load * (end[DEPTH] - depth)
         jumped = abs(end[OUTER] - c0) > 0.02 * length
     else:
@@ -389,7 +389,7 @@ def follow_rows(
             if not 0.0 <= end[RADIUS] < guess:
                 end[RADIUS], guess = a, c
             choose_nodes(zone, end[RADIUS], guess)
-            solved = find(zone, guess, limits[LARGEST] * whole) == _FOUND
+            solved = find(zone, guess, limits[LARGEST] * whole) == _ROOT
             missed = abs(end[OUTER] - guess)
             if solved:
                 room = limits[MISSED] * whole + _NOISE * h

@@ -229,7 +229,7 @@ def radius_under(zone: Zone, c: float) -> int:
     has_low, has_high, advancing, ends, rests = False, False, a0 <= low, False, False
     at_kink = lowest < a0 < highest
     x, previous, last = min(max(a0 if at_kink else guess, lowest), highest), 0.0, 0.0
-    points, found = 0, 1
+    points, outcome = 0, 1
     for step in range(_ITERATIONS):
         off = edge_at(zone, x, advancing)
         if rests:
@@ -250,10 +250,10 @@ def radius_under(zone: Zone, c: float) -> int:
             advancing, rests = False, True
             continue
         if x <= lowest and off > 0.0:
-            found = 0
+            outcome = 0
             break
         if x >= highest and off < 0.0:
-            found = -1
+            outcome = -1
             break
         if has_low and has_high and high - low < 1e-12 * (c - x) + 4e-16 * c:
             break
@@ -274,7 +274,7 @@ def radius_under(zone: Zone, c: float) -> int:
         ends = points > 0 and abs(new - x) < 1e-8 * (c - x)
         previous, last, x = x, off, new
         points += 1
-    return found
+    return outcome
 
 
 @inner
@@ -327,10 +327,10 @@ def excess(zone: Zone, c: float) -> float:
     """Gap at c at the end of a step over the range of the stress, less 1, with the contact radius under the control."""
     end, body, room, after = zone.end, zone.body, zone.room, zone.after
     n, h, sigma = body.shape[1], end[SPACING], end[SIGMA]
-    found = radius_under(zone, c)
-    if found < 0:
+    outcome = radius_under(zone, c)
+    if outcome < 0:
         return -1.0
-    if found == 0:
+    if outcome == 0:
         if end[ALPHA] == 0.0:
             return UNBOUND
         end[RADIUS] = 0.0

@@ -124,8 +124,8 @@ def closure_of(curve: ForceCurve) -> Closure:
     Examples
     --------
     >>> d = np.linspace(0, 1e-6, 101)
-    >>> found = closure_of(ForceCurve(d, 1e4 * d**1.5, modulus="1 GPa"))
-    >>> bool(abs(found.stiffness.at(np.array([0.5e-6]))[0, 0] / (1.5e4 * 0.5e-6**0.5) - 1) < 1e-3)
+    >>> result = closure_of(ForceCurve(d, 1e4 * d**1.5, modulus="1 GPa"))
+    >>> bool(abs(result.stiffness.at(np.array([0.5e-6]))[0, 0] / (1.5e4 * 0.5e-6**0.5) - 1) < 1e-3)
     True
     """
     d, force = curve.indentation, curve.force

@@ -125,7 +125,7 @@ class FittedMap(Study):
         Returns
         -------
         xarray.DataArray
-            True for good curves; ``found["body.young"].where(found.mask())`` leaves the others out.
+            True for good curves; ``result["body.young"].where(result.mask())`` leaves the others out.
 
         Raises
         ------
@@ -249,8 +249,8 @@ def fit_map(
     ...     mdr.MeasuredCurve(force=E * 16 / 9 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5, indentation=depth)
     ...     for E in (1e3, 2e3)
     ... ]
-    >>> found = mdr.fit_map(mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5)), curves, ["body.young"])
-    >>> found["body.young"].values.round(3).tolist()
+    >>> result = mdr.fit_map(mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("10 kPa", 0.5)), curves, ["body.young"])
+    >>> result["body.young"].values.round(3).tolist()
     [1000.0, 2000.0]
     """
     require_contact(contact, "fit_map")
@@ -277,10 +277,10 @@ def fit_map(
     if request.axes is not None:
         first = depth_ranges(records.read(0, 1))[0]
         store.complete(OF_LIMIT, of_limits(request, request.axes, store.columns(), float(first)))
-    found = _interpreted(request, records, FittedStretch(store.columns(), store.refusals()))
+    result = _interpreted(request, records, FittedStretch(store.columns(), store.refusals()))
     if isinstance(store, Kept):
-        store.keep_mask(found.data[GOOD])
-    return found
+        store.keep_mask(result.data[GOOD])
+    return result
 
 
 def _request(
