@@ -103,6 +103,62 @@ def test_refused_steps_move_no_contact():
     assert stepper.indentation.tolist() == [1e-5, 1e-5]
 
 
+STICKY = mdr.Contact(
+    mdr.Sphere("10 mm"),
+    mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "0.2 s"), 0.5),
+    adhesion=mdr.MaugisDugdale("0.2 J/m^2", range="1 um"),
+)
+"""Pulled from 30 um within 1/8 s to -10 um it separates."""
+
+
+def test_steps_under_a_cohesive_zone_are_those_of_solve():
+    depth = 1e-5 * np.array([-1.0, 0.0, 1.0, 2.0, 3.0, 2.0, 2.0, 0.0, -1.0, -2.0, 0.5, 1.0])
+    lasting = np.full(depth.size, 0.125)
+    depth[4], lasting[4], lasting[6] = 3e-5, 0.0625, 4.0
+    stepper, rows = mdr.Stepper(STICKY, "30 um"), []
+    names = ("normal_force", "contact_radius", "elastic_energy", "surface_energy", "dissipated_energy")
+    names += ("jumped",)
+    for d, t in zip(depth.tolist(), lasting.tolist(), strict=True):
+        stepper.advance(min(d + 3e-6, 3e-5), duration=2.0 * t)
+        stepper.undo()
+        stepper = stepper.copy()
+        stepper.advance(d, duration=t)
+        rows.append([getattr(stepper, name) for name in names])
+    leg_by_leg = [mdr.indent(d, duration=t) for d, t in zip(depth.tolist(), lasting.tolist(), strict=True)]
+    path = leg_by_leg[0]
+    for leg in leg_by_leg[1:]:
+        path = path >> leg
+    for each in (mdr.Path(time=np.cumsum(lasting), indentation=depth), path):
+        result = mdr.solve(STICKY, each)
+        for name, column in zip(names, np.transpose(rows), strict=True):
+            assert column.tolist() == result[name].values.tolist()
+    assert np.sum(np.transpose(rows)[-1]) == 3.0
+
+
+def test_contacts_under_a_cohesive_zone_take_steps_together_or_not_at_all():
+    stepper = mdr.Stepper(STICKY, "30 um", count=2)
+    stepper.advance(np.array([1e-5, -1e-5]), duration=0.125)
+    force = stepper.normal_force
+    assert force[0] != 0.0 == force[1]
+    with pytest.raises(mdr.PathError, match="zero time"):
+        stepper.advance(np.array([2e-5, -2e-5]), duration=0.0)
+    with pytest.raises(mdr.PathError, match="needs the duration"):
+        stepper.advance(2e-5)
+    assert stepper.normal_force.tolist() == force.tolist()
+    again = mdr.Stepper(STICKY, "30 um", count=2)
+    again.restore(stepper.state)
+    moved = [each.advance(2e-5, duration=0.25).normal.tolist() for each in (again, stepper)]
+    assert moved[0] == moved[1]
+    # within the time of a sudden step no spring creeps
+    stiffness, nudge = stepper.normal_stiffness, 1e-9
+    assert stepper.normal_force.tolist() == moved[1]
+    sudden = stepper.advance(2e-5 + nudge, duration=1e-7).normal
+    assert (sudden - moved[1]) / nudge == pytest.approx(stiffness, rel=1e-2)
+    assert stepper.claims["normal_force"].error < 1e-4
+    with pytest.raises(mdr.ProblemError, match="leave springs out"):
+        mdr.Stepper(STICKY, "30 um", springs=100)
+
+
 def test_a_growing_contact_is_lee_and_radok():
     """F = (8/3) sqrt(R) int 2 G(t - s) d(d^1.5)/ds ds / (2 (1 - nu)) of a paraboloid at a constant rate, by quadrature."""
     contact, rate = ball(mdr.Maxwell("1 MPa", "0.5 s"), mdr.Paraboloid("10 mm")), 1e-4
@@ -161,8 +217,10 @@ def test_claims_state_the_error_of_the_springs():
     ("contact", "words"),
     [
         (
-            mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(RUBBER, 0.5), adhesion=mdr.MaugisDugdale(0.1, 1e5)),
-            "with adhesion",
+            mdr.Contact(
+                mdr.Sphere(1.0), mdr.Viscoelastic(RUBBER, 0.5), adhesion=mdr.JKR("0.1 J/m^2", range="1 um")
+            ),
+            "cohesive stress",
         ),
         (
             mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), 0.5)),

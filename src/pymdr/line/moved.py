@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from copy import copy
 from typing import Any, Self
@@ -9,8 +10,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.errors import ProblemError
-from pymdr.units import FloatArray
+from pymdr.errors import PathError, ProblemError
+from pymdr.units import FloatArray, shown
 
 BoolArray = NDArray[np.bool_]
 
@@ -175,3 +176,14 @@ class WithoutAdhesion:
     def jumped(self) -> BoolArray:
         """Whether the last step jumped."""
         return np.zeros(self.arrays[0].shape[0], dtype=bool)
+
+
+def durations_of(count: int, duration: Any) -> list[float]:
+    """Durations in s of the steps of a number of contacts with memory, after refusing what is none."""
+    given = [duration] if np.ndim(duration) == 0 else np.ravel(duration).tolist()
+    for each in given:
+        if each is None or not 0.0 <= float(each) < math.inf:
+            raise PathError(
+                f"Stepper.advance: duration = {shown(each)}; a body with memory needs the duration of every step in s, finite and at least 0"
+            )
+    return [float(each) for each in np.broadcast_to(given, count)]

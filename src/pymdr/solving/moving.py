@@ -27,6 +27,8 @@ from pymdr.line.memory import RelaxingContacts, ShearedContacts
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts, PlaneLaw, Springs
 from pymdr.line.plastic import DEEPEST, GrowingBall, GrowingContacts, YieldingContacts
+from pymdr.line.soft.moved import ZoneContacts
+from pymdr.line.soft.springs import FINE, ZoneSprings
 from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent, ramp
@@ -38,6 +40,7 @@ from pymdr.solving.hysteretic import HystereticLine
 from pymdr.solving.memory import powers_of, surfaces_of
 from pymdr.solving.plastic import ball_of
 from pymdr.solving.reach import map_to_springs, refuse_unreachable
+from pymdr.solving.soft import zone_setting
 from pymdr.solving.viscoelastic import LEVELS, SPRINGS, STRAIGHT
 from pymdr.units import FloatArray, metres
 
@@ -73,6 +76,8 @@ def moving_of(contact: Contact, deepest: float, count: int, springs: int | None 
         If it is not a disk at every depth.
     """
     _refuse_unknown(contact)
+    if contact.is_viscoelastic and contact.adhesion is not None:
+        return _in_zone(contact, deepest, count, springs)
     if contact.is_viscoelastic:
         return _relaxing(contact, deepest, count, SPRINGS if springs is None else springs)
     if contact.plastic is not None and springs is None:
@@ -91,8 +96,10 @@ def _refuse_unknown(contact: Contact) -> None:
     graded = contact.body.grading != 0.0 or contact.counterbody.grading != 0.0
     for refused, why in (
         (
-            contact.is_viscoelastic and contact.adhesion is not None,
-            "bodies with memory are not available with adhesion; leave it out",
+            contact.is_viscoelastic
+            and contact.adhesion is not None
+            and contact.adhesion.cohesive_stress is None,
+            "bodies with memory need a law of adhesion with a cohesive stress; give MaugisDugdale(work, range=...)",
         ),
         (
             bool(powers_of(contact)),
@@ -178,6 +185,18 @@ def _relaxing(contact: Contact, deepest: float, count: int, springs: int) -> Mov
         ShearedContacts(contacts, shear_relaxation, contact.friction.coefficient, division),
         path >> ramp(shift=0.1 * deepest, duration=slowest),
     )
+
+
+def _in_zone(contact: Contact, deepest: float, count: int, springs: int | None) -> Moving:
+    if springs is not None:
+        raise ProblemError(
+            f"Stepper: springs = {springs}; with adhesion and memory their number follows from the cohesive zone; leave springs out"
+        )
+    relaxation = relaxation_of(*surfaces_of(contact))
+    setting = zone_setting(contact, relaxation, {math.inf: deepest})
+    slowest = float(relaxation.times.max())
+    pulled = indent(-deepest, duration=slowest)
+    return Moving(ZoneContacts(ZoneSprings(setting, FINE), count), indent(deepest, duration=slowest) >> pulled)
 
 
 def _branches(contact: Contact, deepest: float, count: int) -> Moving:

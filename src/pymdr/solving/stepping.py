@@ -155,6 +155,7 @@ class Stepper:
         self._springs, self._forces = springs, Forces if self._moved.shift.ndim == 1 else PlaneForces
         if (
             contact.adhesion is not None
+            and not contact.is_viscoelastic
             and not (disk := solve(contact, self._path).claims["contact_radius"]).where.all()
         ):
             raise RefusedError(f"Stepper: {disk.reason}")
@@ -484,7 +485,7 @@ def claims_of_steps(
         for name in _CLAIMED
         if name in solved.claims
     }
-    springs = springs or (SPRINGS if contact.is_viscoelastic else 0)
+    springs = springs or (SPRINGS if contact.is_viscoelastic and contact.adhesion is None else 0)
     if not springs:
         return claims
     for name, missed in errors_of_springs(contact, deepest, springs, own).items():

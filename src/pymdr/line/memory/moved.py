@@ -14,9 +14,9 @@ from pymdr.line.memory.dividing import Parts, divided_rows, elastic_force, mean_
 from pymdr.line.memory.histories import WATCHED, Passage, contact_radii, prepared_run, virgin
 from pymdr.line.memory.modes import modes_of
 from pymdr.line.memory.springs import springs_to
-from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion, WithoutShift
+from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion, WithoutShift, durations_of
 from pymdr.mapping.relaxation import Relaxation
-from pymdr.units import FloatArray, metres, shown
+from pymdr.units import FloatArray, metres
 
 
 class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
@@ -71,13 +71,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
 
     def durations(self, depths: list[float], duration: Any) -> list[float]:
         """Durations in s of steps to indentations in m, all of which can be taken."""
-        given = [duration] if np.ndim(duration) == 0 else np.ravel(duration).tolist()
-        for each in given:
-            if each is None or not 0.0 <= float(each) < math.inf:
-                raise PathError(
-                    f"Stepper.advance: duration = {shown(each)}; a body with memory needs the duration of every step in s, finite and at least 0"
-                )
-        lasting = [float(each) for each in np.broadcast_to(given, len(depths))]
+        lasting = durations_of(len(depths), duration)
         if self._rigid and 0.0 in lasting:
             for depth, here, lasts in zip(depths, self.indentation.tolist(), lasting, strict=True):
                 if lasts == 0.0 and here != depth and max(here, depth) > 0.0:

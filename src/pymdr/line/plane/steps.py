@@ -47,7 +47,7 @@ def step(
     for i in range(memory.shape[1]):
         memory[BEFORE, i] = memory[NOW, i]
     depth, x, y = target
-    before, after = max(memory[NOW, DEPTH], 0.0), max(depth, 0.0)
+    before, after = memory[NOW, DEPTH], depth
     move = move_of(
         (x - memory[NOW, AT_X]) / scales[PER_SHIFT],
         (y - memory[NOW, AT_Y]) / scales[PER_SHIFT],

@@ -116,9 +116,9 @@ class ZoneSprings:
     """
 
     def __init__(self, setting: ZoneSetting, level: ZoneLevel, watched: Sequence[int] = ()) -> None:
-        from pymdr.line.soft import kernels
+        from pymdr.line.soft import driver, kernels
 
-        relaxation = setting.relaxation
+        self.setting, relaxation = setting, setting.relaxation
         self._unit, self._firm = setting.widest, relaxation.glassy
         share, tau = relaxation.moduli / self._firm, relaxation.times
         coupling = np.sqrt(share / tau)
@@ -132,7 +132,7 @@ class ZoneSprings:
         x: FloatArray = spacing * np.arange(size, dtype=np.float64)
         g, area = setting.profile(x * self._unit)
         self._limits = np.array([level.largest, level.missed])
-        self._watched, self._rows, self._begin = watched, 0, 0.0
+        self._watched, self._rows = watched, 0
         self.lines: list[ZoneLine] = []
         """The springs of the watched rows so far."""
         zeros = np.zeros
@@ -154,6 +154,13 @@ class ZoneSprings:
         end = self._zone.end
         end[kernels.SIGMA], end[kernels.HEIGHT] = setting.strength / self._firm, height
         end[kernels.SPACING], end[kernels.CELLS] = spacing, level.cells
+        self._pace = zeros(driver.KNOWN + 1)
+
+    @property
+    def state(self) -> tuple[FloatArray, ...]:
+        """All that the springs remember, in arrays that :meth:`follow` changes."""
+        zone = self._zone
+        return zone.now, zone.node, zone.edge, zone.end, self._pace
 
     @property
     def free(self) -> bool:
@@ -215,47 +222,37 @@ class ZoneSprings:
         load = self._firm * self._unit**2
         softness = 0.0 if math.isinf(machine_stiffness) else load / self._unit / (machine_stiffness or 1.0)
         trial, now = self._zone.end, self._zone.now
-        trial[kernels.ALPHA], trial[kernels.BETA] = (0.0, 1.0) if by_force else (1.0, softness)
-        trial[kernels.RISE] = 0.0
-        # times count from the start of the leg, since a long wait would leave no digits to short steps
-        self._zone.node[:, -1] -= time[0] - self._begin
-        self._begin, now[kernels.TIME] = float(time[0]), 0.0
+        alpha, beta = (0.0, 1.0) if by_force else (1.0, softness)
+        if (trial[kernels.ALPHA], trial[kernels.BETA]) != (alpha, beta):
+            # under the same control the steps go on as in one leg
+            trial[kernels.ALPHA], trial[kernels.BETA], trial[kernels.RISE] = alpha, beta, 0.0
+            self._pace[:] = 0.0
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit
         out = np.zeros((time.size - 1, driver.OUTPUTS))
         out[:, driver.OUT_EVENT_D] = math.nan
+        spans = np.zeros((time.size - 1, 2))
+        spans[:, 1] = np.diff(time)
         scaled = control.astype(float) / (load if by_force else self._unit)
-        pace, first, end, size = np.zeros(driver.KNOWN + 1), 0, driver.DONE, time.size - 1
-        watched = [row - self._rows for row in self._watched if 0 <= row - self._rows < size]
-        for last in sorted({*watched, size - 1}):
-            # with copies, since numba compiles views of other layouts again
-            part = slice(first, last + 2)
-            rows = out[first : last + 1].copy()
-            end = driver.follow_rows(
-                self._zone,
-                self._limits,
-                pace,
-                time[part].astype(float) - self._begin,
-                scaled[part].copy(),
-                rows,
-            )
-            out[first : last + 1] = rows
+        for row, span in enumerate(spans):
+            # times count from the start of the row: a long wait would leave no digits to short steps
+            self._zone.node[:, -1] -= now[kernels.TIME]
+            now[kernels.TIME] = 0.0
+            both = scaled[row : row + 2], out[row : row + 1]
+            end = driver.follow_rows(self._zone, self._limits, self._pace, span, *both)
             if end != driver.DONE:
-                break
-            first = last + 1
-            if last in watched:
+                why = (
+                    "its zone becomes wider than the grid of springs allows"
+                    if end == driver.TOO_WIDE
+                    else "its steps became too short"
+                )
+                raise ConvergenceError(
+                    f"the contact with memory and a cohesive zone could not be followed beyond t = {time[row] + now[kernels.TIME]:.6g} s, a = "
+                    f"{metres(now[kernels.RADIUS] * self._unit)}: {why}; use a longer range of attraction, or a slower path"
+                )
+            if self._rows in self._watched:
                 self.lines.append(self._line())
-        self._rows += first
-        if end != driver.DONE:
-            why = (
-                "its zone becomes wider than the grid of springs allows"
-                if end == driver.TOO_WIDE
-                else "its steps became too short"
-            )
-            raise ConvergenceError(
-                f"the contact with memory and a cohesive zone could not be followed beyond t = {self._begin + now[kernels.TIME]:.6g} s, a = "
-                f"{metres(now[kernels.RADIUS] * self._unit)}: {why}; use a longer range of attraction, or a slower path"
-            )
+            self._rows += 1
         energy = load * self._unit
         units = {
             "contact_radius": (driver.OUT_A, self._unit),
