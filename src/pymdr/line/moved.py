@@ -14,6 +14,7 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.units import FloatArray, shown
 
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
 NOW, BEFORE = range(2)
 """Second index of what contacts remember: after the last step, and before it."""
@@ -99,6 +100,21 @@ class Moved(ABC):
     @abstractmethod
     def jumped(self) -> BoolArray:
         """Whether the last step jumped."""
+
+    @property
+    def branch(self) -> IntArray:
+        """Number of the branch of equilibria, -1 without contact; one without adhesion."""
+        return np.where(self.contact_radius > 0.0, 0, -1)
+
+    @property
+    def touched(self) -> BoolArray:
+        """Whether bodies that attract each other have been in contact."""
+        return np.zeros(self.count, dtype=bool)
+
+    @property
+    def yielded(self) -> BoolArray:
+        """Whether a body has yielded."""
+        return np.zeros(self.count, dtype=bool)
 
     @abstractmethod
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, ...]:

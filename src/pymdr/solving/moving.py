@@ -196,7 +196,9 @@ def _in_zone(contact: Contact, deepest: float, count: int, springs: int | None) 
     setting = zone_setting(contact, relaxation, {math.inf: deepest})
     slowest = float(relaxation.times.max())
     pulled = indent(-deepest, duration=slowest)
-    return Moving(ZoneContacts(ZoneSprings(setting, FINE), count), indent(deepest, duration=slowest) >> pulled)
+    return Moving(
+        ZoneContacts(ZoneSprings(setting, FINE), count), indent(deepest, duration=slowest) >> pulled
+    )
 
 
 def _branches(contact: Contact, deepest: float, count: int) -> Moving:

@@ -16,6 +16,8 @@ from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.values import within_range
+from pymdr.result import Status
+from pymdr.solving.closure import is_curve
 from pymdr.solving.moving import moving_of
 from pymdr.solving.springs_error import errors_of_springs
 from pymdr.solving.step_values import has_unit, out_of_reach, refuse_malformed
@@ -87,7 +89,7 @@ class Stepper:
     contact : Contact
         Without adhesion: elastic half-spaces, homogeneous or transversely isotropic, with :class:`Coulomb` friction of any coefficient, also
         infinite, or without; the profile may be a :class:`ForceCurve`. `Viscoelastic` half-spaces with friction or without; `ElasticPlastic` bodies
-        without. With a law of adhesion: any elastic bodies, without friction.
+        without. With a law of adhesion: any elastic bodies, and `Viscoelastic` half-spaces under :class:`MaugisDugdale`, without friction.
     max_indentation : quantity
         Largest indentation in m of all steps, above 0.
     count : int
@@ -99,7 +101,7 @@ class Stepper:
     Raises
     ------
     ProblemError
-        If a body has memory with adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
+        If a body has memory with another law of adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
     RefusedError
         If the contact is not a disk at every indentation.
 
@@ -428,6 +430,25 @@ class Stepper:
         """Whether the contact jumped in the last step; never without adhesion."""
         jumped = self._moved.jumped
         return jumped if self.count > 1 else bool(jumped[0])
+
+    @property
+    def branch(self) -> Any:
+        """Number of the stable branch of equilibria on which the contact is, -1 without contact; always 0 in contact without adhesion."""
+        branch = self._moved.branch
+        return branch if self.count > 1 else int(branch[0])
+
+    @property
+    def status(self) -> Any:
+        """The :class:`Status` that :func:`solve` gives to a path that ends here, an array for several contacts."""
+        contact, moved = self._contact, self._moved
+        if contact.plastic is not None:
+            states = np.where(moved.yielded, Status.YIELDED, Status.ELASTIC)
+        elif contact.adhesion is not None:
+            apart = np.where(moved.touched, Status.PULLED_OFF, Status.NOT_TOUCHED)
+            states = np.where(moved.branch >= 0, Status.ATTACHED, apart)
+        else:
+            states = np.full(self.count, Status.OF_A_CURVE if is_curve(contact) else Status.COMPLETED)
+        return states if self.count > 1 else states[0]
 
     @property
     def dissipated_energy(self) -> Any:

@@ -18,6 +18,7 @@ PARAMETER, FORCE, RADIUS, STIFFNESS, OTHER = range(5)
     NORMAL,
     DISSIPATED,
     JUMPED,
+    TOUCHED,
     CURVE,
     MOVES,
     REACH,
@@ -27,11 +28,11 @@ PARAMETER, FORCE, RADIUS, STIFFNESS, OTHER = range(5)
     RESTS_FROM,
     RESTS_TO,
     SPENT,
-) = range(15)
-"""What a contact remembers: its branch, D, s, F, energy lost, whether the last step jumped; of an edge that rests the curve on which it
+) = range(16)
+"""What a contact remembers: its branch, D, s, F, energy lost, whether the last step jumped, whether it ever touched; of an edge that rests the curve on which it
 last moved, the direction of the last step, its radius and stiffness, D and F where it came to rest, the range of its rest, and the energy
 lost by hysteresis."""
-PLAIN = JUMPED + 1
+PLAIN = TOUCHED + 1
 """Columns without hysteresis."""
 NO_CONTACT, NOWHERE = -1, -3
 """Branches: of a free body, and none that is known to be stable."""

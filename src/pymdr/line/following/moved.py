@@ -12,7 +12,7 @@ from pymdr.line.following import layout as at
 from pymdr.line.following.branches import Columns, inverse_of
 from pymdr.line.following.paths import follow
 from pymdr.line.following.tracks import Index, Track
-from pymdr.line.moved import NOW, BoolArray, Moved, WithoutShift
+from pymdr.line.moved import NOW, BoolArray, IntArray, Moved, WithoutShift
 from pymdr.units import FloatArray
 
 _UP, _DOWN, _TOUCH = range(3)
@@ -98,7 +98,7 @@ class Branches(WithoutShift, Moved):
     """
     Contacts of one body on the stable branches of a curve, with jumps at their ends.
 
-    What they remember: (n, 2, 6) columns of :mod:`pymdr.line.following.layout`.
+    What they remember: (n, 2, 7) columns of :mod:`pymdr.line.following.layout`.
 
     Parameters
     ----------
@@ -175,6 +175,16 @@ class Branches(WithoutShift, Moved):
     def jumped(self) -> BoolArray:
         """Whether the last step jumped."""
         return self._now(at.JUMPED) > 0.0
+
+    @property
+    def branch(self) -> IntArray:
+        """Number of the stable branch, -1 for a free body."""
+        return self._now(at.STATE).astype(np.intp)
+
+    @property
+    def touched(self) -> BoolArray:
+        """Whether the bodies have been in contact."""
+        return self._now(at.TOUCHED) > 0.0
 
     @property
     def _states(self) -> tuple[FloatArray, Disks]:

@@ -47,6 +47,7 @@ from pymdr.line.following.layout import (
     STIFFNESS,
     TERMS,
     TOP,
+    TOUCHED,
     UNSTABLE,
     UP_JUMPS,
     UP_LOSS,
@@ -115,7 +116,7 @@ def step(rows: FloatArray, memory: FloatArray, depth: float) -> float:
     ----------
     rows : ndarray
         The branches of the curve, see :mod:`pymdr.line.following.layout`.
-    memory : ndarray, shape (2, 6)
+    memory : ndarray, shape (2, 7)
         What the contact remembers, now and before the last step.
     depth : float
         In m.
@@ -131,7 +132,9 @@ def step(rows: FloatArray, memory: FloatArray, depth: float) -> float:
     now[STATE], now[DEPTH] = branch, depth
     if branch == NO_CONTACT:
         now[AT], now[NORMAL] = math.nan, 0.0
+        now[TOUCHED] = max(now[TOUCHED], now[JUMPED])
         return 0.0
+    now[TOUCHED] = 1.0
     cell, u = place(rows, branch, depth)
     terms = int(rows[0, TERMS])
     now[AT] = value_in(rows, cell, PARAMETER, terms, u)
@@ -190,7 +193,7 @@ def step_resting(
         Both curves.
     edge : ndarray, shape (3,)
         Its constants.
-    memory : ndarray, shape (2, 15)
+    memory : ndarray, shape (2, 16)
     depth : float
         In m.
     branch, loss : float
@@ -231,6 +234,8 @@ def step_resting(
     else:
         branch = walk(rows, now, branch, depth)
     now[STATE], now[DEPTH], now[CURVE], now[MOVES] = branch, depth, direction, direction
+    if branch != NO_CONTACT or now[JUMPED] > 0.0:
+        now[TOUCHED] = 1.0
     land(rows, edge, now, advances)
     if not advances:
         spent = edge[PER_AREA] * (before * before - now[REACH] * now[REACH])

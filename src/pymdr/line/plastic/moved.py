@@ -141,6 +141,11 @@ class YieldingContacts(_Yielding):
         return self._ball.dissipation(self._at[1]) + self._now(_DISSIPATED)
 
     @property
+    def yielded(self) -> BoolArray:
+        """Whether the ball has yielded."""
+        return self._ball.residual(self._now(_LARGEST)) > 0.0
+
+    @property
     def jumped(self) -> BoolArray:
         """Whether the bodies separated under tension in the last step."""
         return self._now(_JUMPED) > 0.0
@@ -209,6 +214,11 @@ class GrowingContacts(_Yielding):
     def dissipated_energy(self) -> FloatArray:
         """Energy in J dissipated by yield so far."""
         return self._now(_GROWN - 1) - self.elastic_energy
+
+    @property
+    def yielded(self) -> BoolArray:
+        """Whether the ball has yielded."""
+        return self._last.residual > 0.0
 
 
 class _Rows(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from pymdr.errors import PathError
-from pymdr.line.moved import BEFORE, NOW, BoolArray, Moved, WithoutShift, durations_of
+from pymdr.line.moved import BEFORE, NOW, BoolArray, IntArray, Moved, WithoutShift, durations_of
 from pymdr.line.soft.springs import ZoneSprings
 from pymdr.units import FloatArray, metres
 
@@ -23,6 +23,7 @@ _KEPT = (
     "body_dissipation",
     "jump_dissipation",
     "jumped",
+    "touched",
 )
 _NUDGE = 1e-3
 """Sudden step by which a stiffness is measured, over the range of the attraction."""
@@ -34,7 +35,7 @@ class ZoneContacts(WithoutShift, Moved):
     """
     Contacts of one pair of bodies on springs with memory that attract each other by a constant stress.
 
-    What they remember: the arrays of :class:`ZoneSprings`, and (n, 2, 9) quantities after the step.
+    What they remember: the arrays of :class:`ZoneSprings`, and (n, 2, 10) quantities after the step.
 
     Parameters
     ----------
@@ -79,7 +80,8 @@ class ZoneContacts(WithoutShift, Moved):
         begin = float(row[_KEPT.index("indentation")])
         after = self.springs.follow(np.array([0.0, duration]), np.array([begin, depth]), math.inf)
         after["jump_dissipation"] += row[_KEPT.index("jump_dissipation")]
-        columns = after | {"indentation": np.array([depth])}
+        touched = (row[_KEPT.index("touched")] > 0.0) | (after["cohesive_radius"] > 0.0)
+        columns = after | {"indentation": np.array([depth]), "touched": touched}
         ends = [array.copy() for array in self.springs.state]
         return [*ends, np.array([columns[name][0] for name in _KEPT])]
 
@@ -137,6 +139,16 @@ class ZoneContacts(WithoutShift, Moved):
     def jumped(self) -> BoolArray:
         """Whether the last step jumped."""
         return self._now("jumped") > 0.0
+
+    @property
+    def branch(self) -> IntArray:
+        """0 where the bodies attract each other or touch, else -1."""
+        return np.where(self._now("cohesive_radius") > 0.0, 0, -1)
+
+    @property
+    def touched(self) -> BoolArray:
+        """Whether the bodies have attracted each other after a step."""
+        return self._now("touched") > 0.0
 
     def _now(self, name: str) -> FloatArray:
         return np.asarray(self.arrays[-1][:, NOW, _KEPT.index(name)])
