@@ -15,7 +15,7 @@ import pymdr as mdr
 from common import GEL, STEEL
 from drawing import examples
 from legibility import faults
-from pymdr.presentation.plot.shared import CYCLE, GREY, legend_above, letter_panels, new_figure, styled
+from pymdr.presentation.plot.shared import CYCLE, GREY, legend_above, new_figure
 from pymdr.presentation.plot.studies import columns_study
 from pymdr.quantities import parameter_label
 
@@ -296,14 +296,12 @@ def test_columns_that_hardly_differ_are_not_enlarged(size, spread, negative):
 @settings(deadline=None, max_examples=examples(9))
 @given(st.floats(-2.0, 3.0), st.lists(st.text("abcdefgh", min_size=1, max_size=30), min_size=1, max_size=8))
 def test_legends_fit_between_the_sides(log_size, labels):
-    with styled():
-        figure = new_figure(8.0, 6.0)
+    with new_figure(8.0, 6.0) as figure:
         for axes in figure.subplots(1, 2):
             for i, label in enumerate(labels):
                 axes.plot([0.0, 1.0], [0.0, 10.0**log_size * i], label=label)
             axes.set(xlabel="x (m)", ylabel="y (m)")
             legend_above(axes)
-        letter_panels(figure)
     assert not faults(figure)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -138,4 +139,4 @@ def curve_plots(result: Result, row: int) -> Plots:
     data = FigureData(
         data=result.data, row=row, field=None, gap=curve.gap, bands={}, on_line=False, modulus=modulus
     )
-    return Plots(data, drawn.drawn_by(closure_overview), drawn.drawn_by(closure_figures))
+    return Plots(data, partial(closure_overview, curve=drawn), partial(closure_figures, curve=drawn))

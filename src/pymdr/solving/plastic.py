@@ -285,7 +285,7 @@ def plastic_plots(result: Result, row: int) -> Plots:
         on_line=False,
         modulus=ball.modulus,
     )
-    return Plots(shown, drawn.drawn_by(plastic_overview), drawn.drawn_by(plastic_figures))
+    return Plots(shown, partial(plastic_overview, drawn=drawn), partial(plastic_figures, drawn=drawn))
 
 
 def residual_profile(result: Result, step: int = -1) -> Sampled:

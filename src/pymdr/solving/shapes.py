@@ -331,4 +331,4 @@ def shape_plots(result: Result, row: int) -> Plots:
         on_line=False,
         modulus=pressed_shape.modulus,
     )
-    return Plots(shown, drawn.drawn_by(shape_overview), drawn.drawn_by(shape_figures))
+    return Plots(shown, partial(shape_overview, shape=drawn), partial(shape_figures, shape=drawn))

@@ -8,33 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.interpretation.validity import BoolArray
+from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.layers import layers
 from pymdr.presentation.plot.loops import course_of, draw_loop, draw_radius
 from pymdr.presentation.plot.section import graded_inside, section, section_into
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    SMALL,
-    FigureData,
-    axis_label,
-    draw_zero,
-    edge_sign,
-    infinite_within,
-    legend_above,
-    lengths,
-    letter_panels,
-    mark_radii,
-    new_figure,
-    row_name,
-    scaled,
-    show_refusal,
-    show_text,
-    singularities,
-    styled,
-    typeset,
-)
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, good_unit
 
@@ -43,10 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def adhesive_overview(data: FigureData) -> Figure:
+def adhesive_overview(data: draw.FigureData) -> Figure:
     """The contact in section, its force loop, and its pressure, in one figure."""
-    with styled():
-        figure = new_figure(10.4, 6.2)
+    with draw.new_figure(10.4, 6.2) as figure:
         if data.field is None:
             section_into(figure, data)
             return figure
@@ -55,11 +31,10 @@ def adhesive_overview(data: FigureData) -> Figure:
         loop, pressure = right.subplots(2, 1, height_ratios=(1.25, 1.0))
         draw_loop(loop, course_of(data), _abscissas(data)[0])
         draw_tensile_pressure(pressure, data)
-        letter_panels(figure)
     return figure
 
 
-def adhesive_figures(data: FigureData) -> dict[str, Figure]:
+def adhesive_figures(data: draw.FigureData) -> dict[str, Figure]:
     """
     The figures of a contact with adhesion by name.
 
@@ -69,72 +44,68 @@ def adhesive_figures(data: FigureData) -> dict[str, Figure]:
         ``section``, ``loop``, ``radius`` and ``fields``; ``layers`` of a body of layers.
     """
     course, abscissas = course_of(data), _abscissas(data)
-    with styled():
-        loop = new_figure(9.6 if len(abscissas) > 1 else 5.8, 4.8)
+    with draw.new_figure(9.6 if len(abscissas) > 1 else 5.8, 4.8) as loop:
         for axes, across in zip(
             np.ravel(np.asarray(loop.subplots(1, len(abscissas)))), abscissas, strict=True
         ):
             draw_loop(axes, course, across)
-        radius = new_figure(5.8, 4.6)
+    with draw.new_figure(5.8, 4.6) as radius:
         draw_radius(radius.subplots(), course)
-        letter_panels(loop)
     own = {} if data.layers is None else {"layers": layers(data, course.trail, joined=course.joined)}
     return {"section": section(data), "loop": loop, "radius": radius, "fields": adhesive_fields(data), **own}
 
 
-def adhesive_fields(data: FigureData) -> Figure:
+def adhesive_fields(data: draw.FigureData) -> Figure:
     """The pressure with the tension at its edge, and both deformed surfaces."""
-    with styled():
-        figure = new_figure(9.6, 3.8)
+    with draw.new_figure(9.6, 3.8) as figure:
         left, right = figure.subplots(1, 2)
         draw_tensile_pressure(left, data)
         _draw_surfaces(right, data)
-        letter_panels(figure)
     return figure
 
 
-def _abscissas(data: FigureData) -> list[str]:
+def _abscissas(data: draw.FigureData) -> list[str]:
     return ["travel", "indentation"] if "travel" in data.data else ["indentation"]
 
 
-def draw_tensile_pressure(axes: Axes, data: FigureData) -> None:
+def draw_tensile_pressure(axes: Axes, data: draw.FigureData) -> None:
     """Pressure over the radius with the tension at its edge, cut where it is infinite."""
     if data.field is None:
-        show_refusal(axes, data)
+        draw.show_refusal(axes, data)
         return
     r, a, c = _radii(data)
     if not c > 0.0:
-        show_text(axes, f"no contact in {row_name(data, data.row)}")
+        draw.show_text(axes, f"no contact in {draw.row_name(data, data.row)}")
         return
     p = data.field("pressure", r)
     r_unit = good_unit(r, "m")
     low, high = _pressure_limits(p.values, r < a, finite=c > a)
     unit = good_unit(np.array([low, high]), "Pa")
-    x, y = lengths(r, r_unit), scaled(p.values, "pressure", unit)
-    axes.plot(x, y, color=ORANGE, lw=1.5)
-    axes.set_ylim(*scaled(np.array([low, high]), "pressure", unit))
+    x, y = draw.lengths(r, r_unit), draw.scaled(p.values, "pressure", unit)
+    axes.plot(x, y, color=draw.ORANGE, lw=1.5)
+    axes.set_ylim(*draw.scaled(np.array([low, high]), "pressure", unit))
     axes.set_xlim(0.0, x[-1])
-    draw_zero(axes)
-    mark_radii(axes, a, c, r_unit)
+    draw.draw_zero(axes)
+    draw.mark_radii(axes, a, c, r_unit)
     if c > a and np.any((r > a) & (r < c)):
         strength = float(np.min(p.values[(r > a) & (r < c)]))
-        label = f"$-\\sigma_0$ = {typeset(strength, 'Pa')}"
-        at = float(scaled(np.array(strength), "pressure", unit))
-        axes.text(x[-1], at, label, ha="right", va="bottom", fontsize=SMALL)
-    sign = edge_sign(p, a)
+        label = f"$-\\sigma_0$ = {draw.typeset(strength, 'Pa')}"
+        at = float(draw.scaled(np.array(strength), "pressure", unit))
+        axes.text(x[-1], at, label, ha="right", va="bottom", fontsize=draw.SMALL)
+    sign = draw.edge_sign(p, a)
     # halfway between p = 0 and the limit toward which the edge goes
-    height = 0.5 * float(scaled(np.array(low if sign < 0.0 else high), "pressure", unit))
-    label = singularities(float(p["edge_amplitude"]), sign, infinite_within(data, a))
+    height = 0.5 * float(draw.scaled(np.array(low if sign < 0.0 else high), "pressure", unit))
+    label = draw.singularities(float(p["edge_amplitude"]), sign, draw.infinite_within(data, a))
     if data.pull is not None:
         label = "\n".join(
-            [*label.splitlines(), f"and outside, not drawn,\na pull of {typeset(data.pull, 'N')}"]
+            [*label.splitlines(), f"and outside, not drawn,\na pull of {draw.typeset(data.pull, 'N')}"]
         )
-    axes.text(0.98 * x[-1], height, label, ha="right", va="center", fontsize=SMALL)
-    axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in {row_name(data, data.row)}")
-    axes.set_ylabel(axis_label("pressure", unit))
+    axes.text(0.98 * x[-1], height, label, ha="right", va="center", fontsize=draw.SMALL)
+    axes.set_xlabel(f"{RADIUS.label} ({r_unit}), in {draw.row_name(data, data.row)}")
+    axes.set_ylabel(draw.axis_label("pressure", unit))
 
 
-def _radii(data: FigureData) -> tuple[FloatArray, float, float]:
+def _radii(data: draw.FigureData) -> tuple[FloatArray, float, float]:
     """Radii graded to both edges, the contact radius and the cohesive radius, in m."""
     assert data.field is not None
     a = float(data.data["contact_radius"].values[data.row])
@@ -161,14 +132,14 @@ def _pressure_limits(p: FloatArray, inside: BoolArray, *, finite: bool) -> tuple
     return low - margin, high + 1.5 * margin
 
 
-def _draw_surfaces(axes: Axes, data: FigureData) -> None:
+def _draw_surfaces(axes: Axes, data: draw.FigureData) -> None:
     """Both deformed surfaces and the gap between them."""
     if data.field is None:
-        show_refusal(axes, data)
+        draw.show_refusal(axes, data)
         return
     r, a, c = _radii(data)
     if not c > 0.0:
-        show_text(axes, f"no contact in {row_name(data, data.row)}")
+        draw.show_text(axes, f"no contact in {draw.row_name(data, data.row)}")
         return
     d = float(data.data["indentation"].values[data.row])
     surface = -data.field("normal_displacement", r).values
@@ -180,19 +151,19 @@ def _draw_surfaces(axes: Axes, data: FigureData) -> None:
     wanted = np.concatenate([surface, gap[near & np.isfinite(gap)]])
     low, high = float(np.nanmin(wanted)), max(float(np.nanmax(wanted)), 0.3 * size)
     r_unit, unit = good_unit(r, "m"), good_unit(np.array([low, high]), "m")
-    x = lengths(r, r_unit)
+    x = draw.lengths(r, r_unit)
     inside = np.isfinite(body)
-    axes.plot(x[inside], lengths(body[inside], unit), color=BLUE, lw=1.5, label="indenter $f(r) - d$")
-    axes.plot(x, lengths(surface, unit), color=GREY, lw=1.5, label="surface $-u_z$")
-    open_gap = np.isfinite(gap)
     axes.plot(
-        x[open_gap], lengths(gap[open_gap], unit), color=GREEN, lw=1.2, ls="--", label=QUANTITIES["gap"].label
+        x[inside], draw.lengths(body[inside], unit), color=draw.BLUE, lw=1.5, label="indenter $f(r) - d$"
     )
+    axes.plot(x, draw.lengths(surface, unit), color=draw.GREY, lw=1.5, label="surface $-u_z$")
+    open_gap = np.isfinite(gap)
+    y = draw.lengths(gap[open_gap], unit)
+    axes.plot(x[open_gap], y, color=draw.GREEN, lw=1.2, ls="--", label=QUANTITIES["gap"].label)
     margin = 0.1 * (high - low) or 1.0
-    axes.set_ylim(*lengths(np.array([low - margin, high + margin]), unit))
+    axes.set_ylim(*draw.lengths(np.array([low - margin, high + margin]), unit))
     axes.set_xlim(0.0, x[-1])
-    mark_radii(axes, a, c, r_unit, named=False)
-    draw_zero(axes)
-    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
-    axes.set_ylabel(f"height ({unit})")
-    legend_above(axes)
+    draw.mark_radii(axes, a, c, r_unit, named=False)
+    draw.draw_zero(axes)
+    axes.set(xlabel=f"{RADIUS.label} ({r_unit})", ylabel=f"height ({unit})")
+    draw.legend_above(axes)

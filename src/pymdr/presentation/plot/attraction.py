@@ -7,21 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    axis_label,
-    draw_zero,
-    legend_above,
-    lengths,
-    letter_panels,
-    new_figure,
-    scaled,
-    styled,
-    typeset,
-    without_peaks,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, good_unit
 
@@ -32,9 +18,9 @@ if TYPE_CHECKING:
 
 
 _LINES: Mapping[str, Any] = {
-    "MaugisDugdale": {"color": ORANGE, "lw": 3.0, "alpha": 0.6},
-    "JKR": {"color": BLUE, "lw": 1.3},
-    "DMT": {"color": GREEN, "lw": 1.3},
+    "MaugisDugdale": {"color": draw.ORANGE, "lw": 3.0, "alpha": 0.6},
+    "JKR": {"color": draw.BLUE, "lw": 1.3},
+    "DMT": {"color": draw.GREEN, "lw": 1.3},
 }
 
 
@@ -54,31 +40,24 @@ def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset, label: st
     label : str
         Name of the curve.
     """
-    with styled():
-        figure = new_figure(5.4, 4.0)
+    with draw.new_figure(5.4, 4.0) as figure:
         axes = figure.subplots()
         d_unit, unit = (
             good_unit(curve[name], QUANTITIES[name].unit) for name in ("indentation", "normal_force")
         )
-        axes.plot(
-            lengths(curve["indentation"], d_unit),
-            scaled(curve["normal_force"], "normal_force", unit),
-            color=BLUE,
-            lw=1.3,
-            label=label,
-        )
+        x = draw.lengths(curve["indentation"], d_unit)
+        y = draw.scaled(curve["normal_force"], "normal_force", unit)
+        axes.plot(x, y, color=draw.BLUE, lw=1.3, label=label)
         for name, colour, names in (
-            ("last stable state", ORANGE, ("indentation", "normal_force")),
-            ("after the jump into contact", GREEN, ("jump_in_indentation", "jump_in_force")),
+            ("last stable state", draw.ORANGE, ("indentation", "normal_force")),
+            ("after the jump into contact", draw.GREEN, ("jump_in_indentation", "jump_in_force")),
         ):
             d, force = (data[each].values for each in names)
-            axes.plot(
-                lengths(d, d_unit), scaled(force, "normal_force", unit), "o", ms=5, color=colour, label=name
-            )
-        axes.set_xlabel(axis_label("indentation", d_unit))
-        axes.set_ylabel(axis_label("normal_force", unit))
-        draw_zero(axes)
-        legend_above(axes)
+            x, y = draw.lengths(d, d_unit), draw.scaled(force, "normal_force", unit)
+            axes.plot(x, y, "o", ms=5, color=colour, label=name)
+        axes.set(xlabel=draw.axis_label("indentation", d_unit), ylabel=draw.axis_label("normal_force", unit))
+        draw.draw_zero(axes)
+        draw.legend_above(axes)
     return figure
 
 
@@ -99,15 +78,13 @@ def compared_laws(
     pressures : mapping of str to xarray.DataArray
         Pressure in Pa over ``r`` by law.
     """
-    with styled():
-        figure = new_figure(9.6, 4.2)
+    with draw.new_figure(9.6, 4.2) as figure:
         left, right = figure.subplots(1, 2)
         _draw_equilibria(left, curves, pull_off_force)
         _draw_pressures(right, pressures, -pull_off_force["DMT"] if "DMT" in pull_off_force else None)
         for axes in (left, right):
-            draw_zero(axes)
-            legend_above(axes)
-        letter_panels(figure)
+            draw.draw_zero(axes)
+            draw.legend_above(axes)
     return figure
 
 
@@ -118,18 +95,17 @@ def _draw_equilibria(
     x_unit = good_unit(np.concatenate(depths), "m")
     unit = good_unit(np.concatenate(forces), "N")
     for name, d, force in zip(curves, depths, forces, strict=True):
-        label = f"{_LABELS.get(name, name)}, pull-off at {typeset(pull_off_force[name], 'N')}"
-        x, y = lengths(d, x_unit), scaled(force, "normal_force", unit)
+        label = f"{_LABELS.get(name, name)}, pull-off at {draw.typeset(pull_off_force[name], 'N')}"
+        x, y = draw.lengths(d, x_unit), draw.scaled(force, "normal_force", unit)
         axes.plot(x, y, label=label, **_LINES[name])
-    axes.set_xlabel(axis_label("indentation", x_unit))
-    axes.set_ylabel(axis_label("normal_force", unit))
+    axes.set(xlabel=draw.axis_label("indentation", x_unit), ylabel=draw.axis_label("normal_force", unit))
 
 
 def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray], pull: float | None) -> None:
     """Pressures by law; the pull of DMT in N, outside the contact, is given in its label."""
     known = [p.values[np.isfinite(p.values)] for p in pressures.values()]
     bounded = [p.values for p in pressures.values() if float(p["edge_amplitude"]) == 0.0]
-    high = max(float(without_peaks(p).max()) for p in known)
+    high = max(float(draw.without_peaks(p).max()) for p in known)
     deepest = min((float(p.min()) for p in bounded), default=-high)
     # an infinite or far larger edge is cut
     low = max(1.25 * deepest, -3.0 * high) or -high
@@ -140,10 +116,9 @@ def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray], pull: flo
         if float(p["edge_amplitude"]) != 0.0:
             label += ", singular at its edge"
         if name == "DMT" and pull is not None:
-            label += f", and a pull of {typeset(pull, 'N')} outside"
-        y = scaled(p.values, "pressure", unit)
-        axes.plot(lengths(p["r"].values, r_unit), y, label=label, **_LINES[name])
-    axes.set_ylim(*scaled(np.array([low, 1.2 * high]), "pressure", unit))
+            label += f", and a pull of {draw.typeset(pull, 'N')} outside"
+        y = draw.scaled(p.values, "pressure", unit)
+        axes.plot(draw.lengths(p["r"].values, r_unit), y, label=label, **_LINES[name])
+    axes.set_ylim(*draw.scaled(np.array([low, 1.2 * high]), "pressure", unit))
     axes.set_xlim(left=0.0)
-    axes.set_xlabel(f"{RADIUS.label} ({r_unit})")
-    axes.set_ylabel(axis_label("pressure", unit))
+    axes.set(xlabel=f"{RADIUS.label} ({r_unit})", ylabel=draw.axis_label("pressure", unit))

@@ -6,19 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    axis_label,
-    draw_zero,
-    legend_above,
-    letter_panels,
-    new_figure,
-    scaled,
-    styled,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import quantity
 from pymdr.units import FloatArray, good_unit
 
@@ -27,7 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DRAWN = {"normal_force": (BLUE, "F"), "normal_stiffness": (ORANGE, "k"), "contact_radius": (GREEN, "a")}
+_DRAWN = {
+    "normal_force": (draw.BLUE, "F"),
+    "normal_stiffness": (draw.ORANGE, "k"),
+    "contact_radius": (draw.GREEN, "a"),
+}
 
 
 def law_study(
@@ -53,12 +45,10 @@ def law_study(
     pull_off : float or None
         Indentation in m at pull-off; None without adhesion.
     """
-    with styled():
-        figure = new_figure(9.6, 3.8)
+    with draw.new_figure(9.6, 3.8) as figure:
         law, errors = figure.subplots(1, 2)
         _draw_law(law, knots, curve, pull_off)
         _draw_errors(errors, checks, tolerance, pull_off)
-        letter_panels(figure)
     return figure
 
 
@@ -68,34 +58,36 @@ def _draw_law(
     units = {
         name: good_unit(knots[name].values, quantity(name).unit) for name in ("indentation", "normal_force")
     }
-    d, force = (scaled(v, n, units[n]) for n, v in zip(units, curve, strict=True))
-    axes.plot(d, force, color=BLUE, label="law")
-    at, forces = (scaled(knots[n].values, n, units[n]) for n in units)
-    axes.plot(at, forces, "o", ms=3.0, color=GREY, label=f"{at.size} knots")
+    d, force = (draw.scaled(v, n, units[n]) for n, v in zip(units, curve, strict=True))
+    axes.plot(d, force, color=draw.BLUE, label="law")
+    at, forces = (draw.scaled(knots[n].values, n, units[n]) for n in units)
+    axes.plot(at, forces, "o", ms=3.0, color=draw.GREY, label=f"{at.size} knots")
     if pull_off is None and np.all(force > 0.0):
         axes.set(xscale="log", yscale="log")
         axes.set_xlim(0.5 * d[0], 1.5 * d[-1])
     else:
-        draw_zero(axes)
+        draw.draw_zero(axes)
         if pull_off is not None:
-            axes.plot(at[:1], forces[:1], "s", color=ORANGE, label="pull-off")
-    axes.set_xlabel(axis_label("indentation", units["indentation"]))
-    axes.set_ylabel(axis_label("normal_force", units["normal_force"]))
-    legend_above(axes)
+            axes.plot(at[:1], forces[:1], "s", color=draw.ORANGE, label="pull-off")
+    axes.set_xlabel(draw.axis_label("indentation", units["indentation"]))
+    axes.set_ylabel(draw.axis_label("normal_force", units["normal_force"]))
+    draw.legend_above(axes)
 
 
 def _draw_errors(axes: Axes, checks: xr.Dataset, tolerance: float, pull_off: float | None) -> None:
     d = checks["indentation"].values - (pull_off or 0.0)
     unit = good_unit(d, "m")
-    x = scaled(d, "indentation", unit)
+    x = draw.scaled(d, "indentation", unit)
     for name, (colour, symbol) in _DRAWN.items():
         errors = checks[name].values
         axes.plot(
             x, np.where(errors > 0.0, errors, np.nan), ".", ms=2.0, color=colour, label=f"of ${symbol}$"
         )
-    axes.axhline(tolerance, color=GREY, lw=0.8, ls="--", label="tolerance")
+    axes.axhline(tolerance, color=draw.GREY, lw=0.8, ls="--", label="tolerance")
     axes.set(xscale="log", yscale="log", ylabel="relative difference from solve")
     axes.set_xlabel(
-        axis_label("indentation", unit) if pull_off is None else f"indentation above the pull-off ({unit})"
+        draw.axis_label("indentation", unit)
+        if pull_off is None
+        else f"indentation above the pull-off ({unit})"
     )
-    legend_above(axes)
+    draw.legend_above(axes)

@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    axis_label,
-    lengths,
-    mark_radii,
-    new_figure,
-    scaled,
-    styled,
-    typeset,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import ACROSS, ALONG, DEPTH
 from pymdr.units import FloatArray, good_unit
 
@@ -52,38 +44,33 @@ def fatigue_study(
         Unit normal of its plane, nan if there is none.
     largest : float
         The largest value in its SI unit.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     name = str(field.name)
     surface = field.sizes["z"] == 1
     down = "y" if surface else "z"
     section = field.isel(z=0) if surface else field.isel(y=0)
     unit = good_unit(field["x"].values, "m")
-    along, across = lengths(section["x"].values, unit), lengths(section[down].values, unit)
+    along, across = draw.lengths(section["x"].values, unit), draw.lengths(section[down].values, unit)
     values = np.where(np.isfinite(section.values), section.values, 0.0)
     si = str(field.attrs["units"])
     value_unit = next((unit for size, unit in _PREFIXED.get(si, ()) if largest >= size), si)
     if si and value_unit == si:
         value_unit = good_unit(np.append(values, largest), si)
-    values = scaled(values, name, value_unit)
-    top = float(scaled(np.array([largest]), name, value_unit)[0]) or 1.0
-    with styled():
-        figure = new_figure(6.4, 4.4 if surface else 3.2)
+    values = draw.scaled(values, name, value_unit)
+    top = float(draw.scaled(np.array([largest]), name, value_unit)[0]) or 1.0
+    with draw.new_figure(6.4, 4.4 if surface else 3.2) as figure:
         axes = figure.subplots()
         drawn = axes.contourf(
             along, across, values.clip(0.0, top), levels=np.linspace(0.0, top, _LEVELS + 1), cmap="magma"
         )
-        figure.colorbar(drawn, ax=axes, label=axis_label(name, value_unit))
-        radius = float(lengths(np.array([contact_radius]), unit)[0])
+        figure.colorbar(drawn, ax=axes, label=draw.axis_label(name, value_unit))
+        radius = float(draw.lengths(np.array([contact_radius]), unit)[0])
         if surface:
             angle = np.linspace(0.0, 2.0 * math.pi, 181)
             axes.plot(radius * np.cos(angle), radius * np.sin(angle), color="white", lw=0.8, ls=(0, (5, 3)))
         else:
-            mark_radii(axes, contact_radius, contact_radius, unit, both_sides=True)
-        x, y, z = (float(value) for value in lengths(np.array(place), unit))
+            draw.mark_radii(axes, contact_radius, contact_radius, unit, both_sides=True)
+        x, y, z = (float(value) for value in draw.lengths(np.array(place), unit))
         if not math.isnan(x):
             depth = y if surface else z
             if not surface and not np.isnan(plane).any() and math.hypot(plane[0], plane[2]) > 1e-6:
@@ -91,7 +78,7 @@ def fatigue_study(
                 ends = np.array([-1.0, 1.0]) * _TRACE * radius
                 axes.plot(x + ends * trace[0], depth + ends * trace[1], color="cyan", lw=1.6)
             axes.plot([x], [depth], "o", color="white", ms=5, mec="black", clip_on=False)
-            axes.set_title(f"largest: {typeset(top, value_unit)}", fontsize="medium")
+            axes.set_title(f"largest: {draw.typeset(top, value_unit)}", fontsize="medium")
         axes.set(
             xlabel=f"{ALONG.label} ({unit})",
             ylabel=f"{(ACROSS if surface else DEPTH).label} ({unit})",

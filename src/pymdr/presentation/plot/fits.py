@@ -9,26 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import UnitError
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    CYCLE,
-    GREY,
-    LIGHT,
-    ORANGE,
-    SMALL,
-    axis_label,
-    draw_zero,
-    label_history,
-    legend_above,
-    lengths,
-    letter_panels,
-    new_figure,
-    scaled,
-    styled,
-    thinned,
-    typeset_unit,
-    with_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import parameter_label, quantity
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -37,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LAWS = tuple(zip(CYCLE, ("-", "--", "-.", ":", "-", "--"), strict=True))
+_LAWS = tuple(zip(draw.CYCLE, ("-", "--", "-.", ":", "-", "--"), strict=True))
 """Colours and dashes of laws whose curves may coincide."""
 _NAMED, _LONGEST = 8, 14
 """Largest number of groups whose names are drawn, and characters of a name."""
@@ -59,29 +40,31 @@ def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:
     captions : sequence of str
         Fitted parameters, one line each.
     """
-    with styled():
-        figure = new_figure(9.6, 4.0 + 0.16 * len(captions))
+    with draw.new_figure(9.6, 4.0 + 0.16 * len(captions)) as figure:
         curve, rest = figure.subplots(1, 2, width_ratios=[3, 2])
         along, force = _drawn_names(data)
         own, newton = (good_unit(data[name].values, quantity(name).unit) for name in (along, force))
-        x, y = scaled(data[along].values, along, own), scaled(data[force].values, force, newton)
+        x, y = draw.scaled(data[along].values, along, own), draw.scaled(data[force].values, force, newton)
         used, which = data["used"].values, data["curve"].values
         _draw_measured(curve, x, y)
         model = np.asarray(from_si(data["model"].values, "N", newton))
         for one in np.unique(which):
             curve.plot(
-                x[which == one], model[which == one], color=BLUE, lw=1.4, label="model" if one == 0 else None
+                x[which == one],
+                model[which == one],
+                color=draw.BLUE,
+                lw=1.4,
+                label="model" if one == 0 else None,
             )
         if not used.all():
-            curve.plot(x[~used], y[~used], "x", color=ORANGE, ms=5, label="left out")
+            curve.plot(x[~used], y[~used], "x", color=draw.ORANGE, ms=5, label="left out")
         _name_axes(curve, along, own, force, newton)
         unit = good_unit(data["residual"].values[used], "N")
         sample = x if along == "time" else np.arange(1.0, x.size + 1)
-        _draw_residuals(rest, sample, data, unit, GREY)
-        rest.set_xlabel(axis_label("time", own) if along == "time" else "sample")
+        _draw_residuals(rest, sample, data, unit, draw.GREY)
+        rest.set_xlabel(draw.axis_label("time", own) if along == "time" else "sample")
         rest.set_ylabel(f"measured minus model ({unit})")
-        letter_panels(figure)
-        figure.suptitle(typeset_unit("\n".join(captions)), fontsize=SMALL)
+        figure.suptitle(draw.typeset_unit("\n".join(captions)), fontsize=draw.SMALL)
     return figure
 
 
@@ -96,9 +79,8 @@ def sheet_of_records(records: Mapping[str, xr.Dataset], columns: int = 5) -> Fig
     columns : int
         Panels of a row.
     """
-    with styled():
-        rows = -(-len(records) // columns)
-        figure = new_figure(9.6, 0.3 + 1.5 * rows)
+    rows = -(-len(records) // columns)
+    with draw.new_figure(9.6, 0.3 + 1.5 * rows, letters=False) as figure:
         figure.set_layout_engine("none")  # measuring all labels would take longer than drawing them
         inch = 1.0 / figure.get_figheight()
         sides = {"left": 0.03, "right": 0.995, "bottom": 0.2 * inch, "top": 1.0 - 0.2 * inch}
@@ -109,11 +91,11 @@ def sheet_of_records(records: Mapping[str, xr.Dataset], columns: int = 5) -> Fig
         for axes, (name, data) in zip(panels, records.items(), strict=False):
             along, force = _drawn_names(data)
             own, newton = (good_unit(data[one].values, quantity(one).unit) for one in (along, force))
-            x, y = scaled(data[along].values, along, own), scaled(data[force].values, force, newton)
-            chosen = thinned(y)
-            axes.plot(x[chosen], y[chosen], ".", color=GREY, ms=1.5, alpha=0.6, rasterized=True)
+            x, y = draw.scaled(data[along].values, along, own), draw.scaled(data[force].values, force, newton)
+            chosen = draw.thinned(y)
+            axes.plot(x[chosen], y[chosen], ".", color=draw.GREY, ms=1.5, alpha=0.6, rasterized=True)
             model = np.asarray(from_si(data["model"].values, "N", newton))
-            axes.plot(x[chosen], model[chosen], color=BLUE, lw=0.9)
+            axes.plot(x[chosen], model[chosen], color=draw.BLUE, lw=0.9)
             axes.locator_params(nbins=3)
             axes.tick_params(labelsize=5, length=2, pad=1)
             title = name if len(name) <= _TITLE else f"\N{HORIZONTAL ELLIPSIS}{name[1 - _TITLE :]}"
@@ -129,21 +111,20 @@ def _drawn_names(data: xr.Dataset) -> tuple[str, str]:
 
 
 def _draw_measured(axes: Axes, x: FloatArray, y: FloatArray) -> None:
-    axes.plot(x, y, ".", color=GREY, ms=3.5, alpha=0.6, label="measured", rasterized=True)
+    axes.plot(x, y, ".", color=draw.GREY, ms=3.5, alpha=0.6, label="measured", rasterized=True)
 
 
 def _name_axes(axes: Axes, along: str, own: str, force: str, newton: str) -> None:
-    draw_zero(axes)
-    axes.set_xlabel(axis_label(along, own))
-    axes.set_ylabel(axis_label(force, newton))
-    legend_above(axes)
+    draw.draw_zero(axes)
+    axes.set(xlabel=draw.axis_label(along, own), ylabel=draw.axis_label(force, newton))
+    draw.legend_above(axes)
 
 
 def _draw_residuals(axes: Axes, x: FloatArray, data: xr.Dataset, unit: str, colour: str) -> None:
     """Residuals of the fitted samples."""
     residual = np.where(data["used"].values, data["residual"].values, np.nan)
     axes.plot(x, from_si(residual, "N", unit), ".", color=colour, ms=2.5, rasterized=True)
-    axes.axhline(0.0, color=BLUE if colour == GREY else GREY, lw=1.0)
+    axes.axhline(0.0, color=draw.BLUE if colour == draw.GREY else draw.GREY, lw=1.0)
 
 
 def growing_ranges(record: xr.Dataset, data: xr.Dataset, names: Sequence[str]) -> Figure:
@@ -159,25 +140,21 @@ def growing_ranges(record: xr.Dataset, data: xr.Dataset, names: Sequence[str]) -
     names : sequence of str
         The parameters, a panel each.
     """
-    with styled():
-        figure = new_figure(4.8 + 3.6 * len(names), 3.6)
+    with draw.new_figure(4.8 + 3.6 * len(names), 3.6) as figure:
         axes, *panels = figure.subplots(1, 1 + len(names))
         own, newton = (
             good_unit(record[name].values, unit)
             for name, unit in (("indentation", "m"), ("normal_force", "N"))
         )
-        x = scaled(record["indentation"].values, "indentation", own)
-        _draw_measured(axes, x, scaled(record["normal_force"].values, "normal_force", newton))
-        axes.plot(
-            x, np.asarray(from_si(record["model"].values, "N", newton)), color=BLUE, lw=1.4, label="model"
-        )
-        axes.axvline(0.0, color=ORANGE, lw=1.2, label="contact point")
-        axes.set_xlabel(axis_label("indentation", own))
-        axes.set_ylabel(axis_label("normal_force", newton))
-        legend_above(axes)
+        x = draw.scaled(record["indentation"].values, "indentation", own)
+        _draw_measured(axes, x, draw.scaled(record["normal_force"].values, "normal_force", newton))
+        y = np.asarray(from_si(record["model"].values, "N", newton))
+        axes.plot(x, y, color=draw.BLUE, lw=1.4, label="model")
+        axes.axvline(0.0, color=draw.ORANGE, lw=1.2, label="contact point")
+        axes.set(xlabel=draw.axis_label("indentation", own), ylabel=draw.axis_label("normal_force", newton))
+        draw.legend_above(axes)
         for name, panel in zip(names, panels, strict=True):
             _draw_growing(panel, data, name, own)
-        letter_panels(figure)
     return figure
 
 
@@ -186,12 +163,12 @@ def _draw_growing(axes: Axes, data: xr.Dataset, name: str, along: str) -> None:
     own = str(data[name].attrs["units"])
     last = float(data[name].values[-1])
     unit = good_unit(np.array([last]), own)
-    x = lengths(data["fit_range"].values, along)
+    x = draw.lengths(data["fit_range"].values, along)
     value, low, high = (
         np.asarray(from_si(data[f"{name}{end}"].values, own, unit)) for end in ("", "_low", "_high")
     )
-    axes.fill_between(x, low, high, color=BLUE, alpha=0.2, lw=0.0, label="95 %")
-    axes.plot(x, value, "o-", color=BLUE, ms=4, lw=1.2)
+    axes.fill_between(x, low, high, color=draw.BLUE, alpha=0.2, lw=0.0, label="95 %")
+    axes.plot(x, value, "o-", color=draw.BLUE, ms=4, lw=1.2)
     # shallow ranges may determine nothing; their intervals would hide the rest
     size, known = abs(value[-1]), np.isfinite(value)
     inside = known & (np.abs(value - value[-1]) < 3.0 * size)
@@ -200,8 +177,8 @@ def _draw_growing(axes: Axes, data: xr.Dataset, name: str, along: str) -> None:
         max(float(value[inside].max()), value[-1] + 0.1 * size) + 0.1 * size,
     )
     axes.set_xlabel(f"largest fitted indentation ({along})")
-    axes.set_ylabel(with_unit(parameter_label(name), unit))
-    legend_above(axes)
+    axes.set_ylabel(draw.with_unit(parameter_label(name), unit))
+    draw.legend_above(axes)
 
 
 def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
@@ -216,16 +193,15 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
         The panels.
     """
     dims = [str(dim) for dim in data["ending"].dims]
-    with styled():
-        columns = min(len(names), 3)
-        rows = -(-len(names) // columns)
-        figure = new_figure(3.4 * columns, 2.9 * rows)
+    columns = min(len(names), 3)
+    rows = -(-len(names) // columns)
+    with draw.new_figure(3.4 * columns, 2.9 * rows) as figure:
         panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
         for name, axes in zip(names, panels, strict=False):
             own = str(data[name].attrs["units"])
             unit = good_unit(data[name].values, own)
             values = np.asarray(from_si(data[name].values, own, unit))
-            label = with_unit(parameter_label(name), unit)
+            label = draw.with_unit(parameter_label(name), unit)
             if len(dims) == 2:
                 _draw_picture(axes, data, dims, values, label)
             else:
@@ -233,7 +209,6 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
                 axes.set_ylabel(label)
         for axes in panels[len(names) :]:
             figure.delaxes(axes)
-        letter_panels(figure)
     return figure
 
 
@@ -244,9 +219,9 @@ def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     error = f"{name}_error"
     bars = from_si(data[error].values.ravel(), own, unit) if error in data else None
     number = np.arange(data[name].size)
-    axes.errorbar(number, values, bars, fmt=".", color=BLUE, ms=4, elinewidth=0.8)
+    axes.errorbar(number, values, bars, fmt=".", color=draw.BLUE, ms=4, elinewidth=0.8)
     axes.set_xlim(-0.5, number.size - 0.5)
-    label_history(axes, "curve")
+    draw.label_history(axes, "curve")
 
 
 def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, label: str) -> None:
@@ -256,11 +231,10 @@ def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: Flo
     picture = axes.pcolormesh(
         _edges(x), _edges(y), values, vmin=low, vmax=high, cmap="viridis", rasterized=True
     )
-    axes.set_facecolor(GREY)
+    axes.set_facecolor(draw.GREY)
     axes.set_aspect("equal" if up and up == along else "auto")
     axes.figure.colorbar(picture, ax=axes, label=label)
-    axes.set_ylabel(with_unit(dims[0], up))
-    axes.set_xlabel(with_unit(dims[1], along))
+    axes.set(ylabel=draw.with_unit(dims[0], up), xlabel=draw.with_unit(dims[1], along))
 
 
 def _coordinates(data: xr.Dataset, dim: str) -> tuple[FloatArray, str]:
@@ -273,7 +247,7 @@ def _coordinates(data: xr.Dataset, dim: str) -> tuple[FloatArray, str]:
     except UnitError:
         return at, own
     unit = good_unit(metres, "m")
-    return lengths(metres, unit), unit
+    return draw.lengths(metres, unit), unit
 
 
 def _colour_limits(values: np.ndarray) -> tuple[float, float]:
@@ -303,14 +277,13 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
     """
     order = sorted(weights, key=lambda name: -weights[name])
     first = data[order[0]]
-    with styled():
-        figure = new_figure(9.6, max(4.2, 1.3 * len(order)))
+    with draw.new_figure(9.6, max(4.2, 1.3 * len(order))) as figure:
         grid = figure.add_gridspec(len(order), 2, width_ratios=[3, 2])
         curve = figure.add_subplot(grid[:, 0])
         along, drawn = _drawn_names(first)
         own, newton = (good_unit(first[name].values, quantity(name).unit) for name in (along, drawn))
-        x, force = scaled(first[along].values, along, own), first[drawn].values
-        _draw_measured(curve, x, scaled(force, drawn, newton))
+        x, force = draw.scaled(first[along].values, along, own), first[drawn].values
+        _draw_measured(curve, x, draw.scaled(force, drawn, newton))
         sample = x if along == "time" else np.arange(1.0, x.size + 1)
         rows: list[Axes] = []
         for i, (name, (colour, dashes)) in enumerate(zip(order, itertools.cycle(_LAWS), strict=False)):
@@ -320,14 +293,13 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
             axes = figure.add_subplot(grid[i, 1], sharex=rows[0] if rows else None)
             unit = good_unit(data[name]["residual"].values[data[name]["used"].values], "N")
             _draw_residuals(axes, sample, data[name], unit, colour)
-            axes.set_ylabel(f"{name} ({unit})", fontsize=SMALL)
+            axes.set_ylabel(f"{name} ({unit})", fontsize=draw.SMALL)
             axes.tick_params(labelbottom=i == len(order) - 1)
             rows.append(axes)
         rows[0].set_title("measured minus model")
-        rows[-1].set_xlabel(axis_label("time", own) if along == "time" else "sample")
+        rows[-1].set_xlabel(draw.axis_label("time", own) if along == "time" else "sample")
         figure.align_ylabels(rows)
         _name_axes(curve, along, own, drawn, newton)
-        letter_panels(figure)
     return figure
 
 
@@ -347,8 +319,7 @@ def fitted_groups(data: xr.Dataset, groups: Mapping[str, xr.Dataset], names: Seq
     data = data.isel(curve=np.flatnonzero(np.isfinite(data[names[0]].values)))
     labels, good = data["group"].values, data["good"].values
     order = np.argsort(labels, kind="stable")
-    with styled():
-        figure = new_figure(4.6 * len(names), 3.6)
+    with draw.new_figure(4.6 * len(names), 3.6) as figure:
         for axes, name in zip(np.atleast_1d(figure.subplots(1, len(names))), names, strict=True):
             own = str(data[name].attrs["units"])
             unit = good_unit(data[name].values[good] if good.any() else data[name].values, own)
@@ -360,19 +331,17 @@ def fitted_groups(data: xr.Dataset, groups: Mapping[str, xr.Dataset], names: Seq
             kept = good[order]
             bars = [np.maximum(value - low, 0.0), np.maximum(high - value, 0.0)]
             axes.errorbar(
-                place[kept], value[kept], [bar[kept] for bar in bars], fmt=".", color=BLUE, ms=4, elinewidth=0.8,
+                place[kept], value[kept], [bar[kept] for bar in bars], fmt=".", color=draw.BLUE, ms=4, elinewidth=0.8,
                 label="95 % interval",
             )  # fmt: skip
             if not kept.all() and np.isfinite(value[~kept]).any():
-                axes.plot(place[~kept], value[~kept], "x", color=GREY, ms=5, label="excluded")
+                axes.plot(place[~kept], value[~kept], "x", color=draw.GREY, ms=5, label="excluded")
             _draw_medians(axes, groups.get(name), labels[order], unit)
             shown = value[kept] if kept.any() else value
             axes.set_ylim(0.0, 1.25 * float(np.nanmax(shown)) if shown.min() > 0.0 else None)
             axes.set_xlim(0.5, value.size + 0.5)
-            axes.set_xlabel("curve")
-            axes.set_ylabel(with_unit(parameter_label(name), unit))
-            legend_above(axes)
-        letter_panels(figure)
+            axes.set(xlabel="curve", ylabel=draw.with_unit(parameter_label(name), unit))
+            draw.legend_above(axes)
     return figure
 
 
@@ -380,7 +349,7 @@ def _draw_medians(axes: Axes, medians: xr.Dataset | None, labels: np.ndarray, un
     """The median of each group with its interval over the places of its curves."""
     ends = [i for i in range(1, labels.size) if labels[i] != labels[i - 1]]
     for end in ends:
-        axes.axvline(end + 0.5, color=LIGHT, lw=0.8)
+        axes.axvline(end + 0.5, color=draw.LIGHT, lw=0.8)
     if medians is None:
         return
     own = str(medians["median"].attrs["units"])
@@ -391,10 +360,10 @@ def _draw_medians(axes: Axes, medians: xr.Dataset | None, labels: np.ndarray, un
             float(from_si(float(medians[f"median{end}"][i]), own, unit)) for end in ("", "_low", "_high")
         )
         if np.isfinite(low):
-            axes.fill_between(span, low, high, color=ORANGE, alpha=0.2, lw=0)
-        axes.plot(span, [middle, middle], color=ORANGE, lw=1.4, label="" if i else "median of the group")
+            axes.fill_between(span, low, high, color=draw.ORANGE, alpha=0.2, lw=0)
+        axes.plot(span, [middle, middle], color=draw.ORANGE, lw=1.4, label="" if i else "median of the group")
         if len(medians["group"]) <= _NAMED:
             axes.annotate(
                 str(group)[:_LONGEST], (float(places.mean()), 0.02), xycoords=("data", "axes fraction"),
-                ha="center", fontsize=SMALL,
+                ha="center", fontsize=draw.SMALL,
             )  # fmt: skip

@@ -6,33 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.adhesion import adhesive_fields, draw_tensile_pressure
 from pymdr.presentation.plot.section import section, section_into
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREY,
-    MARKED_ROWS,
-    ORANGE,
-    FigureData,
-    axis_label,
-    column,
-    draw_zero,
-    legend_above,
-    letter_panels,
-    new_figure,
-    row_name,
-    styled,
-)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-def sheared_overview(data: FigureData) -> Figure:
+def sheared_overview(data: draw.FigureData) -> Figure:
     """The contact in section, its tangential force and radius over the shift, and its pressure, in one figure."""
-    with styled():
-        figure = new_figure(10.4, 6.6)
+    with draw.new_figure(10.4, 6.6) as figure:
         if data.field is None:
             section_into(figure, data)
             return figure
@@ -42,33 +27,37 @@ def sheared_overview(data: FigureData) -> Figure:
         _draw(force, data, "tangential_force")
         _draw(radius, data, "contact_radius")
         draw_tensile_pressure(pressure, data)
-        letter_panels(figure)
     return figure
 
 
-def sheared_figures(data: FigureData) -> dict[str, Figure]:
+def sheared_figures(data: draw.FigureData) -> dict[str, Figure]:
     """``section``, ``shear`` and ``fields``."""
-    with styled():
-        shear = new_figure(9.6, 3.8)
+    with draw.new_figure(9.6, 3.8) as shear:
         left, right = shear.subplots(1, 2)
         _draw(left, data, "tangential_force")
         _draw(right, data, "contact_radius")
-        letter_panels(shear)
     return {"section": section(data), "shear": shear, "fields": adhesive_fields(data)}
 
 
-def _draw(axes: Axes, data: FigureData, name: str) -> None:
+def _draw(axes: Axes, data: draw.FigureData, name: str) -> None:
     """A quantity over the shift; the drawn row and the last one before slip are marked."""
-    (u, u_unit), (y, unit) = column(data, "shift"), column(data, name)
-    axes.plot(u, y, color=BLUE, lw=1.5, marker="o" if u.size <= MARKED_ROWS else None, ms=2.5)
+    (u, u_unit), (y, unit) = draw.column(data, "shift"), draw.column(data, name)
+    axes.plot(u, y, color=draw.BLUE, lw=1.5, marker="o" if u.size <= draw.MARKED_ROWS else None, ms=2.5)
     ends = np.flatnonzero(np.isfinite(y[:-1]) & np.isnan(y[1:]))
     for k, row in enumerate(ends):
-        axes.plot(u[[row]], y[[row]], "x", color=ORANGE, ms=8, mew=2, label="before slip" if k == 0 else None)
+        axes.plot(
+            u[[row]], y[[row]], "x", color=draw.ORANGE, ms=8, mew=2, label="before slip" if k == 0 else None
+        )
     if data.row >= 0:
         axes.plot(
-            u[[data.row]], y[[data.row]], "o", color=GREY, ms=6, label=row_name(data, data.row), zorder=3
+            u[[data.row]],
+            y[[data.row]],
+            "o",
+            color=draw.GREY,
+            ms=6,
+            label=draw.row_name(data, data.row),
+            zorder=3,
         )
-    draw_zero(axes)
-    axes.set_xlabel(axis_label("shift", u_unit))
-    axes.set_ylabel(axis_label(name, unit))
-    legend_above(axes)
+    draw.draw_zero(axes)
+    axes.set(xlabel=draw.axis_label("shift", u_unit), ylabel=draw.axis_label(name, unit))
+    draw.legend_above(axes)

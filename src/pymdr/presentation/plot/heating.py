@@ -6,20 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREY,
-    MARKED_ROWS,
-    ORANGE,
-    draw_zero,
-    legend_above,
-    lengths,
-    letter_panels,
-    new_figure,
-    show_text,
-    styled,
-    typeset_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
@@ -40,19 +27,18 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
     voltage, rise : ndarray
         The universal curve of all metals, in V and K.
     """
-    with styled():
-        panels = 2 if "current" in data else 1
-        figure = new_figure(4.8 * panels, 3.6)
+    panels = 2 if "current" in data else 1
+    with draw.new_figure(4.8 * panels, 3.6) as figure:
         axes = np.ravel(np.asarray(figure.subplots(1, panels)))
         unit = good_unit(voltage, "V")
-        few = "o" if data["voltage"].size <= MARKED_ROWS else "."
+        few = "o" if data["voltage"].size <= draw.MARKED_ROWS else "."
         given = np.asarray(from_si(data["voltage"].values, "V", unit))
-        axes[0].plot(from_si(voltage, "V", unit), rise, color=GREY, lw=1.2, label="any shape, any metal")
-        axes[0].plot(given, data["temperature_rise"].values, few, color=BLUE, ms=4)
+        axes[0].plot(from_si(voltage, "V", unit), rise, color=draw.GREY, lw=1.2, label="any shape, any metal")
+        axes[0].plot(given, data["temperature_rise"].values, few, color=draw.BLUE, ms=4)
         axes[0].set_xlabel(f"voltage $V$ ({unit})")
         axes[0].set_ylabel("largest temperature rise $T_\\mathrm{max} - T_0$ (K)")
         axes[0].set_ylim(bottom=0.0)
-        legend_above(axes[0])
+        draw.legend_above(axes[0])
         if panels == 2:
             current, resistance = data["current"].values, data["cold_resistance"].values
             along, label, si = current, "current $I$", "A"
@@ -60,13 +46,11 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
                 along, label, si = resistance, "cold resistance $R_0$", "ohm"
             shown = good_unit(along, si)
             x, cold = from_si(along, si, shown), from_si(current * resistance, "V", unit)
-            axes[1].plot(x, given, few, color=BLUE, ms=4, label="heated")
-            axes[1].plot(x, cold, few, color=GREY, ms=3, label="cold")
-            axes[1].set_xlabel(f"{label} ({typeset_unit(shown)})")
-            axes[1].set_ylabel(f"voltage $V$ ({unit})")
-            draw_zero(axes[1])
-            legend_above(axes[1])
-        letter_panels(figure)
+            axes[1].plot(x, given, few, color=draw.BLUE, ms=4, label="heated")
+            axes[1].plot(x, cold, few, color=draw.GREY, ms=3, label="cold")
+            axes[1].set(xlabel=f"{label} ({draw.typeset_unit(shown)})", ylabel=f"voltage $V$ ({unit})")
+            draw.draw_zero(axes[1])
+            draw.legend_above(axes[1])
     return figure
 
 
@@ -82,39 +66,35 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
     surface : xarray.Dataset
         ``temperature_rise`` (K) over ``speed`` and ``r`` (m), or empty.
     """
-    with styled():
-        figure = new_figure(9.6, 3.8)
+    with draw.new_figure(9.6, 3.8) as figure:
         left, right = figure.subplots(1, 2)
         ordered = data.sortby("speed")
         v = ordered["speed"].values
         unit = good_unit(v, "m/s")
-        few = "o" if v.size <= MARKED_ROWS else None
+        few = "o" if v.size <= draw.MARKED_ROWS else None
         for name, label, colour in (
-            ("largest_temperature_rise", "largest", BLUE),
-            ("mean_temperature_rise", "mean over the contact", ORANGE),
+            ("largest_temperature_rise", "largest", draw.BLUE),
+            ("mean_temperature_rise", "mean over the contact", draw.ORANGE),
         ):
             if name in ordered:
                 left.plot(
                     from_si(v, "m/s", unit), ordered[name].values, color=colour, marker=few, ms=3, label=label
                 )
-        left.set_xlabel(f"speed $v$ ({unit})")
-        left.set_ylabel("temperature rise (K)")
+        left.set(xlabel=f"speed $v$ ({unit})", ylabel="temperature rise (K)")
         left.set_ylim(bottom=0.0)
-        legend_above(left)
+        draw.legend_above(left)
         if "temperature_rise" in surface:
             r = surface["r"].values
             r_unit = good_unit(r, "m")
             for row in np.unique(np.linspace(0, surface.sizes["speed"] - 1, _MOST).round().astype(int)):
                 speed = float(from_si(float(surface["speed"][row]), "m/s", unit))
                 rise = surface["temperature_rise"].values[row]
-                right.plot(lengths(r, r_unit), rise, lw=1.5, label=f"{speed:.3g} {unit}")
-            edge = lengths(np.array(data.attrs["contact_radius"]), r_unit)
-            right.axvline(float(edge), color=GREY, lw=0.9, ls=":")
-            right.set_xlabel(f"radius $r$ ({r_unit})")
-            right.set_ylabel("temperature rise (K)")
+                right.plot(draw.lengths(r, r_unit), rise, lw=1.5, label=f"{speed:.3g} {unit}")
+            edge = draw.lengths(np.array(data.attrs["contact_radius"]), r_unit)
+            right.axvline(float(edge), color=draw.GREY, lw=0.9, ls=":")
+            right.set(xlabel=f"radius $r$ ({r_unit})", ylabel="temperature rise (K)")
             right.set_ylim(bottom=0.0)
-            legend_above(right)
+            draw.legend_above(right)
         else:
-            show_text(right, "A force curve does not give\nthe temperature over the radius.")
-        letter_panels(figure)
+            draw.show_text(right, "A force curve does not give\nthe temperature over the radius.")
     return figure

@@ -8,25 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    AMBER,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    SMALL,
-    axis_label,
-    legend_above,
-    lengths,
-    letter_panels,
-    mark_radii,
-    new_figure,
-    scaled,
-    styled,
-    with_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import ALONG, DEPTH, RADIUS
 from pymdr.units import FloatArray, good_unit, written
 
@@ -49,12 +31,12 @@ _NOTHING = 1e-9
 _SIGNED = ("principal_stress", "hydrostatic")
 """Measures whose sign distinguishes tension and compression."""
 _LINES = {
-    **dict.fromkeys(("rr", "xx"), BLUE),
-    **dict.fromkeys(("tt", "yy"), GREEN),
-    "zz": ORANGE,
-    **dict.fromkeys(("rz", "xz"), PURPLE),
-    **dict.fromkeys(("rt", "xy"), SKY),
-    **dict.fromkeys(("tz", "yz"), AMBER),
+    **dict.fromkeys(("rr", "xx"), draw.BLUE),
+    **dict.fromkeys(("tt", "yy"), draw.GREEN),
+    "zz": draw.ORANGE,
+    **dict.fromkeys(("rz", "xz"), draw.PURPLE),
+    **dict.fromkeys(("rt", "xy"), draw.SKY),
+    **dict.fromkeys(("tz", "yz"), draw.AMBER),
 }
 """Components that are drawn along lines."""
 
@@ -112,7 +94,7 @@ def _scale_of(bodies: Sequence[StressedBody]) -> _Scale:
     if not bounded:
         values = values.clip(*np.quantile(values, [1.0 - _SHOWN, _SHOWN]))
     unit = good_unit(values, str(first.field.attrs["units"]))
-    shown = scaled(values, name, unit)
+    shown = draw.scaled(values, name, unit)
     low, top = min(float(np.min(shown)), 0.0), float(np.max(shown))
     if not top > low:
         top = low + 1.0
@@ -138,17 +120,12 @@ def stress_section(bodies: Sequence[StressedBody], contact_radius: float, outer_
         One, or both; the counterbody is drawn above the surface.
     contact_radius, outer_radius : float
         Radii in m of the contact and of its cohesive zone.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
-    with styled():
-        figure = new_figure(6.0, 3.6 if len(bodies) == 1 else 5.2)
+    with draw.new_figure(6.0, 3.6 if len(bodies) == 1 else 5.2) as figure:
         axes = figure.subplots()
         scale = _scale_of(bodies)
         drawn = _draw_section(axes, bodies, scale, (contact_radius, outer_radius))
-        figure.colorbar(drawn, ax=axes, label=axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
+        figure.colorbar(drawn, ax=axes, label=draw.axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
     return figure
 
 
@@ -162,36 +139,32 @@ def stress_figure(bodies: Sequence[StressedBody], contact_radius: float, outer_r
         One, or both, with components on the axis and at the surface.
     contact_radius, outer_radius : float
         Radii in m of the contact and of its cohesive zone.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
-    with styled():
-        figure = new_figure(10.0, 4.4 if len(bodies) == 1 else 5.2)
+    with draw.new_figure(10.0, 4.4 if len(bodies) == 1 else 5.2) as figure:
         _widen(figure)
         grid = figure.add_gridspec(2, 2, width_ratios=(1.35, 1.0))
         section = figure.add_subplot(grid[:, 0])
         scale = _scale_of(bodies)
         drawn = _draw_section(section, bodies, scale, (contact_radius, outer_radius))
-        figure.colorbar(drawn, ax=section, label=axis_label(scale.name, scale.unit), aspect=30, shrink=0.85)
+        figure.colorbar(
+            drawn, ax=section, label=draw.axis_label(scale.name, scale.unit), aspect=30, shrink=0.85
+        )
         centre, surface = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         _draw_lines(centre, [(body.side, body.axis) for body in bodies if body.axis is not None], "z", scale)
-        centre.set_xlabel(with_unit(DEPTH.label, scale.length))
+        centre.set_xlabel(draw.with_unit(DEPTH.label, scale.length))
         _draw_lines(
             surface, [(b.side, b.surface) for b in bodies if b.surface is not None], bodies[0].along, scale
         )
         surface.set_xlabel(_across(bodies[0], scale.length))
-        mark_radii(surface, contact_radius, outer_radius, scale.length, both_sides=True, named=False)
+        draw.mark_radii(surface, contact_radius, outer_radius, scale.length, both_sides=True, named=False)
         # one legend for both panels
         own = centre.get_legend_handles_labels()[1]
         for label in surface.get_legend_handles_labels()[1]:
             if label not in own:
                 centre.plot([], [], color=_LINES[label[9:-2]], lw=1.3, label=label)
         if len(bodies) > 1:
-            centre.plot([], [], color=GREY, lw=1.3, ls="--", label="counterbody")
-        legend_above(centre)
-        letter_panels(figure)
+            centre.plot([], [], color=draw.GREY, lw=1.3, ls="--", label="counterbody")
+        draw.legend_above(centre)
     return figure
 
 
@@ -203,7 +176,7 @@ def _widen(figure: Figure) -> None:
 
 
 def _across(body: StressedBody, unit: str) -> str:
-    return with_unit((ALONG if body.along == "x" else RADIUS).label, unit)
+    return draw.with_unit((ALONG if body.along == "x" else RADIUS).label, unit)
 
 
 def _draw_section(
@@ -216,8 +189,8 @@ def _draw_section(
     extend = "neither" if scale.bounded else "max" if low == 0.0 else "both" if top > 0.0 else "min"
     for body in bodies:
         upward = body.side == "counterbody" and len(bodies) > 1
-        across, z = (lengths(body.field[axis].values, scale.length) for axis in (body.along, "z"))
-        shown = scaled(body.field.values, scale.name, scale.unit)
+        across, z = (draw.lengths(body.field[axis].values, scale.length) for axis in (body.along, "z"))
+        shown = draw.scaled(body.field.values, scale.name, scale.unit)
         # rows without any value lie in a rigid base, other values that are no numbers are infinite
         rigid = np.isnan(shown).all(axis=1)
         shown = np.where(np.isnan(shown), np.inf, shown).clip(
@@ -228,22 +201,15 @@ def _draw_section(
             across = np.concatenate([-across[:0:-1], across])
             shown = np.concatenate([shown[:, :0:-1], shown], axis=1)
         heights = -z if upward else z
-        drawn = axes.contourf(
-            across,
-            heights,
-            shown,
-            levels=scale.levels,
-            extend=extend,
-            **scale.colours,
-        )
+        drawn = axes.contourf(across, heights, shown, levels=scale.levels, extend=extend, **scale.colours)
         # a depth that is read twice is an interface, with both its sides
         for interface in heights[1:][np.diff(heights) == 0.0]:
             axes.axhline(float(interface), color="white", lw=0.8, ls=(0, (5, 3)))
         ends[0 if upward else 1] = float(heights[-1])
     axes.axhline(0.0, color="black", lw=0.6)
-    contact = float(lengths(np.array(max(radii)), scale.length))
+    contact = float(draw.lengths(np.array(max(radii)), scale.length))
     axes.plot([-contact, contact], [0.0, 0.0], color="black", lw=2.5, solid_capstyle="butt", clip_on=False)
-    mark_radii(axes, *radii, scale.length, both_sides=True)
+    draw.mark_radii(axes, *radii, scale.length, both_sides=True)
     for body in bodies:
         if body.largest is not None:
             _mark_largest(axes, body, scale.length, upward=body.side == "counterbody" and len(bodies) > 1)
@@ -255,10 +221,12 @@ def _draw_section(
                 transform=axes.transAxes,
                 va="top" if place[1] > 0.5 else "bottom",
                 color="black" if scale.name in _SIGNED else "white",
-                fontsize=SMALL,
+                fontsize=draw.SMALL,
             )
     axes.set(
-        xlabel=_across(bodies[0], scale.length), ylabel=with_unit(DEPTH.label, scale.length), aspect="equal"
+        xlabel=_across(bodies[0], scale.length),
+        ylabel=draw.with_unit(DEPTH.label, scale.length),
+        aspect="equal",
     )
     axes.set_ylim(ends[1], ends[0])
     if ends[0] < 0.0:
@@ -267,7 +235,7 @@ def _draw_section(
         # both depths are counted from the surface
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{abs(value):g}"))
     if why := next((body.unbounded for body in bodies if body.unbounded), ""):
-        axes.set_title(f"the stress is infinite {why}", color=ORANGE, fontsize=SMALL, loc="left")
+        axes.set_title(f"the stress is infinite {why}", color=draw.ORANGE, fontsize=draw.SMALL, loc="left")
     return drawn
 
 
@@ -275,7 +243,7 @@ def _mark_largest(axes: Axes, body: StressedBody, unit: str, *, upward: bool) ->
     """The place and the value of the largest stress."""
     largest = body.largest
     assert largest is not None
-    place, depth = (float(lengths(largest[axis].values, unit)) for axis in (body.along, "z"))
+    place, depth = (float(draw.lengths(largest[axis].values, unit)) for axis in (body.along, "z"))
     places = sorted({-place, place}) if body.along == "r" else [place]
     depth = -depth if upward else depth
     axes.plot(places, [depth] * len(places), "o", color="white", ms=5, mec="black", clip_on=False, zorder=5)
@@ -286,7 +254,7 @@ def _mark_largest(axes: Axes, body: StressedBody, unit: str, *, upward: bool) ->
         textcoords="offset points",
         color="black",
         va="bottom" if upward else "top",
-        fontsize=SMALL,
+        fontsize=draw.SMALL,
         bbox={"facecolor": "white", "alpha": 0.6, "lw": 0.0, "pad": 1.0},
     )
 
@@ -296,13 +264,13 @@ def _draw_lines(axes: Axes, lines: Sequence[tuple[str, xr.DataArray]], along: st
     seen: list[FloatArray] = []
     for side, line in lines:
         dashed = side == "counterbody" and len(lines) > 1
-        x = lengths(line[along].values, scale.length)
+        x = draw.lengths(line[along].values, scale.length)
         finest = _NOTHING * float(np.max(np.abs(line.values[np.isfinite(line.values)]), initial=0.0))
         previous = np.zeros(0)
         for component in line["component"].values.tolist():
             if component not in _LINES:
                 continue
-            values = scaled(line.sel(component=component).values, "stress", scale.unit)
+            values = draw.scaled(line.sel(component=component).values, "stress", scale.unit)
             if (
                 previous.size
                 and component in ("tt", "yy")
@@ -327,8 +295,8 @@ def _draw_lines(axes: Axes, lines: Sequence[tuple[str, xr.DataArray]], along: st
                 label=None if dashed else f"$\\sigma_{{{component}}}$",
             )
             seen.append(finite[np.isfinite(finite)])
-    axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.set_ylabel(with_unit("stress $\\sigma$", scale.unit))
+    axes.axhline(0.0, color=draw.GREY, lw=0.6)
+    axes.set_ylabel(draw.with_unit("stress $\\sigma$", scale.unit))
     if seen and not scale.bounded:
         every = np.concatenate(seen)
         low, high = np.quantile(every, [1.0 - _DRAWN, _DRAWN])
@@ -365,17 +333,16 @@ def write_stress_animation(
 
     (x, x_unit), (y, y_unit) = (_converted(one) for one in history)
     scale = _scale_of([body for frame in frames for body in frame.bodies])
-    with styled():
-        figure = new_figure(9.0, 4.6 if len(frames[0].bodies) > 1 else 3.4)
+    with draw.new_figure(9.0, 4.6 if len(frames[0].bodies) > 1 else 3.4, letters=False) as figure:
         _widen(figure)
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         drawn = _draw_section(left, frames[0].bodies, scale, frames[0].radii)
-        figure.colorbar(drawn, ax=left, label=axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
-        right.plot(x, y, color=GREY, lw=1.0)
-        (point,) = right.plot(x[rows[:1]], y[rows[:1]], "o", color=ORANGE, ms=7)
-        right.set_xlabel(axis_label(str(history[0].name), x_unit))
-        right.set_ylabel(axis_label(str(history[1].name), y_unit))
+        figure.colorbar(drawn, ax=left, label=draw.axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
+        right.plot(x, y, color=draw.GREY, lw=1.0)
+        (point,) = right.plot(x[rows[:1]], y[rows[:1]], "o", color=draw.ORANGE, ms=7)
+        right.set_xlabel(draw.axis_label(str(history[0].name), x_unit))
+        right.set_ylabel(draw.axis_label(str(history[1].name), y_unit))
         writer = PillowWriter(fps=8)
         with writer.saving(figure, str(file), dpi=90):
             for frame, row in zip(frames, rows, strict=True):
@@ -387,4 +354,4 @@ def write_stress_animation(
 
 def _converted(column: xr.DataArray) -> tuple[FloatArray, str]:
     unit = good_unit(column.values, str(column.attrs["units"]))
-    return scaled(column.values, str(column.name), unit), unit
+    return draw.scaled(column.values, str(column.name), unit), unit

@@ -13,24 +13,7 @@ import numpy as np
 
 from pymdr.errors import PymdrError
 from pymdr.interpretation.jumps import Branches, Jump
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    MARKED_ROWS,
-    ORANGE,
-    SMALL,
-    FigureData,
-    axis_label,
-    draw_zero,
-    legend_above,
-    row_name,
-    scaled,
-    show_refusal,
-    show_text,
-    thinned_curve,
-    typeset,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, good_unit, written
 
@@ -48,7 +31,7 @@ _DEEP = 6.0
 class Course:
     """A path among the equilibria of its contact; made by :func:`course_of`."""
 
-    data: FigureData
+    data: draw.FigureData
     branches: Branches | None
     """None if the bodies never touch or the equilibria are not known."""
     trail: Mapping[str, FloatArray]
@@ -74,7 +57,7 @@ class Course:
         return np.array([finite.min(), finite.max()]) if finite.size else finite
 
 
-def course_of(data: FigureData) -> Course:
+def course_of(data: draw.FigureData) -> Course:
     """The course of an adhesive path, also between its rows if they are few."""
     unknown = ""
     try:
@@ -94,11 +77,11 @@ def draw_loop(axes: Axes, course: Course, across: str) -> None:
     plane = _plane(axes, course, across, "normal_force")
     if plane is None:
         return
-    draw_zero(axes)
+    draw.draw_zero(axes)
     _shade_losses(plane, course)
     _draw_band(plane, course)
     _draw_equilibria(plane, course)
-    _draw_path(plane, course, BLUE, "path")
+    _draw_path(plane, course, draw.BLUE, "path")
     _draw_jumps(plane, course)
     _mark_row(plane, course.data)
     _mark_pull_off(plane, course)
@@ -106,9 +89,18 @@ def draw_loop(axes: Axes, course: Course, across: str) -> None:
         text = "the surfaces never touch"
         if course.unknown:
             text = fill(f"equilibria between the rows are not known: {course.unknown}", _LINE)
-        axes.text(0.5, 0.9, text, ha="center", va="top", color=GREY, fontsize=SMALL, transform=axes.transAxes)
+        axes.text(
+            0.5,
+            0.9,
+            text,
+            ha="center",
+            va="top",
+            color=draw.GREY,
+            fontsize=draw.SMALL,
+            transform=axes.transAxes,
+        )
     _enlarge_pull(plane, course)
-    legend_above(axes)
+    draw.legend_above(axes)
 
 
 def draw_radius(axes: Axes, course: Course) -> None:
@@ -119,17 +111,17 @@ def draw_radius(axes: Axes, course: Course) -> None:
         return
     _draw_equilibria(plane, course)
     if cohesive:
-        _draw_path(plane, course, GREEN, QUANTITIES["cohesive_radius"].label)
+        _draw_path(plane, course, draw.GREEN, QUANTITIES["cohesive_radius"].label)
         _draw_jumps(plane, course, labelled=False)
         plane = _Plane(axes, "indentation", "contact_radius", plane.x_unit, plane.y_unit)
         _draw_equilibria(plane, course, labelled=False)
         axes.set_ylabel(f"radius ({plane.y_unit})")
     _draw_band(plane, course)
-    _draw_path(plane, course, BLUE, QUANTITIES["contact_radius"].label)
+    _draw_path(plane, course, draw.BLUE, QUANTITIES["contact_radius"].label)
     _draw_jumps(plane, course)
     _mark_row(plane, course.data)
     axes.set_ylim(bottom=0.0)
-    legend_above(axes)
+    draw.legend_above(axes)
 
 
 @dataclass(frozen=True)
@@ -145,29 +137,28 @@ class _Plane:
     def points(self, values: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Values by name in the units of the axes."""
         x, y = values[self.across], values[self.up]
-        return scaled(x, self.across, self.x_unit), scaled(y, self.up, self.y_unit)
+        return draw.scaled(x, self.across, self.x_unit), draw.scaled(y, self.up, self.y_unit)
 
 
 def _plane(axes: Axes, course: Course, across: str, up: str) -> _Plane | None:
     """Axes with labels and limits; None, with a text in their place, if there is nothing to draw."""
     data = course.data
     if across not in data.data or up not in data.data:
-        show_refusal(axes, data)
+        draw.show_refusal(axes, data)
         return None
     x, y = course.extent(across), course.extent(up)
     if x.size == 0 or y.size == 0:
-        show_text(axes, "no contact at any step")
+        draw.show_text(axes, "no contact at any step")
         return None
     plane = _Plane(axes, across, up, good_unit(x, "m"), good_unit(y, QUANTITIES[up].unit))
     for ends, unit, name, limit in (
         (x, plane.x_unit, across, axes.set_xlim),
         (y, plane.y_unit, up, axes.set_ylim),
     ):
-        low, high = scaled(np.array([min(ends[0], 0.0), max(ends[1], 0.0)]), name, unit)
+        low, high = draw.scaled(np.array([min(ends[0], 0.0), max(ends[1], 0.0)]), name, unit)
         margin = 0.08 * (high - low) or 1.0
         limit(low - margin, high + margin)
-    axes.set_xlabel(axis_label(across, plane.x_unit))
-    axes.set_ylabel(axis_label(up, plane.y_unit))
+    axes.set(xlabel=draw.axis_label(across, plane.x_unit), ylabel=draw.axis_label(up, plane.y_unit))
     return plane
 
 
@@ -186,7 +177,7 @@ def _draw_equilibria(plane: _Plane, course: Course, *, labelled: bool = True) ->
             plane.axes.plot(
                 np.where(selected, x, math.nan),
                 y,
-                color=GREY,
+                color=draw.GREY,
                 lw=1.0,
                 ls=dashes,
                 label=label if labelled else None,
@@ -198,13 +189,13 @@ def _draw_band(plane: _Plane, course: Course) -> None:
     """The band of the scatter over each monotone part of the path."""
     if plane.up not in course.data.bands:
         return
-    x = scaled(course.data.data[plane.across].values, plane.across, plane.x_unit)
-    low, high = (scaled(end, plane.up, plane.y_unit) for end in course.data.bands[plane.up])
+    x = draw.scaled(course.data.data[plane.across].values, plane.across, plane.x_unit)
+    low, high = (draw.scaled(end, plane.up, plane.y_unit) for end in course.data.bands[plane.up])
     turns = np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0.0) + 1
     label: str | None = "band of the scatter"
     for start, stop in pairwise([0, *turns.tolist(), x.size - 1]):
         part = slice(start, stop + 1)
-        plane.axes.fill_between(x[part], low[part], high[part], color=BLUE, alpha=0.2, lw=0, label=label)
+        plane.axes.fill_between(x[part], low[part], high[part], color=draw.BLUE, alpha=0.2, lw=0, label=label)
         label = None
 
 
@@ -223,27 +214,27 @@ def _enlarge_pull(plane: _Plane, course: Course) -> None:
         return
     inset = plane.axes.inset_axes((0.08, 0.5, 0.38, 0.44))
     inset.set_xlim(
-        *scaled(np.array([known.min() - margin, known.max() + margin]), plane.across, plane.x_unit)
+        *draw.scaled(np.array([known.min() - margin, known.max() + margin]), plane.across, plane.x_unit)
     )
-    inset.set_ylim(*scaled(np.array([1.3 * least, -least]), plane.up, plane.y_unit))
-    inset.tick_params(labelsize=SMALL)
-    draw_zero(inset)
+    inset.set_ylim(*draw.scaled(np.array([1.3 * least, -least]), plane.up, plane.y_unit))
+    inset.tick_params(labelsize=draw.SMALL)
+    draw.draw_zero(inset)
     enlarged = replace(plane, axes=inset)
     _shade_losses(enlarged, course)
     _draw_band(enlarged, course)
     _draw_equilibria(enlarged, course, labelled=False)
-    _draw_path(enlarged, course, BLUE, "path")
+    _draw_path(enlarged, course, draw.BLUE, "path")
     _draw_jumps(enlarged, course)
     _mark_row(enlarged, course.data)
     _mark_pull_off(enlarged, course)
-    plane.axes.indicate_inset_zoom(inset, edgecolor=GREY, alpha=0.6)
+    plane.axes.indicate_inset_zoom(inset, edgecolor=draw.GREY, alpha=0.6)
 
 
 def _draw_path(plane: _Plane, course: Course, colour: str, label: str) -> None:
     """The path as a line, with its rows as points if they are few or the line is not known."""
     if course.joined:
-        plane.axes.plot(*thinned_curve(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
-    if not course.joined or course.data.data.sizes["step"] <= MARKED_ROWS:
+        plane.axes.plot(*draw.thinned_curve(*plane.points(course.trail)), color=colour, lw=1.6, label=label)
+    if not course.joined or course.data.data.sizes["step"] <= draw.MARKED_ROWS:
         rows = {name: course.data.data[name].values for name in (plane.across, plane.up)}
         row_label = None if course.joined else label
         plane.axes.plot(*plane.points(rows), color=colour, ls="none", marker="o", ms=3.0, label=row_label)
@@ -257,7 +248,7 @@ def _shade_losses(plane: _Plane, course: Course) -> None:
     for jump in course.jumps:
         if jump.loss > 0.0 and math.isfinite(jump.loss):
             x, y = plane.points(jump.outline)
-            plane.axes.fill(x, y, color=ORANGE, alpha=0.15, lw=0, label=label, zorder=1)
+            plane.axes.fill(x, y, color=draw.ORANGE, alpha=0.15, lw=0, label=label, zorder=1)
             label = None
 
 
@@ -272,7 +263,7 @@ def _draw_jumps(plane: _Plane, course: Course, *, labelled: bool = True) -> None
         if not np.isfinite(x[1]):
             # pull-off under force control: no further equilibrium
             x = np.array([x[0], left if plane.up == "normal_force" else x[0]])
-        plane.axes.plot(x, y, color=ORANGE, lw=1.1, label=label, zorder=2.5)
+        plane.axes.plot(x, y, color=draw.ORANGE, lw=1.1, label=label, zorder=2.5)
         label = None
         if labelled:
             _point(plane.axes, x, y)
@@ -286,7 +277,7 @@ def _point(axes: Axes, x: FloatArray, y: FloatArray) -> None:
     tail, head = (np.array([x[0] + t * (x[1] - x[0]), y[0] + t * (y[1] - y[0])]) for t in (0.45, 0.6))
     style = {
         "arrowstyle": "-|>",
-        "color": ORANGE,
+        "color": draw.ORANGE,
         "lw": 0.0,
         "mutation_scale": 11,
         "shrinkA": 0,
@@ -296,14 +287,14 @@ def _point(axes: Axes, x: FloatArray, y: FloatArray) -> None:
     arrow.set_in_layout(False)
 
 
-def _mark_row(plane: _Plane, data: FigureData) -> None:
+def _mark_row(plane: _Plane, data: draw.FigureData) -> None:
     if data.row < 0 or data.data.sizes["step"] < 2:
         return
     here = {name: data.data[name].values[[data.row]] for name in (plane.across, plane.up)}
     x, y = plane.points(here)
     if np.isfinite([x[0], y[0]]).all():
-        label = row_name(data, data.row)
-        plane.axes.plot(x, y, "o", mfc="white", mec=BLUE, ms=5, label=label, zorder=3)
+        label = draw.row_name(data, data.row)
+        plane.axes.plot(x, y, "o", mfc="white", mec=draw.BLUE, ms=5, label=label, zorder=3)
 
 
 def _mark_pull_off(plane: _Plane, course: Course) -> None:
@@ -317,11 +308,11 @@ def _mark_pull_off(plane: _Plane, course: Course) -> None:
     for jump in pull_offs[-1:]:
         at = float(jump.states["normal_force"][0])
         x, y = plane.points(jump.states)
-        label = f"pull-off, {typeset(at, 'N')}"
-        plane.axes.plot(x[:1], y[:1], "o", color=ORANGE, ms=4.5, zorder=3.5, label=label)
+        label = f"pull-off, {draw.typeset(at, 'N')}"
+        plane.axes.plot(x[:1], y[:1], "o", color=draw.ORANGE, ms=4.5, zorder=3.5, label=label)
     force = course.trail["normal_force"]
     i = int(np.argmin(np.where(np.isnan(force), math.inf, force)))
     if force[i] < 0.0 and not force[i] > 1.02 * at:
         x, y = plane.points({name: course.trail[name][[i]] for name in (plane.across, plane.up)})
-        label = f"largest pull, {typeset(float(force[i]), 'N')}"
-        plane.axes.plot(x, y, "v", color=ORANGE, ms=5, zorder=3.5, label=label)
+        label = f"largest pull, {draw.typeset(float(force[i]), 'N')}"
+        plane.axes.plot(x, y, "v", color=draw.ORANGE, ms=5, zorder=3.5, label=label)

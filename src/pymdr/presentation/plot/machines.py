@@ -7,20 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    LIGHT,
-    ORANGE,
-    axis_label,
-    draw_zero,
-    legend_above,
-    letter_panels,
-    new_figure,
-    scaled,
-    styled,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, good_unit
 
@@ -48,18 +35,16 @@ def motion_figure(data: xr.Dataset, spectrum: xr.DataArray | None) -> Figure:
     spectrum : xarray.DataArray or None
         Amplitudes of a force in N over ``frequency`` in Hz.
     """
-    with styled():
-        touches = spectrum is not None
-        figure = new_figure(8.4, 6.4 if touches else 3.4)
+    touches = spectrum is not None
+    with draw.new_figure(8.4, 6.4 if touches else 3.4) as figure:
         panels = figure.subplots(2 if touches else 1, 2).ravel()
         time_unit = good_unit(data["time"].values, "s")
-        time = scaled(data["time"].values, "time", time_unit)
+        time = draw.scaled(data["time"].values, "time", time_unit)
         _draw_phase_plane(panels[0], data)
         if spectrum is not None:
             _draw_forces(panels[1], data, time, time_unit)
             _draw_spectrum(panels[2], spectrum)
         _draw_energies(panels[-1], data, time, time_unit)
-        letter_panels(figure)
     return figure
 
 
@@ -69,28 +54,27 @@ def _draw_phase_plane(axes: Axes, data: xr.Dataset) -> None:
     for name in ("position", "velocity"):
         values = data[name].values[:, 0]
         unit = good_unit(values, "m") + ("/s" if name == "velocity" else "")
-        shown.append(scaled(values, name, unit))
+        shown.append(draw.scaled(values, name, unit))
         # the quantity "velocity" of results is that of an approach
         label = (
             f"{'position $x$' if name == 'position' else 'velocity $v$'} of {data['body'].values[0]} ({unit})"
         )
         (axes.set_xlabel if name == "position" else axes.set_ylabel)(label)
-    axes.plot(*shown, color=BLUE, lw=0.8)
-    axes.plot(shown[0][0], shown[1][0], "o", color=BLUE, ms=4)
-    draw_zero(axes)
+    axes.plot(*shown, color=draw.BLUE, lw=0.8)
+    axes.plot(shown[0][0], shown[1][0], "o", color=draw.BLUE, ms=4)
+    draw.draw_zero(axes)
 
 
 def _draw_forces(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str) -> None:
     """The forces of the first joint against time."""
     names = [name for name in ("normal_force", "tangential_force") if name in data]
     unit = good_unit(data["normal_force"].values[:, 0], "N")
-    for name, color in zip(names, (BLUE, GREEN), strict=False):
+    for name, color in zip(names, (draw.BLUE, draw.GREEN), strict=False):
         label = f"{QUANTITIES[name].long_name} ${QUANTITIES[name].symbol}$"
-        axes.plot(time, scaled(data[name].values[:, 0], name, unit), color=color, lw=1.0, label=label)
-    axes.set_xlabel(axis_label("time", time_unit))
-    axes.set_ylabel(f"force at {data['joint'].values[0]} ({unit})")
-    draw_zero(axes)
-    legend_above(axes)
+        axes.plot(time, draw.scaled(data[name].values[:, 0], name, unit), color=color, lw=1.0, label=label)
+    axes.set(xlabel=draw.axis_label("time", time_unit), ylabel=f"force at {data['joint'].values[0]} ({unit})")
+    draw.draw_zero(axes)
+    draw.legend_above(axes)
 
 
 def _draw_spectrum(axes: Axes, spectrum: xr.DataArray) -> None:
@@ -99,8 +83,8 @@ def _draw_spectrum(axes: Axes, spectrum: xr.DataArray) -> None:
     unit = good_unit(np.array([largest]), "N")
     hertz = good_unit(spectrum["frequency"].values, "Hz")
     shown = np.maximum(spectrum.values, _DECADES * largest)
-    frequency = scaled(spectrum["frequency"].values, "frequency", hertz)
-    axes.plot(frequency, scaled(shown, str(spectrum.name), unit), color=BLUE, lw=0.8)
+    frequency = draw.scaled(spectrum["frequency"].values, "frequency", hertz)
+    axes.plot(frequency, draw.scaled(shown, str(spectrum.name), unit), color=draw.BLUE, lw=0.8)
     if largest > 0.0:
         axes.set_yscale("log")
     axes.set_xlabel(f"frequency $f$ ({hertz})")
@@ -117,18 +101,17 @@ def _draw_energies(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: st
     dissipated, done = total(_DISSIPATED), total(_DONE)
     unit = good_unit(np.concatenate([stored + dissipated, done]), "J")
     layers = (
-        (np.zeros(time.size), kinetic, ORANGE, "kinetic"),
-        (kinetic, stored, BLUE, "elastic"),
-        (stored, stored + dissipated, GREY, "dissipated"),
+        (np.zeros(time.size), kinetic, draw.ORANGE, "kinetic"),
+        (kinetic, stored, draw.BLUE, "elastic"),
+        (stored, stored + dissipated, draw.GREY, "dissipated"),
     )
     for low, high, color, label in layers:
-        bottom, top = scaled(low, "kinetic_energy", unit), scaled(high, "kinetic_energy", unit)
+        bottom, top = draw.scaled(low, "kinetic_energy", unit), draw.scaled(high, "kinetic_energy", unit)
         axes.fill_between(time, bottom, top, color=color, alpha=0.6, lw=0, label=label)
-    brought = scaled(stored[0] + done, "kinetic_energy", unit)
+    brought = draw.scaled(stored[0] + done, "kinetic_energy", unit)
     axes.plot(time, brought, color="black", lw=0.8, ls="--", label="at the start, and work")
-    axes.set_xlabel(axis_label("time", time_unit))
-    axes.set_ylabel(f"energy ({unit})")
-    legend_above(axes)
+    axes.set(xlabel=draw.axis_label("time", time_unit), ylabel=f"energy ({unit})")
+    draw.legend_above(axes)
 
 
 class LineInMotion(NamedTuple):
@@ -150,7 +133,6 @@ def write_motion_animation(line: LineInMotion, rows: FloatArray, file: Path) -> 
 
     Parameters
     ----------
-    line : LineInMotion
     rows : ndarray of int
         The row of every frame.
     file : path
@@ -161,13 +143,12 @@ def write_motion_animation(line: LineInMotion, rows: FloatArray, file: Path) -> 
 
     data = line.data.expand_dims("joint", axis=1)
     time_unit = good_unit(line.data["time"].values, "s")
-    time = scaled(line.data["time"].values, "time", time_unit)
-    with styled():
-        figure = new_figure(9.0, 3.6)
+    time = draw.scaled(line.data["time"].values, "time", time_unit)
+    with draw.new_figure(9.0, 3.6, letters=False) as figure:
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2)
         _draw_forces(right, data, time, time_unit)
-        moment = right.axvline(time[rows[0]], color=ORANGE, lw=1.2)
+        moment = right.axvline(time[rows[0]], color=draw.ORANGE, lw=1.2)
         writer = PillowWriter(fps=12)
         with writer.saving(figure, str(file), dpi=90):
             for row in rows:
@@ -184,21 +165,23 @@ def _draw_springs(axes: Axes, line: LineInMotion, row: int) -> None:
     x_unit, z_unit = good_unit(line.position, "m"), good_unit(np.array([deepest]), "m")
     x = np.concatenate([-line.position[:0:-1], line.position])
     g = np.concatenate([line.profile[:0:-1], line.profile])
-    body, across = scaled(g - depth[row], "indentation", z_unit), scaled(x, "contact_radius", x_unit)
+    body, across = (
+        draw.scaled(g - depth[row], "indentation", z_unit),
+        draw.scaled(x, "contact_radius", x_unit),
+    )
     touches = np.abs(x) < float(line.data["contact_radius"][row])
     sticks = touches
     if line.slips:
         sticks = np.abs(x) < float(line.data["stick_radius"][row])
     top = np.where(touches, np.minimum(body, 0.0), 0.0)
-    base = -1.5 * float(scaled(np.array([deepest]), "indentation", z_unit)[0])
+    base = -1.5 * float(draw.scaled(np.array([deepest]), "indentation", z_unit)[0])
     for chosen, color, label in (
-        (~touches, LIGHT, "free"),
-        (sticks, BLUE, "sticks" if line.slips else "pressed"),
-        *(((touches & ~sticks, ORANGE, "slips"),) if line.slips else ()),
+        (~touches, draw.LIGHT, "free"),
+        (sticks, draw.BLUE, "sticks" if line.slips else "pressed"),
+        *(((touches & ~sticks, draw.ORANGE, "slips"),) if line.slips else ()),
     ):
         axes.vlines(across[chosen], base, top[chosen], color=color, lw=2.0, label=label)
     axes.plot(across, body, color="black", lw=1.2)
     axes.set_ylim(base, -base)
-    axes.set_xlabel(f"position on the line $x$ ({x_unit})")
-    axes.set_ylabel(f"height $z$ ({z_unit})")
-    legend_above(axes)
+    axes.set(xlabel=f"position on the line $x$ ({x_unit})", ylabel=f"height $z$ ({z_unit})")
+    draw.legend_above(axes)

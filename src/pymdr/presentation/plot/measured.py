@@ -7,23 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    AMBER,
-    BLUE,
-    GREY,
-    LIGHT,
-    ORANGE,
-    SMALL,
-    axis_label,
-    draw_zero,
-    legend_above,
-    lengths,
-    letter_panels,
-    new_figure,
-    scaled,
-    styled,
-    thinned,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.problem.measured import MeasuredSamples
 from pymdr.units import FloatArray, good_unit
 
@@ -34,7 +18,7 @@ if TYPE_CHECKING:
 Interval = tuple[float, float, float]
 """A value with the ends of its interval."""
 
-_COLOURS = {"approach": BLUE, "hold": AMBER, "retreat": ORANGE, "": BLUE}
+_COLOURS = {"approach": draw.BLUE, "hold": draw.AMBER, "retreat": draw.ORANGE, "": draw.BLUE}
 _MARKS = (("outliers", "x", "outliers"), ("saturated", "s", "saturated"))
 
 
@@ -63,20 +47,18 @@ def measured_curves(
     matplotlib.figure.Figure
         One panel if there is no contact point.
     """
-    with styled():
-        pressed = next((one for one in curves if one.segment in ("approach", "")), None)
-        zoomed = baseline is not None and point is not None and pressed is not None
-        figure = new_figure(9.6 if zoomed else 5.6, 4.2)
+    pressed = next((one for one in curves if one.segment in ("approach", "")), None)
+    zoomed = baseline is not None and point is not None and pressed is not None
+    with draw.new_figure(9.6 if zoomed else 5.6, 4.2) as figure:
         panels = figure.subplots(1, 2 if zoomed else 1, squeeze=False)[0]
         name = "travel" if curves[0].indentation is None else "indentation"
         length = good_unit(np.concatenate([one.position for one in curves]), "m")
         newton = good_unit(np.concatenate([one.force for one in curves]), "N")
         _draw_record(panels[0], curves, baseline, name, length, newton)
         if point is not None:
-            panels[0].axvspan(*_ends(point, length), color=LIGHT, alpha=0.6, lw=0, zorder=0)
+            panels[0].axvspan(*_ends(point, length), color=draw.LIGHT, alpha=0.6, lw=0, zorder=0)
         if baseline is not None and point is not None and pressed is not None:
             _draw_beginning(panels[1], pressed, baseline, methods or {}, point, name)
-        letter_panels(figure)
     return figure
 
 
@@ -90,8 +72,8 @@ def _draw_record(
 ) -> None:
     labelled: set[str] = set()
     for one in curves:
-        x, y = scaled(one.position, name, length), scaled(one.force, "normal_force", newton)
-        rows = thinned(one.force)
+        x, y = draw.scaled(one.position, name, length), draw.scaled(one.force, "normal_force", newton)
+        rows = draw.thinned(one.force)
         label = None if one.segment in labelled else one.segment or "measured"
         axes.plot(x[rows], y[rows], color=_COLOURS[one.segment], lw=1.0, label=label)
         labelled.add(one.segment)
@@ -115,12 +97,11 @@ def _draw_record(
                 max(float(one.position.max()) for one in curves),
             ]
         )
-        line = scaled(baseline(ends), "normal_force", newton)
-        axes.plot(scaled(ends, name, length), line, "--", color="black", lw=0.9, label="baseline")
-    axes.set_xlabel(axis_label(name, length))
-    axes.set_ylabel(axis_label("normal_force", newton))
+        line = draw.scaled(baseline(ends), "normal_force", newton)
+        axes.plot(draw.scaled(ends, name, length), line, "--", color="black", lw=0.9, label="baseline")
+    axes.set(xlabel=draw.axis_label(name, length), ylabel=draw.axis_label("normal_force", newton))
     axes.locator_params(axis="x", nbins=7)
-    legend_above(axes)
+    draw.legend_above(axes)
 
 
 def _draw_beginning(
@@ -142,12 +123,21 @@ def _draw_beginning(
     shown = (x >= low - value - 1.3 * around) & (x <= high - value + around)
     x, force = x[shown], force[shown]
     length, newton = good_unit(x, "m"), good_unit(force, "N")
-    rows = thinned(force)
-    y = scaled(force, "normal_force", newton)
-    draw_zero(axes)
-    axes.axvspan(*_ends((0.0, low - value, high - value), length), color=LIGHT, alpha=0.6, lw=0, zorder=0)
+    rows = draw.thinned(force)
+    y = draw.scaled(force, "normal_force", newton)
+    draw.draw_zero(axes)
+    axes.axvspan(
+        *_ends((0.0, low - value, high - value), length), color=draw.LIGHT, alpha=0.6, lw=0, zorder=0
+    )
     axes.plot(
-        lengths(x[rows], length), y[rows], ".", color=GREY, ms=2.5, alpha=0.6, rasterized=True, zorder=1
+        draw.lengths(x[rows], length),
+        y[rows],
+        ".",
+        color=draw.GREY,
+        ms=2.5,
+        alpha=0.6,
+        rasterized=True,
+        zorder=1,
     )
     # the limits show the force just above its noise
     noise = float(np.median(np.abs(np.diff(y))))
@@ -160,26 +150,21 @@ def _draw_beginning(
     margin = (top - bottom) or 1.0
     for k, (label, (at, first, last)) in enumerate(methods.items()):
         height = top + margin * (0.12 + 0.13 * (len(methods) - k))
-        places = lengths(np.array([first, at, last]) - value, length)
-        axes.plot(places[[0, 2]], [height, height], color=BLUE, lw=1.2, solid_capstyle="butt")
-        axes.plot(places[1], height, "o", color=BLUE, ms=4)
+        places = draw.lengths(np.array([first, at, last]) - value, length)
+        axes.plot(places[[0, 2]], [height, height], color=draw.BLUE, lw=1.2, solid_capstyle="butt")
+        axes.plot(places[1], height, "o", color=draw.BLUE, ms=4)
         axes.annotate(
-            label,
-            (0.01, height),
-            xycoords=axes.get_yaxis_transform(),
-            va="center",
-            fontsize=SMALL,
+            label, (0.01, height), xycoords=axes.get_yaxis_transform(), va="center", fontsize=draw.SMALL
         )
-    axes.axvline(0.0, color=BLUE, lw=1.0, ls=":")
-    right = float(lengths(np.array(high - value + around), length))
-    left = float(lengths(np.array(low - value), length))
+    axes.axvline(0.0, color=draw.BLUE, lw=1.0, ls=":")
+    right = float(draw.lengths(np.array(high - value + around), length))
+    left = float(draw.lengths(np.array(low - value), length))
     axes.set_xlim(left - 0.4 * (right - left), right)  # space for the labels
     axes.locator_params(axis="x", nbins=7)
     axes.set_ylim(bottom - 0.05 * margin, top + margin * (0.2 + 0.13 * (len(methods) + 1)))
-    axes.set_xlabel(f"{name} from the contact point ({length})")
-    axes.set_ylabel(f"force minus baseline ({newton})")
+    axes.set(xlabel=f"{name} from the contact point ({length})", ylabel=f"force minus baseline ({newton})")
 
 
 def _ends(interval: Interval, length: str) -> tuple[float, float]:
-    low, high = lengths(np.array(interval[1:]), length)
+    low, high = draw.lengths(np.array(interval[1:]), length)
     return float(low), float(high)

@@ -6,32 +6,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.curves import draw_curve, draw_pressure, fields
 from pymdr.presentation.plot.section import section, section_into
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    FigureData,
-    axis_label,
-    letter_panels,
-    new_figure,
-    styled,
-    thinned_curve,
-)
 from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = {"normal_force": BLUE, "contact_radius": GREEN, "indentation": ORANGE}
+_COLOURS = {"normal_force": draw.BLUE, "contact_radius": draw.GREEN, "indentation": draw.ORANGE}
 
 
-def memory_overview(data: FigureData) -> Figure:
+def memory_overview(data: draw.FigureData) -> Figure:
     """The contact in section above its springs, its force against time, its loop, and its pressure."""
-    with styled():
-        figure = new_figure(10.0, 6.4)
+    with draw.new_figure(10.0, 6.4) as figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.25, 1.0))))
         section_into(left, data)
         force, loop, pressure = right.subplots(3, 1)
@@ -39,29 +28,27 @@ def memory_overview(data: FigureData) -> Figure:
         draw_curve(loop, data, "normal_force")
         if data.field is not None:
             draw_pressure(pressure, data)
-        letter_panels(figure)
     return figure
 
 
-def memory_figures(data: FigureData) -> dict[str, Figure]:
+def memory_figures(data: draw.FigureData) -> dict[str, Figure]:
     """``section``, ``history``, ``loop`` and ``fields``."""
-    with styled():
-        history = new_figure(9.6, 3.2)
+    with draw.new_figure(9.6, 3.2) as history:
         for axes, name in zip(history.subplots(1, 3), _COLOURS, strict=True):
             draw_against_time(axes, data, name)
-        letter_panels(history)
-        loop = new_figure(4.8, 3.6)
+    with draw.new_figure(4.8, 3.6) as loop:
         draw_curve(loop.subplots(), data, "normal_force")
     return {"section": section(data), "history": history, "loop": loop, "fields": fields(data)}
 
 
-def draw_against_time(axes: Axes, data: FigureData, name: str) -> None:
+def draw_against_time(axes: Axes, data: draw.FigureData, name: str) -> None:
     """A quantity against time."""
     time, values = (data.data[column].values for column in ("time", name))
     unit = str(data.data[name].attrs["units"])
     t_unit, own = good_unit(time, "s"), good_unit(values, unit)
     axes.plot(
-        *thinned_curve(from_si(time, "s", t_unit), from_si(values, unit, own)), color=_COLOURS[name], lw=1.5
+        *draw.thinned_curve(from_si(time, "s", t_unit), from_si(values, unit, own)),
+        color=_COLOURS[name],
+        lw=1.5,
     )
-    axes.set_xlabel(axis_label("time", t_unit))
-    axes.set_ylabel(axis_label(name, own))
+    axes.set(xlabel=draw.axis_label("time", t_unit), ylabel=draw.axis_label(name, own))

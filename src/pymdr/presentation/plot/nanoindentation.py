@@ -7,17 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREY,
-    LIGHT,
-    ORANGE,
-    legend_above,
-    letter_panels,
-    new_figure,
-    styled,
-    with_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
@@ -26,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Drawn = Sequence[tuple[FloatArray, FloatArray, Mapping[str, FloatArray]]]
-_COLOURS = {"power_law": BLUE, "effective_shape": ORANGE}
+_COLOURS = {"power_law": draw.BLUE, "effective_shape": draw.ORANGE}
 
 
 def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
@@ -42,19 +32,17 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
     """
     depth_unit = good_unit(np.concatenate([row[0] for row in drawn]), "m")
     force_unit = good_unit(np.concatenate([row[1] for row in drawn]), "N")
-    with styled():
-        figure = new_figure(9.2, 3.8)
+    with draw.new_figure(9.2, 3.8) as figure:
         left, right = figure.subplots(1, 2)
         for i, (depth, force, fitted) in enumerate(drawn):
             x = np.asarray(from_si(depth, "m", depth_unit))
             left.plot(
-                x, from_si(force, "N", force_unit), ".", color=GREY, ms=3, label="" if i else "unloading"
+                x, from_si(force, "N", force_unit), ".", color=draw.GREY, ms=3, label="" if i else "unloading"
             )
             for name, values in fitted.items():
                 label = "" if i else name.replace("_", " ")
                 left.plot(x, from_si(values, "N", force_unit), color=_COLOURS[name], lw=1.0, label=label)
-        left.set_xlabel(f"depth $h$ ({depth_unit})")
-        left.set_ylabel(f"normal force $F$ ({force_unit})")
+        left.set(xlabel=f"depth $h$ ({depth_unit})", ylabel=f"normal force $F$ ({force_unit})")
         name = "young_modulus" if "young_modulus" in data else "plane_strain_modulus"
         unit = good_unit(data[name].values, "Pa")
         for shift, (procedure, colour) in zip((-0.1, 0.1), _COLOURS.items(), strict=True):
@@ -62,10 +50,11 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
             middle, low, high = (
                 np.asarray(from_si(row[name + end].values, "Pa", unit)) for end in ("", "_low", "_high")
             )
+            place, bars = data["indent"].values + shift, [middle - low, high - middle]
             right.errorbar(
-                data["indent"].values + shift,
+                place,
                 middle,
-                yerr=[middle - low, high - middle],
+                yerr=bars,
                 fmt="o",
                 color=colour,
                 ms=3,
@@ -76,8 +65,7 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
         right.set_ylabel(f"{symbol} with 95 % interval ({unit})")
         _indents_on(right, data)
         for axes in (left, right):
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure
 
 
@@ -98,22 +86,24 @@ def area_study(data: xr.Dataset) -> Figure:
         for name in ("contact_area", "contact_area_low", "contact_area_high", "measured_area")
     )
     area_unit = good_unit(measured, "m^2")
-    with styled():
-        figure = new_figure(9.2, 3.8)
+    with draw.new_figure(9.2, 3.8) as figure:
         left, right = figure.subplots(1, 2)
-        left.plot(x, from_si(measured, "m^2", area_unit), "o", color=BLUE, ms=3, label="indents")
-        left.plot(x, from_si(fitted, "m^2", area_unit), color=ORANGE, lw=1.0, label="area function")
-        left.set_ylabel(with_unit("contact area $A$", area_unit))
+        left.plot(x, from_si(measured, "m^2", area_unit), "o", color=draw.BLUE, ms=3, label="indents")
+        left.plot(x, from_si(fitted, "m^2", area_unit), color=draw.ORANGE, lw=1.0, label="area function")
+        left.set_ylabel(draw.with_unit("contact area $A$", area_unit))
         right.fill_between(
-            x, 100.0 * (low / fitted - 1.0), 100.0 * (high / fitted - 1.0), color=LIGHT, label="95 % interval"
+            x,
+            100.0 * (low / fitted - 1.0),
+            100.0 * (high / fitted - 1.0),
+            color=draw.LIGHT,
+            label="95 % interval",
         )
-        right.plot(x, 100.0 * (measured / fitted - 1.0), "o", color=BLUE, ms=3, label="indents")
-        right.axhline(0.0, color=ORANGE, lw=1.0)
+        right.plot(x, 100.0 * (measured / fitted - 1.0), "o", color=draw.BLUE, ms=3, label="indents")
+        right.axhline(0.0, color=draw.ORANGE, lw=1.0)
         right.set_ylabel("deviation from the area function (%)")
         for axes in (left, right):
             axes.set_xlabel(f"contact depth $h_c$ ({depth_unit})")
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure
 
 
@@ -129,35 +119,26 @@ def drift_study(holds: Sequence[tuple[FloatArray, FloatArray, FloatArray]], data
         Over indent.
     """
     unit = good_unit(np.concatenate([depth - depth[0] for _, depth, _ in holds]), "m")
-    with styled():
-        figure = new_figure(9.2, 3.8)
+    with draw.new_figure(9.2, 3.8) as figure:
         left, right = figure.subplots(1, 2)
         for i, (time, depth, fitted) in enumerate(holds):
             for values, style in (
-                (depth, {"color": GREY, "ls": "", "marker": ".", "ms": 2}),
-                (fitted, {"color": ORANGE}),
+                (depth, {"color": draw.GREY, "ls": "", "marker": ".", "ms": 2}),
+                (fitted, {"color": draw.ORANGE}),
             ):
                 label = "" if i else ("hold" if values is depth else "drift")
                 left.plot(time - time[0], from_si(values - fitted[0], "m", unit), label=label, **style)
-        left.set_xlabel("time in the hold (s)")
-        left.set_ylabel(f"change of the depth ({unit})")
+        left.set(xlabel="time in the hold (s)", ylabel=f"change of the depth ({unit})")
         rate, low, high = (data[f"rate{end}"].values * 1e9 for end in ("", "_low", "_high"))
+        bars = [rate - low, high - rate]
         right.errorbar(
-            data["indent"].values,
-            rate,
-            yerr=[rate - low, high - rate],
-            fmt="o",
-            color=BLUE,
-            ms=3,
-            capsize=2,
-            label="hold",
+            data["indent"].values, rate, yerr=bars, fmt="o", color=draw.BLUE, ms=3, capsize=2, label="hold"
         )
         _indents_on(right, data)
-        right.axhline(0.0, color=LIGHT, lw=1.0)
+        right.axhline(0.0, color=draw.LIGHT, lw=1.0)
         right.set_ylabel("rate with 95 % interval (nm/s)")
         for axes in (left, right):
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure
 
 
@@ -173,8 +154,7 @@ def profile_study(data: xr.Dataset) -> Figure:
     depth_unit = good_unit(data["indentation"].values, "m")
     modulus = "young_modulus" if "young_modulus" in data else "plane_strain_modulus"
     symbols = {"hardness": "hardness $H$", "young_modulus": "$E$", "plane_strain_modulus": r"$E/(1-\nu^2)$"}
-    with styled():
-        figure = new_figure(9.2, 3.8)
+    with draw.new_figure(9.2, 3.8) as figure:
         for axes, name in zip(figure.subplots(1, 2), ("hardness", modulus), strict=True):
             unit = good_unit(data[name].values, "Pa")
             for i in range(data.sizes["indent"]):
@@ -183,15 +163,13 @@ def profile_study(data: xr.Dataset) -> Figure:
                 middle, low, high = (
                     np.asarray(from_si(row[name + end].values, "Pa", unit)) for end in ("", "_low", "_high")
                 )
-                axes.fill_between(x, low, high, color=LIGHT, lw=0, label="" if i else "95 % interval")
-                axes.plot(x, middle, ".-", color=BLUE, ms=3, lw=0.8, label="" if i else "indents")
+                axes.fill_between(x, low, high, color=draw.LIGHT, lw=0, label="" if i else "95 % interval")
+                axes.plot(x, middle, ".-", color=draw.BLUE, ms=3, lw=0.8, label="" if i else "indents")
             # without the wide intervals of shallow points
             values = np.asarray(from_si(data[name].values, "Pa", unit))
             axes.set_ylim(0.0, 1.3 * float(np.nanpercentile(values, 98.0)))
-            axes.set_xlabel(f"depth $h$ ({depth_unit})")
-            axes.set_ylabel(f"{symbols[name]} ({unit})")
-            legend_above(axes)
-        letter_panels(figure)
+            axes.set(xlabel=f"depth $h$ ({depth_unit})", ylabel=f"{symbols[name]} ({unit})")
+            draw.legend_above(axes)
     return figure
 
 
@@ -206,35 +184,29 @@ def film_study(data: xr.Dataset) -> Figure:
     """
     x = data["width"].values
     unit, film_unit = (good_unit(data[name].values, "Pa") for name in ("reduced_modulus", "film_modulus"))
-    with styled():
-        figure = new_figure(9.2, 3.8)
+    with draw.new_figure(9.2, 3.8) as figure:
         left, right = figure.subplots(1, 2)
+        y = from_si(data["reduced_modulus"].values, "Pa", unit)
+        left.plot(x, y, "o", color=draw.BLUE, ms=3, label="measured")
         left.plot(
-            x, from_si(data["reduced_modulus"].values, "Pa", unit), "o", color=BLUE, ms=3, label="measured"
-        )
-        left.plot(
-            x, from_si(data["fitted_modulus"].values, "Pa", unit), color=ORANGE, label="film on substrate"
-        )
-        left.set_ylabel(with_unit("reduced modulus $E_r$", unit))
-        right.plot(
             x,
-            from_si(data["film_modulus"].values, "Pa", film_unit),
-            "o",
-            color=BLUE,
-            ms=3,
-            label="each point alone",
+            from_si(data["fitted_modulus"].values, "Pa", unit),
+            color=draw.ORANGE,
+            label="film on substrate",
         )
+        left.set_ylabel(draw.with_unit("reduced modulus $E_r$", unit))
+        y = from_si(data["film_modulus"].values, "Pa", film_unit)
+        right.plot(x, y, "o", color=draw.BLUE, ms=3, label="each point alone")
         middle, low, high = (
             float(from_si(float(data[f"young_modulus{end}"]), "Pa", film_unit))
             for end in ("", "_low", "_high")
         )
-        right.axhspan(low, high, color=LIGHT, lw=0, label="95 % interval")
-        right.axhline(middle, color=ORANGE, label="all points")
-        right.set_ylabel(with_unit("$E$ of the film", film_unit))
+        right.axhspan(low, high, color=draw.LIGHT, lw=0, label="95 % interval")
+        right.axhline(middle, color=draw.ORANGE, label="all points")
+        right.set_ylabel(draw.with_unit("$E$ of the film", film_unit))
         for axes in (left, right):
             axes.set_xlabel("contact radius over thickness $a/t$")
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure
 
 
@@ -253,50 +225,31 @@ def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Data
     shown_depths = [depth[rows] for (depth, _), rows in zip(records, loads, strict=True)]
     depth_unit = good_unit(np.concatenate(shown_depths), "m")
     unit = good_unit(np.concatenate([force for _, force in records]), "N")
-    with styled():
-        figure = new_figure(9.2, 3.8)
+    with draw.new_figure(9.2, 3.8) as figure:
         left, right = figure.subplots(1, 2)
         for i, ((depth, force), rows) in enumerate(zip(records, loads, strict=True)):
-            left.plot(
-                from_si(depth[rows], "m", depth_unit),
-                from_si(force[rows], "N", unit),
-                color=GREY,
-                lw=0.8,
-                label="" if i else "loading",
-            )
+            x, y = from_si(depth[rows], "m", depth_unit), from_si(force[rows], "N", unit)
+            left.plot(x, y, color=draw.GREY, lw=0.8, label="" if i else "loading")
         drawn = data.isel(indent=slice(0, len(records)))
-        left.plot(
-            from_si(drawn["pop_in_depth"].values, "m", depth_unit),
-            from_si(drawn["pop_in_force"].values, "N", unit),
-            "o",
-            color=ORANGE,
-            ms=4,
-            label="first pop-in",
-        )
-        left.set_xlabel(f"depth $h$ ({depth_unit})")
-        left.set_ylabel(f"normal force $F$ ({unit})")
+        x = from_si(drawn["pop_in_depth"].values, "m", depth_unit)
+        y = from_si(drawn["pop_in_force"].values, "N", unit)
+        left.plot(x, y, "o", color=draw.ORANGE, ms=4, label="first pop-in")
+        left.set(xlabel=f"depth $h$ ({depth_unit})", ylabel=f"normal force $F$ ({unit})")
         force = np.sort(data["pop_in_force"].values)
         force = np.asarray(from_si(force[np.isfinite(force)], "N", unit))
-        right.step(
-            np.append(force, force[-1:]),
-            np.arange(force.size + bool(force.size)) / max(force.size, 1),
-            color=BLUE,
-            where="post",
-            label="indents",
-        )
+        fraction = np.arange(force.size + bool(force.size)) / max(force.size, 1)
+        right.step(np.append(force, force[-1:]), fraction, color=draw.BLUE, where="post", label="indents")
         if "strength_force" in data:
             right.axvline(
                 float(from_si(float(data["strength_force"]), "N", unit)),
-                color=ORANGE,
+                color=draw.ORANGE,
                 ls="--",
                 label="shear strength reached",
             )
-        right.set_xlabel(f"force of the first pop-in ({unit})")
-        right.set_ylabel("fraction of the indents")
+        right.set(xlabel=f"force of the first pop-in ({unit})", ylabel="fraction of the indents")
         right.set_ylim(0.0, 1.02)
         for axes in (left, right):
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure
 
 

@@ -7,22 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.section import section, section_into
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    FigureData,
-    draw_zero,
-    legend_above,
-    letter_panels,
-    new_figure,
-    row_name,
-    styled,
-    thinned_curve,
-    with_unit,
-)
 from pymdr.quantities import AXES, RADIUS, quantity
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -34,20 +20,18 @@ if TYPE_CHECKING:
 _RINGS, _SPOKES = 9, 24
 
 
-def planar_overview(data: FigureData) -> Figure:
+def planar_overview(data: draw.FigureData) -> Figure:
     """The contact in section, its path and its force in the plane."""
-    with styled():
-        figure = new_figure(10.4, 5.8)
+    with draw.new_figure(10.4, 5.8) as figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
         section_into(left, data)
         path, force = right.subplots(2, 1)
         _draw_path(path, data, "shift")
         _draw_path(force, data, "tangential_force")
-        letter_panels(figure)
     return figure
 
 
-def planar_figures(data: FigureData) -> dict[str, Figure]:
+def planar_figures(data: draw.FigureData) -> dict[str, Figure]:
     """
     The figures of a contact that is moved in the plane, by name.
 
@@ -56,13 +40,11 @@ def planar_figures(data: FigureData) -> dict[str, Figure]:
     dict of str to matplotlib.figure.Figure
         ``section``, ``plane`` (the path with the force next to it) and ``slip`` (slip vectors of a row over the contact).
     """
-    with styled():
-        plane = new_figure(9.6, 4.4)
+    with draw.new_figure(9.6, 4.4) as plane:
         left, right = plane.subplots(1, 2)
         _draw_path(left, data, "shift")
         _draw_path(right, data, "tangential_force")
-        letter_panels(plane)
-        slip = new_figure(5.6, 5.0)
+    with draw.new_figure(5.6, 5.0) as slip:
         _draw_slip(slip.subplots(), data)
     return {"section": section(data), "plane": plane, "slip": slip}
 
@@ -81,20 +63,19 @@ def compared_plane(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset)
         ``tangential_force_x`` and ``tangential_force_y`` over ``row``, ``shear_traction_x`` and ``shear_traction_y`` over ``r``: the drawn
         lines.
     """
-    with styled():
-        figure = new_figure(9.6, 4.4)
+    with draw.new_figure(9.6, 4.4) as figure:
         left, right = figure.subplots(1, 2)
         force = {axis: curves[f"tangential_force_{axis}"].values for axis in "xy"}
         unit = good_unit(np.concatenate(list(force.values())), "N")
         grid = [from_si(table[f"tangential_force_{axis}_grid"].values, "N", unit) for axis in "xy"]
-        left.plot(*grid, "o", ms=5, mfc="none", color=ORANGE, label="boundary elements")
-        left.plot(*(from_si(force[axis], "N", unit) for axis in "xy"), color=BLUE, lw=1.2, label="MDR")
+        left.plot(*grid, "o", ms=5, mfc="none", color=draw.ORANGE, label="boundary elements")
+        left.plot(*(from_si(force[axis], "N", unit) for axis in "xy"), color=draw.BLUE, lw=1.2, label="MDR")
         left.set_aspect("equal", adjustable="datalim")
-        left.set_xlabel(with_unit(quantity("tangential_force_x").label, unit))
-        left.set_ylabel(with_unit(quantity("tangential_force_y").label, unit))
+        left.set_xlabel(draw.with_unit(quantity("tangential_force_x").label, unit))
+        left.set_ylabel(draw.with_unit(quantity("tangential_force_y").label, unit))
         r_unit = good_unit(tractions["r"].values, "m")
         t_unit = good_unit(np.concatenate([tractions[f"grid_{axis}"].values for axis in "xy"]), "Pa")
-        for axis, colour in (("x", BLUE), ("y", GREEN)):
+        for axis, colour in (("x", draw.BLUE), ("y", draw.GREEN)):
             name = f"grid_{axis}"
             points = from_si(tractions[name].values, "Pa", t_unit)
             right.plot(
@@ -103,39 +84,40 @@ def compared_plane(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset)
             fine = from_si(curves[f"shear_traction_{axis}"].values, "Pa", t_unit)
             label = f"along {axis}, MDR"
             right.plot(from_si(curves["r"].values, "m", r_unit), fine, color=colour, lw=1.2, label=label)
-        right.plot([], [], "o", ms=5, mfc="none", color=GREY, label="boundary elements, near the x axis")
+        right.plot([], [], "o", ms=5, mfc="none", color=draw.GREY, label="boundary elements, near the x axis")
         right.set_xlabel(f"{RADIUS.label} ({r_unit})")
-        right.set_ylabel(with_unit(quantity("shear_traction").label, t_unit))
+        right.set_ylabel(draw.with_unit(quantity("shear_traction").label, t_unit))
         for axes in (left, right):
-            draw_zero(axes)
-            legend_above(axes)
-        letter_panels(figure)
+            draw.draw_zero(axes)
+            draw.legend_above(axes)
     return figure
 
 
-def _draw_path(axes: Axes, data: FigureData, name: str) -> None:
+def _draw_path(axes: Axes, data: draw.FigureData, name: str) -> None:
     """A vector over the path, its start and the drawn row, and for forces the circle mu F_N."""
     values = data.data[name].values
     unit = good_unit(values[np.isfinite(values)], data.data[name].attrs["units"])
     x, y = from_si(values, data.data[name].attrs["units"], unit).T
-    axes.plot(*thinned_curve(x, y), color=GREY, lw=1.2)
-    axes.plot(x[:1], y[:1], "o", color=GREEN, ms=5, label="first row")
+    axes.plot(*draw.thinned_curve(x, y), color=draw.GREY, lw=1.2)
+    axes.plot(x[:1], y[:1], "o", color=draw.GREEN, ms=5, label="first row")
     if data.row >= 0:
-        axes.plot(x[[data.row]], y[[data.row]], "o", color=BLUE, ms=6, label=row_name(data, data.row))
+        axes.plot(
+            x[[data.row]], y[[data.row]], "o", color=draw.BLUE, ms=6, label=draw.row_name(data, data.row)
+        )
         if name == "tangential_force" and data.friction is not None and math.isfinite(data.friction):
             most = data.friction * float(data.data["normal_force"].values[data.row])
             angle = np.linspace(0.0, 2.0 * np.pi, 200)
             most = float(from_si(most, "N", unit))
             axes.plot(
-                most * np.cos(angle), most * np.sin(angle), "--", color=GREY, lw=0.9, label=r"$\mu F_N$"
+                most * np.cos(angle), most * np.sin(angle), "--", color=draw.GREY, lw=0.9, label=r"$\mu F_N$"
             )
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(with_unit(quantity(f"{name}_x").label, unit))
-    axes.set_ylabel(with_unit(quantity(f"{name}_y").label, unit))
-    legend_above(axes)
+    axes.set_xlabel(draw.with_unit(quantity(f"{name}_x").label, unit))
+    axes.set_ylabel(draw.with_unit(quantity(f"{name}_y").label, unit))
+    draw.legend_above(axes)
 
 
-def _draw_slip(axes: Axes, data: FigureData) -> None:
+def _draw_slip(axes: Axes, data: draw.FigureData) -> None:
     """Slip vectors on rings of the contact, the longest half as long as the distance of two rings."""
     if data.field is None or data.row < 0:
         return
@@ -154,16 +136,26 @@ def _draw_slip(axes: Axes, data: FigureData) -> None:
     if longest > 0.0:
         length = 1.5 * a * scale / _RINGS / longest
         axes.quiver(
-            x, y, length * u, length * v, angles="xy", scale_units="xy", scale=1.0, color=BLUE, width=0.004
+            x,
+            y,
+            length * u,
+            length * v,
+            angles="xy",
+            scale_units="xy",
+            scale=1.0,
+            color=draw.BLUE,
+            width=0.004,
         )
-    for radius, colour, label in ((a, GREY, "contact"), (stick, ORANGE, "stick")):
+    for radius, colour, label in ((a, draw.GREY, "contact"), (stick, draw.ORANGE, "stick")):
         axes.plot(*_circle(radius * scale), color=colour, lw=1.2, label=label)
     axes.set_aspect("equal")
     unit_of_slip = good_unit(np.array([longest or a]), "m")
     shown = float(from_si(longest, "m", unit_of_slip))
-    axes.set_title(f"slip, longest arrow {shown:.3g} {unit_of_slip}, {row_name(data, data.row)}", fontsize=9)
-    axes.set_xlabel(with_unit(f"position {AXES['x']}", unit))
-    axes.set_ylabel(with_unit(f"position {AXES['y']}", unit))
+    axes.set_title(
+        f"slip, longest arrow {shown:.3g} {unit_of_slip}, {draw.row_name(data, data.row)}", fontsize=9
+    )
+    axes.set_xlabel(draw.with_unit(f"position {AXES['x']}", unit))
+    axes.set_ylabel(draw.with_unit(f"position {AXES['y']}", unit))
     axes.legend(loc="lower right", fontsize=8)
 
 

@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    ORANGE,
-    axis_label,
-    lengths,
-    letter_panels,
-    new_figure,
-    scaled,
-    styled,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
@@ -48,8 +39,7 @@ def pressed_surface(
     title : str
         The drawn load, or why none is drawn.
     """
-    with styled():
-        figure = new_figure(9.6, 7.6)
+    with draw.new_figure(9.6, 7.6) as figure:
         (first, second), (third, fourth) = figure.subplots(2, 2)
         if pressure is None:
             for axes in (first, second, third, fourth):
@@ -61,10 +51,9 @@ def pressed_surface(
         image = _map(second, np.asarray(from_si(pressure.values, "Pa", unit)), pressure, "viridis")
         for axes in (first, second):
             axes.set_title(title)
-        figure.colorbar(image, ax=second, label=axis_label("pressure", unit))
+        figure.colorbar(image, ax=second, label=draw.axis_label("pressure", unit))
         _draw_curve(third, data, "indentation", "normal_force")
         _draw_curve(fourth, data, "normal_force", "normal_stiffness")
-        letter_panels(figure)
     return figure
 
 
@@ -72,7 +61,7 @@ def _map(axes: Axes, values: FloatArray, pressure: xr.DataArray, colours: str | 
     unit = good_unit(pressure["x"].values, "m")
     ends = []
     for axis in ("x", "y"):
-        at = lengths(pressure[axis].values, unit)
+        at = draw.lengths(pressure[axis].values, unit)
         half = 0.5 * (at[1] - at[0])
         ends += [float(at[0] - half), float(at[-1] + half)]
     image = axes.imshow(
@@ -82,8 +71,7 @@ def _map(axes: Axes, values: FloatArray, pressure: xr.DataArray, colours: str | 
         cmap=colours,
         interpolation="none",
     )
-    axes.set_xlabel(f"$x$ ({unit})")
-    axes.set_ylabel(f"$y$ ({unit})")
+    axes.set(xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
     return image
 
 
@@ -93,9 +81,9 @@ def _draw_contact(axes: Axes, heights: FloatArray, pressure: xr.DataArray) -> No
 
     above = heights - np.nanmean(heights)
     unit = good_unit(above, "m")
-    image = _map(axes, lengths(above, unit), pressure, "Greys_r")
+    image = _map(axes, draw.lengths(above, unit), pressure, "Greys_r")
     axes.figure.colorbar(image, ax=axes, label=f"height over the mean ({unit})")
-    _map(axes, np.where(pressure.values > 0.0, 1.0, np.nan), pressure, ListedColormap([ORANGE]))
+    _map(axes, np.where(pressure.values > 0.0, 1.0, np.nan), pressure, ListedColormap([draw.ORANGE]))
 
 
 def _draw_curve(axes: Axes, data: xr.Dataset, along: str, up: str) -> None:
@@ -103,8 +91,7 @@ def _draw_curve(axes: Axes, data: xr.Dataset, along: str, up: str) -> None:
     order = np.argsort(data[along].values)
     x, y = (data[name].values[order] for name in (along, up))
     x_unit, y_unit = good_unit(x, units[along]), good_unit(y, units[up])
-    axes.plot(scaled(x, along, x_unit), scaled(y, up, y_unit), "o-", color=BLUE, ms=4, lw=1.3)
-    axes.set_xlabel(axis_label(along, x_unit))
-    axes.set_ylabel(axis_label(up, y_unit))
+    axes.plot(draw.scaled(x, along, x_unit), draw.scaled(y, up, y_unit), "o-", color=draw.BLUE, ms=4, lw=1.3)
+    axes.set(xlabel=draw.axis_label(along, x_unit), ylabel=draw.axis_label(up, y_unit))
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)

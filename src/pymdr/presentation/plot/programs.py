@@ -7,17 +7,7 @@ from collections.abc import Mapping
 from textwrap import fill
 from typing import TYPE_CHECKING, Protocol
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    MARKED_ROWS,
-    ORANGE,
-    SMALL,
-    axis_label,
-    draw_zero,
-    new_figure,
-    styled,
-    with_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -69,26 +59,25 @@ def pairs_of_programs(pairs: Mapping[str, CurvePair], program: str) -> Figure:
         Name of the other program.
     """
     rows = math.ceil(len(pairs) / _COLUMNS)
-    with styled():
-        figure = new_figure(2.7 * _COLUMNS, 2.1 * rows + 0.4)
+    with draw.new_figure(2.7 * _COLUMNS, 2.1 * rows + 0.4, letters=False) as figure:
         panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
         for axes, (case, pair) in zip(panels, pairs.items(), strict=False):
-            own, few = QUANTITIES[pair.name].unit, "o" if pair.along.size <= MARKED_ROWS else None
+            own, few = QUANTITIES[pair.name].unit, "o" if pair.along.size <= draw.MARKED_ROWS else None
             along, unit = good_unit(pair.along, pair.unit), good_unit(pair.method, own)
             x = from_si(pair.along, pair.unit, along)
             for values, color, dashes, label in (
-                (pair.method, BLUE, "-", "MDR"),
-                (pair.other, ORANGE, (0, (4, 3)), program),
+                (pair.method, draw.BLUE, "-", "MDR"),
+                (pair.other, draw.ORANGE, (0, (4, 3)), program),
             ):
                 y = from_si(values, own, unit)
                 axes.plot(x, y, color=color, ls=dashes, marker=few, ms=3, label=label)
-            draw_zero(axes)
+            draw.draw_zero(axes)
             axes.set_title(case)
             label = QUANTITIES[pair.along_name].label if pair.along_name in QUANTITIES else pair.along_name
-            axes.set_xlabel(with_unit(label, along))
-            axes.set_ylabel(fill(axis_label(pair.name, unit), _LETTERS))
+            axes.set_xlabel(draw.with_unit(label, along))
+            axes.set_ylabel(fill(draw.axis_label(pair.name, unit), _LETTERS))
         for axes in panels[len(pairs) :]:
             axes.remove()
         lines, names = panels[0].get_legend_handles_labels()
-        figure.legend(lines, names, loc="outside upper right", ncols=2, fontsize=SMALL)
+        figure.legend(lines, names, loc="outside upper right", ncols=2, fontsize=draw.SMALL)
     return figure

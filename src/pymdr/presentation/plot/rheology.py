@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREY,
-    ORANGE,
-    legend_above,
-    letter_panels,
-    new_figure,
-    styled,
-    typeset,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import quantity
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -51,14 +42,12 @@ def fitted_moduli(
     misfit : float
         Relative root mean square over the rows.
     """
-    with styled():
-        figure = new_figure(9.2, 3.8)
+    with draw.new_figure(9.2, 3.8) as figure:
         left, right = figure.subplots(1, 2)
         _draw_moduli(left, measured, series, misfit)
         _draw_terms(right, equilibrium, terms, span)
         for axes in (left, right):
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure
 
 
@@ -67,16 +56,15 @@ def _draw_moduli(
 ) -> None:
     along, *moduli = measured
     unit = good_unit(np.concatenate([measured[name] for name in moduli]), "Pa")
-    for name, colour in zip(moduli, (BLUE, ORANGE), strict=False):
+    for name, colour in zip(moduli, (draw.BLUE, draw.ORANGE), strict=False):
         rows, line = (np.asarray(from_si(values[name], "Pa", unit)) for values in (measured, series))
         axes.plot(measured[along], rows, "o", color=colour, ms=3, label=f"${quantity(name).symbol}$")
         axes.plot(series[along], line, color=colour, lw=1.2)
-    axes.plot([], [], color=GREY, lw=1.2, label=f"series, rms residual {typeset(100.0 * misfit)} %")
+    axes.plot([], [], color=draw.GREY, lw=1.2, label=f"series, rms residual {draw.typeset(100.0 * misfit)} %")
     axes.set_xscale("log")
     _scale(axes, np.concatenate([np.asarray(from_si(measured[name], "Pa", unit)) for name in moduli]))
     row = quantity(along)
-    axes.set_xlabel(f"{row.label} ({row.unit})")
-    axes.set_ylabel(f"modulus in shear ({unit})")
+    axes.set(xlabel=f"{row.label} ({row.unit})", ylabel=f"modulus in shear ({unit})")
 
 
 def _scale(axes: Axes, values: FloatArray) -> None:
@@ -96,10 +84,9 @@ def _draw_terms(
     axes.set_xscale("log")
     _scale(axes, np.append(size, level))
     if times.size:
-        axes.vlines(times, axes.get_ylim()[0], size, color=BLUE, lw=1.0)
-        axes.plot(times, size, "o", color=BLUE, ms=4, label="moduli")
+        axes.vlines(times, axes.get_ylim()[0], size, color=draw.BLUE, lw=1.0)
+        axes.plot(times, size, "o", color=draw.BLUE, ms=4, label="moduli")
     if level > 0.0:
-        axes.axhline(level, color=ORANGE, lw=1.0, ls="--", label="equilibrium")
+        axes.axhline(level, color=draw.ORANGE, lw=1.0, ls="--", label="equilibrium")
     axes.set_xlim(*span)
-    axes.set_xlabel("relaxation time (s)")
-    axes.set_ylabel(f"modulus of the term ({unit})")
+    axes.set(xlabel="relaxation time (s)", ylabel=f"modulus of the term ({unit})")

@@ -8,28 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    LIGHT,
-    ORANGE,
-    FigureData,
-    axis_label,
-    infinite_within,
-    legend_above,
-    lengths,
-    letter_panels,
-    mark_radii,
-    new_figure,
-    note_peaks,
-    row_name,
-    scaled,
-    show_refusal,
-    show_text,
-    styled,
-    without_peaks,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import RADIUS
 from pymdr.units import FloatArray, good_unit, written
 
@@ -43,23 +22,21 @@ _ZIGZAG = np.array([0.0, 0.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 0.0, 0.0])
 _ALONG = np.array([0.0, 0.12, 0.2, 0.33, 0.46, 0.59, 0.72, 0.8, 0.88, 1.0])
 
 
-def section(data: FigureData) -> Figure:
+def section(data: draw.FigureData) -> Figure:
     """The contact in section with its pressure, above the equivalent line with its springs."""
-    with styled():
-        figure = new_figure(6.4, 5.6)
+    with draw.new_figure(6.4, 5.6) as figure:
         section_into(figure, data)
-        letter_panels(figure)
     return figure
 
 
-def section_into(figure: Any, data: FigureData) -> None:
+def section_into(figure: Any, data: draw.FigureData) -> None:
     """Draw the section and the springs into a figure or a part of one."""
     if data.field is None:
         _draw_refused(figure.subplots(), data)
         return
     c = _outer_radius(data)
     if not c > 0.0:
-        show_text(figure.subplots(), f"no contact in {row_name(data, data.row)}")
+        draw.show_text(figure.subplots(), f"no contact in {draw.row_name(data, data.row)}")
         return
     if data.on_line:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.25, 1.0))
@@ -70,13 +47,13 @@ def section_into(figure: Any, data: FigureData) -> None:
     x_unit = good_unit(np.array([width]), "m")
     z_unit = _draw_bodies(upper, data, a, d, width, x_unit)
     _draw_pressure_profile(upper, data, a, c, x_unit)
-    mark_radii(upper, a, c, x_unit, both_sides=True)
+    draw.mark_radii(upper, a, c, x_unit, both_sides=True)
     if data.data.sizes["step"] > 1:
-        upper.set_title(row_name(data, data.row), pad=14)
+        upper.set_title(draw.row_name(data, data.row), pad=14)
     if "stick_radius" in data.data:
         _draw_stick(upper, a, float(data.data["stick_radius"].values[data.row]), x_unit)
     if lower is not None:
-        mark_radii(lower, a, c, x_unit, both_sides=True, named=False)
+        draw.mark_radii(lower, a, c, x_unit, both_sides=True, named=False)
     if lower is None:
         upper.set_xlabel(f"{RADIUS.label} ({x_unit})")
         return
@@ -87,10 +64,10 @@ def section_into(figure: Any, data: FigureData) -> None:
     )
 
 
-def _draw_refused(axes: Axes, data: FigureData) -> None:
+def _draw_refused(axes: Axes, data: draw.FigureData) -> None:
     """The undeformed profile, with the reason why its contact is refused."""
     if data.extent is None:
-        show_refusal(axes, data)
+        draw.show_refusal(axes, data)
         return
     r = np.linspace(0.0, data.extent, 1201)
     with np.errstate(invalid="ignore"):
@@ -99,15 +76,17 @@ def _draw_refused(axes: Axes, data: FigureData) -> None:
     z = np.where(known, f, np.nan) - np.min(f[known])
     height = float(np.nanmax(z)) or data.extent
     x_unit, z_unit = good_unit(r, "m"), good_unit(np.array([height]), "m")
-    x, body = lengths(np.concatenate([-r[::-1], r]), x_unit), _mirrored(lengths(z, z_unit))
-    lowest, highest = lengths(height * np.array([-0.35, 1.1]), z_unit)
-    axes.fill_between(x, 0.0, lowest, color=LIGHT, lw=0)
-    axes.axhline(0.0, color=GREY, lw=1.2)
-    axes.fill_between(x, body, highest, where=_mirrored(known).astype(bool), color=BLUE, alpha=0.18, lw=0)
-    axes.plot(x, body, color=BLUE, lw=1.6)
+    x, body = draw.lengths(np.concatenate([-r[::-1], r]), x_unit), _mirrored(draw.lengths(z, z_unit))
+    lowest, highest = draw.lengths(height * np.array([-0.35, 1.1]), z_unit)
+    axes.fill_between(x, 0.0, lowest, color=draw.LIGHT, lw=0)
+    axes.axhline(0.0, color=draw.GREY, lw=1.2)
+    axes.fill_between(
+        x, body, highest, where=_mirrored(known).astype(bool), color=draw.BLUE, alpha=0.18, lw=0
+    )
+    axes.plot(x, body, color=draw.BLUE, lw=1.6)
     if not known.all():
-        end = float(lengths(r[known].max(), x_unit))
-        axes.vlines([-end, end], body[_mirrored(known).astype(bool)][-1], highest, color=BLUE, lw=1.6)
+        end = float(draw.lengths(r[known].max(), x_unit))
+        axes.vlines([-end, end], body[_mirrored(known).astype(bool)][-1], highest, color=draw.BLUE, lw=1.6)
     axes.set_ylim(lowest, highest)
     axes.set_ylabel(f"height $z$ ({z_unit})")
     reason = data.refusal
@@ -120,24 +99,24 @@ def _draw_refused(axes: Axes, data: FigureData) -> None:
 
 def _draw_stick(axes: Axes, a: float, b: float, x_unit: str) -> None:
     """A strip at the bottom of the section that shows stick and slip."""
-    edge, inner = lengths(np.array([a, min(b, a)]), x_unit)
+    edge, inner = draw.lengths(np.array([a, min(b, a)]), x_unit)
     strip: Any = {"ymin": 0.0, "ymax": 0.05, "lw": 0, "zorder": 4}
     if inner > 0.0:
-        axes.axvspan(-inner, inner, color=BLUE, alpha=0.8, label="stick", **strip)
+        axes.axvspan(-inner, inner, color=draw.BLUE, alpha=0.8, label="stick", **strip)
     if inner < edge:
         label: str | None = "slip"
         for low, high in ((-edge, -inner), (inner, edge)):
-            axes.axvspan(low, high, color=ORANGE, alpha=0.8, label=label, **strip)
+            axes.axvspan(low, high, color=draw.ORANGE, alpha=0.8, label=label, **strip)
             label = None
     if 0.0 < inner < 0.97 * edge:
         for x in (-inner, inner):
-            axes.axvline(x, color=GREY, lw=0.8, ls=":")
+            axes.axvline(x, color=draw.GREY, lw=0.8, ls=":")
         place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
-        axes.annotate("$b$", (inner, 1.0), (0, 2), ha="center", color=GREY, **place)
-    legend_above(axes)
+        axes.annotate("$b$", (inner, 1.0), (0, 2), ha="center", color=draw.GREY, **place)
+    draw.legend_above(axes)
 
 
-def _outer_radius(data: FigureData) -> float:
+def _outer_radius(data: draw.FigureData) -> float:
     """Radius in m inside which the bodies interact."""
     names = ("contact_radius", "cohesive_radius")
     radii = [float(data.data[name].values[data.row]) for name in names if name in data.data]
@@ -148,7 +127,7 @@ def _mirrored(values: FloatArray) -> FloatArray:
     return np.concatenate([values[::-1], values])
 
 
-def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, width: float, x_unit: str) -> str:
+def _draw_bodies(axes: Axes, data: draw.FigureData, a: float, d: float, width: float, x_unit: str) -> str:
     """Draw half-space and indenter; returns the unit of their heights."""
     assert data.field is not None
     r = np.unique(np.concatenate([np.linspace(0.0, width, 241), a * np.array([0.999, 1.0, 1.001])]))
@@ -157,26 +136,26 @@ def _draw_bodies(axes: Axes, data: FigureData, a: float, d: float, width: float,
         tip = d - data.gap(r)
     size = max(abs(d), float(np.nanmax(np.abs(u))))
     z_unit = good_unit(np.array([size]), "m")
-    x = lengths(np.concatenate([-r[::-1], r]), x_unit)
-    surface = -_mirrored(lengths(u, z_unit))
-    body = -_mirrored(lengths(np.where(np.isfinite(tip), tip, np.nan), z_unit))
+    x = draw.lengths(np.concatenate([-r[::-1], r]), x_unit)
+    surface = -_mirrored(draw.lengths(u, z_unit))
+    body = -_mirrored(draw.lengths(np.where(np.isfinite(tip), tip, np.nan), z_unit))
     if data.equilibria is None:
         deepest = float(np.nanmin(surface))
         lowest, highest = 1.6 * deepest, 1.5 * max(1.1 * abs(deepest), 1e-300)
     else:
         # a flat punch at d = 0 leaves everything flat
-        extent = float(lengths(np.array(size), z_unit)) or 1.0
+        extent = float(draw.lengths(np.array(size), z_unit)) or 1.0
         lowest = min(float(np.nanmin(surface)), 0.0) - 0.8 * extent
         highest = max(float(np.nanmax(surface)), 0.0) + 1.1 * extent
-    axes.fill_between(x, surface, lowest, color=LIGHT, lw=0)
-    axes.plot(x, surface, color=GREY, lw=1.2)
+    axes.fill_between(x, surface, lowest, color=draw.LIGHT, lw=0)
+    axes.plot(x, surface, color=draw.GREY, lw=1.2)
     inside = np.isfinite(body)
     with np.errstate(invalid="ignore"):
         top = np.where(inside, np.minimum(body, highest), highest)
-    axes.fill_between(x, top, highest, where=inside, color=BLUE, alpha=0.18, lw=0)
-    axes.plot(x, np.where(body <= highest, body, np.nan), color=BLUE, lw=1.6)
+    axes.fill_between(x, top, highest, where=inside, color=draw.BLUE, alpha=0.18, lw=0)
+    axes.plot(x, np.where(body <= highest, body, np.nan), color=draw.BLUE, lw=1.6)
     if np.isinf(tip).any():
-        axes.vlines([-x[inside].max(), x[inside].max()], body[inside][-1], highest, color=BLUE, lw=1.6)
+        axes.vlines([-x[inside].max(), x[inside].max()], body[inside][-1], highest, color=draw.BLUE, lw=1.6)
     axes.set_ylim(lowest, highest)
     axes.set_ylabel(f"height $z$ ({z_unit})")
     axes.spines["bottom"].set_visible(False)
@@ -189,7 +168,7 @@ def graded_inside(a: float) -> FloatArray:
     return np.asarray(a * np.sin(np.linspace(1e-6, 0.5 * math.pi, 121)))
 
 
-def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_unit: str) -> None:
+def _draw_pressure_profile(axes: Axes, data: draw.FigureData, a: float, c: float, x_unit: str) -> None:
     """Pressure above z = 0 with its own scale at the right; tension below."""
     assert data.field is not None
     r = graded_inside(a)
@@ -198,17 +177,17 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_u
             [r, np.linspace(a or 1e-6 * c, c, 41)[1:-1], c * np.array([1.0 - 1e-9, 1.0 + 1e-9])]
         )
     p = data.field("pressure", r).values
-    size = tension_scale(p) if data.equilibria is not None else float(without_peaks(p).max())
+    size = tension_scale(p) if data.equilibria is not None else float(draw.without_peaks(p).max())
     unit = good_unit(np.array([size]), "Pa")
-    span = 1.05 * float(scaled(np.array(size), "pressure", unit))
+    span = 1.05 * float(draw.scaled(np.array(size), "pressure", unit))
     # infinite values are not drawn
-    shown = scaled(np.where(np.isfinite(p), p, math.nan), "pressure", unit)
-    x = lengths(np.concatenate([-r[::-1], r]), x_unit)
-    note_peaks(axes, infinite_within(data, a))
+    shown = draw.scaled(np.where(np.isfinite(p), p, math.nan), "pressure", unit)
+    x = draw.lengths(np.concatenate([-r[::-1], r]), x_unit)
+    draw.note_peaks(axes, draw.infinite_within(data, a))
     right = axes.twinx()
     right.spines["right"].set_visible(True)
-    right.fill_between(x, _mirrored(shown), color=ORANGE, alpha=0.25, lw=0)
-    right.plot(x, _mirrored(shown), color=ORANGE, lw=1.2)
+    right.fill_between(x, _mirrored(shown), color=draw.ORANGE, alpha=0.25, lw=0)
+    right.plot(x, _mirrored(shown), color=draw.ORANGE, lw=1.2)
     low, high = axes.get_ylim()
     largest, least = (float(np.clip(f(shown, initial=0.0), -span, span)) for f in (np.nanmax, np.nanmin))
     up, down = largest / high, least / low
@@ -216,8 +195,8 @@ def _draw_pressure_profile(axes: Axes, data: FigureData, a: float, c: float, x_u
     right.set_ylim(scale * low, scale * high)
     ticks = [t for t in right.get_yticks() if least <= t <= largest]
     right.set_yticks(ticks)
-    right.set_ylabel(axis_label("pressure", unit), color=ORANGE)
-    right.tick_params(colors=ORANGE)
+    right.set_ylabel(draw.axis_label("pressure", unit), color=draw.ORANGE)
+    right.tick_params(colors=draw.ORANGE)
 
 
 def tension_scale(p: FloatArray) -> float:
@@ -227,7 +206,7 @@ def tension_scale(p: FloatArray) -> float:
 
 
 def _draw_springs(
-    axes: Axes, data: FigureData, a: float, d: float, width: float, x_unit: str, z_unit: str
+    axes: Axes, data: draw.FigureData, a: float, d: float, width: float, x_unit: str, z_unit: str
 ) -> None:
     """Independent springs from a rigid base to the profile: compressed, stretched or free."""
     assert data.field is not None
@@ -241,29 +220,29 @@ def _draw_springs(
     base, top = -2.2 * size, 1.2 * size
     half = 0.28 * (x[1] - x[0])
     for xi, up in zip(x, head, strict=True):
-        colour = GREEN if up < 0.0 else ORANGE if up > 0.0 else _FREE
+        colour = draw.GREEN if up < 0.0 else draw.ORANGE if up > 0.0 else _FREE
         axes.plot(
-            lengths(xi + half * _ZIGZAG, x_unit),
-            lengths(base + (up - base) * _ALONG, z_unit),
+            draw.lengths(xi + half * _ZIGZAG, x_unit),
+            draw.lengths(base + (up - base) * _ALONG, z_unit),
             color=colour,
             lw=0.8,
         )
     shown = np.where(tip <= top, tip, np.nan)
-    xs = lengths(np.concatenate([-fine[::-1], fine]), x_unit)
-    axes.plot(xs, _mirrored(lengths(shown, z_unit)), color=BLUE, lw=1.6)
+    xs = draw.lengths(np.concatenate([-fine[::-1], fine]), x_unit)
+    axes.plot(xs, _mirrored(draw.lengths(shown, z_unit)), color=draw.BLUE, lw=1.6)
     if np.isinf(tip).any():
         known = np.isfinite(tip)
-        end = float(lengths(fine[known].max(), x_unit))
-        foot, highest = lengths(np.array([tip[known][-1], top]), z_unit)
-        axes.vlines([-end, end], foot, highest, color=BLUE, lw=1.6)
-    axes.axhline(float(lengths(np.array(base), z_unit)), color=GREY, lw=2)
-    axes.set_ylim(*lengths(np.array([base - 0.15 * size, 1.05 * top]), z_unit))
+        end = float(draw.lengths(fine[known].max(), x_unit))
+        foot, highest = draw.lengths(np.array([tip[known][-1], top]), z_unit)
+        axes.vlines([-end, end], foot, highest, color=draw.BLUE, lw=1.6)
+    axes.axhline(float(draw.lengths(np.array(base), z_unit)), color=draw.GREY, lw=2)
+    axes.set_ylim(*draw.lengths(np.array([base - 0.15 * size, 1.05 * top]), z_unit))
     axes.set_ylabel(f"line $g(x) - d$ ({z_unit})")
     if data.equilibria is not None:
         _label_springs(axes, head)
 
 
-def _heads(data: FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
+def _heads(data: draw.FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
     """Displacements of the ends of the springs, 0 at rest."""
     assert data.field is not None
     g = data.field("equivalent_profile", np.abs(x)).values
@@ -280,10 +259,10 @@ def _heads(data: FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
 
 def _label_springs(axes: Axes, head: FloatArray) -> None:
     for colour, label, exists in (
-        (GREEN, "pressed", (head < 0.0).any()),
-        (ORANGE, "pulled", (head > 0.0).any()),
+        (draw.GREEN, "pressed", (head < 0.0).any()),
+        (draw.ORANGE, "pulled", (head > 0.0).any()),
         (_FREE, "free", (head == 0.0).any()),
     ):
         if exists:
             axes.plot([], [], color=colour, lw=1.6, label=label)
-    legend_above(axes)
+    draw.legend_above(axes)

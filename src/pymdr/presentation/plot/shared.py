@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -128,18 +128,18 @@ class Plots:
     """All figures by name."""
 
 
-def styled() -> AbstractContextManager[None]:
-    """The style of all figures."""
+@contextmanager
+def new_figure(width: float, height: float, *, letters: bool = True) -> Iterator[Figure]:
+    """An empty figure of a size in inches, to be drawn in the style of all figures; letters for its panels come last."""
     import matplotlib as mpl
 
-    return mpl.rc_context(STYLE)
-
-
-def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of a size in inches."""
     from pymdr.presentation.plot.drawing import Drawing
 
-    return Drawing(figsize=(width, height), layout="constrained")
+    with mpl.rc_context(STYLE):
+        figure = Drawing(figsize=(width, height), layout="constrained")
+        yield figure
+        if letters:
+            letter_panels(figure)
 
 
 def thinned(values: FloatArray, most: int = MOST) -> IntArray:

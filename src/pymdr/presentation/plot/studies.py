@@ -7,21 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    CYCLE,
-    GREY,
-    MARKED_ROWS,
-    ORANGE,
-    label_history,
-    legend_above,
-    lengths,
-    letter_panels,
-    limit_rounding,
-    new_figure,
-    styled,
-    with_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -43,8 +29,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
         For every coefficient of friction (None if there is only one) ``amplitude`` (m), ``dissipated_per_cycle``
         (J), ``damping_ratio`` and ``secant_stiffness`` (N/m) in one dimension, with ``sliding_shift`` (m).
     """
-    with styled():
-        figure = new_figure(10.4, 3.5)
+    with draw.new_figure(10.4, 3.5) as figure:
         amplitudes = np.concatenate([study["amplitude"].values for _, study in studies])
         unit = good_unit(amplitudes, "m")
         columns = (
@@ -61,27 +46,27 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
             for i, (mu, study) in enumerate(studies):
                 order = np.argsort(study["amplitude"].values)
                 u, sliding = study["amplitude"].values[order], float(study["sliding_shift"].values)
-                x, limit = lengths(u, unit), lengths(np.array(sliding), unit)
+                x, limit = draw.lengths(u, unit), draw.lengths(np.array(sliding), unit)
                 y = study[name].values[order]
                 y = np.asarray(from_si(y, si, shown)) if si else y
                 if mu is None and u.min() < sliding < u.max():
-                    axes.axvline(float(limit), color=ORANGE, lw=1.0, ls=":", label="sliding begins")
+                    axes.axvline(float(limit), color=draw.ORANGE, lw=1.0, ls=":", label="sliding begins")
                 if mu is None and name == "dissipated_per_cycle" and (y > 0.0).any():
                     _draw_cubic(axes, x, y, limit)
-                few = "o" if u.size <= MARKED_ROWS else None
-                colour, label = (BLUE, None) if mu is None else (CYCLE[i % len(CYCLE)], f"$\\mu$ = {mu:g}")
+                few = "o" if u.size <= draw.MARKED_ROWS else None
+                colour, label = (
+                    (draw.BLUE, None) if mu is None else (draw.CYCLE[i % len(draw.CYCLE)], f"$\\mu$ = {mu:g}")
+                )
                 axes.plot(x, y, color=colour, lw=1.5, marker=few, ms=3, label=label)
                 if f"{name}_low" in study:
                     ends = [study[f"{name}_{end}"].values[order] for end in ("low", "high")]
                     low, high = (np.asarray(from_si(v, si, shown)) if si else v for v in ends)
                     band = "band of the scatter" if mu is None else None
                     axes.fill_between(x, low, high, color=colour, alpha=0.2, lw=0, label=band)
-            axes.set_xlabel(f"amplitude of the shift ({unit})")
-            axes.set_ylabel(with_unit(y_label, shown))
+            axes.set(xlabel=f"amplitude of the shift ({unit})", ylabel=draw.with_unit(y_label, shown))
             if name == "damping_ratio":
                 axes.set_ylim(bottom=0.0)
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure
 
 
@@ -91,9 +76,8 @@ def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, sliding: FloatArray) -
     end = max(min(float(x.max()), float(sliding)), x[first])
     if end > x[first]:
         ends = np.array([x[first], end])
-        axes.plot(
-            ends, y[first] * (ends / ends[0]) ** 3, color=GREY, lw=1.0, ls="--", label="cube of the amplitude"
-        )
+        cube = y[first] * (ends / ends[0]) ** 3
+        axes.plot(ends, cube, color=draw.GREY, lw=1.0, ls="--", label="cube of the amplitude")
 
 
 def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
@@ -109,32 +93,29 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
     """
     (along,) = data.dims
     names = [name for name in labels if name in data.data_vars]
-    with styled():
-        figure = new_figure(2.9 * max(len(names), 1), 2.9)
+    with draw.new_figure(2.9 * max(len(names), 1), 2.9) as figure:
         for i, name in enumerate(names):
             axes = figure.add_subplot(1, len(names), i + 1)
             si = str(data[name].attrs.get("units", ""))
             unit = good_unit(data[name].values, si)
             values = np.asarray(from_si(data[name].values, si, unit))
-            axes.plot(data[along].values, values, "o-", color=BLUE, ms=3.0, lw=1.0)
-            label_history(axes, str(along))
+            axes.plot(data[along].values, values, "o-", color=draw.BLUE, ms=3.0, lw=1.0)
+            draw.label_history(axes, str(along))
             label = QUANTITIES[name].label if name in QUANTITIES else labels[name]
-            axes.set_ylabel(with_unit(label, unit))
-            limit_rounding(axes, values)
-        letter_panels(figure)
+            axes.set_ylabel(draw.with_unit(label, unit))
+            draw.limit_rounding(axes, values)
     return figure
 
 
 def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
     """Assumptions of a model, each relative to its limit."""
-    with styled():
-        figure = new_figure(6.4, 1.2 + 0.35 * len(assumptions))
+    with draw.new_figure(6.4, 1.2 + 0.35 * len(assumptions)) as figure:
         axes = figure.add_subplot()
-        colours = [BLUE if a.met else ORANGE for a in assumptions]
+        colours = [draw.BLUE if a.met else draw.ORANGE for a in assumptions]
         measures, limits = (np.array([getattr(a, n) for a in assumptions]) for n in ("measure", "limit"))
         with np.errstate(divide="ignore", invalid="ignore"):
             axes.barh([a.name for a in assumptions], np.minimum(measures / limits, 3.0), color=colours)
-        axes.axvline(1.0, color=GREY, lw=1.0)
+        axes.axvline(1.0, color=draw.GREY, lw=1.0)
         axes.invert_yaxis()
         axes.set_xlabel("measure / limit (cut at 3)")
     return figure

@@ -7,17 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    axis_label,
-    legend_above,
-    letter_panels,
-    new_figure,
-    scaled,
-    styled,
-    thinned,
-    typeset,
-    with_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import magnitudes, parameter_label, quantity
 from pymdr.units import FloatArray, from_si, good_unit
 
@@ -43,23 +33,21 @@ def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> Figu
     parameters : sequence of str
         The dimensions of the grid; colours follow the first.
     """
-    with styled():
-        figure = new_figure(9.6, 3.8)
+    with draw.new_figure(9.6, 3.8) as figure:
         along, over = figure.subplots(1, 2)
         values = magnitudes(data[name]).transpose(*parameters, "step").values
         unit = good_unit(values, quantity(name).unit)
-        shown = scaled(values, name, unit)
+        shown = draw.scaled(values, name, unit)
         across = "indentation" if name != "indentation" and _moves(data) else None
         _draw_along(along, data, shown, across, parameters)
         known = np.where(np.isnan(shown).all(axis=-1, keepdims=True), -np.inf, shown)
         largest = np.nanmax(known, axis=-1)
         _draw_over(over, data, np.where(np.isfinite(largest), largest, np.nan), parameters)
-        label = axis_label(name, unit)
+        label = draw.axis_label(name, unit)
         if "axis" in data[name].dims:
-            label = with_unit(f"magnitude of {quantity(name).long_name}", unit)
+            label = draw.with_unit(f"magnitude of {quantity(name).long_name}", unit)
         along.set_ylabel(label)
         over.set_ylabel(f"largest {label}")
-        letter_panels(figure)
     return figure
 
 
@@ -79,15 +67,15 @@ def _draw_along(
 
     count = shown.shape[0]
     lines = shown.reshape(-1, shown.shape[-1])
-    which = thinned(np.arange(float(lines.shape[0])), _CURVES)
+    which = draw.thinned(np.arange(float(lines.shape[0])), _CURVES)
     if across is None:
         x = np.broadcast_to(np.arange(1, shown.shape[-1] + 1), shown.shape).reshape(lines.shape)
         axes.set_xlabel("row of the path")
     else:
         depth = data[across].transpose(*parameters, "step").values.reshape(lines.shape)
         unit = good_unit(depth, quantity(across).unit)
-        x = scaled(depth, across, unit)
-        axes.set_xlabel(axis_label(across, unit))
+        x = draw.scaled(depth, across, unit)
+        axes.set_xlabel(draw.axis_label(across, unit))
     colours = colormaps["viridis"](np.linspace(0.0, 0.9, count))
     names = _names(data, parameters[:1], bare=True)
     named = set(np.linspace(0, count - 1, min(count, _NAMED)).round().astype(int).tolist())
@@ -102,7 +90,7 @@ def _draw_along(
             label=names[first] if first in named else None,
         )
         named.discard(first)
-    legend_above(axes, parameter_label(parameters[0]))
+    draw.legend_above(axes, parameter_label(parameters[0]))
 
 
 def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Sequence[str]) -> None:
@@ -112,7 +100,7 @@ def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Se
     if numeric:
         unit = good_unit(x, first.attrs["units"])
         x = np.asarray(from_si(x, first.attrs["units"], unit))
-        axes.set_xlabel(with_unit(parameter_label(parameters[0]), unit))
+        axes.set_xlabel(draw.with_unit(parameter_label(parameters[0]), unit))
         if np.all(x > 0.0) and x.max() > 10.0 * x.min():
             axes.set_xscale("log")
     else:
@@ -120,11 +108,11 @@ def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Se
         axes.set_xlabel(parameter_label(parameters[0]))
     rest = largest.reshape(first.size, -1)
     names = _names(data, parameters[1:])
-    for i in thinned(np.arange(float(rest.shape[1])), _CURVES):
+    for i in draw.thinned(np.arange(float(rest.shape[1])), _CURVES):
         axes.plot(
             x, rest[:, i], "o-", ms=3.5, lw=1.0, label=names[i] if 1 < rest.shape[1] <= _NAMED else None
         )
-    legend_above(axes)
+    draw.legend_above(axes)
 
 
 def _names(data: xr.Dataset, parameters: Sequence[str], bare: bool = False) -> list[str]:
@@ -143,7 +131,7 @@ def _distinct(values: xr.DataArray) -> list[str]:
     if unit is None:
         return [str(value).partition("(")[0] for value in values.values]
     for digits in range(3, 18):
-        texts = [typeset(float(value), unit, digits) for value in values.values]
+        texts = [draw.typeset(float(value), unit, digits) for value in values.values]
         if len(set(texts)) == np.unique(values.values).size:
             break
     return texts

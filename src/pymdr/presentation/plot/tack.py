@@ -7,20 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    LIGHT,
-    MARKED_ROWS,
-    ORANGE,
-    axis_label,
-    draw_zero,
-    legend_above,
-    letter_panels,
-    new_figure,
-    styled,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.units import FloatArray, from_si, good_unit, written
 
 if TYPE_CHECKING:
@@ -30,7 +17,7 @@ if TYPE_CHECKING:
 
 _CURVES = 6
 """Largest number of dwells or speeds that are drawn."""
-_COLOURS = (BLUE, ORANGE, GREEN)
+_COLOURS = (draw.BLUE, draw.ORANGE, draw.GREEN)
 
 
 def pull_off_speeds(data: xr.Dataset, tests: Sequence[xr.Dataset]) -> Figure:
@@ -48,13 +35,11 @@ def pull_off_speeds(data: xr.Dataset, tests: Sequence[xr.Dataset]) -> Figure:
     along, other = (
         ("dwell", "speed") if data.sizes["speed"] == 1 < data.sizes["dwell"] else ("speed", "dwell")
     )
-    with styled():
-        figure = new_figure(13.2, 4.0)
+    with draw.new_figure(13.2, 4.0) as figure:
         loops, pulls, work = figure.subplots(1, 3)
         _draw_tests(loops, data["speed"].values, tests)
         _draw(pulls, data, "largest_pull", along, other)
         _draw(work, data, "effective_work", along, other)
-        letter_panels(figure)
     return figure
 
 
@@ -81,10 +66,9 @@ def _draw_tests(axes: Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]) -> 
             lw=1.4,
             label=f"speed {written(float(speeds[row]), 'm', 3)}/s",
         )
-    draw_zero(axes)
-    axes.set_xlabel(axis_label("indentation", x_unit))
-    axes.set_ylabel(axis_label("normal_force", unit))
-    legend_above(axes)
+    draw.draw_zero(axes)
+    axes.set(xlabel=draw.axis_label("indentation", x_unit), ylabel=draw.axis_label("normal_force", unit))
+    draw.legend_above(axes)
 
 
 def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> None:
@@ -104,7 +88,7 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
             color=_COLOURS[k % 3],
             ls=("-", "--")[k // 3],
             lw=1.4,
-            marker="o" if x.size <= MARKED_ROWS else None,
+            marker="o" if x.size <= draw.MARKED_ROWS else None,
             ms=3.5,
             label=f"{other} {at}",
         )
@@ -113,17 +97,17 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
             axes.axhline(fast, color=_COLOURS[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None)
     if pulls and along == "dwell":
         fast = from_si(-data["fast_limit"].values, "N", unit)
-        axes.plot(shown_x, fast, color=GREY, ls=":", lw=1.2, label="fast limit")
+        axes.plot(shown_x, fast, color=draw.GREY, ls=":", lw=1.2, label="fast limit")
     if pulls:
         slow = float(from_si(-float(data["slow_limit"]), "N", unit))
-        axes.axhline(slow, color=GREY, ls="--", lw=1.0, label="slow limit")
+        axes.axhline(slow, color=draw.GREY, ls="--", lw=1.0, label="slow limit")
     if x.size > 1 and x.min() > 0.0:
         axes.set_xscale("log")
     if values.min() > 0.0 and values.max() > 5.0 * values.min():
         axes.set_yscale("log")
-    axes.set_xlabel(axis_label(along, x_unit))
-    axes.set_ylabel(f"largest pull $-F_N$ ({unit})" if pulls else axis_label(name, unit))
-    legend_above(axes)
+    axes.set_xlabel(draw.axis_label(along, x_unit))
+    axes.set_ylabel(f"largest pull $-F_N$ ({unit})" if pulls else draw.axis_label(name, unit))
+    draw.legend_above(axes)
 
 
 def edge_work_figure(data: xr.Dataset) -> Figure:
@@ -141,28 +125,34 @@ def edge_work_figure(data: xr.Dataset) -> Figure:
     x, rates, expected = from_si(V, "m/s", v_unit), from_si(G, "J/m^2", unit), from_si(formula, "J/m^2", unit)
     rest, fast = (float(from_si(float(data[name]), "J/m^2", unit)) for name in ("work", "fast_limit"))
     fraction = data["zone_length"].values / data["contact_radius"].values
-    with styled():
-        figure = new_figure(9.6, 4.0)
+    with draw.new_figure(9.6, 4.0) as figure:
         left, right = figure.subplots(1, 2)
         for number in np.unique(test).tolist():
             own = test == number
-            left.plot(x[own], rates[own], color=LIGHT, lw=1.2)
+            left.plot(x[own], rates[own], color=draw.LIGHT, lw=1.2)
         left.plot(
-            x[~holds], rates[~holds], ls="", marker="o", ms=2.5, color=GREY, mfc="none", label="other rows"
+            x[~holds],
+            rates[~holds],
+            ls="",
+            marker="o",
+            ms=2.5,
+            color=draw.GREY,
+            mfc="none",
+            label="other rows",
         )
-        left.plot(x[holds], rates[holds], ls="", marker="o", ms=2.5, color=BLUE, label="within 10 %")
+        left.plot(x[holds], rates[holds], ls="", marker="o", ms=2.5, color=draw.BLUE, label="within 10 %")
         order = np.argsort(x)
-        left.plot(x[order], expected[order], color=ORANGE, lw=1.4, label="short zone")
-        left.axhline(rest, color=GREY, ls="--", lw=1.0, label="at rest")
-        left.axhline(fast, color=GREY, ls=":", lw=1.0, label="fast limit")
+        left.plot(x[order], expected[order], color=draw.ORANGE, lw=1.4, label="short zone")
+        left.axhline(rest, color=draw.GREY, ls="--", lw=1.0, label="at rest")
+        left.axhline(fast, color=draw.GREY, ls=":", lw=1.0, label="fast limit")
         left.set(xscale="log", yscale="log", ylim=(0.4 * rest, 2.5 * fast))
-        left.set_xlabel(axis_label("edge_speed", v_unit))
-        left.set_ylabel(axis_label("energy_release_rate", unit))
+        left.set_xlabel(draw.axis_label("edge_speed", v_unit))
+        left.set_ylabel(draw.axis_label("energy_release_rate", unit))
         difference = np.abs(data["difference"].values)
         steady = data["receded"].values >= 1.0
         for chosen, colour, label in (
-            (~steady, GREY, "receded by less than its zone"),
-            (steady, BLUE, "by more"),
+            (~steady, draw.GREY, "receded by less than its zone"),
+            (steady, draw.BLUE, "by more"),
         ):
             right.plot(
                 fraction[chosen],
@@ -174,11 +164,10 @@ def edge_work_figure(data: xr.Dataset) -> Figure:
                 color=colour,
                 label=label,
             )
-        right.axhline(0.1, color=GREY, ls="--", lw=1.0)
+        right.axhline(0.1, color=draw.GREY, ls="--", lw=1.0)
         right.set(xscale="log", yscale="log", ylim=(1e-3, 2.0))
         right.set_xlabel("length of the zone over the contact radius")
         right.set_ylabel("difference of the formula from G")
         for axes in (left, right):
-            legend_above(axes)
-        letter_panels(figure)
+            draw.legend_above(axes)
     return figure

@@ -6,20 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.presentation.plot.shared import (
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    label_history,
-    lengths,
-    letter_panels,
-    limit_rounding,
-    new_figure,
-    styled,
-    typeset_unit,
-)
+from pymdr.presentation.plot import shared as draw
 from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
@@ -44,27 +31,25 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
     """
     from matplotlib import colormaps
 
-    with styled():
-        figure = new_figure(10.4, 6.2)
+    with draw.new_figure(10.4, 6.2) as figure:
         shape, pressed, volume, radii = figure.subplots(2, 2).ravel()
         r, f = surface["r"].values, surface["profile"].values
         unit, high = good_unit(r, "m"), good_unit(f, "m")
         rows = _telling_rows(data["worn_volume"].values)
         for row, colour in zip(rows, colormaps["viridis"](np.linspace(0.0, 0.85, len(rows))), strict=True):
             label = f"{data['cycles'].values[row]:.3g} cycles"
-            x = lengths(r[row], unit)
-            shape.plot(x, lengths(f[row], high), color=colour, lw=1.4, label=label)
+            x = draw.lengths(r[row], unit)
+            shape.plot(x, draw.lengths(f[row], high), color=colour, lw=1.4, label=label)
             pressed.plot(x, surface["pressure"].values[row] * 1e-6, color=colour, lw=1.4, label=label)
         limit = surface["limiting_profile"].values[-1]
         if np.isfinite(limit).all():
-            shape.plot(
-                lengths(r[-1], unit), lengths(limit, high), color=ORANGE, lw=1.2, ls="--", label="end of wear"
-            )
+            x, y = draw.lengths(r[-1], unit), draw.lengths(limit, high)
+            shape.plot(x, y, color=draw.ORANGE, lw=1.2, ls="--", label="end of wear")
         # beyond the worn ring both profiles are the original one
         end = 1.1 * float(data["worn_radius"].values.max() or r.max())
         inside = r[-1] <= end
-        shape.set_xlim(float(lengths(r.min(), unit)), float(lengths(np.array(end), unit)))
-        span = lengths(np.array([f[:, inside].min(), f[:, inside].max()]), high)
+        shape.set_xlim(float(draw.lengths(r.min(), unit)), float(draw.lengths(np.array(end), unit)))
+        span = draw.lengths(np.array([f[:, inside].min(), f[:, inside].max()]), high)
         shape.set_ylim(float(span[0] - 0.05 * np.ptp(span)), float(span[1] + 0.05 * np.ptp(span)))
         pressed.set_xlim(*shape.get_xlim())
         shape.set_ylabel(f"worn profile f ({high})")
@@ -77,12 +62,11 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
         if "limit_volume" in data.attrs:
             cubic = good_unit(data["worn_volume"].values, "m^3")
             end_volume = float(from_si(np.array(data.attrs["limit_volume"]), "m^3", cubic))
-            volume.axhline(end_volume, color=ORANGE, lw=1.2, ls="--", label="end of wear")
+            volume.axhline(end_volume, color=draw.ORANGE, lw=1.2, ls="--", label="end of wear")
             volume.legend()
         volume.set_yscale("log")
         _over_cycles(radii, data, {"contact_radius": "contact radius", "stick_radius": "stick radius"}, "m")
         radii.legend()
-        letter_panels(figure)
     return figure
 
 
@@ -99,26 +83,23 @@ def compared_wear(table: xr.Dataset, curves: xr.Dataset, surface: xr.Dataset) ->
     surface : xarray.Dataset
         Over ``r`` (m): ``mdr`` and ``rings`` (m).
     """
-    with styled():
-        figure = new_figure(9.0, 3.9)
+    with draw.new_figure(9.0, 3.9) as figure:
         left, right = figure.subplots(1, 2)
         _over_cycles(left, curves, {"worn_volume": "worn volume"}, "m^3")
         cubic = good_unit(curves["worn_volume"].values, "m^3")
         left.lines[0].set_label("MDR")
         volume = from_si(table["worn_volume_rings"].values, "m^3", cubic)
-        left.plot(table["cycles"].values, volume, "o", ms=5, mfc="none", color=ORANGE, label="rings")
+        left.plot(table["cycles"].values, volume, "o", ms=5, mfc="none", color=draw.ORANGE, label="rings")
         left.set_yscale("log")
         left.legend()
         unit, deep = good_unit(surface["r"].values, "m"), good_unit(surface["rings"].values, "m")
-        r = lengths(surface["r"].values, unit)
-        right.plot(
-            r, lengths(surface["rings"].values, deep), "o", ms=4, mfc="none", color=ORANGE, label="rings"
-        )
-        right.plot(r, lengths(surface["mdr"].values, deep), color=BLUE, lw=1.2, label="MDR")
-        right.set_xlabel(f"radius r ({typeset_unit(unit)})")
-        right.set_ylabel(f"depth of wear in the last row ({typeset_unit(deep)})")
+        r = draw.lengths(surface["r"].values, unit)
+        y = draw.lengths(surface["rings"].values, deep)
+        right.plot(r, y, "o", ms=4, mfc="none", color=draw.ORANGE, label="rings")
+        right.plot(r, draw.lengths(surface["mdr"].values, deep), color=draw.BLUE, lw=1.2, label="MDR")
+        right.set_xlabel(f"radius r ({draw.typeset_unit(unit)})")
+        right.set_ylabel(f"depth of wear in the last row ({draw.typeset_unit(deep)})")
         right.legend()
-        letter_panels(figure)
     return figure
 
 
@@ -134,13 +115,13 @@ def _over_cycles(axes: Axes, data: xr.Dataset, names: dict[str, str], si: str) -
     counted = cycles > 0.0
     values = np.concatenate([data[name].values for name in names])
     unit = good_unit(values, si)
-    for (name, label), colour in zip(names.items(), (BLUE, GREEN), strict=False):
+    for (name, label), colour in zip(names.items(), (draw.BLUE, draw.GREEN), strict=False):
         y = np.asarray(from_si(data[name].values, si, unit))
         axes.plot(cycles[counted], y[counted], color=colour, lw=1.5, label=label)
     axes.set_xscale("log")
     axes.set_xlabel("number of cycles")
     what = next(iter(names.values())) if len(names) == 1 else "radius"
-    axes.set_ylabel(f"{what} ({typeset_unit(unit)})")
+    axes.set_ylabel(f"{what} ({draw.typeset_unit(unit)})")
 
 
 def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dataset) -> Figure:
@@ -157,16 +138,17 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
     from matplotlib import colormaps
     from matplotlib.ticker import MaxNLocator
 
-    colours = {"partial": BLUE, "mixed": PURPLE, "gross": ORANGE, "unknown": GREY}
-    with styled():
-        figure = new_figure(10.4, 4.2)
+    colours = {"partial": draw.BLUE, "mixed": draw.PURPLE, "gross": draw.ORANGE, "unknown": draw.GREY}
+    with draw.new_figure(10.4, 4.2, letters=False) as figure:
         log = figure.add_subplot(1, 2, 1, projection="3d")
         unit = good_unit(np.concatenate([u for _, u, _ in loops]), "m")
         force = good_unit(np.concatenate([f for _, _, f in loops]), "N")
         for (cycle, u, f), colour in zip(
             loops, colormaps["viridis"](np.linspace(0.0, 0.85, len(loops))), strict=True
         ):
-            log.plot(lengths(u, unit), np.full(u.size, cycle), from_si(f, "N", force), color=colour, lw=1.0)
+            log.plot(
+                draw.lengths(u, unit), np.full(u.size, cycle), from_si(f, "N", force), color=colour, lw=1.0
+            )
         log.set_xlabel(f"shift ({unit})", labelpad=12.0)
         log.set_ylabel("cycle", labelpad=16.0)
         log.set_zlabel(f"force ({force})")
@@ -191,8 +173,8 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
         friction.legend(title="regime", ncols=2)
         stiffness.set_ylabel(f"tangential stiffness ({per})")
         for axes, values in ((friction, data[name].values), (stiffness, steep)):
-            label_history(axes, "cycle")
-            limit_rounding(axes, values)
+            draw.label_history(axes, "cycle")
+            draw.limit_rounding(axes, values)
     return figure
 
 
@@ -207,33 +189,24 @@ def running_conditions_map(data: xr.Dataset, record: tuple[np.ndarray, np.ndarra
     record : (amplitude, normal force), optional
         Of the cycles of a record, in m and N.
     """
-    with styled():
-        figure = new_figure(5.6, 4.0)
+    with draw.new_figure(5.6, 4.0) as figure:
         axes = figure.subplots()
         load, limit = data["normal_force"].values, data["sliding_shift"].values
         all_shifts = limit if record is None else np.append(limit, record[0])
         all_loads = load if record is None else np.append(load, record[1])
         unit, force = good_unit(all_shifts, "m"), good_unit(all_loads, "N")
-        x, y = lengths(limit, unit), np.asarray(from_si(load, "N", force))
-        right = 1.25 * float(lengths(all_shifts.max(), unit))
-        axes.fill_betweenx(y, 0.0, x, color=BLUE, alpha=0.15, lw=0)
-        axes.fill_betweenx(y, x, right, color=ORANGE, alpha=0.15, lw=0)
-        axes.plot(x, y, color=GREY, lw=1.5)
-        axes.text(0.05, 0.92, "partial slip", color=BLUE, transform=axes.transAxes)
-        axes.text(0.95, 0.06, "gross slip", color=ORANGE, ha="right", transform=axes.transAxes)
+        x, y = draw.lengths(limit, unit), np.asarray(from_si(load, "N", force))
+        right = 1.25 * float(draw.lengths(all_shifts.max(), unit))
+        axes.fill_betweenx(y, 0.0, x, color=draw.BLUE, alpha=0.15, lw=0)
+        axes.fill_betweenx(y, x, right, color=draw.ORANGE, alpha=0.15, lw=0)
+        axes.plot(x, y, color=draw.GREY, lw=1.5)
+        axes.text(0.05, 0.92, "partial slip", color=draw.BLUE, transform=axes.transAxes)
+        axes.text(0.95, 0.06, "gross slip", color=draw.ORANGE, ha="right", transform=axes.transAxes)
         if record is not None:
-            axes.plot(
-                lengths(record[0], unit),
-                from_si(record[1], "N", force),
-                ".-",
-                color=GREEN,
-                lw=0.8,
-                ms=4,
-                label="record",
-            )
+            x, y = draw.lengths(record[0], unit), from_si(record[1], "N", force)
+            axes.plot(x, y, ".-", color=draw.GREEN, lw=0.8, ms=4, label="record")
             axes.legend(loc="center right")
         axes.set_xlim(0.0, right)
         axes.set_ylim(*(float(from_si(end, "N", force)) for end in (all_loads.min(), all_loads.max())))
-        axes.set_xlabel(f"amplitude of the shift ({unit})")
-        axes.set_ylabel(f"normal force ({force})")
+        axes.set(xlabel=f"amplitude of the shift ({unit})", ylabel=f"normal force ({force})")
     return figure

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.curves import curves, draw_curve, draw_pressure, fields
 from pymdr.presentation.plot.layers import layers
 from pymdr.presentation.plot.section import section, section_into
-from pymdr.presentation.plot.shared import FigureData, letter_panels, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def normal_overview(data: FigureData) -> Figure:
+def normal_overview(data: draw.FigureData) -> Figure:
     """
     The contact in section above its springs, with its curve or loop and a field, in one figure.
 
@@ -24,22 +24,19 @@ def normal_overview(data: FigureData) -> Figure:
     matplotlib.figure.Figure
         Section, force against indentation, and pressure.
     """
-    with styled():
-        figure = new_figure(10.0, 5.6)
+    with draw.new_figure(10.0, 5.6) as figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.25, 1.0))))
         section_into(left, data)
         if data.field is None:
             draw_curve(right.subplots(), data, "normal_force")
-            letter_panels(figure)
             return figure
         force, pressure = right.subplots(2, 1)
         draw_curve(force, data, "normal_force")
         draw_pressure(pressure, data)
-        letter_panels(figure)
     return figure
 
 
-def normal_figures(data: FigureData) -> dict[str, Figure]:
+def normal_figures(data: draw.FigureData) -> dict[str, Figure]:
     """
     The figures of a result by name.
 
