@@ -133,10 +133,8 @@ def write_stress(result: Result, wanted: Mapping[str, Any], folder: Path, figure
 
     Parameters
     ----------
-    result : Result
     wanted : mapping
         The table ``[stress]``.
-    folder : path
     figures : bool
         Whether figures are wanted.
     """

@@ -9,15 +9,7 @@ import typer
 
 from pymdr.workbench.cli.folders import Tables, named_after, ready_folder, write_figure
 from pymdr.workbench.cli.options import CaseFile, Json, Quiet
-from pymdr.workbench.cli.reporting import (
-    columns_of,
-    failures_as_json,
-    print_json,
-    print_report,
-    report,
-    report_written,
-    validity_of,
-)
+from pymdr.workbench.cli.reporting import columns_of, failures_as_json, report_answer, report_written
 
 
 def law(
@@ -56,21 +48,12 @@ def law(
             title, exported = law_of_case(case, to, tolerance, tangential, springs)
             written = write_law(exported, folder, prefix, xlsx)
             written.append(write_figure(exported.plot(), folder / f"{prefix}.png"))
-    if as_json:
-        plain = report(
-            "law",
-            case,
-            written,
-            title=title,
-            status="COMPLETED",
-            rows=exported.table.knots.u.size,
-            study=columns_of(exported),
-            references=list(exported.cite()),
-            **validity_of(exported),
-        )
-        print_json(plain)
-    elif not quiet:
-        print_report(title or str(case), exported.summary(), written)
+    own = {
+        "rows": exported.table.knots.u.size,
+        "study": columns_of(exported),
+        "references": list(exported.cite()),
+    }
+    report_answer("law", case, title, exported, written, quiet, as_json, **own)
 
 
 def table(

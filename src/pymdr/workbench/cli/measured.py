@@ -14,10 +14,10 @@ from pymdr.workbench.cli.reporting import (
     print_json,
     print_report,
     report,
+    report_answer,
     report_study,
     stages,
     table_of,
-    validity_of,
 )
 
 if TYPE_CHECKING:
@@ -52,12 +52,8 @@ def loops(
     with failures_as_json("loops", record, as_json):
         study = measured_loops(_read_cycles(record), least=least)
         written = write_study(study, output, "loops")
-    if as_json:
-        rows, table = study.data.sizes["cycle"], table_of(study.data)
-        claims = validity_of(study)
-        print_json(report("loops", record, written, status="COMPLETED", rows=rows, loops=table, **claims))
-    elif not quiet:
-        print_report(str(record), study.summary(), written)
+    rows, table = study.data.sizes["cycle"], table_of(study.data)
+    report_answer("loops", record, "", study, written, quiet, as_json, rows=rows, loops=table)
 
 
 def fretting(

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 import typer
 
 from pymdr.workbench.cli.folders import write_study
+from pymdr.workbench.cli.options import Json, Quiet, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -237,6 +240,27 @@ def columns_of(study: Study) -> dict[str, Any]:
     }
 
 
+def report_answer(
+    command: str,
+    case: Path,
+    title: str,
+    study: Answer,
+    written: Sequence[Path],
+    quiet: bool,
+    as_json: bool,
+    /,
+    **own: Any,
+) -> None:
+    """Report a study; `own` are the entries of its JSON report beside its validity."""
+    if as_json:
+        validity = validity_of(study)
+        print_json(
+            report(command, case, written, **{"title": title, "status": "COMPLETED", **validity, **own})
+        )
+    elif not quiet:
+        print_report(title or str(case), study.summary(), written)
+
+
 def report_study(
     command: str,
     case: Path,
@@ -250,17 +274,43 @@ def report_study(
     with failures_as_json(command, case, as_json):
         title, study = make()
         written = write_study(study, output, command, animate=animate)
-    if as_json:
-        plain = report(
-            command,
-            case,
-            written,
-            title=title,
-            status="COMPLETED",
-            rows=next(iter(study.data.sizes.values()), 1),
-            study=columns_of(study),
-            **validity_of(study),
+    rows = next(iter(study.data.sizes.values()), 1)
+    report_answer(command, case, title, study, written, quiet, as_json, rows=rows, study=columns_of(study))
+
+
+def study_command(name: str) -> Callable[[Callable[..., tuple[str, Study]]], Callable[..., None]]:
+    """
+    Make a command of a function that returns a study and the title of its case.
+
+    The command writes and reports the study; its last options are those of that: --output, --quiet and --json.
+    """
+
+    def decorated(make: Callable[..., tuple[str, Study]]) -> Callable[..., None]:
+        @wraps(make)
+        def command(
+            *,
+            case: Path,
+            output: Path | None = None,
+            quiet: bool = False,
+            as_json: bool = False,
+            **options: Any,
+        ) -> None:
+            report_study(name, case, lambda: make(case, **options), output, quiet, as_json)
+
+        command.__annotations__ = {**make.__annotations__, "output": Table, "quiet": Quiet, "as_json": Json}
+        del command.__annotations__["return"]  # its types are imported by checkers only
+        hints = get_type_hints(command, include_extras=True)
+        own = inspect.signature(make).parameters.values()
+        added = (
+            inspect.Parameter(each, inspect.Parameter.KEYWORD_ONLY, default=default)
+            for each, default in _ADDED
         )
-        print_json(plain)
-    elif not quiet:
-        print_report(title or str(case), study.summary(), written)
+        parameters = [one.replace(annotation=hints[one.name]) for one in (*own, *added)]
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        return command
+
+    return decorated
+
+
+_ADDED = (("output", None), ("quiet", False), ("as_json", False))
+"""Options of every command that makes a study, with their defaults."""

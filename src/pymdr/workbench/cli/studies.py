@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,16 +11,13 @@ from pymdr.workbench.cli.folders import write_study
 from pymdr.workbench.cli.options import CaseFile, Json, Points, Quiet, Table, spread, values_of
 from pymdr.workbench.cli.reporting import (
     failures_as_json,
-    print_json,
-    print_report,
-    report,
+    report_answer,
     report_study,
-    validity_of,
+    study_command,
     with_unit,
 )
 
 if TYPE_CHECKING:
-    from pymdr.problem.contact import Contact
     from pymdr.solving.study import Study
 
 NormalForce = Annotated[str | None, typer.Option(help="Constant load, such as '1 N'.")]
@@ -64,18 +60,19 @@ def impact(
 
     oblique = {"angle": angle, "inertia": inertia, "radius": radius, "spin": spin}
     given: dict[str, Any] = {name: value for name, value in oblique.items() if value is not None}
+    speeds = values_of(speed)
 
-    def rebounds(contact: Contact) -> Study:
+    def rebounds() -> tuple[str, Study]:
+        title, contact = read_contact(case)
         if given:
             raise ProblemError(
                 f"impact: --{next(iter(given))} applies to oblique impacts at one speed; give one --speed, or leave "
                 "the option out"
             )
-        return restitution(contact, mass=mass, speeds=spread(speed, points, "m/s", "speed"))
+        return title, restitution(contact, mass=mass, speeds=spread(speed, points, "m/s", "speed"))
 
-    speeds = values_of(speed)
     if len(speeds) > 1:
-        _study("impact", case, rebounds, output, quiet, as_json)
+        report_study("impact", case, rebounds, output, quiet, as_json)
         return
     with failures_as_json("impact", case, as_json):
         if points is not None:
@@ -83,26 +80,16 @@ def impact(
         title, contact = read_contact(case)
         study = collide(contact, mass=mass, speed=speeds[0], **given)
         written = write_study(study, output, "impact")
-    if as_json:
-        plain = report(
-            "impact",
-            case,
-            written,
-            title=title,
-            status="COMPLETED",
-            rows=study.data.sizes["step"],
-            impact={
-                name: with_unit(value, quantity(name).unit)
-                for values in study.groups().values()
-                for name, value in values.items()
-            },
-            **validity_of(study),
-        )
-        print_json(plain)
-    elif not quiet:
-        print_report(title or str(case), study.summary(), written)
+    numbers = {
+        name: with_unit(value, quantity(name).unit)
+        for values in study.groups().values()
+        for name, value in values.items()
+    }
+    rows = study.data.sizes["step"]
+    report_answer("impact", case, title, study, written, quiet, as_json, rows=rows, impact=numbers)
 
 
+@study_command("yield")
 def yields(
     case: CaseFile,
     strength: Annotated[
@@ -122,30 +109,23 @@ def yields(
     force_ratio: Annotated[
         float | None, typer.Option(help="With friction: tangential over normal force; sliding unless given.")
     ] = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Load and place of first yield or crack; needs no [[path]]."""
     from pymdr.solving.yielding import first_yield
+    from pymdr.workbench.casefile import read_contact
 
-    _study(
-        "yield",
-        case,
-        lambda contact: first_yield(
-            contact,
-            strength=strength,
-            tensile_strength=tensile_strength or None,
-            bond_strength=bond_strength,
-            side=side,
-            force_ratio=force_ratio,
-        ),
-        output,
-        quiet,
-        as_json,
+    title, contact = read_contact(case)
+    return title, first_yield(
+        contact,
+        strength=strength,
+        tensile_strength=tensile_strength or None,
+        bond_strength=bond_strength,
+        side=side,
+        force_ratio=force_ratio,
     )
 
 
+@study_command("shakedown")
 def shakedown(
     case: CaseFile,
     strength: Annotated[str, typer.Option(help="Yield strength, such as '1.2 GPa'.")],
@@ -157,28 +137,17 @@ def shakedown(
         str | None,
         typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
     ] = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Load of shakedown in rolling and sliding; needs no [[path]]."""
     from pymdr.solving.shakedown import shakedown as limits_of
+    from pymdr.workbench.casefile import read_contact
 
-    _study(
-        "shakedown",
-        case,
-        lambda contact: limits_of(
-            contact,
-            strength=strength,
-            force_ratio=None if force_ratio is None else values_of(force_ratio),
-            side=side,
-        ),
-        output,
-        quiet,
-        as_json,
-    )
+    title, contact = read_contact(case)
+    ratios = None if force_ratio is None else values_of(force_ratio)
+    return title, limits_of(contact, strength=strength, force_ratio=ratios, side=side)
 
 
+@study_command("pull_off")
 def pull_off(
     case: CaseFile,
     preload: Annotated[str | None, typer.Option(help="Force before the retraction, such as '1 mN'.")] = None,
@@ -200,32 +169,25 @@ def pull_off(
         bool, typer.Option("--edge", help="With memory: work of the edge over its speed instead.")
     ] = False,
     points: Points = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Pull-off of an adhesive contact; needs no [[path]]."""
     from pymdr.workbench.case_studies import pull_off_of
+    from pymdr.workbench.casefile import read_contact
 
-    _study(
-        "pull_off",
-        case,
-        lambda contact: pull_off_of(
-            contact,
-            machine_stiffness=machine_stiffness,
-            pressed_to=pressed_to,
-            preload=preload,
-            speed=None if speed is None else spread(speed, points, "m/s", "speed"),
-            dwell=None if dwell is None else values_of(dwell),
-            approach_speed=approach_speed,
-            edge=edge,
-        ),
-        output,
-        quiet,
-        as_json,
+    title, contact = read_contact(case)
+    return title, pull_off_of(
+        contact,
+        machine_stiffness=machine_stiffness,
+        pressed_to=pressed_to,
+        preload=preload,
+        speed=None if speed is None else spread(speed, points, "m/s", "speed"),
+        dwell=None if dwell is None else values_of(dwell),
+        approach_speed=approach_speed,
+        edge=edge,
     )
 
 
+@study_command("fatigue")
 def fatigue(
     case: CaseFile,
     criterion: Annotated[
@@ -254,26 +216,21 @@ def fatigue(
         str | None,
         typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
     ] = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Fatigue over the last cycle of the path: place and plane."""
     from pymdr.solving.fatigue import criterion_of, cycled_bulk
     from pymdr.solving.fatigue import fatigue as endangered
     from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
 
-    def studied() -> tuple[str, Study]:
-        chosen = criterion_of(criterion, slope=slope, yield_strength=yield_strength, limit=limit)
-        problem = read_case(case)
-        result = solve(problem.contact, problem.path, **problem.options)
-        added = cycled_bulk(result, bulk, bulk_amplitude)
-        return problem.title, endangered(result, criterion=chosen, side=side, superposed=added)
-
-    report_study("fatigue", case, studied, output, quiet, as_json)
+    chosen = criterion_of(criterion, slope=slope, yield_strength=yield_strength, limit=limit)
+    problem = read_case(case)
+    result = solve(problem.contact, problem.path, **problem.options)
+    added = cycled_bulk(result, bulk, bulk_amplitude)
+    return problem.title, endangered(result, criterion=chosen, side=side, superposed=added)
 
 
+@study_command("rolling")
 def rolling(
     case: CaseFile,
     creepage: Annotated[
@@ -288,60 +245,57 @@ def rolling(
     law: Annotated[
         str, typer.Option(help="plain (MDR springs) or calibrated (with Kalker's slope).")
     ] = "plain",
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Creep forces of rolling; the case needs no [[path]]."""
     from pymdr.solving.rolling import rolling as roll
+    from pymdr.workbench.casefile import read_contact
 
-    def studied(contact: Contact) -> Study:
-        return roll(
-            contact,
-            spread(creepage, points, "", "creepage"),
-            normal_force=normal_force,
-            indentation=indentation,
-            direction=direction,
-            law=law,
-        )
-
-    _study("rolling", case, studied, output, quiet, as_json)
+    title, contact = read_contact(case)
+    return title, roll(
+        contact,
+        spread(creepage, points, "", "creepage"),
+        normal_force=normal_force,
+        indentation=indentation,
+        direction=direction,
+        law=law,
+    )
 
 
+@study_command("sliding")
 def sliding(
     case: CaseFile,
     speed: Speeds,
     normal_force: NormalForce = None,
     indentation: Indentation = None,
     points: Points = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Friction of sliding on an elastomer; needs no [[path]]."""
     from pymdr.solving.sliding import sliding_friction
+    from pymdr.workbench.casefile import read_contact
 
-    studied = _at_speeds(sliding_friction, speed, points, normal_force=normal_force, indentation=indentation)
-    _study("sliding", case, studied, output, quiet, as_json)
+    title, contact = read_contact(case)
+    speeds = spread(speed, points, "m/s", "speed")
+    return title, sliding_friction(contact, speeds, normal_force=normal_force, indentation=indentation)
 
 
+@study_command("heat")
 def heat(
     case: CaseFile,
     speed: Speeds,
     normal_force: NormalForce = None,
     indentation: Indentation = None,
     points: Points = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Temperature rise of slow sliding; the case needs no [[path]]."""
     from pymdr.solving.heating import frictional_heat
+    from pymdr.workbench.casefile import read_contact
 
-    studied = _at_speeds(frictional_heat, speed, points, normal_force=normal_force, indentation=indentation)
-    _study("heat", case, studied, output, quiet, as_json)
+    title, contact = read_contact(case)
+    speeds = spread(speed, points, "m/s", "speed")
+    return title, frictional_heat(contact, speeds, normal_force=normal_force, indentation=indentation)
 
 
+@study_command("wear")
 def wear(
     case: CaseFile,
     coefficient: Annotated[
@@ -355,31 +309,21 @@ def wear(
     profile: Annotated[
         Path | None, typer.Option(help="CSV for the worn profile, radius and height, that [profile] reads.")
     ] = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Fretting wear over many cycles; [[path]] is one cycle."""
     from pymdr.solving.wear import wear as wear_out
     from pymdr.workbench.casefile import read_case
     from pymdr.workbench.worn import write_worn_profile
 
-    def studied() -> tuple[str, Study]:
-        problem = read_case(case)
-        study = wear_out(
-            problem.contact,
-            problem.path,
-            coefficient=coefficient,
-            cycles=values_of(cycles),
-            law=law,
-        )
-        if profile is not None:
-            write_worn_profile(study, profile)
-        return problem.title, study
-
-    report_study("wear", case, studied, output, quiet, as_json)
+    problem = read_case(case)
+    numbers = values_of(cycles)
+    study = wear_out(problem.contact, problem.path, coefficient=coefficient, cycles=numbers, law=law)
+    if profile is not None:
+        write_worn_profile(study, profile)
+    return problem.title, study
 
 
+@study_command("joule")
 def joule(
     case: CaseFile,
     temperature: Annotated[str, typer.Option(help="Temperature of both bodies, such as '20 degC'.")],
@@ -390,45 +334,14 @@ def joule(
     current: Annotated[
         list[str] | None, typer.Option(help="Current in place of the voltage, such as '10 A'.")
     ] = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Temperature rise by electric current in every row of the path."""
     from pymdr.solving.heating import joule_heating
     from pymdr.solving.verb import solve
     from pymdr.workbench.casefile import read_case
 
-    def studied() -> tuple[str, Study]:
-        problem = read_case(case)
-        result = solve(problem.contact, problem.path, **problem.options)
-        return problem.title, joule_heating(
-            result, temperature=temperature, voltage=voltage or None, current=current or None
-        )
-
-    report_study("joule", case, studied, output, quiet, as_json)
-
-
-def _at_speeds(
-    study: Callable[..., Study], speed: Sequence[str], points: int | None, **load: str | None
-) -> Callable[[Contact], Study]:
-    """A study of sliding under a load at the given speeds."""
-    return lambda contact: study(contact, spread(speed, points, "m/s", "speed"), **load)
-
-
-def _study(
-    command: str,
-    case: Path,
-    study: Callable[[Contact], Study],
-    output: Path | None,
-    quiet: bool,
-    as_json: bool,
-) -> None:
-    """Study the contact of a case, write and report it."""
-    from pymdr.workbench.casefile import read_contact
-
-    def studied() -> tuple[str, Study]:
-        title, contact = read_contact(case)
-        return title, study(contact)
-
-    report_study(command, case, studied, output, quiet, as_json)
+    problem = read_case(case)
+    result = solve(problem.contact, problem.path, **problem.options)
+    return problem.title, joule_heating(
+        result, temperature=temperature, voltage=voltage or None, current=current or None
+    )

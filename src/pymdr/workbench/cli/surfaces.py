@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pymdr.workbench.cli.options import Cluster, Json, Points, Quiet, Table, at_work, spread
-from pymdr.workbench.cli.reporting import print_error, report_study, stages
+from pymdr.workbench.cli.reporting import print_error, report_study, stages, study_command
 
 if TYPE_CHECKING:
     from pymdr.solving.study import Study
@@ -21,6 +21,7 @@ SurfaceCase = Annotated[
 Forces = Annotated[list[str] | None, typer.Option(help="Force, such as '1 N'; repeatable.")]
 
 
+@study_command("rough")
 def rough(
     case: SurfaceCase,
     normal_force: Forces = None,
@@ -38,31 +39,25 @@ def rough(
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; results do not depend on it.")] = None,
     cluster: Cluster = None,
-    output: Table = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
+) -> tuple[str, Study]:
     """Stiffness of a randomly rough surface on a plane."""
     from pymdr.solving.rough import press_rough
     from pymdr.workbench.casefile import read_rough_case
 
-    def studied() -> tuple[str, Study]:
-        problem = read_rough_case(case)
-        forces, depths = _loads(normal_force, indentation, points)
-        with at_work(workers, cluster) as workforce:
-            return problem.title, press_rough(
-                problem.surface,
-                problem.body,
-                problem.counterbody,
-                normal_force=forces,
-                indentation=depths,
-                realisations=realisations,
-                coefficient=coefficient,
-                radius=problem.radius,
-                workers=workforce,
-            )
-
-    report_study("rough", case, studied, output, quiet, as_json)
+    problem = read_rough_case(case)
+    forces, depths = _loads(normal_force, indentation, points)
+    with at_work(workers, cluster) as workforce:
+        return problem.title, press_rough(
+            problem.surface,
+            problem.body,
+            problem.counterbody,
+            normal_force=forces,
+            indentation=depths,
+            realisations=realisations,
+            coefficient=coefficient,
+            radius=problem.radius,
+            workers=workforce,
+        )
 
 
 def press(
