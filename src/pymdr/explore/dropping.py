@@ -56,7 +56,6 @@ def dropped(name: str, content: bytes, choice: Choice) -> Dropped:
     ----------
     name : str
         Its name; only the suffix is used.
-    content : bytes
     choice : Choice
         What is chosen: its profile is replaced by a tip or bump, and its machine has the spring constant of curves over travel.
 
@@ -154,7 +153,6 @@ def fitted(choice: Choice, curve: MeasuredCurve, free: Sequence[str]) -> Fitted:
     ----------
     choice : Choice
         Its contact; the path is not used.
-    curve : MeasuredCurve
     free : sequence of str
         Some of :func:`free_parameters`.
 

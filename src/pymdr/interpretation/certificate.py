@@ -127,7 +127,6 @@ def certify_history(line: ElasticLine, deepest: float) -> Certificate:
 
     Parameters
     ----------
-    line : ElasticLine
     deepest : float
         In m.
 

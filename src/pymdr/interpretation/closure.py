@@ -80,7 +80,6 @@ def closure_claims(
     ----------
     claims : mapping of str to Claim
         Claims of the law.
-    closure : Closure
     depth : ndarray
         Indentations in m of the rows.
     remembered : ndarray of bool, optional
@@ -89,10 +88,6 @@ def closure_claims(
         Whether the bodies are shifted.
     prescribed : mapping of str to ndarray of bool, optional
         Rows in which a quantity is prescribed and therefore known.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     is_viscoelastic = remembered is not None or sheared
     errors = closure_errors(closure.error, depth, is_viscoelastic=is_viscoelastic)
@@ -175,10 +170,6 @@ def closure_errors(
         Indentations in m of the rows.
     is_viscoelastic : bool
         Whether rows depend on earlier rows, and so on the largest depth so far.
-
-    Returns
-    -------
-    dict of str to ndarray
     """
     known = np.nan_to_num(depth)
     # without contact all quantities are 0 and exact
@@ -254,15 +245,10 @@ def pressed_curve(
 
     Parameters
     ----------
-    contact : Contact
     depth, force : ndarray of shape (n,)
         Indentation in m and normal force in N.
     depth_error, force_error : ndarray of shape (n,)
         Their relative errors; nan where unknown.
-
-    Returns
-    -------
-    ForceCurve
 
     Raises
     ------

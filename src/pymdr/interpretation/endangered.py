@@ -41,11 +41,6 @@ def most_endangered(rating: Rating, cycle: StressCycle) -> Site:
     """
     The largest value of a criterion in a body.
 
-    Parameters
-    ----------
-    rating : Rating
-    cycle : StressCycle
-
     Returns
     -------
     Site

@@ -238,7 +238,6 @@ def stress_cycle(
 
     Parameters
     ----------
-    interior : Interior
     steps : sequence of int
         Rows of the result.
     backgrounds : sequence of callable or None

@@ -172,13 +172,8 @@ class Interior:
             One of :data:`INTERIOR_FIELDS`.
         points : tuple of ndarray
             x, y and z in m, of shapes that broadcast.
-        step : int
         background : callable, optional
             A stress that is added.
-
-        Returns
-        -------
-        ndarray
         """
         x, y, z = np.broadcast_arrays(*points)
         loads = self.surface.loads(step)
@@ -270,13 +265,8 @@ class Interior:
         ----------
         name : str
             "von_mises", "tresca" or "principal_stress".
-        step : int
         background : callable, optional
             A stress that is added.
-
-        Returns
-        -------
-        Largest
 
         Notes
         -----
@@ -345,10 +335,6 @@ class Interior:
         steps : sequence of int
         background : callable, optional
             A stress that is added.
-
-        Returns
-        -------
-        list of Largest
 
         Notes
         -----
@@ -516,17 +502,12 @@ def stress_claim(
 
     Parameters
     ----------
-    contact : Contact
     by_rings : bool
         Whether it was solved by boundary elements.
     claims : mapping of str to Claim
         Those of the pressure and, with friction, of the shear or torsional traction, from which the stress follows.
     planar : bool
         Whether shifts have components along x and y.
-
-    Returns
-    -------
-    Claim
     """
     pressure = claims["pressure"]
     why = unknown_stress(contact) or by_rings * (

@@ -42,17 +42,12 @@ def first_fault(
 
     Parameters
     ----------
-    line : LayeredLine
     widest : float
         Largest contact radius in m.
     excess : float
         Largest depth in m beyond that of the smooth contact, at a sharp edge.
     work : float, optional
         Work of adhesion in J/m^2, which stretches the edge; without it the pressure must not be negative.
-
-    Returns
-    -------
-    Fault or None
 
     Notes
     -----
@@ -104,7 +99,6 @@ def base_assumption(line: LayeredLine, a: float, excess: float) -> tuple[Assumpt
 
     Parameters
     ----------
-    line : LayeredLine
     a, excess : float
         Contact radius and d - d0 at its edge in m.
 

@@ -306,17 +306,7 @@ def surface_load(state: LineState, r: FloatArray) -> FloatArray:
 
 
 def spring_load(state: LineState) -> LineLoad:
-    """
-    The load of the springs of one row as punches, of the curve from which :func:`surface_load` is computed.
-
-    Parameters
-    ----------
-    state : LineState
-
-    Returns
-    -------
-    LineLoad
-    """
+    """The load of the springs of one row as punches, of the curve from which :func:`surface_load` is computed."""
     a, (x, q) = state.radius, _inside(state)
     if not a > 0.0 or x.size < 4:
         return LineLoad((), a, 0.0, a, 0.0)

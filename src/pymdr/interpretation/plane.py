@@ -97,9 +97,6 @@ def stacks_of(
 
     Parameters
     ----------
-    law : PlaneLaw
-    springs : Springs
-    state : PlaneState
     friction : float
         Mu, infinite without slip.
     """

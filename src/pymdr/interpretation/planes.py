@@ -204,7 +204,6 @@ def largest_on_planes(measure: Measure, cycle: FloatArray) -> tuple[FloatArray, 
 
     Parameters
     ----------
-    measure : Measure
     cycle : ndarray, shape (n, 6, m)
         Stress in Pa over the rows of a cycle.
 

@@ -44,7 +44,6 @@ def plastic_claims(
         Whether it adheres.
     prescribed : mapping of str to ndarray of bool
         Rows in which each quantity is prescribed.
-    rows : int
     """
     reason = (
         "the model of an elastic, ideally plastic ball on a rigid flat, whose pressure at yield is fitted to finite elements; "

@@ -70,10 +70,6 @@ def largest_on(
         Radii in m in the loaded disk at which the stress is not smooth at the surface.
     radius : float
         That of the loaded disk in m.
-
-    Returns
-    -------
-    Largest
     """
     net = searched_radii(marks, radius), radius * DEPTHS
     return largest_in_span(measure, (revolving, amplitudes, background), net, radius)
@@ -109,10 +105,6 @@ def largest_in_span(
         Length in m relative to which the place is precise.
     span : tuple of float
         Smallest and largest depth in m.
-
-    Returns
-    -------
-    Largest
     """
     revolving, amplitudes, background = parts
     if amplitudes is None and background is None:

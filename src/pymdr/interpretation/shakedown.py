@@ -54,11 +54,6 @@ def safe_bound(interior: Interior, step: int) -> Bound:
     ----------
     interior : Interior
         A half-space that the contact passes along x.
-    step : int
-
-    Returns
-    -------
-    Bound
 
     Raises
     ------
@@ -83,11 +78,6 @@ def failing_bound(interior: Interior, step: int) -> Bound:
     ----------
     interior : Interior
         A half-space that the contact passes along x.
-    step : int
-
-    Returns
-    -------
-    Bound
 
     Raises
     ------

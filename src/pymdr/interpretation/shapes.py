@@ -82,7 +82,6 @@ def shape_claims(
 
     Parameters
     ----------
-    shape : Shape
     prescribed : mapping of str to ndarray of bool
         Rows at which a quantity is prescribed.
     """

@@ -51,10 +51,6 @@ def shear_load(line: ElasticLine, state: FrictionState) -> LineLoad:
         Profile and modulus.
     state : FrictionState
         The memory of the contact.
-
-    Returns
-    -------
-    LineLoad
     """
     depth, weight, edge, scale = superposition(state)
     disks = states_at_depth(line, depth)

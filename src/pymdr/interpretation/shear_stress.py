@@ -76,7 +76,6 @@ def shear_stress(integrals: ShearSums, poisson: float) -> FloatArray:
 
     Parameters
     ----------
-    integrals : ShearSums
     poisson : float
         nu of the body.
 
@@ -113,7 +112,6 @@ def shear_displacement(
 
     Parameters
     ----------
-    integrals : ShearSums
     r, z : ndarray
         Radius and depth in m.
     poisson, shear : float
@@ -170,10 +168,6 @@ def twist_displacement(integrals: ShearSums, r: FloatArray, z: FloatArray, shear
         Radius and depth in m.
     shear : float
         G in Pa.
-
-    Returns
-    -------
-    ndarray
     """
     turned = 0.5 * integrals.log + 0.25 * r * integrals.squared + z * integrals.mean
     return np.asarray(r / (2.0 * math.pi * shear) * turned)

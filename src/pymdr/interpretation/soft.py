@@ -292,16 +292,11 @@ def check_zone(
 
     Parameters
     ----------
-    surface : ZoneSurface
     rows : sequence of int
     fine, coarse : sequence of ZoneLine
         The springs of these rows of both levels.
     range_ : float
         Range of the attraction in m.
-
-    Returns
-    -------
-    ZoneCheck
     """
     errors: dict[str, list[float]] = {name: [] for name in NORMAL_FIELDS}
     overlap, reach = [], []

@@ -104,10 +104,6 @@ def line_load(
         Outer radius c of the cohesive zone in m; 0 without one.
     strength : float
         Its stress sigma0 in Pa: q = -2 sigma0 sqrt(c^2 - s^2) between a and c.
-
-    Returns
-    -------
-    LineLoad
     """
     a = float(contact.x)
     segments = list(contact_segments(line, contact))
@@ -132,7 +128,6 @@ def contact_segments(
 
     Parameters
     ----------
-    line : ElasticLine
     contact : Place
         The radius in m.
     inside : Place, optional
@@ -190,7 +185,6 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True
 
     Parameters
     ----------
-    load : LineLoad
     r, z : ndarray
         Radius and depth in m, at least 0, of one shape.
     logarithm : bool
@@ -218,7 +212,6 @@ def quick_sums(load: LineLoad, r: FloatArray, z: FloatArray, logarithm: bool = T
 
     Parameters
     ----------
-    load : LineLoad
     r, z : ndarray
         Radius and depth in m, at least 0, of one shape.
     logarithm : bool
@@ -252,7 +245,6 @@ def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, size
 
     Parameters
     ----------
-    load : LineLoad
     r, z : ndarray
         Radius and depth in m, at least 0, of one shape.
     punch : callable
@@ -418,13 +410,8 @@ def stress(integrals: Sums, poisson: float) -> FloatArray:
 
     Parameters
     ----------
-    integrals : Sums
     poisson : float
         nu of the body.
-
-    Returns
-    -------
-    ndarray
     """
     lateral = (1.0 - 2.0 * poisson) * integrals.mean
     return (
@@ -446,15 +433,10 @@ def displacement(integrals: Sums, r: FloatArray, z: FloatArray, poisson: float, 
 
     Parameters
     ----------
-    integrals : Sums
     r, z : ndarray
         Radius and depth in m.
     poisson, shear : float
         nu, and G in Pa, of the body.
-
-    Returns
-    -------
-    ndarray
     """
     outward = r * ((1.0 - 2.0 * poisson) * integrals.mean - integrals.mixed)
     inward = 2.0 * (1.0 - poisson) * integrals.log - z * integrals.inverse

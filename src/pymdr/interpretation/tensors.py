@@ -22,10 +22,6 @@ def principal_stresses(tensor: FloatArray) -> FloatArray:
     tensor : ndarray, shape (4, ...) or (6, ...)
         Components in Pa.
 
-    Returns
-    -------
-    ndarray
-
     Examples
     --------
     >>> principal_stresses(np.array([0.0, 1.0, 0.0, 2.0])).tolist()
@@ -53,10 +49,6 @@ def von_mises(tensor: FloatArray) -> FloatArray:
     tensor : ndarray, shape (4, ...) or (6, ...)
         Components in Pa.
 
-    Returns
-    -------
-    ndarray
-
     Examples
     --------
     >>> float(von_mises(np.array([0.0, 0.0, -3.0, 0.0])))
@@ -76,10 +68,6 @@ def tresca(tensor: FloatArray) -> FloatArray:
     tensor : ndarray, shape (4, ...) or (6, ...)
         Components in Pa.
 
-    Returns
-    -------
-    ndarray
-
     Examples
     --------
     >>> float(tresca(np.array([0.0, 0.0, -3.0, 0.0])))
@@ -97,10 +85,6 @@ def hydrostatic(tensor: FloatArray) -> FloatArray:
     ----------
     tensor : ndarray, shape (4, ...) or (6, ...)
         Components in Pa.
-
-    Returns
-    -------
-    ndarray
 
     Examples
     --------

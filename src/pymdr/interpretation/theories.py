@@ -119,10 +119,8 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
 
     Parameters
     ----------
-    law : AdhesionLaw
     profile : Profile
         Its radius of curvature determines the attraction of DMT.
-    line : Line
     top : float
         Radius in m up to which the curve is needed.
 

@@ -69,10 +69,6 @@ def torsional_claims(
         Largest traction beyond friction so far, relative to mu p.
     error : ndarray
         Bound of the error of the torque where there is an excess, of its own value.
-
-    Returns
-    -------
-    dict of str to Claim
     """
     normal = Claim(
         Level.EXACT,
@@ -171,7 +167,6 @@ def twist_load(line: TwistedLine, segments: Sequence[Segment], radius: float) ->
 
     Parameters
     ----------
-    line : TwistedLine
     segments : sequence of Segment
         The springs.
     radius : float

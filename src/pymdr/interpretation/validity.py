@@ -398,10 +398,6 @@ def normal_claims(
         For which loads it would be a disk.
     bodies : tuple of str
         Description of the bodies and source of their solution; default homogeneous half-spaces.
-
-    Returns
-    -------
-    mapping of str to Claim
     """
     names, source = bodies
     if disk.any():

@@ -31,13 +31,6 @@ class DangVan(FatigueCriterion):
     endurance_limit : quantity, optional
         The fatigue limit t in torsion in Pa, above 0, with which the measure is compared.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -82,13 +75,6 @@ class Findley(FatigueCriterion):
     endurance_limit : quantity, optional
         The limit of the measure in Pa, above 0.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -129,13 +115,6 @@ class FatemiSocie(FatigueCriterion):
     endurance_limit : quantity, optional
         The limit of the measure, a strain above 0.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -175,13 +154,6 @@ class SmithWatsonTopper(FatigueCriterion):
     ----------
     endurance_limit : quantity, optional
         The limit of the measure in Pa, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     See Also
     --------
@@ -225,13 +197,6 @@ class RuizWork(FatigueCriterion):
     endurance_limit : quantity, optional
         The limit of the measure in N/m, above 0.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     See Also
     --------
     fatigue : the largest value of a criterion in a body.
@@ -266,13 +231,6 @@ class RuizDamage(FatigueCriterion):
     ----------
     endurance_limit : quantity, optional
         The limit of the measure in Pa N/m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     See Also
     --------

@@ -28,13 +28,6 @@ class PowerLawRheology(Rheology):
     exponent : quantity
         Above 0 (a solid) and below 1 (a liquid).
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     See Also
     --------
     Prony : a sum of exponentials.

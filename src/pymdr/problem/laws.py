@@ -180,13 +180,6 @@ class DMT(AdhesionLaw):
         Range of the attraction in m, above 0. Not needed for a body with a radius of curvature R, whose pull is
         2 pi work R; for others the pull depends on the range.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     See Also
     --------
     adhesion_regime : which law is valid.
@@ -249,13 +242,6 @@ class Coulomb(Value):
     ----------
     coefficient : quantity
         Coefficient of friction mu, 0 or from 1e-30 to 1e6; ``math.inf`` (or "inf") is contact without slip.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Examples
     --------

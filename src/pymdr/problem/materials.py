@@ -100,13 +100,6 @@ class Elastic(Material):
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     Examples
     --------
     >>> import pymdr as mdr
@@ -134,13 +127,6 @@ class Rigid(Material):
     ----------
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -320,13 +306,6 @@ class Graded(Material):
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     Examples
     --------
     >>> import pymdr as mdr
@@ -436,10 +415,6 @@ def common_exponent(body: Material, counterbody: Material) -> float:
     Parameters
     ----------
     body, counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
-
-    Returns
-    -------
-    float
 
     Raises
     ------

@@ -161,6 +161,10 @@ class Ramp(Leg):
     PathError
         If no channel is named, or two channels of one direction are both prescribed, or `steps` is not a
         whole number of at least 1, or a rate is given together with a duration, for two channels, or in the wrong unit.
+    ProblemError
+        If the duration or the rate is not above 0.
+    UnitError
+        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -440,12 +444,8 @@ def indent(
     ----------
     indentation : quantity
         Target of the approach d in m.
-    steps : int
-        Number of rows.
-    duration : quantity, optional
-        Time in s.
-    rate : quantity, optional
-        Speed in m/s, instead of a duration.
+    steps, duration, rate
+        As for :class:`Ramp`; the rate is a speed in m/s.
 
     Returns
     -------
@@ -454,12 +454,8 @@ def indent(
 
     Raises
     ------
-    PathError
-        If `steps` is not a whole number of at least 1, or both duration and rate are given.
-    ProblemError
-        If the duration or the rate is not above 0.
-    UnitError
-        If a text is not a quantity of the right kind.
+    PathError, ProblemError, UnitError
+        As :class:`Ramp`.
 
     Examples
     --------
@@ -484,12 +480,8 @@ def load(
     ----------
     normal_force : quantity
         Target force in N.
-    steps : int
-        Number of rows.
-    duration : quantity, optional
-        Time in s.
-    rate : quantity, optional
-        Rate of the force in N/s, instead of a duration.
+    steps, duration, rate
+        As for :class:`Ramp`; the rate is in N/s.
 
     Returns
     -------
@@ -498,12 +490,8 @@ def load(
 
     Raises
     ------
-    PathError
-        If `steps` is not a whole number of at least 1, or both duration and rate are given.
-    ProblemError
-        If the duration or the rate is not above 0.
-    UnitError
-        If a text is not a quantity of the right kind.
+    PathError, ProblemError, UnitError
+        As :class:`Ramp`.
 
     Examples
     --------
@@ -528,12 +516,8 @@ def travel(
     ----------
     travel : quantity
         Target in m.
-    steps : int
-        Number of rows.
-    duration : quantity, optional
-        Time in s.
-    rate : quantity, optional
-        Speed in m/s, instead of a duration.
+    steps, duration, rate
+        As for :class:`Ramp`; the rate is a speed in m/s.
 
     Returns
     -------
@@ -542,12 +526,8 @@ def travel(
 
     Raises
     ------
-    PathError
-        If `steps` is not a whole number of at least 1, or both duration and rate are given.
-    ProblemError
-        If the duration or the rate is not above 0.
-    UnitError
-        If a text is not a quantity of the right kind.
+    PathError, ProblemError, UnitError
+        As :class:`Ramp`.
 
     Examples
     --------
@@ -572,12 +552,8 @@ def shift(
     ----------
     shift : quantity
         Target in m; a pair (x, y) moves in the plane.
-    steps : int
-        Number of rows.
-    duration : quantity, optional
-        Time in s.
-    rate : quantity, optional
-        Speed in m/s, instead of a duration.
+    steps, duration, rate
+        As for :class:`Ramp`; the rate is a speed in m/s.
 
     Returns
     -------
@@ -586,12 +562,8 @@ def shift(
 
     Raises
     ------
-    PathError
-        If `steps` is not a whole number of at least 1, or both duration and rate are given.
-    ProblemError
-        If the duration or the rate is not above 0.
-    UnitError
-        If a text is not a quantity of the right kind.
+    PathError, ProblemError, UnitError
+        As :class:`Ramp`.
 
     Examples
     --------
@@ -618,12 +590,8 @@ def drag(
     ----------
     tangential_force : quantity
         Target in N; a pair (x, y) pulls in the plane.
-    steps : int
-        Number of rows.
-    duration : quantity, optional
-        Time in s.
-    rate : quantity, optional
-        Rate of the force in N/s, instead of a duration.
+    steps, duration, rate
+        As for :class:`Ramp`; the rate is in N/s.
 
     Returns
     -------
@@ -632,12 +600,8 @@ def drag(
 
     Raises
     ------
-    PathError
-        If `steps` is not a whole number of at least 1, or both duration and rate are given.
-    ProblemError
-        If the duration or the rate is not above 0.
-    UnitError
-        If a text is not a quantity of the right kind.
+    PathError, ProblemError, UnitError
+        As :class:`Ramp`.
 
     Examples
     --------
@@ -674,12 +638,8 @@ def twist(
     ----------
     twist : quantity
         Target in rad.
-    steps : int
-        Number of rows.
-    duration : quantity, optional
-        Time in s.
-    rate : quantity, optional
-        Rate in rad/s, instead of a duration.
+    steps, duration, rate
+        As for :class:`Ramp`; the rate is in rad/s.
 
     Returns
     -------
@@ -688,12 +648,8 @@ def twist(
 
     Raises
     ------
-    PathError
-        If `steps` is not a whole number of at least 1, or both duration and rate are given.
-    ProblemError
-        If the duration or the rate is not above 0.
-    UnitError
-        If a text is not a quantity of the right kind.
+    PathError, ProblemError, UnitError
+        As :class:`Ramp`.
 
     Examples
     --------

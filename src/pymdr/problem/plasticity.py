@@ -35,13 +35,6 @@ class ElasticPlastic(Material):
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional
         By keyword, in W/(m K), ohm m and m^2/s.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     Notes
     -----
     The body is the ball of a :class:`Sphere` or :class:`Paraboloid`; the flat counterbody is :class:`Rigid`.

@@ -364,13 +364,6 @@ class StandardSolid(SpringsAndDashpots):
     time : quantity
         Relaxation time in s, above 0.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
-
     Examples
     --------
     >>> import pymdr as mdr
@@ -402,13 +395,6 @@ class KelvinVoigt(SpringsAndDashpots):
         Shear modulus in Pa, above 0.
     viscosity : quantity
         Shear viscosity in Pa s, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Examples
     --------

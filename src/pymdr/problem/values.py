@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import pickle
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import Field, fields
 from html import escape
@@ -68,6 +69,18 @@ class _Signature:
         return signature.replace(parameters=list(signature.parameters.values())[1:])
 
 
+_PARAMETERS = re.compile(r"\nParameters\n-+\n.*?(\n(?=\n\S)|\Z)", re.S)
+"""The section of the parameters in a docstring, with its last line break."""
+_RAISES = """
+Raises
+------
+ProblemError
+    If a value is outside its limits.
+UnitError
+    If a text is not a quantity of the right kind.
+"""
+
+
 class Value:
     """Base of the frozen problem dataclasses: compared and hashed by content.
 
@@ -76,6 +89,13 @@ class Value:
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
     __signature__ = _Signature()
+
+    def __init_subclass__(cls) -> None:
+        """Document what quantity fields raise, in the help of classes that do not describe other errors."""
+        text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
+        entries = [entry for base in cls.__mro__ for entry in vars(base).values()]
+        if "\nRaises\n" not in text and any(isinstance(entry, SIField) for entry in entries):
+            cls.__doc__ = _PARAMETERS.sub(lambda found: found[0] + _RAISES, text, count=1)
 
     def __new__(cls, *args: Any, **keywords: Any) -> Self:
         """Refuse unknown arguments with the name that is meant."""

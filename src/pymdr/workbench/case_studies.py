@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 
 
 def contact_studies(case: Case) -> dict[str, Study]:
-    """
-    The studies of a case that need no result, by table.
-
-    Parameters
-    ----------
-    case : Case
-    """
+    """The studies of a case that need no result, by table."""
     studies: dict[str, Study] = {}
     if "first_yield" in case.outputs:
         from pymdr.solving.yielding import first_yield
@@ -48,7 +42,6 @@ def pull_off_of(contact: Contact, *, edge: bool = False, **given: Any) -> Study:
 
     Parameters
     ----------
-    contact : Contact
     edge : bool
         Whether the work of the receding edge over its speed is given instead; only for bodies with memory.
     **given
@@ -86,7 +79,6 @@ def fatigue_of(case: Case, result: Result) -> Study:
     ----------
     case : Case
         With that table.
-    result : Result
     """
     from pymdr.solving.fatigue import criterion_of, cycled_bulk, fatigue
 

@@ -62,10 +62,6 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         ``[adhesion]``, ``[friction]``, ``[solve]``, ``[stress]``, ``[first_yield]``, ``[shakedown]``, ``[pull_off]``, ``[fatigue]`` and ``[wear]``, and one ``[[path]]`` for
         every leg.
 
-    Returns
-    -------
-    Case
-
     Raises
     ------
     FileError

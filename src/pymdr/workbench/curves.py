@@ -287,10 +287,6 @@ def read_segment(file: str | os.PathLike[str], segment: str = "record", **option
     **options
         Of :func:`read_curves`.
 
-    Returns
-    -------
-    MeasuredCurve
-
     Raises
     ------
     ProblemError

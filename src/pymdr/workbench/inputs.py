@@ -29,10 +29,6 @@ def read_bytes(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
     what : str
         What the file should be, for messages, such as "case file".
 
-    Returns
-    -------
-    bytes
-
     Raises
     ------
     FileError
@@ -70,10 +66,6 @@ def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
     ----------
     file, largest, what
         As for :func:`read_bytes`.
-
-    Returns
-    -------
-    str
 
     Raises
     ------

@@ -92,12 +92,7 @@ def compare_subsurface(result: Result, rows: Sequence[int] | np.ndarray) -> Subs
 
     Parameters
     ----------
-    result : Result
     rows : sequence of int
-
-    Returns
-    -------
-    Subsurface
 
     Notes
     -----

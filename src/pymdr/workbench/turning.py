@@ -88,7 +88,6 @@ def verify_torsion(
     ----------
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
-    path : LoadingPath
     rings : int
         Number of rings, 20 to 1000.
     steps : int
@@ -97,10 +96,6 @@ def verify_torsion(
         As for :func:`pymdr.solve`.
     progress : callable or None
         Called as ``progress(done, total)``.
-
-    Returns
-    -------
-    TorsionVerification
 
     Raises
     ------

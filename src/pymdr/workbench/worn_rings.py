@@ -88,7 +88,6 @@ def verify_wear(
 
     Parameters
     ----------
-    contact : Contact
     path : LoadingPath
         One cycle, as for :func:`pymdr.wear`.
     given : mapping
@@ -99,10 +98,6 @@ def verify_wear(
         Number of compared rows, spread over those from 1 % of the cycles on.
     progress : callable or None
         Called as ``progress(done, total)``.
-
-    Returns
-    -------
-    WearVerification
 
     Raises
     ------

@@ -99,7 +99,6 @@ def with_kind(part: str, kind: str, choice: Choice, largest: Mapping[str, float]
         One of :data:`PARTS`.
     kind : str
         One of :func:`kinds`.
-    choice : Choice
     largest : mapping of str to float, optional
         Largest quantities of the last result, from which the targets of a path are taken.
 

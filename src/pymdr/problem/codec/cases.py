@@ -127,10 +127,6 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     plain : mapping
         With the tables ``surface``, ``body`` and optionally ``counterbody``, ``ball`` and ``title``.
 
-    Returns
-    -------
-    RoughCase
-
     Raises
     ------
     CaseError

@@ -36,10 +36,6 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
     plain : mapping
         With the table ``machine`` and the tables of a contact.
 
-    Returns
-    -------
-    MachineCase
-
     Raises
     ------
     CaseError

@@ -28,8 +28,19 @@ def _beyond(r: ArrayLike, b: float, curve: Callable[[FloatArray], FloatArray]) -
     return np.where(r <= b, 0.0, curve(np.maximum(r, b)))
 
 
+class Truncated(Profile):
+    """A profile that is flat up to a rim."""
+
+    flat_radius: SIField
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """The rim of the flat, where f' jumps."""
+        return (self.flat_radius,)
+
+
 @dataclass(frozen=True, eq=False)
-class TruncatedCone(Flanked):
+class TruncatedCone(Truncated, Flanked):
     """
     A cone whose tip is cut off flat at r = b, f = t (r - b) for r > b and 0 below.
 
@@ -72,11 +83,6 @@ class TruncatedCone(Flanked):
     slope: OptionalSIField = slope_field()
     half_angle: OptionalSIField = half_angle_field()
 
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """The rim of the flat, where f' jumps."""
-        return (self.flat_radius,)
-
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""
         b = self.flat_radius
@@ -88,7 +94,7 @@ class TruncatedCone(Flanked):
 
 
 @dataclass(frozen=True, eq=False)
-class TruncatedParaboloid(Profile):
+class TruncatedParaboloid(Truncated):
     """
     A paraboloid worn flat up to r = b, f = (r^2 - b^2) / (2 R) for r > b and 0 below.
 
@@ -100,11 +106,6 @@ class TruncatedParaboloid(Profile):
         Original radius of curvature R of the apex in m, above 0.
     flat_radius : quantity
         Radius b of the flat end in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
 
     See Also
     --------
@@ -128,11 +129,6 @@ class TruncatedParaboloid(Profile):
     radius: SIField = SIField("m", above=0.0, description="original radius of curvature of the apex")
     flat_radius: SIField = _flat_field()
 
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """The rim of the flat, where f' jumps."""
-        return (self.flat_radius,)
-
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m."""
         b = self.flat_radius
@@ -144,7 +140,7 @@ class TruncatedParaboloid(Profile):
 
 
 @dataclass(frozen=True, eq=False)
-class TruncatedSphere(Profile):
+class TruncatedSphere(Truncated):
     """
     A worn sphere: flat up to r = b, beyond it f = sqrt(R^2 - b^2) - sqrt(R^2 - r^2), known up to 0.999 R.
 
@@ -156,11 +152,6 @@ class TruncatedSphere(Profile):
         Radius R of the sphere in m, above 0.
     flat_radius : quantity
         Radius b of the flat end in m, above 0 and below 0.999 R.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
 
     See Also
     --------
@@ -192,11 +183,6 @@ class TruncatedSphere(Profile):
                 f"TruncatedSphere.flat_radius = {metres(self.flat_radius)}: it must be below 0.999 of the radius, "
                 f"{metres(self.radius)}; for a cylinder with a flat end use FlatPunch(radius)"
             )
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """The rim of the flat, where f' jumps."""
-        return (self.flat_radius,)
 
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) in m, the form without cancellation."""

@@ -14,8 +14,17 @@ from pymdr.problem.values import OptionalSIField, SIField
 from pymdr.units import FloatArray
 
 
+class Round(Profile):
+    """A profile with a round apex."""
+
+    @property
+    def tip_radius(self) -> float | None:
+        """Radius of curvature of the round apex."""
+        return self.curvature_radius
+
+
 @dataclass(frozen=True, eq=False)
-class Sphere(Profile):
+class Sphere(Round):
     """
     The true sphere, f = R - sqrt(R^2 - r^2), known up to r = R.
 
@@ -23,13 +32,6 @@ class Sphere(Profile):
     ----------
     radius : quantity
         Radius R in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -62,14 +64,9 @@ class Sphere(Profile):
         """The radius R."""
         return self.radius
 
-    @property
-    def tip_radius(self) -> float | None:
-        """Radius of curvature of the round apex."""
-        return self.curvature_radius
-
 
 @dataclass(frozen=True, eq=False)
-class SphereOnSphere(Profile):
+class SphereOnSphere(Round):
     """
     A sphere on a spherical sample, such as a bead on a cell: the sum of both gaps.
 
@@ -79,13 +76,6 @@ class SphereOnSphere(Profile):
         Radius R_1 of the sphere in m, above 0.
     sample_radius : quantity
         Radius R_2 of the sample in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Notes
     -----
@@ -132,14 +122,9 @@ class SphereOnSphere(Profile):
         """The effective radius R."""
         return self.radius / (1.0 + self.radius / self.sample_radius)
 
-    @property
-    def tip_radius(self) -> float | None:
-        """The effective radius R."""
-        return self.curvature_radius
-
 
 @dataclass(frozen=True, eq=False)
-class Paraboloid(Profile):
+class Paraboloid(Round):
     """
     A paraboloid, f = r^2 / (2 R).
 
@@ -147,13 +132,6 @@ class Paraboloid(Profile):
     ----------
     radius : quantity
         Radius of curvature R at the apex in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -178,14 +156,9 @@ class Paraboloid(Profile):
         """The radius R."""
         return self.radius
 
-    @property
-    def tip_radius(self) -> float | None:
-        """Radius of curvature of the round apex."""
-        return self.curvature_radius
-
 
 @dataclass(frozen=True, eq=False)
-class Ellipsoid(Profile):
+class Ellipsoid(Round):
     """
     An elliptic cap, f = H (1 - sqrt(1 - (r / A)^2)), known up to r = A.
 
@@ -197,11 +170,6 @@ class Ellipsoid(Profile):
         Semi-axis A across the axis of symmetry in m, above 0.
     height : quantity
         Semi-axis H along the axis of symmetry in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
 
     See Also
     --------
@@ -242,11 +210,6 @@ class Ellipsoid(Profile):
     def curvature_radius(self) -> float | None:
         """Radius of curvature A^2 / H at the apex."""
         return self.radius * (self.radius / self.height)
-
-    @property
-    def tip_radius(self) -> float | None:
-        """Radius of curvature of the round apex."""
-        return self.curvature_radius
 
 
 def slope_field() -> OptionalSIField:
@@ -319,7 +282,7 @@ class Cone(Flanked):
 
 
 @dataclass(frozen=True, eq=False)
-class PowerLaw(Profile):
+class PowerLaw(Round):
     """
     A power law, f = height (r / radius)^exponent.
 
@@ -331,13 +294,6 @@ class PowerLaw(Profile):
         Gap in m at r = `radius`, above 0.
     radius : quantity
         Reference radius in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Examples
     --------
@@ -366,11 +322,6 @@ class PowerLaw(Profile):
         """Radius of curvature R^2 / (2 h) of a power law with n = 2, a paraboloid."""
         return self.radius * (self.radius / (2.0 * self.height)) if self.exponent == 2.0 else None
 
-    @property
-    def tip_radius(self) -> float | None:
-        """Radius of curvature of the round apex."""
-        return self.curvature_radius
-
 
 @dataclass(frozen=True, eq=False)
 class FlatPunch(Profile):
@@ -383,13 +334,6 @@ class FlatPunch(Profile):
     ----------
     radius : quantity
         Radius b of the cylinder in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-    UnitError
-        If a text is not a quantity of the right kind.
 
     Examples
     --------

@@ -27,11 +27,6 @@ class RoundedFlat(Profile):
     edge_radius : quantity
         Radius of curvature R of the edge in m, above 0.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-
     See Also
     --------
     FlatPunch : with a sharp edge.
@@ -83,11 +78,6 @@ class DomedPunch(Profile):
         Radius b of the cylinder in m, above 0.
     dome_radius : quantity
         Radius of curvature R of the end in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
 
     See Also
     --------
@@ -147,11 +137,6 @@ class ConcavePunch(Profile):
     hollow_radius : quantity
         Radius of curvature R of the hollow end in m, above 0.
 
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
-
     See Also
     --------
     DomedPunch : a punch with a convex end.
@@ -205,11 +190,6 @@ class Waviness(Profile):
         Amplitude h in m, above 0; crests are 2 h above troughs.
     wavelength : quantity
         Distance of the crests in m, above 0.
-
-    Raises
-    ------
-    ProblemError
-        If a value is outside its limits.
 
     See Also
     --------

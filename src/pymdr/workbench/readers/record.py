@@ -125,10 +125,8 @@ def curves_of(
 
     Parameters
     ----------
-    source : Path
     number : int
         Of the record in the file, from 0.
-    record : ForceRecord
     calibration : Calibration
         What the user gives.
     leave_out_missing : bool
