@@ -95,7 +95,7 @@ class Value:
         text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
         entries = [entry for base in cls.__mro__ for entry in vars(base).values()]
         if "\nRaises\n" not in text and any(isinstance(entry, SIField) for entry in entries):
-            cls.__doc__ = _PARAMETERS.sub(lambda found: found[0] + _RAISES, text, count=1)
+            cls.__doc__ = _PARAMETERS.sub(lambda section: section[0] + _RAISES, text, count=1)
 
     def __new__(cls, *args: Any, **keywords: Any) -> Self:
         """Refuse unknown arguments with the name that is meant."""

@@ -444,8 +444,8 @@ class Stepper:
         if contact.plastic is not None:
             states = np.where(moved.yielded, Status.YIELDED, Status.ELASTIC)
         elif contact.adhesion is not None:
-            apart = np.where(moved.touched, Status.PULLED_OFF, Status.NOT_TOUCHED)
-            states = np.where(moved.branch >= 0, Status.ATTACHED, apart)
+            separated = np.where(moved.touched, Status.PULLED_OFF, Status.NOT_TOUCHED)
+            states = np.where(moved.branch >= 0, Status.ATTACHED, separated)
         else:
             states = np.full(self.count, Status.OF_A_CURVE if is_curve(contact) else Status.COMPLETED)
         return states if self.count > 1 else states[0]
