@@ -292,6 +292,47 @@ class TestControls:
         assert np.isfinite(result["normal_force"]).all()
         assert not result.claims["shift"].where[-1]
 
+    @pytest.mark.parametrize("friction", [0.3, 0.0])
+    def test_a_body_glides_on_a_line_as_next_to_it(self, friction):
+        joint = replace(JOINT, friction=mdr.Coulomb(friction))
+        load = np.array([50.0, 50.0, 50.0, 30.0, 30.0, 80.0])
+        force = np.outer([3.0, 6.0, -8.0, 9.5, 2.0, 1.0], [0.6, 0.8])
+        end = mdr.shift(("0.6 um", "0.8 um"), steps=2) >> mdr.load("20 N", steps=2)
+        results = []
+        for turned in (0.0, 1e-9):
+            force[0] += turned * force[0, ::-1] * [-1.0, 1.0]
+            results.append(mdr.solve(joint, mdr.Path(normal_force=load, tangential_force=force) >> end))
+        on, off = results
+        assert "exactly along it" in on.notes[-1]
+        assert on.status is off.status is mdr.Status.GLIDING
+        for name in set(on.data) & set(off.data):
+            assert np.array_equal(on.claims[name].where, off.claims[name].where)
+            size = np.nanmax(np.abs(on[name]), initial=0.0)
+            assert np.allclose(on[name], off[name], rtol=0, atol=1e-3 * size, equal_nan=True)
+        known = on.claims["normal_force"].where if not friction else np.arange(10) < 3
+        assert np.array_equal(on.claims["stick_radius"].where, known & (friction > 0.0))
+        assert on["normal_force"].values.tolist() == [*load, 80.0, 80.0, 50.0, 20.0]
+        if friction:
+            assert np.isfinite(on.field("slip", r=0.0, step=2)).all()
+
+    def test_one_number_above_friction_is_refused(self):
+        with pytest.raises(
+            mdr.PathError, match=r"16 N in row 2 of leg 2: friction carries at most mu F_N = 15 N"
+        ):
+            mdr.solve(JOINT, mdr.load("50 N") >> mdr.drag("16 N", steps=2) >> mdr.load("10 N"))
+
+    @pytest.mark.parametrize("friction", [0.3, math.inf, 0.0])
+    def test_a_body_that_lifts_while_it_moves(self, friction):
+        joint = replace(JOINT, friction=mdr.Coulomb(friction))
+        depth = 1e-6 * np.array([1.0, -1.0, 1.0, 1.5, -0.2, -0.5, 2.0])
+        shift = 1e-7 * np.outer([1.0, 2.0, 3.0, 8.0, 12.0, 2.0, 4.0], [1.0, 0.0])
+        on = mdr.solve(joint, mdr.Path(indentation=depth, shift=shift))
+        shift[0, 1] = 1e-16
+        off = mdr.solve(joint, mdr.Path(indentation=depth, shift=shift))
+        for name in ("tangential_force", "slip_distance", "dissipated_energy"):
+            size = float(np.abs(on[name]).max())
+            assert np.allclose(on[name], off[name], rtol=0, atol=1e-4 * size), name
+
     def test_load_and_shift_together_do_not_depend_on_the_rows(self):
         ends = []
         for steps in (1, 4, 16):

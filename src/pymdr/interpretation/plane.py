@@ -110,7 +110,7 @@ def stacks_of(
         # the middle of the line is not a spring of its own label at a flat tip
         y = y - min(y[0], 0.0)
         slope = np.diff(b) / np.diff(y)
-        moved = shift * law.shift_scale
+        moved = shift * law.shift_scale if friction else shift
         stacks.append(FrictionState(y, b, slope, float(y[-1]), moved, friction, ratio))
     return stacks[0], stacks[1]
 

@@ -244,3 +244,17 @@ class ElasticLine(Profiled):
     def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""
         return self.equivalent.rough_radius(reached)
+
+
+def touching_part(before: FloatArray, after: FloatArray) -> FloatArray:
+    """
+    The part of straight rows in contact, from their indentations in m before and after.
+
+    Examples
+    --------
+    >>> touching_part(np.array([-1.0, 1.0, 2.0]), np.array([1.0, 2.0, -2.0])).tolist()
+    [0.5, 1.0, 0.5]
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = np.abs((np.maximum(after, 0.0) - np.maximum(before, 0.0)) / (after - before))
+    return np.where((before > 0.0) == (after > 0.0), before > 0.0, crossing)

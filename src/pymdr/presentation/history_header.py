@@ -197,7 +197,7 @@ static inline int @_advance(@_state *s, double d, double u_x, double u_y)
 {
     const double v_x = (u_x - s->shift[0]) * @@_PER_SHIFT, v_y = (u_y - s->shift[1]) * @@_PER_SHIFT;
     const double length = sqrt(v_x * v_x + v_y * v_y);
-    const double before = s->indentation > 0.0 ? s->indentation : 0.0, after = d > 0.0 ? d : 0.0;
+    const double before = s->indentation;
     double e[2] = {1.0, 0.0};
     int i;
     if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u_x) || !isfinite(u_y))
@@ -207,8 +207,8 @@ static inline int @_advance(@_state *s, double d, double u_x, double u_y)
         e[1] = v_y / length;
     }
     s->force[0] = s->force[1] = 0.0;
-    for (i = 0; i < @@_SPRINGS && @_touches_[i] < (before > after ? before : after); ++i) {
-        @_spring_(s->t[i], before - @_touches_[i], after - @_touches_[i], e, length);
+    for (i = 0; i < @@_SPRINGS && @_touches_[i] < (before > d ? before : d); ++i) {
+        @_spring_(s->t[i], before - @_touches_[i], d - @_touches_[i], e, length);
         s->force[0] += @@_PER_FORCE * s->t[i][0];
         s->force[1] += @@_PER_FORCE * s->t[i][1];
     }

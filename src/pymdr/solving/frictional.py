@@ -143,6 +143,10 @@ class _FrictionLaw:
     certificate: Certificate | None = None
     missed: FloatArray = field(default_factory=lambda: np.zeros(len(_MEASURED)))
     """Remaining errors of the measured quantities so far, in SI units."""
+    may_glide: bool = False
+    """Whether the body glides under a tangential force above friction; otherwise such a force is refused."""
+    glides: bool = False
+    """Whether it has begun to."""
 
     def step(
         self, stack: FrictionState, stretch: Stretch, kept: np.ndarray | None, progress: LegProgress | None
@@ -155,7 +159,7 @@ class _FrictionLaw:
         parts = 0
         for span, together in _runs(stretch, self._leg(stretch)):
             some, own = stretch.taken(span), within(kept, span.start, span.stop - span.start)
-            if together:
+            if together and not self.glides:
                 rows, stack, divided, error = self._follow_refined(some, stack)
                 rows, parts = taken(rows, own), max(parts, divided)
                 self.missed = self.missed + error
@@ -215,11 +219,28 @@ class _FrictionLaw:
                 progress(stretch.first + first)
             span = slice(first, first + chunk)
             part = replace(leg, normal=leg.normal[span], tangential=leg.tangential[span])
-            history = self._follow(part, stack, within(kept, first, part.normal.size))
-            self._refuse_stopped(history, part, stretch.row(first + history.stopped))
-            chunks.append(_followed(history))
-            stack = history.state
+            own = within(kept, first, part.normal.size)
+            if not self.glides:
+                history = self._follow(part, stack, own)
+                self.glides = self._begins_to_glide(history, part)
+                if not self.glides:
+                    self._refuse_stopped(history, part, stretch.row(first + history.stopped))
+                stack, rows = history.state, _followed(history)
+            else:
+                rows = dict.fromkeys(_FOLLOWED, np.full(taken(part.normal, own).size, math.nan))
+            if self.glides:
+                rows["indentation"] = self._depths(part, own)
+            chunks.append(rows)
         return joined(chunks), stack
+
+    def _begins_to_glide(self, history: FrictionHistory, leg: FrictionLeg) -> bool:
+        above = history.ending is Ending.NOT_ATTAINABLE and leg.by_tangential_force
+        return self.may_glide and above
+
+    def _depths(self, leg: FrictionLeg, kept: np.ndarray | None) -> FloatArray:
+        """Indentation in m of rows that the stack does not follow."""
+        normal = taken(leg.normal, kept)
+        return states_at_force(self.mapped.line, normal).indentation if leg.by_normal_force else normal
 
     def _follow_refined(
         self, stretch: Stretch, stack: FrictionState
@@ -281,7 +302,12 @@ class _FrictionLaw:
 
     def _channels(self, leg: FrictionLeg, stack: FrictionState) -> Channels:
         d, u = np.array([stack.indentation]), np.array([stack.shift])
+        if self.glides:
+            d = self._depths(leg, np.array([-1]))
         force = float(leg.normal[-1]) if leg.by_normal_force else float(self._forces(d)[0])
+        if self.glides:
+            lost = dict.fromkeys(("shift", "tangential_force"), math.nan)
+            return channels_at(float(d[0]), force, self.machine_stiffness) | lost
         last = self._follow(FrictionLeg(False, False, d, u), stack)
         return {
             **channels_at(stack.indentation, force, self.machine_stiffness),
@@ -290,12 +316,14 @@ class _FrictionLaw:
         }
 
 
-def solve_frictional(task: Task) -> Result:
-    """Map, walk and interpret."""
+def solve_frictional(task: Task, may_glide: bool = False) -> Result:
+    """Map, walk and interpret; a tangential force above friction is refused, or the body may glide from there on."""
     contact, mapped = task.contact, map_to_springs(task.contact)
     assert contact.friction is not None
     curves = curves_down_to(mapped.line, 0.0)
-    law = _FrictionLaw(contact, mapped, task.machine_stiffness, contact.friction.coefficient, curves)
+    law = _FrictionLaw(
+        contact, mapped, task.machine_stiffness, contact.friction.coefficient, curves, may_glide=may_glide
+    )
     law.deepen(_foreseen(task.path))
     virgin = virgin_state(law.friction, mapped.moduli.normal / mapped.moduli.tangential)
     walked = walk(task, virgin, law.step)
@@ -423,8 +451,11 @@ def _interpret(
     rows = walked.rows
     contact, mapped = task.contact, law.mapped
     columns = _columns(task, mapped, rows)
-    everywhere = np.ones(columns["shift"].size, dtype=bool)
-    claims = frictional_claims(contact, mapped.moduli, tuple(columns), everywhere)
+    known = np.isfinite(columns["shift"])
+    claims = frictional_claims(contact, mapped.moduli, tuple(columns), np.ones(known.size, dtype=bool))
+    for name in (*TANGENTIAL_QUANTITIES, *TANGENTIAL_FIELDS):
+        if name in claims:
+            claims[name] = replace(claims[name], where=known)
     if law.certificate is not None:
         claims = with_rings(claims, law.certificate)
     missed = _missed(rows)
@@ -449,7 +480,7 @@ def _interpret(
         columns=columns,
         claims=claims,
         assumptions=frictional_assumptions(contact, mapped, columns["contact_radius"]),
-        status=Status.COMPLETED,
+        status=Status.GLIDING if law.glides else Status.COMPLETED,
         notes=mapped.notes,
         references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
         starts=starts,
@@ -473,7 +504,7 @@ def _in_frame(
 
 def _missed(rows: _Rows) -> dict[str, FloatArray]:
     """Remaining errors relative to the largest value of a path; the tangential force includes the error of the shift."""
-    sizes = [float(np.max(np.abs(rows.followed[name]), initial=0.0)) for name in _MEASURED]
+    sizes = [float(np.nanmax(np.abs(rows.followed[name]), initial=0.0)) for name in _MEASURED]
     relative = rows.missed / np.maximum(sizes, math.ulp(0.0))
     errors = dict(zip(_MEASURED, relative.T, strict=True))
     return errors | {"tangential_force": np.maximum(errors["shift"], errors["tangential_force"])}
@@ -482,7 +513,7 @@ def _missed(rows: _Rows) -> dict[str, FloatArray]:
 def _slip_work_error(line: ElasticLine, columns: Mapping[str, FloatArray]) -> FloatArray:
     """Relative error of the slip work by rounding of the depth down to which springs slip."""
     depth, work = columns["indentation"], columns["dissipated_energy"]
-    if not work.size or not work.max() > 0.0:
+    if not np.nanmax(work, initial=0.0) > 0.0:
         return np.zeros(work.shape)
     slips = columns["stick_radius"] < columns["contact_radius"]
     down = np.where(slips, depth - np.where(slips, line.depth(columns["stick_radius"]), depth), 0.0)

@@ -151,7 +151,7 @@ class PlanarLaw:
         target = np.full((depth.size, 2), math.nan) if self.glides else stretch.tangential
         if self.glides or np.isnan(target).any():
             nothing = np.full((depth.size, 2), math.nan)
-            return PlaneRows(nothing, nothing, *nothing[:, :1].T.repeat(6, axis=0)), state
+            return PlaneRows(nothing, nothing, *nothing[:, :1].T.repeat(4, axis=0)), state
         rows, state, ending = follow_plane(self.law, self.springs, depth, radius, target, state, load)
         if ending is PlaneEnding.NOT_CONVERGED:
             i = int(np.argmax(np.isnan(rows.stored)))
@@ -415,7 +415,7 @@ def on_line(path: LoadingPath, direction: FloatArray) -> LoadingPath:
 
 def _along_line(task: Task, direction: FloatArray) -> Result:
     """The result of the stack along a line, its shift and force as vectors."""
-    single = solve_frictional(replace(task, path=on_line(task.path, direction)))
+    single = solve_frictional(replace(task, path=on_line(task.path, direction)), may_glide=True)
     columns = {str(name): single.data[name].values for name in single.data}
     for name in PLANE_CHANNELS:
         if name in columns:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import PathError
+from pymdr.line.curves import touching_part
 from pymdr.line.friction.curves import ElasticCurves
 from pymdr.line.friction.layout import STACK_FULL, TOP
 from pymdr.line.friction.state import Ending, FrictionHistory, FrictionState, frozen, virgin_state
@@ -304,12 +305,7 @@ class _Frictionless(_Run):
         self.depth, self.shift = depth[: self.end], shift[: self.end]
         before = np.concatenate([[self.start.indentation], self.depth[:-1]])[: self.end]
         moved = np.abs(np.diff(self.shift, prepend=self.start.shift))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            part = np.maximum(self.depth, 0.0) - np.maximum(before, 0.0)
-            part = np.where(
-                (before > 0.0) == (self.depth > 0.0), before > 0.0, np.abs(part / (self.depth - before))
-            )
-        self.slid = self.start.slip_distance + np.cumsum(moved * part)
+        self.slid = self.start.slip_distance + np.cumsum(moved * touching_part(before, self.depth))
 
     def advance(self, stop: int) -> None:
         first, self.row = self.row, min(stop, self.end)

@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from pymdr.line.curves import Curve
+from pymdr.line.curves import Curve, touching_part
 from pymdr.units import FloatArray
 
 
@@ -180,9 +180,11 @@ def follow_plane(
     """
     from pymdr.line.plane import kernels as k
 
+    if law.friction == 0.0:
+        return _frictionless(depth, target, state, load is not None)
     per_shift = law.shift_scale
     per_force = 2.0 * law.scale * law.modulus * springs.spacing
-    depth, line = np.maximum(depth, 0.0), np.stack([springs.label, springs.place])
+    line = np.stack([springs.label, springs.place])
     slips, rows = math.isfinite(law.friction), np.full((depth.size, 8), math.nan)
     ratio, ending = np.ones((depth.size, 1)), PlaneEnding.COMPLETE
     if load is None:
@@ -206,6 +208,25 @@ def follow_plane(
     )
 
 
+def _frictionless(
+    depth: FloatArray, target: FloatArray, state: PlaneState, pulled: bool
+) -> tuple[PlaneRows, PlaneState, PlaneEnding]:
+    """Rows without friction (mu = 0), as far as no force is prescribed: the whole contact slides with the body, in m."""
+    shift = np.tile(state.shift, (depth.size, 1)) if pulled else target
+    moved = np.hypot(*np.diff(shift, axis=0, prepend=state.shift[None]).T)
+    slid = state.slip_distance + np.cumsum(
+        moved * touching_part(np.append(state.indentation, depth[:-1]), depth)
+    )
+    none = np.zeros(depth.size)
+    columns = np.column_stack([shift, np.zeros(shift.shape), none, none, none, slid])
+    carried = np.logical_and.accumulate(~(target.any(axis=1) & pulled))
+    columns[~carried] = math.nan
+    rows = PlaneRows(columns[:, :2], columns[:, 2:4], *columns[:, 4:].T)
+    ending = PlaneEnding.COMPLETE if carried.all() else PlaneEnding.NOT_ATTAINABLE
+    last = PlaneState(state.vector, float(depth[-1]), shift[-1], 0.0, float(slid[-1]))
+    return rows, last, ending
+
+
 Filled = tuple[FloatArray, bool]
 """Columns of the kernel, to be filled, and whether springs slip."""
 
@@ -224,7 +245,7 @@ def _moved(
     rows, slips = filled
     vectors = state.vector.copy()
     so_far = (state.slip_work, state.slip_distance)
-    begin = np.array([max(state.indentation, 0.0), *state.shift, *so_far])
+    begin = np.array([state.indentation, *state.shift, *so_far])
     ahead = np.empty((3, line.shape[1]))
     k.run(line, vectors, np.stack([depth, radius]), np.array(shift), begin, rows, ahead, slips)
     last = rows[-1]
@@ -250,8 +271,7 @@ def _pulled(
     rows, slips = filled
     labels, wanted = line[0].copy(), np.array(force)
     for i, after in enumerate(depth.tolist()):
-        before = max(state.indentation, 0.0)
-        x, y, ending = k.moved_to(labels, state.vector, before, after, wanted[i], slips)
+        x, y, ending = k.moved_to(labels, state.vector, state.indentation, after, wanted[i], slips)
         if ending != k.COMPLETE:
             return state, list(PlaneEnding)[ending]
         one = slice(i, i + 1)
