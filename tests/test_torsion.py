@@ -16,7 +16,7 @@ from drawing import examples, first_of
 from pymdr.independent.point_loads import tangential_point_load
 from pymdr.independent.torsion import follow_torsion
 from pymdr.line.curves import ElasticLine
-from pymdr.line.torsion.constant import tabulated_limit, turn_at_constant_depth
+from pymdr.line.torsion.constant import tabulated_limit, turn_at_constant_depth, twist_at_torque
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState, slip_work, turn
 from pymdr.line.torsion.segments import Segment, displacement_of, traction_of
@@ -386,10 +386,12 @@ def test_a_table_of_the_limit_turns_like_the_integrals(kind, power, slope, ampli
     largest = lost = known = 0.0
     for _ in range(8):
         twist += unit * 10.0**amplitude * random.uniform(-1.0, 1.0)
-        state, work = turn_at_constant_depth(table, state, twist)
         before, other = other, turn(line, other, depth, twist)
-        lost, known = lost + work, known + slip_work(line, before, other)[0]
+        found = turn(line, before, depth, twist_at_torque(table, state, other.torque))
         largest = max(largest, abs(other.torque))
+        assert found.torque == pytest.approx(other.torque, abs=1e-12 * largest + 1e-15 * table.full_slip)
+        state, work = turn_at_constant_depth(table, state, twist)
+        lost, known = lost + work, known + slip_work(line, before, other)[0]
         assert state.torque == pytest.approx(other.torque, rel=1e-12, abs=1e-12 * largest)
         assert state.energy == pytest.approx(other.energy, rel=1e-10, abs=1e-11 * largest * abs(twist))
         assert state.stick_radius == pytest.approx(other.stick_radius, rel=1e-11, abs=2e-9 * limit.radius)

@@ -34,6 +34,7 @@ from pymdr.line.torsion.constant import (
     is_simple,
     tabulated_limit,
     turn_at_constant_depth,
+    twist_at_torque,
 )
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState, slip_work, turn
@@ -187,7 +188,8 @@ class TorsionLaw:
         """The twist in rad at which a row has a torque."""
         from scipy.optimize import brentq
 
-        most = self.largest_torque(depth)
+        table = self._table_of(state, depth)
+        most = self.largest_torque(depth) if table is None else table.full_slip
         if abs(torque) >= most:
             if torque == 0.0:
                 return state.twist
@@ -195,12 +197,10 @@ class TorsionLaw:
                 f"torque = {written(torque, 'N*m')} in {stretch.row(row)}: friction carries less than {written(most, 'N*m')} there "
                 "(torque of full slip); reduce it, or turn the body with twist(...)"
             )
-
-        table = self._table_of(state, depth)
+        if table is not None:
+            return twist_at_torque(table, state, torque)
 
         def excess(twist: float) -> float:
-            if table is not None:
-                return turn_at_constant_depth(table, state, twist)[0].torque - torque
             return turn(self.line, state, depth, twist).torque - torque
 
         start = excess(state.twist)

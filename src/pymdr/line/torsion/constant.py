@@ -53,6 +53,8 @@ class TabulatedLimit:
     """Q_max, the torque and the slip over t."""
     place: Table
     """T over Q_max."""
+    full_slip: float
+    """Torque of full slip in N m."""
 
     @property
     def resolved(self) -> bool:
@@ -61,11 +63,13 @@ class TabulatedLimit:
 
     def at(self, x: FloatArray) -> _Moments:
         """The moments of the springs from some radii in m outward."""
-        a = self.limit.radius
-        outside = np.maximum(a - x, 0.0)
+        return _Moments(*self.moments(self.variable(x)))
+
+    def variable(self, x: FloatArray | float) -> FloatArray:
+        """T = arcosh(a/x) at some radii in m, without cancellation at the edge, up to its largest value."""
         with np.errstate(divide="ignore"):
-            t = 2.0 * np.arcsinh(np.sqrt(0.5 * outside / x))
-        return _Moments(*self.moments(np.minimum(t, _DEEPEST)))
+            t = 2.0 * np.arcsinh(np.sqrt(0.5 * np.maximum(self.limit.radius - x, 0.0) / np.asarray(x)))
+        return np.asarray(np.minimum(t, _DEEPEST))
 
     def radius(self, q: float) -> float:
         """The radius in m at which Q_max is q in Pa: 0 or the contact radius beyond its values."""
@@ -73,7 +77,7 @@ class TabulatedLimit:
             return self.limit.radius
         if q >= self.place.high[-1]:
             return 0.0
-        return self.limit.radius / math.cosh(float(self.place(np.array([q]))[0, 0]))
+        return self.limit.radius / math.cosh(self.place.at(q)[0])
 
 
 def tabulated_limit(limit: Limit) -> TabulatedLimit:
@@ -105,7 +109,9 @@ def tabulated_limit(limit: Limit) -> TabulatedLimit:
         return rising_root(lambda t: moments(t)[0], q, low[segment], high[segment])[None, :]
 
     inverse = Effort(rounding=_ROUNDING * float(ends[-1]), narrow=_NARROW, graded=True)
-    return TabulatedLimit(limit, moments, tabulated(place, ends[:-1], ends[1:], inverse))
+    return TabulatedLimit(
+        limit, moments, tabulated(place, ends[:-1], ends[1:], inverse), float(limit.torque(np.zeros(1))[0])
+    )
 
 
 def _integrals(loads: Table, a: float) -> Callable[[FloatArray, IndexArray], FloatArray]:
@@ -201,6 +207,54 @@ def turn_at_constant_depth(
         work += _slip(_Moments(*(column[first : first + 2] for column in moments)), one, sense)
     moved = TwistState(tuple(kept), limit.depth, twist, torque, compliance * energy, state.excess)
     return moved, 2.0 * compliance * work
+
+
+def twist_at_torque(table: TabulatedLimit, state: TwistState, torque: float) -> float:
+    """
+    The twist in rad at which :func:`turn_at_constant_depth` arrives at a torque in N m, below that of full slip.
+
+    Notes
+    -----
+    The springs of one segment after the other slip, from the edge inward. While the border of slip stays at the end of a segment, the torque is
+    linear in the twist; inside a segment both are functions of the border, which is searched in the table.
+    """
+    from scipy.optimize import brentq
+
+    if torque == state.torque:
+        return state.twist
+    limit, segments = table.limit, state.segments
+    sense: float = math.copysign(1.0, torque - state.torque)
+    per_gain: float = sense / (8.0 * limit.twisted.shear)
+    loads, beyond, _ = (c.tolist() for c in table.at(np.array([0.0, *(one.high for one in segments)])))
+    within = [0.0]
+    """Torque of the springs within the end of each segment, in the sense of the turn."""
+    for i, one in enumerate(segments):
+        stuck = 2.0 / 3.0 * one.constant * (one.high**3 - one.low**3)
+        within.append(within[-1] + sense * (stuck + one.sign * (beyond[i] - beyond[i + 1])))
+    wanted, gained = sense * torque, 0.0
+    for i, one in reversed(list(enumerate(segments))):
+        before, factor = sense * one.constant, 2.0 if one.sign else 1.0
+        at_high = (wanted - within[i + 1] - beyond[i + 1]) / (2.0 / 3.0 * one.high**3)
+        gained = max(gained, (0.0 if one.sign == sense else factor * loads[i + 1]) - before)
+        if at_high <= gained:
+            return state.twist + per_gain * at_high
+        if one.sign == sense:
+            continue
+        within_low, inner = within[i] + beyond[i] - wanted, 2.0 / 3.0 * one.low**3
+        if within_low + inner * (factor * loads[i] - before) >= 0.0:
+            break
+        gained = factor * loads[i] - before
+    else:
+        return state.twist + per_gain * gained
+
+    def excess(t: float) -> float:
+        x, (q, outside, _) = limit.radius / math.cosh(t), table.moments.at(t)
+        own = 2.0 / 3.0 * before * (x**3 - one.low**3) + (1.0 - sense * one.sign) * (outside - beyond[i])
+        return float(within_low + own + 2.0 / 3.0 * (factor * q - before) * x**3)
+
+    ends = (float(table.variable(x)) for x in (one.high, one.low))
+    t = float(brentq(excess, *ends, xtol=1e-300, rtol=8.9e-16))
+    return state.twist + per_gain * (factor * table.moments.at(t)[0] - before)
 
 
 def is_simple(state: TwistState, limit: Limit) -> bool:
