@@ -440,14 +440,9 @@ class Stepper:
     @property
     def status(self) -> Any:
         """The :class:`Status` that :func:`solve` gives to a path that ends here, an array for several contacts."""
-        contact, moved = self._contact, self._moved
-        if contact.plastic is not None:
-            states = np.where(moved.yielded, Status.YIELDED, Status.ELASTIC)
-        elif contact.adhesion is not None:
-            separated = np.where(moved.touched, Status.PULLED_OFF, Status.NOT_TOUCHED)
-            states = np.where(moved.branch >= 0, Status.ATTACHED, separated)
-        else:
-            states = np.full(self.count, Status.OF_A_CURVE if is_curve(contact) else Status.COMPLETED)
+        moved = self._moved
+        each = zip(moved.branch >= 0, moved.touched, moved.yielded, strict=True)
+        states = np.array([_status(self._contact, *state) for state in each])
         return states if self.count > 1 else states[0]
 
     @property
@@ -475,6 +470,14 @@ class Stepper:
         if self.count > 1:
             return values.copy()
         return values[0].copy() if values.ndim > 1 else float(values[0])
+
+
+def _status(contact: Contact, attached: bool, touched: bool, yielded: bool) -> Status:
+    if contact.plastic is not None:
+        return Status.YIELDED if yielded else Status.ELASTIC
+    if contact.adhesion is None:
+        return Status.OF_A_CURVE if is_curve(contact) else Status.COMPLETED
+    return Status.ATTACHED if attached else Status.PULLED_OFF if touched else Status.NOT_TOUCHED
 
 
 def claims_of_steps(

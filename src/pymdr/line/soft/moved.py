@@ -114,7 +114,7 @@ class ZoneContacts(WithoutShift, Moved):
         lasting = _SUDDEN * float(setting.relaxation.times.min())
         force = _KEPT.index("normal_force")
         stiffness = np.zeros(self.count)
-        for i in np.flatnonzero(self._now("cohesive_radius")):
+        for i in np.flatnonzero(self._now("cohesive_radius")).tolist():
             here = float(self.indentation[i])
             up, down = (self._follow(i, here + side * nudge, lasting)[-1][force] for side in (1.0, -1.0))
             stiffness[i] = 0.5 * (up - down) / nudge
