@@ -137,3 +137,28 @@ def ratios() -> Iterator[Ratio]:
     yield Ratio(each, "Hertz-Mindlin in NumPy, which forgets", together, numpy, "no aim")
     text = f"{CONTACTS} contacts along a line by 1000 steps"
     yield Ratio(text, "2 s", together * 1000 / TOGETHER, 2.0, "aim 1 time")
+    yield from in_the_plane()
+
+
+def in_the_plane() -> Iterator[Ratio]:
+    """Many contacts with springs that carry vectors, in one thread and two."""
+    springs, steps = 32, 20
+    depth, x = np.stack(walk(CONTACTS * steps)).reshape(2, steps, CONTACTS)
+    y = x[::-1]
+
+    def moved(workers: int) -> None:
+        stepper = mdr.Stepper(BALL, 2 * DEEPEST, count=CONTACTS, springs=springs, workers=workers)
+        for row in range(steps):
+            stepper.advance(depth[row], (x[row], y[row]))
+
+    two, one = median_times(lambda: moved(2), lambda: moved(1))
+    each = f"{two / (CONTACTS * steps * springs) * 1e9:.0f} ns a spring in two threads"
+    yield Ratio(
+        f"{CONTACTS} contacts of {springs} springs in the plane, {each}",
+        "one thread",
+        two,
+        one,
+        "aim 0.6 times",
+    )
+    text = f"{CONTACTS} contacts of {springs} springs in the plane by 1000 steps, two threads"
+    yield Ratio(text, "5 s", two * 1000 / steps, 5.0, "aim 1 time")

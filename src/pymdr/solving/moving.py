@@ -64,9 +64,11 @@ class Resting(NamedTuple):
     """Their curves."""
 
 
-def moving_of(contact: Contact, deepest: float, count: int, springs: int | None = None) -> Moving:
+def moving_of(
+    contact: Contact, deepest: float, count: int, springs: int | None = None, workers: int = 1
+) -> Moving:
     """
-    Contacts that have not touched, whose curves reach down to an indentation in m; of a number of springs, if it is given.
+    Contacts that have not touched, whose curves reach down to an indentation in m; of a number of springs, if it is given, moved by a number of threads in the plane.
 
     Raises
     ------
@@ -83,7 +85,7 @@ def moving_of(contact: Contact, deepest: float, count: int, springs: int | None 
     if contact.plastic is not None and springs is None:
         return _yielding(contact, deepest, count)
     if springs is not None:
-        return _in_plane(contact, deepest, count, springs)
+        return _in_plane(contact, deepest, count, springs, workers)
     if contact.adhesion is None:
         return _stacks(contact, deepest, count)
     if contact.adhesion.has_hysteresis:
@@ -133,7 +135,7 @@ def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
     return Moving(stacks, pressed >> ramp(shift=0.1 * deepest) if friction else pressed)
 
 
-def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Moving:
+def _in_plane(contact: Contact, deepest: float, count: int, springs: int, workers: int) -> Moving:
     if contact.friction is None or contact.adhesion is not None:
         raise ProblemError(
             "Stepper: springs are those of friction in the plane or of bodies with memory; give Contact(..., friction=Coulomb(0.3)), or leave "
@@ -147,7 +149,7 @@ def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Mov
     radius = float(states_at_depth(mapped.line, np.array([deepest])).contact_radius[0])
     part = 0.1 * deepest
     path = indent(deepest) >> ramp(shift=(part, 0.0)) >> ramp(shift=(part, part))
-    return Moving(PlaneContacts(law, Springs.along(mapped.line, radius, springs), normal), path)
+    return Moving(PlaneContacts(law, Springs.along(mapped.line, radius, springs), normal, workers), path)
 
 
 def _yielding(contact: Contact, deepest: float, count: int) -> Moving:

@@ -23,6 +23,7 @@ from pymdr.solving.springs_error import errors_of_springs
 from pymdr.solving.step_values import has_unit, out_of_reach, refuse_malformed
 from pymdr.solving.verb import solve
 from pymdr.solving.viscoelastic import SPRINGS
+from pymdr.solving.workers import checked_workers, is_cluster
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 if TYPE_CHECKING:
@@ -97,6 +98,8 @@ class Stepper:
     springs : int, optional
         Number of springs up to the largest contact radius, 8 to 4096. For elastic bodies with friction it is given for shifts (x, y) in the
         plane; by default the shift is along one line, where the memory of friction is a stack. Bodies with memory have 1000, along one line.
+    workers : int
+        Threads among which several contacts that move in the plane are divided; others are moved in one.
 
     Raises
     ------
@@ -141,7 +144,13 @@ class Stepper:
     _several: bool
 
     def __init__(
-        self, contact: Contact, max_indentation: QuantityLike, *, count: int = 1, springs: int | None = None
+        self,
+        contact: Contact,
+        max_indentation: QuantityLike,
+        *,
+        count: int = 1,
+        springs: int | None = None,
+        workers: int = 1,
     ) -> None:
         deepest = to_si(max_indentation, "m", name="Stepper: max_indentation")
         if not deepest > 0.0:
@@ -149,10 +158,12 @@ class Stepper:
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
         check_springs(springs, "Stepper")
+        if is_cluster(checked_workers(workers)):
+            raise ProblemError("Stepper: workers are threads of this process; give their number")
         require_contact(contact, "Stepper")
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
-        self._moved, self._path = moving_of(contact, self._deepest, count, springs)
+        self._moved, self._path = moving_of(contact, self._deepest, count, springs, min(workers, count))
         self._several = count > 1
         self._springs, self._forces = springs, Forces if self._moved.shift.ndim == 1 else PlaneForces
         if (

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
@@ -31,9 +33,11 @@ class PlaneContacts(WithoutAdhesion, Moved):
         Up to the largest contact radius.
     normal : Moved
         The same contacts without friction.
+    workers : int
+        Threads that move them.
     """
 
-    def __init__(self, law: PlaneLaw, springs: Springs, normal: Moved) -> None:
+    def __init__(self, law: PlaneLaw, springs: Springs, normal: Moved, workers: int = 1) -> None:
         from pymdr.line.plane import steps
 
         self._law, self._springs, self.normal = law, springs, normal
@@ -42,6 +46,9 @@ class PlaneContacts(WithoutAdhesion, Moved):
         scales = np.array([2.0 * law.scale * law.modulus * springs.spacing, law.shift_scale])
         self.body = springs.label.copy(), scales
         self._steps: Any = steps
+        self._pool = ThreadPoolExecutor(workers) if workers > 1 else None
+        ends = np.linspace(0, normal.count, workers + 1).astype(int).tolist()
+        self._parts = list(pairwise(ends))
         count, size = normal.count, springs.label.size
         self._own = (np.zeros((count, 2, 2, size)), np.zeros((count, 2, at.WORK + 1)))
 
@@ -85,7 +92,11 @@ class PlaneContacts(WithoutAdhesion, Moved):
                 f"Stepper.advance: shift = ({targets[1, i]:g}, {targets[2, i]:g}) m; finite values are needed"
             )
         normal, _ = self.normal.advance_all(depth, 0.0, None)
-        self._steps.step_all(*self.body, *self._own, targets, self.slips, forces)
+        given = *self.body, *self._own, targets, self.slips, forces
+        if self._pool is None:
+            self._steps.step_all(*given, self._parts[0])
+        else:  # the kernel holds no lock of the interpreter
+            list(self._pool.map(lambda some: self._steps.step_all(*given, some), self._parts))
         return normal, forces[0], forces[1]
 
     def rotate(self, angle: Any) -> None:

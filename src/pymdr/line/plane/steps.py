@@ -80,9 +80,10 @@ def step_all(
     targets: FloatArray,
     slips: bool,
     forces: FloatArray,
+    some: tuple[int, int],
 ) -> None:
-    """Steps of many contacts, as :func:`step`; targets and forces have the shapes (3, m) and (2, m)."""
-    for i in range(targets.shape[1]):
+    """Steps of the contacts from one up to another, as :func:`step`; targets and forces have the shapes (3, m) and (2, m)."""
+    for i in range(some[0], some[1]):
         target = targets[0, i], targets[1, i], targets[2, i]
         forces[0, i], forces[1, i] = step(labels, scales, vectors[i], memory[i], target, slips)
 
