@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pymdr.units import FloatArray
 
-BEYOND = 1.0
-"""Distance beyond the fold, relative to its depth, at which a sample may still be in contact: less, and a search whose model loses contact one sample early cannot get it back."""
+BEYOND = 3.0
+"""Distance beyond the fold, relative to its depth, at which a sample may still be in contact: less, and a search whose model loses contact early, as in a gradual separation that no law of adhesion has, ends in one of many false minima."""
 FULLY_OUT = 0.3
 """Ratio to the largest pull below which a force is out of contact."""
 
@@ -54,9 +54,9 @@ def _best_count(gain: FloatArray) -> int:
 
 
 def first_guess_of_contact(position: FloatArray, force: FloatArray, fold: float, level: float) -> BoolArray:
-    """Samples in contact before a model is known: beyond 0 in approach, and with a tensile force in retreat."""
+    """Samples in contact before a model is known: beyond 0 in approach, and with a tensile force in retreat; positions of shape (..., samples)."""
     pull = min(force.min() - level, 0.0)
-    after = np.arange(position.size) > np.argmax(position)
+    after = np.arange(position.shape[-1]) > np.argmax(position, axis=-1)[..., None]
     pulled: BoolArray = after & (position >= fold) & (force - level < FULLY_OUT * pull)
     touches: BoolArray = (position > 0.0) | pulled
     return touches
@@ -64,14 +64,15 @@ def first_guess_of_contact(position: FloatArray, force: FloatArray, fold: float,
 
 def scale_and_baseline(
     model: FloatArray, force: FloatArray, scale: float, baseline: float
-) -> tuple[float, float]:
-    """Scale of a model and baseline by linear least squares; each unknown if it is NaN."""
+) -> tuple[FloatArray, FloatArray]:
+    """Scales of models of shape (..., samples) and baselines by linear least squares; each unknown if it is NaN."""
+    count = model.shape[:-1]
     if not math.isnan(scale):
-        return scale, (force - scale * model).mean() if math.isnan(baseline) else baseline
-    if not math.isnan(baseline):
-        power = (model * model).sum()
-        return ((model * (force - baseline)).sum() / power if power > 0.0 else -1.0), baseline
-    centred = model - model.mean()
-    power = (centred * centred).sum()
-    factor = (centred * force).sum() / power if power > 0.0 else -1.0
-    return factor, force.mean() - factor * model.mean()
+        offset = (force - scale * model).mean(axis=-1) if math.isnan(baseline) else np.full(count, baseline)
+        return np.full(count, scale), offset
+    offset = force.mean() if math.isnan(baseline) else baseline
+    middle = model.mean(axis=-1) if math.isnan(baseline) else np.zeros(count)
+    centred = model - middle[..., None]
+    power = (centred * centred).sum(axis=-1)
+    factor = np.where(power > 0.0, centred @ (force - offset) / np.where(power > 0.0, power, 1.0), -1.0)
+    return factor, offset - factor * middle

@@ -10,6 +10,7 @@ from numba.extending import overload, register_jitable
 from numpy.typing import NDArray
 
 from pymdr import compiling
+from pymdr.solving.fits import touching
 from pymdr.solving.fits.kernels import descent, model, starts
 from pymdr.solving.fits.kernels.model import (
     BASE,
@@ -21,6 +22,7 @@ from pymdr.solving.fits.kernels.model import (
     SCALE,
     SHAPE,
     TILT,
+    FamilyTable,
     Machine,
     Member,
     Model,
@@ -193,10 +195,11 @@ def _normal_equations(
     return square, side
 
 
+@register_jitable(**_FUSED)
 def _fitted_at(
     depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """As :func:`pymdr.solving.fits.kernels.starts.fitted_at`."""
+    """Best scale and baseline of a member at approximate depths, and the sum of squares; NaN in `known` means unknown."""
     n, deepest, least, span = depth.size, 0, 0.0, 1.0 / (member.deepest - member.fold)
     for i in range(n):
         if depth[i] > depth[deepest]:
@@ -226,6 +229,19 @@ def _fitted_at(
     return scale, base + level, misfit + base * base * n + scale * scale * powers
 
 
+def _best_points(trials: starts.Trials, family: FamilyTable, scales: FloatArray, places: FloatArray) -> None:
+    """As :func:`pymdr.solving.fits.kernels.starts.best_points`."""
+    for i in range(places.shape[0]):
+        depth, force, level = trials.depth[i], trials.force[i], trials.level[i]
+        for k in range(scales.shape[0]):
+            member, known = model.on_rung(family, int(scales[k, 0])), (scales[k, 1], trials.baseline)
+            best = places[i, k]
+            for point in trials.points[i]:
+                scale, offset, misfit = _fitted_at(depth - point, force, member, level, known)
+                if scale > 0.0 and misfit < best[0]:
+                    best[0], best[1], best[2], best[3] = misfit, scale, offset, point
+
+
 def _let_compile() -> None:
     """Register the functions that the two outermost ones call with numba, some of them as loops."""
     same: tuple[Any, ...] = (
@@ -242,7 +258,6 @@ def _let_compile() -> None:
         descent.compared: _compared,
         descent.normal_equations: _normal_equations,
         descent.tangents: _tangents,
-        starts.fitted_at: _fitted_at,
     }
     options: Any = _FUSED
     for function, own in ({function: function for function in same} | loops).items():
@@ -250,9 +265,10 @@ def _let_compile() -> None:
 
 
 _let_compile()
+_STAMP = compiling.stamp_of(__file__, touching.__file__)
 ENGINE = starts.Engine(
-    compiling.compiled(descent.descend_all, fastmath={"contract"}),
-    compiling.compiled(starts.best_points, fastmath={"contract"}),
-    compiling.compiled(descent.tangents_all, fastmath={"contract"}),
+    compiling.compiled(descent.descend_all, _STAMP, fastmath={"contract"}),
+    compiling.compiled(_best_points, _STAMP, fastmath={"contract"}),
+    compiling.compiled(descent.tangents_all, _STAMP, fastmath={"contract"}),
 )
 """The search of :mod:`pymdr.solving.fits.kernels`, compiled when it is first used."""

@@ -116,6 +116,11 @@ class _Search(NamedTuple):
         """The largest number of the family."""
         return self.family.first + self.family.step * (self.family.folds.size - 1)
 
+    def at_end(self, theta: FloatArray) -> BoolArray:
+        """Whether numbers of the model are at an end of the family."""
+        shape, several = theta[:, SHAPE], self.family.folds.size > 1
+        return np.asarray(several & ((shape <= self.family.first) | (shape >= self.last)))
+
 
 def _of(batch: Batch, curves: IndexArray) -> Batch:
     """Some of the curves."""
@@ -145,21 +150,19 @@ def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) ->
     poor, n = np.flatnonzero(_pulling(ends) < _POORLY), batch.place.shape[1]
     if not poor.size:
         return distance
-    origin, trials = ends.theta[poor], []
+    trials = []
     for aside in _ASIDES:
-        trial = origin.copy()
+        trial = ends.theta[poor]
         trial[:, SHAPE] += aside
         within = (search.family.first <= trial[:, SHAPE]) & (trial[:, SHAPE] <= search.last)
         curves = poor[within]
         if not curves.size:
             continue
-        fixed = search.at_shape(_of(batch, curves), trial[within], enough)
+        some = _of(batch, curves)
+        fixed = search.at_shape(some, trial[within], enough)
         trials.append((curves, fixed))
-        better = fixed.misfit < ends.misfit[curves]
-        if better.any():
-            nearer, places = curves[better], fixed.theta[better]
-            others = search.from_places(_of(batch, nearer), places, (ITERATIONS, enough))
-            _put(ends, nearer, others, others.misfit < ends.misfit[nearer])
+        others = search.from_places(some, fixed.theta, (ITERATIONS, enough))
+        _put(ends, curves, others, others.misfit < ends.misfit[curves])
     for curves, fixed in trials:
         offset = fixed.theta - ends.theta[curves]
         wider = fixed.misfit <= ends.misfit[curves] * (1.0 + _NORMAL_95**2 / n)
@@ -285,8 +288,23 @@ def _show_contact(
 
 
 def _first_places(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray, IndexArray]:
-    """Starts of the descents, NaN without contact, and the number of samples used for them."""
+    """
+    Starts of the descents, NaN without contact, and the number of samples used for them.
+
+    A few samples of a record may not show a short pull: without adhesion at the start of an adhesive contact, more of them are searched.
+    """
     chosen = few_of(batch.force)
+    theta = _places(search, batch, known, chosen)
+    unseen = search.wanted.adhesive & (search.at_end(theta) | np.isnan(theta).any(axis=1))
+    rest, stride = np.flatnonzero(unseen), max(batch.place.shape[1] // (_MANY * FEW), 1)
+    if rest.size:
+        chosen[rest, ::stride] = True
+        theta[rest] = _places(search, _of(batch, rest), known[rest], chosen[rest])
+    return theta, np.count_nonzero(chosen, axis=1)
+
+
+def _places(search: _Search, batch: Batch, known: FloatArray, chosen: BoolArray) -> FloatArray:
+    """Starts from the chosen samples of each curve."""
     sizes, theta = np.count_nonzero(chosen, axis=1), np.full(known.shape, math.nan)
     for size in np.unique(sizes):
         curves = np.flatnonzero(sizes == size)
@@ -303,7 +321,7 @@ def _first_places(search: _Search, batch: Batch, known: FloatArray) -> tuple[Flo
             )
             better = misfit < least
             least[better], theta[curves[better]] = misfit[better], places[better]
-    return theta, sizes
+    return theta
 
 
 def _fit_rows(search: _Search, batch: Batch, known: FloatArray, fits: CurveFits) -> None:
@@ -350,8 +368,7 @@ def _descend_from(
     counted, rows, at = used.sum(axis=1), np.arange(count), np.argmax(batch.place, axis=1)
     deepest = batch.place[rows, at] - ends.theta[:, POINT] - batch.softness * ends.force[rows, at]
     shows = _show_contact(batch, wanted, ends, used, deepest)
-    shape, several = ends.theta[:, SHAPE], search.family.folds.size > 1
-    at_end = several & ((shape <= search.family.first) | (shape >= search.last))
+    at_end = search.at_end(ends.theta)
     fits.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FITTED)
     fits.numbers[:, :NUMBERS] = ends.theta
     fits.numbers[:, NUMBERS : NUMBERS + 4] = np.column_stack(

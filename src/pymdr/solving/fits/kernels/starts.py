@@ -21,7 +21,6 @@ from pymdr.solving.fits.kernels.model import (
     TILT,
     Batch,
     FamilyTable,
-    Member,
     on_rung,
     read,
 )
@@ -35,6 +34,8 @@ _SOFT_TRIALS, _SOFT_RUNGS, _SCALES = 7, 6, np.geomspace(0.3, 1e4, 9)
 """For machines softer than the contact: contact points, members, and stiffnesses relative to that with the largest force at the whole depth."""
 _PRESSED, _FRACTION, _FAR = 8, 0.05, 0.2
 """Smallest number of samples in contact, their smallest force relative to the largest, and the fraction of places without contact."""
+_EXPLAINED = 2.0
+"""Ratio of the squares of the forces to those of the residuals from which on a contact is more than a pull that fits some of the noise."""
 _ASIDE = 1.0
 """Distance of the other starts in the logarithm of the number of the family."""
 
@@ -121,18 +122,6 @@ def tilts_of(batch: Batch, wanted: Wanted) -> list[FloatArray]:
     return [(x * batch.force).sum(axis=1) / np.where(power > 0.0, power, 1.0), none]
 
 
-def fitted_at(
-    depth: FloatArray, force: FloatArray, member: Member, level: float, known: tuple[float, float]
-) -> tuple[float, float, float]:
-    """Best scale and baseline of a member at approximate depths, and the sum of squares; NaN in `known` means unknown."""
-    touches = np.flatnonzero(first_guess_of_contact(depth, force, member.fold, level))
-    model = np.zeros(depth.size)
-    root = np.sqrt((depth[touches] - member.fold) / (member.deepest - member.fold))
-    model[touches] = read(member.force, member.slope, np.minimum(root, OUTSIDE))[0]
-    scale, offset = scale_and_baseline(model, force, known[0], known[1])
-    return scale, offset, ((force - offset - scale * model) ** 2).sum()
-
-
 def best_points(trials: Trials, family: FamilyTable, scales: FloatArray, places: FloatArray) -> None:
     """
     Write the best place of every curve on some members of a family.
@@ -144,15 +133,21 @@ def best_points(trials: Trials, family: FamilyTable, scales: FloatArray, places:
     places : ndarray, shape (curves, members, 4)
         Sum of squares in N^2, initially infinite, scale, baseline, and contact point.
     """
-    for i in range(places.shape[0]):
-        depth, force, level = trials.depth[i], trials.force[i], trials.level[i]
-        for k in range(scales.shape[0]):
-            member, known = on_rung(family, int(scales[k, 0])), (scales[k, 1], trials.baseline)
-            best = places[i, k]
-            for point in trials.points[i]:
-                scale, offset, misfit = fitted_at(depth - point, force, member, level, known)
-                if scale > 0.0 and misfit < best[0]:
-                    best[0], best[1], best[2], best[3] = misfit, scale, offset, point
+    for i in range(len(places)):
+        force, level, points = trials.force[i], float(trials.level[i]), trials.points[i]
+        depth = trials.depth[i] - points[:, None]
+        for own, (rung, known) in zip(places[i], scales, strict=True):
+            member = on_rung(family, int(rung))
+            touches = first_guess_of_contact(depth, force, member.fold, level)
+            root = np.sqrt((depth[touches] - member.fold) / (member.deepest - member.fold))
+            model = np.zeros(depth.shape)
+            model[touches] = read(member.force, member.slope, np.minimum(root, OUTSIDE))[0]
+            scale, offset = scale_and_baseline(model, force, float(known), trials.baseline)
+            misfit = ((force - offset[:, None] - scale[:, None] * model) ** 2).sum(axis=1)
+            misfit[~(scale > 0.0)] = math.inf
+            best = int(np.argmin(misfit))
+            if misfit[best] < own[0]:
+                own[:] = misfit[best], scale[best], offset[best], points[best]
 
 
 def _points_along(places: FloatArray, known: FloatArray, wanted: Wanted, many: int) -> FloatArray:
@@ -279,7 +274,7 @@ def starts_at_tilts(
         misfits[curves, chosen[curves]], off[curves, chosen[curves]] = math.inf, math.inf
     base = level.mean(axis=1, keepdims=True) if wanted.free[BASE] else wanted.known[BASE]
     without = ((level - base) ** 2).sum(axis=1)
-    unseen = ~np.isfinite(least) | (without <= least * (1.0 + SEEN / level.shape[1]))
+    unseen = ~np.isfinite(least) | (without <= least * max(_EXPLAINED, 1.0 + SEEN / level.shape[1]))
     unseen &= (batch.softness > 0.0) & (not wanted.tied) & (family.folds.size == 1 or wanted.free[SHAPE])
     unseen &= np.ptp(level, axis=1) > 0.0
     if unseen.any():
