@@ -212,15 +212,22 @@ def test_unknown_loads_are_refused():
         (mdr.cycle, "twst", "twist"),
         (mdr.Result.field, "superpose", "superposed"),
         (mdr.Result.stress_to_csv, "superpose", "superposed"),
+        (mdr.fit, "fitrange", "fit_range"),
+        (mdr.solve, "machine_stifness", "machine_stiffness"),
     ],
 )
 def test_options_are_in_the_signature_and_others_are_refused(verb, wrong, right):
     parameters = inspect.signature(verb).parameters
     assert parameters[right].kind is inspect.Parameter.KEYWORD_ONLY
     assert all(one.kind is not one.VAR_KEYWORD for one in parameters.values())
-    words = rf"^{verb.__name__}\(\) got an unexpected keyword argument '{wrong}'; write {right}= \(options: .*\b{right}\b"
+    words = rf"^{verb.__name__}\(\) got an unexpected keyword argument '{wrong}'; write {right}= \(arguments: .*\b{right}\b"
     with pytest.raises(TypeError, match=words):
         verb(**{wrong: None})
+
+
+def test_the_radius_of_a_field_is_called_r():
+    with pytest.raises(TypeError, match=r"write r= \(arguments: name, r, step, "):
+        mdr.Result.field(None, "pressure", radius=1e-3)
 
 
 OF_VALUES = {"sum", "interpolated"}

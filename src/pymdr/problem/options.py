@@ -1,4 +1,4 @@
-"""Options of functions that take many keywords: in their signatures, and unknown ones refused."""
+"""Options of functions that take many keywords: in their signatures; unknown ones are refused."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from pymdr.problem.naming import nearest
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def with_options(options: type) -> Callable[[_Function], _Function]:
+def with_options(options: type | None = None) -> Callable[[_Function], _Function]:
     """
-    Give a function with ``**keywords`` the keys of a TypedDict as its options.
+    Refuse unknown keywords of a function; the keys of a TypedDict, if one is given, are the options of its ``**keywords``.
 
-    ``help`` and completion show them; any other keyword raises a TypeError that names the function and its options.
+    ``help`` and completion show them; any other keyword raises a TypeError that names the function, the nearest argument
+    and all arguments.
 
     Examples
     --------
@@ -27,7 +28,7 @@ def with_options(options: type) -> Callable[[_Function], _Function]:
     ... def draw(**sizes): ...
     >>> draw(widht=1.0)
     Traceback (most recent call last):
-    TypeError: draw() got an unexpected keyword argument 'widht'; write width= (options: width)
+    TypeError: draw() got an unexpected keyword argument 'widht'; write width= (arguments: width)
     """
 
     def decorated(function: _Function) -> _Function:
@@ -40,10 +41,10 @@ def with_options(options: type) -> Callable[[_Function], _Function]:
                 default=None if "None" in str(hint) else ...,
                 annotation=hint,
             )
-            for name, hint in _hints(options).items()
+            for name, hint in ({} if options is None else _hints(options)).items()
         ]
         signature = own.replace(parameters=[*kept, *added])
-        names = [name for name, one in signature.parameters.items() if one.kind is one.KEYWORD_ONLY]
+        names = [name for name in signature.parameters if name != "self"]
 
         @wraps(function)
         def checked(*args: Any, **keywords: Any) -> Any:
@@ -52,7 +53,7 @@ def with_options(options: type) -> Callable[[_Function], _Function]:
                     near = nearest(name, names)
                     words = f"; write {near[0]}=" if near else ""
                     raise TypeError(
-                        f"{function.__name__}() got an unexpected keyword argument {name!r}{words} (options: {', '.join(names)})"
+                        f"{function.__name__}() got an unexpected keyword argument {name!r}{words} (arguments: {', '.join(names)})"
                     )
             return function(*args, **keywords)
 
