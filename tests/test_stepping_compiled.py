@@ -19,6 +19,7 @@ CASES = [
     (replace(BALL, friction=None), None),
     (replace(BALL, friction=mdr.Coulomb(math.inf)), None),
     (replace(BEAD, adhesion=mdr.JKR("20 mJ/m^2", work_receding="60 mJ/m^2")), None),
+    (mdr.Contact(mdr.Sphere("1 mm"), mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa", wall_factor=True)), None),
     (BALL, 32),
     (replace(BALL, friction=mdr.Coulomb(math.inf)), 32),
 ]
@@ -97,7 +98,9 @@ def test_a_stack_without_room_leaves_the_step_to_the_stepper():
     [
         (BALL, 7, "from 8 to 65536"),
         (
-            mdr.Contact(mdr.Sphere("1 mm"), mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa")),
+            mdr.Contact(
+                mdr.Sphere("1 mm"), mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa"), adhesion=mdr.JKR(1.0)
+            ),
             64,
             "have no compiled step",
         ),

@@ -168,6 +168,7 @@ _SUBJECTS = {
     "line.memory.": "viscoelasticity",
     "line.motion.": "machines",
     "line.plane.": "friction in the plane",
+    "line.plastic.": "bodies that yield",
     "line.rebound.": "impacts on viscoelastic bodies",
     "line.rough_sliding.": "rough sliding",
     "line.soft.": "adhesion with memory",

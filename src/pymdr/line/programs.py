@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from pymdr.compiling import Fused
 from pymdr.errors import ProblemError
-from pymdr.line import following, friction, plane
+from pymdr.line import following, friction, plane, plastic
 from pymdr.line.following import Branches, RestingBranches
 from pymdr.line.following import layout as at
 from pymdr.line.following import steps as branches
@@ -18,12 +18,14 @@ from pymdr.line.friction.layout import COMPLETE, STACK_FULL
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts
 from pymdr.line.plane import steps as springs
+from pymdr.line.plastic import YieldingContacts
+from pymdr.line.plastic import steps as yielding
 from pymdr.units import FloatArray
 
 TAKEN, REFUSED, LEFT = range(3)
 """How a step ended: taken; refused, because a value is not finite or too deep; left to the stepper itself. All but TAKEN keep the state."""
 
-_fused = Fused(__file__, following.__file__, friction.__file__, plane.__file__)
+_fused = Fused(__file__, following.__file__, friction.__file__, plane.__file__, plastic.__file__)
 _Line = tuple[float, float, FloatArray, FloatArray]
 _States = tuple[Any, FloatArray]
 
@@ -111,6 +113,17 @@ def on_resting_branches(
     return (TAKEN if ending == at.COMPLETE else LEFT), force, 0.0
 
 
+@_fused.compiled
+def on_ball(
+    body: tuple[float, FloatArray], states: tuple[FloatArray], i: int, depth: float, shift: float
+) -> tuple[int, float, float]:
+    """A step of a ball that yields."""
+    deepest, ball = body
+    if not -math.inf < depth <= deepest:
+        return REFUSED, 0.0, 0.0
+    return TAKEN, yielding.step(ball, states[0][i], depth), 0.0
+
+
 @singledispatch
 def compiled_of(contacts: Moved, deepest: float, room: int) -> CompiledStep:
     """
@@ -130,8 +143,8 @@ def compiled_of(contacts: Moved, deepest: float, room: int) -> CompiledStep:
         If steps of these contacts are not compiled.
     """
     raise ProblemError(
-        "Stepper.compiled: contacts of bodies with memory and of bodies that yield have no compiled step; call advance, with count= for "
-        "many contacts at once"
+        "Stepper.compiled: contacts of bodies with memory, and of bodies that yield with adhesion or apparent_radius, have no compiled step; "
+        "call advance, with count= for many contacts at once"
     )
 
 
@@ -156,3 +169,10 @@ def _(contacts: Branches, deepest: float, room: int) -> CompiledStep:
 @compiled_of.register
 def _(contacts: RestingBranches, deepest: float, room: int) -> CompiledStep:
     return CompiledStep(on_resting_branches, (deepest, *contacts.both), contacts.arrays)
+
+
+@compiled_of.register
+def _(contacts: YieldingContacts, deepest: float, room: int) -> CompiledStep:
+    if contacts.adhesive:
+        compiled_of.dispatch(Moved)(contacts, deepest, room)
+    return CompiledStep(on_ball, (deepest, contacts.body), contacts.arrays)

@@ -272,7 +272,7 @@ class Stepper:
         Raises
         ------
         ProblemError
-            If bodies have memory or yield, or `room` is not from 8 to 65536.
+            If bodies have memory, or yield with adhesion or apparent_radius, or `room` is not from 8 to 65536.
 
         Examples
         --------

@@ -9,9 +9,9 @@ import numpy as np
 
 from pymdr.units import FloatArray
 
-_SMALL = 1.0
+SMALL = 1.0
 """Angle below which series replace differences that cancel."""
-_SLIVER = [(-1.0) ** k / math.factorial(2 * k + 3) for k in range(10)]
+SLIVER = tuple((-1.0) ** k / math.factorial(2 * k + 3) for k in range(10))
 """Series of (x - sin x) / x^3 in x^2."""
 _ENERGY = [
     (-1.0) ** k * ((3.0 ** (2 * k) - 1.0) / 4.0 - 2.0 * k) / math.factorial(2 * k + 1) for k in range(2, 16)
@@ -58,8 +58,8 @@ class Ellipse:
         """
         twice = 2.0 * self._angle(d)
         sliver = np.where(
-            twice < _SMALL,
-            twice**3 * np.polynomial.polynomial.polyval(twice**2, _SLIVER),
+            twice < SMALL,
+            twice**3 * np.polynomial.polynomial.polyval(twice**2, SLIVER),
             twice - np.sin(twice),
         )
         return np.asarray(0.125 * self.modulus * self.height * self.width * sliver)
@@ -76,7 +76,7 @@ class Ellipse:
         t = self._angle(d)
         sine = np.sin(t)
         part = np.where(
-            t < 0.5 * _SMALL,
+            t < 0.5 * SMALL,
             t**5 * np.polynomial.polynomial.polyval(t**2, _ENERGY),
             sine - t * np.cos(t) - sine**3 / 3.0,
         )
@@ -105,11 +105,11 @@ def ellipse_force(height: float, width: float, modulus: float, d: float) -> floa
     0.00244980478088604
     """
     t = 4.0 * math.asin(math.sqrt(min(max(d / height, 0.0), 0.5)))
-    if t >= _SMALL:
+    if t >= SMALL:
         sliver = t - math.sin(t)
     else:
         sliver = 0.0
-        for coefficient in reversed(_SLIVER):
+        for coefficient in reversed(SLIVER):
             sliver = sliver * t * t + coefficient
         sliver *= t**3
     return 0.125 * modulus * height * width * sliver

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from dataclasses import astuple
 from typing import Any, NamedTuple
@@ -10,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymdr.line.moved import BEFORE, NOW, BoolArray, Moved, WithoutAdhesion, WithoutShift
+from pymdr.line.plastic import layout as at
 from pymdr.line.plastic.adhesion import follow_edge
-from pymdr.line.plastic.ball import Ball, wall_factor
-from pymdr.line.plastic.ellipse import Ellipse, ellipse_force
-from pymdr.line.plastic.growth import GrowingBall, Growth, Row, line_of
+from pymdr.line.plastic.ball import Ball
+from pymdr.line.plastic.ellipse import Ellipse
+from pymdr.line.plastic.growth import GrowingBall, Growth, Row
 from pymdr.units import FloatArray
 
-_DEPTH, _LARGEST, _FORCE, _EDGE, _DISSIPATED, _JUMPED = range(6)
 _AREAS = 8
 """Column of the first area of a growing ball."""
 _GROWN = len(Growth.__dataclass_fields__) + 1
@@ -61,94 +60,91 @@ class YieldingContacts(_Yielding):
     """
 
     def __init__(self, ball: Ball, work: float, count: int) -> None:
-        self._ball, self._work = ball, work
-        self._constant = math.pi * ball.yield_depth * (ball.yield_depth - ball.radius)
-        self.arrays = (np.zeros((count, 2, _JUMPED + 1)),)
+        from pymdr.line.plastic import steps
+
+        self._ball, self._work, self.adhesive = ball, work, work > 0.0
+        limits = ball.yield_depth, float(ball.walled)
+        self.body = np.array([ball.radius, ball.modulus, ball.shear, ball.poisson, ball.strength, *limits])
+        self._steps: Any = steps
+        self.arrays = (np.zeros((count, 2, at.JUMPED + 1)),)
 
     def _step(self, now: FloatArray, depth: float) -> float:
-        largest = max(float(now[_LARGEST]), depth)
-        now[_DEPTH], now[_LARGEST] = depth, largest
-        if self._work == 0.0:
-            now[_FORCE] = self._force(depth, largest)
-        else:
-            before = float(now[_EDGE]), float(now[_DISSIPATED])
-            at = np.array([depth]), np.array([largest])
-            rows, (now[_EDGE], now[_DISSIPATED]) = follow_edge(self._ball, self._work, *at, before)
-            now[_FORCE] = rows.force[0]
-            now[_JUMPED] = before[0] > 0.0 and now[_EDGE] == 0.0 and now[_DISSIPATED] > before[1]
-        return float(now[_FORCE])
+        """A step with adhesion."""
+        largest = max(float(now[at.LARGEST]), depth)
+        now[at.DEPTH], now[at.LARGEST] = depth, largest
+        before = float(now[at.EDGE]), float(now[at.DISSIPATED])
+        ends = np.array([depth]), np.array([largest])
+        rows, (now[at.EDGE], now[at.DISSIPATED]) = follow_edge(self._ball, self._work, *ends, before)
+        now[at.FORCE] = rows.force[0]
+        now[at.JUMPED] = before[0] > 0.0 and now[at.EDGE] == 0.0 and now[at.DISSIPATED] > before[1]
+        return float(now[at.FORCE])
+
+    def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
+        """Go with one contact straight to an indentation in m; F_N in N, and 0."""
+        if self.adhesive:
+            return super().advance(depth, shift, duration)
+        return float(self._steps.step(self.body, self.arrays[0][0], depth)), 0.0
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts, without adhesion together."""
-        if self._work:
+        if self.adhesive:
             return super().advance_all(depth, shift, duration)
-        (columns,) = self.arrays
-        columns[:, BEFORE] = columns[:, NOW]
-        now = columns[:, NOW]
-        now[:, _DEPTH], now[:, _LARGEST] = depth, np.maximum(now[:, _LARGEST], depth)
-        now[:, _FORCE] = self._ball.force(now[:, _DEPTH], now[:, _LARGEST])
-        return now[:, _FORCE].copy(), np.zeros(depth.shape)
-
-    def _force(self, depth: float, largest: float) -> float:
-        """As that of the ball, for one contact."""
-        ball = self._ball
-        constant = self._constant if largest >= ball.yield_depth else math.nan
-        height, width, offset, scale = line_of(ball, ball.radius, largest, constant)
-        force = ellipse_force(height, width, ball.modulus, (depth - offset) / scale)
-        return force * float(wall_factor(depth, ball.radius)) if ball.walled else force
+        force = np.empty(depth.shape)
+        self._steps.step_all(self.body, self.arrays[0], depth, force)
+        return force, np.zeros(depth.shape)
 
     @property
     def _at(self) -> tuple[FloatArray, FloatArray]:
-        return self._now(_DEPTH), self._now(_LARGEST)
+        return self._now(at.DEPTH), self._now(at.LARGEST)
 
     @property
     def indentation(self) -> FloatArray:
         """Indentations in m."""
-        return self._now(_DEPTH)
+        return self._now(at.DEPTH)
 
     @property
     def normal_force(self) -> FloatArray:
         """F_N in N."""
-        return self._now(_FORCE)
+        return self._now(at.FORCE)
 
     @property
     def contact_radius(self) -> FloatArray:
         """In m; 0 without contact."""
-        return self._now(_EDGE) if self._work else self._ball.contact_radius(*self._at)
+        return self._now(at.EDGE) if self.adhesive else self._ball.contact_radius(*self._at)
 
     @property
     def normal_stiffness(self) -> FloatArray:
         """Tangent stiffness in N/m of unloading and reloading."""
-        if self._work:
-            return np.asarray(2.0 * self._ball.modulus * self._now(_EDGE) / self._ball.scale(self._at[1]))
+        if self.adhesive:
+            return np.asarray(2.0 * self._ball.modulus * self._now(at.EDGE) / self._ball.scale(self._at[1]))
         return self._ball.stiffness(*self._at)
 
     @property
     def elastic_energy(self) -> FloatArray:
         """Energy in J that unloading returns."""
-        if not self._work:
+        if not self.adhesive:
             return self._ball.elastic_energy(*self._at)
         stored = [
             # the edge is where it rests, from which it does not move
             follow_edge(self._ball, self._work, d, most, (float(edge), 0.0))[0].elastic_energy[0]
-            for edge, d, most in zip(self._now(_EDGE), *(at[:, None] for at in self._at), strict=True)
+            for edge, d, most in zip(self._now(at.EDGE), *(ends[:, None] for ends in self._at), strict=True)
         ]
         return np.array(stored)
 
     @property
     def dissipated_energy(self) -> FloatArray:
         """Energy in J dissipated by yield, and by the edge, so far."""
-        return self._ball.dissipation(self._at[1]) + self._now(_DISSIPATED)
+        return self._ball.dissipation(self._at[1]) + self._now(at.DISSIPATED)
 
     @property
     def yielded(self) -> BoolArray:
         """Whether the ball has yielded."""
-        return self._ball.residual(self._now(_LARGEST)) > 0.0
+        return self._ball.residual(self._now(at.LARGEST)) > 0.0
 
     @property
     def jumped(self) -> BoolArray:
         """Whether the bodies separated under tension in the last step."""
-        return self._now(_JUMPED) > 0.0
+        return self._now(at.JUMPED) > 0.0
 
 
 class GrowingContacts(_Yielding):
