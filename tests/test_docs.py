@@ -10,6 +10,7 @@ import runpy
 import shlex
 import shutil
 import sys
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,6 +20,8 @@ import pytest
 import pymdr as mdr
 from pymdr.interpretation import theories
 from pymdr.quantities import POSITION, QUANTITIES, RADIUS
+from pymdr.workbench import casefile
+from pymdr.workbench.templates import template
 
 DOCS = Path(__file__).parent.parent / "docs"
 OUTPUT = re.compile(r"^( *)```python\n(.*?)^\1```\n(?:\n\1```text\n(.*?)^\1```)?", re.MULTILINE | re.DOTALL)
@@ -92,6 +95,70 @@ def quartic(tmp_path, monkeypatch, kinds):
     monkeypatch.delitem(sys.modules, "quartic", raising=False)
     yield importlib.import_module("quartic").Quartic
     sys.modules.pop("quartic")
+
+
+TABLES = re.compile(r"^```toml\n(.*?)^```", re.MULTILINE | re.DOTALL)
+COMPLETED = {
+    "case_files.md": ("", "joint"),
+    "layers.md": ("layers",),
+    "machines.md": ("machine",),
+    "press.md": ("press",),
+    "rough.md": ("rough",),
+    "stress.md": ("joint", "ball"),
+    "viscoelasticity.md": ("rubber",),
+    "yielding_bodies.md": ("",),
+}
+"""Cases of ``pymdr new`` whose tables the blocks of a page complete or replace; empty for blocks that are whole cases."""
+READERS = {
+    "machine": casefile.read_machine_case,
+    "press": casefile.read_press_case,
+    "rough": casefile.read_rough_case,
+}
+
+
+def tables_on(page):
+    return [tomllib.loads(text) for text in TABLES.findall((DOCS / page).read_text())]
+
+
+def test_every_page_with_tables_is_compared_with_a_case():
+    assert {page.name for page in DOCS.glob("*.md") if tables_on(page.name)} == {*COMPLETED, "plugins.md"}
+
+
+@pytest.mark.parametrize("page", COMPLETED)
+def test_tables_on_pages_complete_the_cases_that_new_writes(page, tmp_path):
+    heights = " ".join(str(i * i % 7) for i in range(64))
+    (tmp_path / "ground.sdf").write_text(
+        "aISO-1.0\nManufacID = A\nCreateDate = 040120100853\nModDate = 050320101353\nNumPoints = 8\nNumProfiles = 8\n"
+        "Xscale = 1e-6\nYscale = 1e-6\nZscale = 1e-9\nZresolution = 1e-12\nCompression = 0\nDataType = 7\n"
+        f"CheckType = 0\n*\n{heights}\n*\n"
+    )
+    (tmp_path / "dma.csv").write_text("time [s],G [MPa]\n0.001,4\n0.01,3\n0.1,2\n1,1.5\n10,1\n")
+    file = tmp_path / "case.toml"
+    for kind, tables in zip(COMPLETED[page], tables_on(page), strict=True):
+        file.write_text(casefile.case_text(tomllib.loads(template(kind) if kind else "") | tables))
+        READERS.get(kind, casefile.read_case)(file)
+
+
+def test_two_commands_give_the_stress_below_a_coat(tmp_path, monkeypatch, shell):
+    """Across the interface of the page and the template the tractions and the strain along it are equal, the stress along it is not."""
+    monkeypatch.chdir(tmp_path)
+    text = (DOCS / "layers.md").read_text()
+    first, second = re.search(r"Two commands .*?: `pymdr (new .*?)` .*?; `pymdr (run .*?)` ", text).groups()
+    assert shell(*shlex.split(first))[0] == 0
+    with Path("coated.toml").open("a") as case:
+        case.write(TABLES.search(text)[1])
+    assert shell(*shlex.split(second), "--no-figures")[0] == 0
+    above, below = np.genfromtxt("out/stress.csv", delimiter=",", names=True, deletechars="")[-2:]
+    coat, under = (layer["material"] for layer in tomllib.loads(template("layers"))["body"]["layers"])
+    assert tomllib.loads(template("layers"))["body"]["layers"][0]["thickness"] == "2 um"
+    (along, radial) = ([row[f"stress_{name}_[Pa]"] for row in (above, below)] for name in ("zz", "rr"))
+    assert along[0] == pytest.approx(along[1], rel=1e-9)
+    assert radial[0] != pytest.approx(radial[1], rel=0.1)
+    strains = [
+        ((1.0 - body["poisson"]) * across - body["poisson"] * down) / mdr.Elastic(body["young"], 0.3).young
+        for body, across, down in zip((coat, under), radial, along, strict=True)
+    ]
+    assert strains[0] == pytest.approx(strains[1], rel=1e-6)
 
 
 LAWS = {

@@ -82,7 +82,10 @@ def identifiers(code):
 
 
 def test_names_say_what_values_are():
-    root, part = DOCS.parent, re.compile(rf"(?i)(?<![a-z])({'|'.join(PUZZLING)})(?![a-z])")
+    root, part = (
+        DOCS.parent,
+        re.compile(rf"(?i)_({(words := '|'.join(PUZZLING))})\b|(?<![a-z])({words})(?=_|,? (=|in )|[\[.,:)])"),
+    )
     files = (
         file
         for folder in ("src", "tests", "examples", "docs", "benchmarks", "plugins")
