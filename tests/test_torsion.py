@@ -387,9 +387,9 @@ def test_a_table_of_the_limit_turns_like_the_integrals(kind, power, slope, ampli
     for _ in range(8):
         twist += unit * 10.0**amplitude * random.uniform(-1.0, 1.0)
         before, other = other, turn(line, other, depth, twist)
-        found = turn(line, before, depth, twist_at_torque(table, state, other.torque))
+        result = turn(line, before, depth, twist_at_torque(table, state, other.torque))
         largest = max(largest, abs(other.torque))
-        assert found.torque == pytest.approx(other.torque, abs=1e-12 * largest + 1e-15 * table.full_slip)
+        assert result.torque == pytest.approx(other.torque, abs=1e-12 * largest + 1e-15 * table.full_slip)
         state, work = turn_at_constant_depth(table, state, twist)
         lost, known = lost + work, known + slip_work(line, before, other)[0]
         assert state.torque == pytest.approx(other.torque, rel=1e-12, abs=1e-12 * largest)
