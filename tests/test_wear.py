@@ -68,6 +68,33 @@ def test_wear_at_constant_indentation_ends_at_the_limit(profile: mdr.problem.pro
     assert np.max(np.abs(f - end)) < 2e-3 * np.ptp(end)
 
 
+def test_pressure_in_the_end_is_that_of_the_springs_that_stick(at_depth: mdr.solving.wear.Wear) -> None:
+    """Within c, p = (E*/pi) [int_r^c g0'/sqrt(x^2 - r^2) dx + (d - g0(c))/sqrt(c^2 - r^2)], and none beyond."""
+    modulus = mdr.effective_moduli(BODY, BODY).normal
+    c = float(at_depth["stick_radius"][-1])
+    r, p = (at_depth.surface[name].values[-1] for name in ("r", "pressure"))
+    root = np.sqrt(c**2 - r[r < c] ** 2)
+    exact = modulus / math.pi * (2.0 * root / 1e-2 + (1e-6 - c**2 / 1e-2) / root)
+    assert np.allclose(p[r < c], exact, rtol=1e-8)
+    assert p[r == c] == math.inf
+    assert p[r > c].max() < 1e-6 * exact[0]
+    assert float(at_depth["central_pressure"][-1]) == p[0]
+    touched = math.pi * float(at_depth["contact_radius"][-1]) ** 2
+    assert float(at_depth["mean_pressure"][-1] / at_depth["normal_force"][-1]) == pytest.approx(1.0 / touched)
+    assert at_depth["central_pressure"].attrs["units"] == "Pa"
+
+
+@pytest.mark.parametrize("shift", ["0.4 um", "2 um"], ids=["partial slip", "gross slip"])
+def test_pressure_is_that_of_the_worn_profile(shift: str) -> None:
+    worn = mdr.wear(BALL, mdr.load("20 N") >> mdr.cycle(shift=shift), coefficient=K, cycles=[0.0, 1e3, 1e4])
+    for row in (1, 2):
+        r, p = (worn.surface[name].values[row] for name in ("r", "pressure"))
+        within = r < 0.9 * float(worn["stick_radius"][row] or worn["contact_radius"][row])
+        pressed = mdr.solve(mdr.Contact(worn.worn(row), BODY, BODY), mdr.load("20 N"))
+        assert np.allclose(p[within], pressed.field("pressure", r=r[within]), rtol=1e-3)
+    assert worn.claims["central_pressure"].error.max() < 1e-3
+
+
 def test_first_cycle_dissipates_the_loop(at_depth: mdr.solving.wear.Wear) -> None:
     loop = mdr.friction_loop(BALL, "0.2 um", indentation="1 um")
     assert float(at_depth["dissipated_per_cycle"][0]) == pytest.approx(

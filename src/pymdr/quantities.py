@@ -98,6 +98,7 @@ QUANTITIES: dict[str, Quantity] = {
         Quantity("stored_torsional_energy", "U_\\varphi", "J", "stored torsional energy"),
         Quantity("worn_volume", "V", "m^3", "worn volume", ("cycles",)),
         Quantity("worn_depth", "h", "m", "depth of wear", ("cycles",)),
+        Quantity("central_pressure", "p_0", "Pa", "pressure on the axis", ("cycles",)),
         Quantity("worn_radius", "b", "m", "radius of the worn surface", ("cycles",)),
         Quantity("restitution", "e", "", "coefficient of restitution", ()),
         Quantity("tangential_restitution", "e_x", "", "tangential coefficient of restitution", ()),

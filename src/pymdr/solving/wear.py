@@ -58,13 +58,14 @@ class Wear(Study):
     data: xr.Dataset
     """
     Over ``cycles``: worn_volume (m^3), worn_depth (m), the largest, worn_radius (m), contact_radius, stick_radius and indentation
-    (m), normal_force (N), normal_stiffness (N/m), force_amplitude (N) of the tangential force, dissipated_per_cycle (J).
+    (m), normal_force (N), normal_stiffness (N/m), force_amplitude (N) of the tangential force, dissipated_per_cycle (J), mean_pressure
+    and central_pressure (Pa).
     """
     surface: xr.Dataset
     """
-    Over ``cycles`` and ``node``, with the radii ``r`` (m) beyond the first stick radius: profile (m), f(r) of the worn gap from the original apex, worn_depth (m), pressure (Pa) and slip (m)
-    between a turning point and the middle of the motion, and limiting_profile (m) at constant indentation. Where springs stick the pressure is
-    not given: it is infinite at the stick radius in the end.
+    Over ``cycles`` and ``node``, with the radii ``r`` (m): profile (m), f(r) of the worn gap from the original apex, worn_depth (m), pressure (Pa) and slip (m)
+    between a turning point and the middle of the motion, and limiting_profile (m) at constant indentation. Late in
+    wear the pressure at the stick radius c is infinite, inside it like 1/sqrt(c - r).
     """
     springs: xr.Dataset
     """Over ``cycles`` and ``spring``: equivalent_profile (m) of the worn gap at ``x`` (m), from the first stick radius to the contact radius."""
@@ -82,6 +83,8 @@ class Wear(Study):
         "normal_force": Column("force", "N"),
         "normal_stiffness": Column("stiffness", "N/m"),
         "dissipated_per_cycle": Column("dissipated", "J"),
+        "mean_pressure": Column("mean p", "Pa"),
+        "central_pressure": Column("central p", "Pa"),
     }
     summary_claims: ClassVar = ("worn_volume", "contact_radius")
 
@@ -109,8 +112,10 @@ class Wear(Study):
         r, depth = self.surface["r"].values[row], self.surface["worn_depth"].values[row]
         if not depth.max() > 0.0:
             raise ProblemError(f"wear: row {row} has no wear; use the original profile")
-        last = int(np.flatnonzero(depth > 0.0)[-1]) + 1
-        known = np.flatnonzero(np.append(True, np.diff(r[: last + 1]) > 0.0))
+        first, last = np.flatnonzero(depth > 0.0)[[0, -1]] + [-1, 1]
+        ring = slice(max(int(first), 0), int(last) + 1)
+        r, depth = r[ring], depth[ring]
+        known = np.append(True, np.diff(r) > 0.0)
         r, depth = r[known], depth[known]
         # at its edge the ring has a foot of a cell or two, which the mesh does not resolve
         kept = depth > _FOOT * depth.max()
@@ -356,11 +361,14 @@ def _errors(fine: Mapping[str, FloatArray], coarse: Coarser, missed: list[float]
     """
     errors = {}
     for name, values in fine.items():
-        known = values != 0.0
+        # the pressure at the tip of a cone is infinite
+        known = (values != 0.0) & np.isfinite(values)
+        values, half, quarter, longer = (
+            np.where(known, each[name], 0.0) for each in (fine, coarse.cells, coarse.quarter, coarse.blocks)
+        )
         size = np.where(known, np.abs(values), 1.0)
-        half, quarter = coarse.cells[name], coarse.quarter[name]
         cells = np.fmax(np.abs(values - half), np.abs(half - quarter) / 4.0)
-        blocks = np.abs(half - coarse.blocks[name]) / 3.0
+        blocks = np.abs(half - longer) / 3.0
         cells = np.maximum.accumulate(np.where(known, cells / size, 0.0))
         errors[name] = np.where(known, cells + np.fmax(blocks / size, missed), 0.0)
     return errors

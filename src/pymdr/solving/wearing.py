@@ -37,6 +37,8 @@ _HALVINGS = 80
 _MOST_WEAR = 1e30
 """Largest depth of wear at the mean pressure and the slip of sliding, over the first indentation, that is followed."""
 _ROUNDING = 1e-9
+_INSIDE: FloatArray = 1.0 - np.linspace(1.0, 0.0, 24, endpoint=False) ** 2
+"""Radii over the first stick radius at which the pressure is given, close together at it, where it may be infinite."""
 _INNER, _ALIKE = 80, 1e-9
 """Points of a force curve within the first stick radius, and relative difference of depths below which points are one."""
 
@@ -51,6 +53,8 @@ UNITS = {
     "normal_stiffness": "N/m",
     "force_amplitude": "N",
     "dissipated_per_cycle": "J",
+    "mean_pressure": "Pa",
+    "central_pressure": "Pa",
 }
 
 
@@ -369,6 +373,7 @@ def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, 
         pulled = np.minimum(state.springs, wearing.amplitude)
         sheared = wearing.amplitude * mesh.stick + float(mesh.loading @ pulled)
         slip_work = float(np.sum(mesh.areas * state.pressure * state.slip))
+        load = 2.0 * e * half * d * a
         radii, depth = mesh.whole(state.worn)
         worn = depth.max()
         last = radii[min(int(np.flatnonzero(depth)[-1]) + 1, depth.size - 1)] if worn > 0.0 else 0.0
@@ -380,10 +385,12 @@ def columns_of(case: WearCase, wearing: Wearing, history: History) -> dict[str, 
                 edge * a,
                 mesh.stick * a,
                 state.depth * d,
-                2.0 * e * half * d * a,
+                load,
                 2.0 * e * edge * a,
                 2.0 * case.moduli.tangential * case.caps * d * a * sheared,
                 4.0 * case.mu * e * case.caps * d * d * a * slip_work,
+                load / (math.pi * (edge * a) ** 2),
+                float(_stuck_pressure(case, mesh, state, np.zeros(1))[0]),
             )
         )
     return dict(zip(UNITS, np.array(rows).T, strict=True))
@@ -397,6 +404,18 @@ def _contact(mesh: Mesh, state: State) -> float:
     return float(mesh.nodes[worn[-1] + 1]) if worn.size else mesh.stick
 
 
+def _stuck_pressure(case: WearCase, mesh: Mesh, state: State, r: FloatArray) -> FloatArray:
+    """The pressure in Pa at radii in first contact radii up to the stick radius."""
+    a, d, first = case.radius, case.depth, float(mesh.stuck.x[0])
+    pressure = mesh.pressure_within(r, state.springs, state.depth)
+    inside = r < first
+    if inside.any():
+        pressure[inside] += (
+            case.equivalent.pressure_integral(r[inside] * a, np.array(first * a)) * a / d / math.pi
+        )
+    return pressure * (case.moduli.normal * d / a)
+
+
 def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
     """Radii, worn profile, depth of wear, pressure and slip of all rows in SI units, over nodes."""
     a, d, e = case.radius, case.depth, case.moduli.normal
@@ -405,6 +424,8 @@ def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
     }
     for mesh, state in history.states:
         radii, depth = mesh.whole(state.worn)
+        first = _INSIDE * radii[0] if mesh.stick > 0.0 else np.zeros(0)
+        radii, depth = np.append(first, radii), np.append(np.zeros(first.size), depth)
         inner = radii.size - mesh.rings.size - 1
         r = radii * a
         rows["r"].append(r)
@@ -412,8 +433,8 @@ def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
         still = case.request.normal_force is None
         rows["limiting_profile"].append(limiting_shape(case, r) if still else np.full(r.size, math.nan))
         rows["profile"].append(case.profile(r) + depth * d)
-        unknown = np.full(inner, math.nan)
-        rows["pressure"].append(np.concatenate([unknown, state.pressure * (e * d / a), [0.0]]))
+        stuck = _stuck_pressure(case, mesh, state, radii[:inner])
+        rows["pressure"].append(np.concatenate([stuck, state.pressure * (e * d / a), [0.0]]))
         rows["slip"].append(np.concatenate([np.zeros(inner), state.slip * (case.caps * d), [math.nan]]))
     size = max(values.size for values in rows["r"])
     return {

@@ -237,7 +237,7 @@ def twist_at_torque(table: TabulatedLimit, state: TwistState, torque: float) -> 
         at_high = (wanted - within[i + 1] - beyond[i + 1]) / (2.0 / 3.0 * one.high**3)
         gained = max(gained, (0.0 if one.sign == sense else factor * loads[i + 1]) - before)
         if at_high <= gained:
-            return state.twist + per_gain * at_high
+            return float(state.twist + per_gain * at_high)
         if one.sign == sense:
             continue
         within_low, inner = within[i] + beyond[i] - wanted, 2.0 / 3.0 * one.low**3

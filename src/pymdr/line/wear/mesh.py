@@ -15,6 +15,8 @@ from pymdr.units import FloatArray
 _GRADED, _ABOUT = 2.5, 2.0
 """Exponents of the cells beyond the stick radius, near which the springs change most, and about a kink."""
 _NODES = 32
+_JUMP = 1e-9
+"""Jump of g over the indentation that is rounding."""
 
 Curve = Callable[[FloatArray], FloatArray]
 
@@ -127,12 +129,33 @@ class Mesh:
         """Worn volume of a depth of wear on the rings."""
         return self.stuck.volume + float(np.sum(self.areas * worn))
 
+    def pressure_within(self, r: FloatArray, springs: FloatArray, depth: float) -> FloatArray:
+        """
+        Pressure at radii up to the stick radius c by the springs beyond the first stick radius, int g'/sqrt(x^2 - r^2) dx/pi.
+
+        Where g jumps at c, the pressure is infinite there like 1/sqrt(c^2 - r^2).
+        """
+        gap = depth - np.append(springs, 0.0)
+        total = _rises(self.stuck.x, self.stuck.gap, r) + _rises(self.nodes, gap, r)
+        jump = float(gap[0] - self.stuck.gap[-1]) if self.stick > 0.0 else 0.0
+        if jump > _JUMP * depth:
+            with np.errstate(divide="ignore"):
+                total += jump / np.sqrt((self.stick - r) * (self.stick + r))
+        return total / math.pi
+
     def whole(self, worn: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Radii from the first stick radius to the end and the depth of wear at them."""
         last = worn[:1] if self.stick == 0.0 else np.zeros(0)
         radii = np.concatenate([self.stuck.x, self.rings, self.nodes[-1:]])
         inner = last if last.size else self.stuck.worn
         return radii, np.concatenate([inner, worn, [0.0]])
+
+
+def _rises(x: FloatArray, gap: FloatArray, r: FloatArray) -> FloatArray:
+    """The integral of g'/sqrt(x^2 - r^2) over the cells at radii r, g linear in x^2 in each."""
+    squares = x**2
+    roots = np.sqrt(np.maximum(squares - r[:, None] ** 2, 0.0))
+    return np.asarray(2.0 * np.sum(np.diff(gap) / np.diff(squares) * np.diff(roots, axis=1), axis=1))
 
 
 def _displacements(x: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:

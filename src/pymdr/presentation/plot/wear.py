@@ -53,7 +53,7 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
         shape.set_ylim(float(span[0] - 0.05 * np.ptp(span)), float(span[1] + 0.05 * np.ptp(span)))
         pressed.set_xlim(*shape.get_xlim())
         shape.set_ylabel(f"worn profile f ({high})")
-        pressed.set_ylabel("pressure where it slips (MPa)")
+        pressed.set_ylabel("pressure (MPa)")
         shape.legend()
         pressed.legend()
         for axes in (shape, pressed):
