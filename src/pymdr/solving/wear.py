@@ -232,8 +232,8 @@ def wear(
     Raises
     ------
     ProblemError
-        If a value is not above 0, the path is no such cycle, the amplitude of gross slip is above a tenth of the contact radius, gross
-        slip becomes partial slip, or the contact has adhesion, memory, grading, layers, a force curve or a sharp edge.
+        If a value is not above 0, the path is no such cycle, the amplitude of gross slip is above a tenth of the contact radius,
+        or the contact has adhesion, memory, grading, layers, a force curve or a sharp edge.
     ConvergenceError
         If a block of cycles has no solution.
 
@@ -378,6 +378,9 @@ def _notes(case: WearCase, history: History, blocks: int) -> tuple[str, ...]:
     """How the cycles were followed."""
     regime = "gross slip" if case.gross else "partial slip"
     control = "indentation" if case.request.normal_force is None else "load"
+    stuck = [n for n, (mesh, _) in zip(history.cycles, history.states, strict=True) if mesh.stick > 0.0]
+    if case.gross and stuck:
+        regime = f"gross slip, from {stuck[0]:g} cycles on with a middle that sticks,"
     return (f"{regime} at constant {control}; {blocks} blocks of cycles, {_cells(history)} cells",)
 
 

@@ -36,7 +36,6 @@ _FAINT = 1e-9
 _HALVINGS = 80
 _MOST_WEAR = 1e30
 """Largest depth of wear at the mean pressure and the slip of sliding, over the first indentation, that is followed."""
-_ROUNDING = 1e-9
 _INSIDE: FloatArray = 1.0 - np.linspace(1.0, 0.0, 24, endpoint=False) ** 2
 """Radii over the first stick radius at which the pressure is given, close together at it, where it may be infinite."""
 _INNER, _ALIKE = 80, 1e-9
@@ -232,7 +231,7 @@ def followed(case: WearCase, rows: FloatArray, progress: Callable[[int, int], No
     Raises
     ------
     ProblemError
-        If gross slip is too wide or comes to an end, or the contact outgrows the profile.
+        If gross slip is too wide, or the contact outgrows the profile.
     """
     if case.gross and case.request.amplitude > SMALL * case.radius:
         raise ProblemError(
@@ -264,7 +263,6 @@ def followed(case: WearCase, rows: FloatArray, progress: Callable[[int, int], No
         else:
             fine = replace(wearing, cells=_CELLS)
             history = march(fine, rows, _TOLERANCE, progress, blocks=np.array(half.blocks))
-            _refuse_stick(case, fine, history, rows)
             return Followed(fine, history, half)
     raise ProblemError(
         f"wear: after {rows[-1]:g} cycles the contact reaches r = {metres(end)}, up to which the profile is known; give fewer cycles"
@@ -285,19 +283,6 @@ def _dimensionless(case: WearCase, end: float, cells: int) -> Wearing:
         end=end / a,
         cells=cells,
     )
-
-
-def _refuse_stick(case: WearCase, wearing: Wearing, history: History, rows: FloatArray) -> None:
-    """Refuse gross slip whose middle begins to stick: the indentation at constant load grows with wear, and with it the shift of sliding."""
-    if not case.gross:
-        return
-    middle = np.array([state.springs[0] for _, state in history.states])
-    sticks = np.flatnonzero(middle > wearing.amplitude * (1.0 + _ROUNDING))
-    if sticks.size:
-        raise ProblemError(
-            f"wear: before {rows[sticks[0]]:g} cycles gross slip at constant load becomes partial slip, because the middle of the worn "
-            "contact begins to stick, and this is not followed; give fewer cycles or a larger amplitude"
-        )
 
 
 def _half_load(case: WearCase) -> float:
@@ -424,7 +409,7 @@ def surface_of_wear(case: WearCase, history: History) -> dict[str, FloatArray]:
     }
     for mesh, state in history.states:
         radii, depth = mesh.whole(state.worn)
-        first = _INSIDE * radii[0] if mesh.stick > 0.0 else np.zeros(0)
+        first = _INSIDE * radii[0] if radii[0] > 0.0 else np.zeros(0)
         radii, depth = np.append(first, radii), np.append(np.zeros(first.size), depth)
         inner = radii.size - mesh.rings.size - 1
         r = radii * a

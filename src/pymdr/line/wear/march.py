@@ -210,8 +210,7 @@ def _halved(
     if whole[0] is halves[0]:
         error = float(np.sum(mesh.areas * np.abs(whole[1].worn - halves[1].worn))) / 3.0
     error /= max(volume, 1e-300)
-    if wearing.stick > 0.0:
-        error += _MOVES * abs(whole[0].stick - halves[0].stick) / wearing.stick
+    error += _MOVES * abs(whole[0].stick - halves[0].stick) / (wearing.stick or 1.0)
     return halves, error, change / 3.0
 
 
@@ -314,7 +313,7 @@ def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, 
     Under constant load the depth grows with wear, and with it the springs that slip little.
     """
     longer = state.springs > wearing.amplitude * (1.0 + _SETTLED)
-    if wearing.force is None or wearing.stick == 0.0 or not longer[0]:
+    if wearing.force is None or not longer[0]:
         return mesh, state
     k = int(np.argmin(longer)) - 1 if not longer.all() else longer.size - 1
     springs = np.append(state.springs, 0.0)
@@ -331,17 +330,19 @@ def _with_more_stick(wearing: Wearing, mesh: Mesh, state: State) -> tuple[Mesh, 
         left = left[1:]
     nodes = np.append(c, left)
     rings, frozen = spread_again(mesh, state.worn, nodes)
+    before = mesh.stuck
+    if mesh.stick == 0.0:
+        # the middle of gross slip stops slipping
+        before = Stuck(mesh.nodes[:1], state.depth - springs[:1], state.worn[:1])
     new_x = np.append(mesh.nodes[1 : k + 1], c)
     new_gap = np.append(state.depth - springs[1 : k + 1], state.depth - wearing.amplitude)
     # a spring is as exact as its block, but g of the stuck part rises
-    gap = np.minimum(
-        np.maximum.accumulate(np.append(mesh.stuck.gap, new_gap)), state.depth - wearing.amplitude
-    )
+    gap = np.minimum(np.maximum.accumulate(np.append(before.gap, new_gap)), state.depth - wearing.amplitude)
     stuck = Stuck(
-        np.append(mesh.stuck.x, new_x),
+        np.append(before.x, new_x),
         gap,
-        np.append(mesh.stuck.worn, np.interp(new_x, *mesh.whole(state.worn))),
-        mesh.stuck.volume + frozen,
+        np.append(before.worn, np.interp(new_x, *mesh.whole(state.worn))),
+        before.volume + frozen,
     )
     moved_springs = np.append(wearing.amplitude, np.interp(left[:-1], mesh.nodes, springs))
     unsolved = np.zeros(0)

@@ -61,10 +61,9 @@ class Mesh:
     @cached_property
     def inner_gap(self) -> FloatArray:
         """Integral (2/pi) int_0^c g / sqrt(r^2 - x^2) dx on every ring."""
-        first = float(self.stuck.x[0])
-        if first == 0.0:
-            return np.zeros(self.rings.size)
-        whole = inner_integral(self.rings, first, self.gap, self.kinks)
+        first, whole = float(self.stuck.x[0]), np.zeros(self.rings.size)
+        if first > 0.0:
+            whole = inner_integral(self.rings, first, self.gap, self.kinks)
         if self.stuck.x.size > 1:
             rise, whole_cell = _displacements(self.stuck.x, self.rings[:, None])
             whole = whole + 2.0 / math.pi * (
