@@ -406,14 +406,14 @@ def test_gross_slip_whose_middle_begins_to_stick_is_that_of_rings() -> None:
     body = mdr.Elastic("12.6 GPa", 0.41)
     flat = mdr.Contact(mdr.RoundedFlat("31 um", "63 mm"), body, friction=mdr.Coulomb(0.142))
     path = mdr.load("38 mN") >> mdr.cycle(shift="5.2 nm")
-    asked = {"coefficient": "2e-9 m^2/N", "cycles": [50.0, 300.0, 2000.0]}
-    worn = mdr.wear(flat, path, **asked)
+    request = {"coefficient": "2e-9 m^2/N", "cycles": [50.0, 300.0, 2000.0]}
+    worn = mdr.wear(flat, path, **request)
     stick = worn["stick_radius"].values
     assert stick[0] == 0.0 < stick[1] <= stick[2]
     assert "from 300 cycles on with a middle that sticks" in worn.notes[-1]
     assert np.allclose(worn["normal_force"], 0.038, rtol=1e-9)
     # measured 5e-4; 60 rings resolve the middle to 9e-3 only
-    both = mdr.verify(flat, path, wear=asked, elements=120)
+    both = mdr.verify(flat, path, wear=request, elements=120)
     assert both.largest_difference < 2e-3
 
 
