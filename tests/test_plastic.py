@@ -250,6 +250,28 @@ def test_adhesion_on_unloading():
     assert least < min(edge.opening(edge.critical_radius + step), edge.opening(edge.critical_radius - step))
 
 
+def test_loads_with_adhesion_are_met_where_depths_have_these_forces():
+    """First loading, an edge at rest, one that recedes, and loading again from it."""
+    contact = mdr.Contact(
+        mdr.Sphere("1 mm"), mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa"), adhesion=mdr.JKR("200 J/m^2")
+    )
+    depth = 1e-6 * np.array([5.0, 60.0, 50.0, 48.0, 44.6, 44.5, 44.4, 44.7, 55.0, 80.0, 70.0])
+    by_depth = mdr.solve(contact, mdr.Path(indentation=depth))
+    force, radius = (by_depth[name].values for name in ("normal_force", "contact_radius"))
+    assert force.min() > 0.0
+    assert radius[6] < radius[4] < radius[3] == radius[1]
+    by_load = mdr.solve(contact, mdr.Path(normal_force=force))
+    for name in ("indentation", "contact_radius", "elastic_energy", "dissipated_energy"):
+        assert by_load[name].values == pytest.approx(by_depth[name].values, rel=1e-12)
+    assert by_load.claims["normal_force"].level is mdr.Level.EXACT
+    # a load of 0 N lies on the way to tension, and separates nothing
+    let_go = mdr.load("10 N") >> mdr.load("0 N")
+    rest = float(mdr.solve(contact, let_go)["indentation"][-1])
+    pulled = mdr.solve(contact, let_go >> mdr.indent(rest - 1e-6))
+    assert pulled["normal_force"].values[1] == 0.0 > pulled["normal_force"].values[2]
+    assert pulled["contact_radius"].values[1] >= pulled["contact_radius"].values[2] > 0.0
+
+
 def test_adhesion_of_an_elastic_ball_is_jkr_on_unloading():
     """Where the edge recedes, the pull-off under prescribed indentation is that of JKR to the order of a/R."""
     radius, work = 1.0, 50.0
@@ -359,8 +381,22 @@ BAD = [
     (lambda: mdr.effective_moduli(COPPER, mdr.Rigid()), "largest indentation"),
     (lambda: mdr.export_law(BALL, "1 um"), "export_law: .* largest indentation; use Stepper"),
     (
-        lambda: mdr.solve(mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)), mdr.load("1 N")),
-        "prescribed indentation",
+        lambda: mdr.solve(
+            mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)),
+            mdr.travel("1 um"),
+            machine_stiffness="1 kN/m",
+        ),
+        "prescribed indentation or force",
+    ),
+    (
+        lambda: mdr.solve(
+            mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)), mdr.load("1 N") >> mdr.load("-1 N")
+        ),
+        r"then pull with indent\(...\)",
+    ),
+    (
+        lambda: mdr.solve(mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)), mdr.load("1 TN")),
+        "0.9 of the radius",
     ),
 ]
 

@@ -46,8 +46,9 @@ def plastic_claims(
         Rows in which each quantity is prescribed.
     """
     reason = (
-        "the model of an elastic, ideally plastic ball on a rigid flat, whose pressure at yield is fitted to finite elements; "
-        "its error, and the range of d/R and Y/E of the fit, are not known here"
+        "the model of an elastic, ideally plastic ball on a rigid flat, whose pressure at yield is fitted to finite elements; its error, "
+        "and the range of d/R and Y/E of the fit, are not known here: the manual of LAMMPS, which has the model for large deformation, "
+        "limits only 0 <= nu <= 0.5"
     )
     if body.apparent_radius:
         reason += "; the growth of the apparent radius is averaged over ten rows, so the result depends on the number of rows"

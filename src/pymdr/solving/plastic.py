@@ -14,13 +14,22 @@ from pymdr.errors import NotValidError, PathError, ProblemError
 from pymdr.interpretation.plastic import NO_FIELDS, plastic_assumptions, plastic_claims
 from pymdr.interpretation.validity import NORMAL_FIELDS
 from pymdr.line.foundation import mean_pressure
-from pymdr.line.plastic import DEEPEST, Ball, Ellipse, GrowingBall, Growth, follow_edge, start_of_edge
+from pymdr.line.plastic import (
+    DEEPEST,
+    Ball,
+    Ellipse,
+    GrowingBall,
+    Growth,
+    depth_at_force,
+    follow_edge,
+    start_of_edge,
+)
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch
 from pymdr.result import FieldReader, Result, Status
 from pymdr.result.rows import row_indices
-from pymdr.solving.normal import check_normal_path, refuse_tension
+from pymdr.solving.normal import check_normal_path, refuse_tangential, refuse_tension
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
@@ -84,7 +93,10 @@ def solve_plastic(task: Task) -> Result:
         raise ProblemError(
             "solve: solver=Rings() solves elastic bodies, but a body is ElasticPlastic; leave solver out"
         )
-    check_normal_path(task.path)
+    if task.contact.adhesion is None:
+        check_normal_path(task.path)
+    else:
+        refuse_tangential(task.path, "friction of a body that yields is not available; leave the channel out")
     ball = ball_of(task.contact)
     if body.apparent_radius:
         growing = GrowingBall(ball)
@@ -97,7 +109,8 @@ def solve_plastic(task: Task) -> Result:
 def _compliance(task: Task, stretch: Stretch) -> float | None:
     """Compliance in m/N of the machine; None for prescribed forces."""
     if stretch.by_force:
-        refuse_tension(stretch.leg, stretch.normal)
+        if task.contact.adhesion is None:
+            refuse_tension(stretch.leg, stretch.normal)
         return None
     machine = task.machine_stiffness
     return 0.0 if stretch.controls.normal != "travel" or machine is None else 1.0 / machine
@@ -116,13 +129,15 @@ def _step(
     adhesion = task.contact.adhesion
     if compliance == 0.0:
         d, largest = targets, np.maximum(np.maximum.accumulate(targets), state.largest)
-    else:
-        if adhesion is not None:
-            raise PathError(
-                f"the path prescribes {stretch.controls.normal}, but adhesion of a body that yields is followed under a prescribed "
-                "indentation only; use indent(...)"
-            )
+    elif adhesion is None:
         d, largest = ball.follow(targets, compliance, state.largest)
+    elif stretch.by_force:
+        d, largest = _under_loads(ball, adhesion.work, targets, state)
+    else:
+        raise PathError(
+            f"the path prescribes {stretch.controls.normal}, but adhesion of a body that yields is followed under a prescribed "
+            "indentation or force only; use indent(...) or load(...)"
+        )
     if np.max(largest) > DEEPEST * ball.radius:
         _refuse_too_deep(ball, stretch, targets)
     force, radius = ball.force(d, largest), ball.contact_radius(d, largest)
@@ -154,6 +169,24 @@ def _step(
         ball.yielded(largest) * (largest > before),
     )
     return result, _State(float(largest[-1]), edge), here
+
+
+def _under_loads(ball: Ball, work: float, forces: FloatArray, state: _State) -> tuple[FloatArray, FloatArray]:
+    """Indentations and largest indentations in m under forces in N, of a ball that adheres."""
+    if np.min(forces) < 0.0:
+        raise PathError(
+            f"normal_force = {newtons(float(np.min(forces)))}: the tension of a body that yields is followed under a prescribed indentation "
+            "only; unload to 0 N with load(...), then pull with indent(...)"
+        )
+    rows, most, edge = np.full((2, forces.size), math.inf), state.largest, state.edge
+    for row, force in enumerate(forces.tolist()):
+        d = depth_at_force(ball, work, force, most, edge)
+        if not math.isfinite(d):
+            break
+        most = max(most, d)
+        rows[:, row] = d, most
+        _, edge = follow_edge(ball, work, np.array([d]), np.array([most]), edge)
+    return rows[0], rows[1]
 
 
 def _grow(

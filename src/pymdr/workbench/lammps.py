@@ -199,7 +199,12 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
             coords={"case": [row["case"] for row in rows]},
         ),
         curves=curves | _series(cases, rows),
-        notes=(version_of(program), "its surface energy is half of the work of adhesion"),
+        notes=(
+            version_of(program),
+            "its surface energy is half of the work of adhesion",
+            "walls here are plane (fix wall/gran): like pairs they keep the tension of JKR to the largest pull; fix wall/gran/region, "
+            "and DMT everywhere, drop it where the bodies do not overlap",
+        ),
     )
 
 

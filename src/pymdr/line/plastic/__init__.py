@@ -1,6 +1,6 @@
 """Step 2 of a ball that yields: its line is an ellipse, whose axes depend on the largest indentation."""
 
-from pymdr.line.plastic.adhesion import Edge, follow_edge, start_of_edge
+from pymdr.line.plastic.adhesion import Edge, depth_at_force, follow_edge, start_of_edge
 from pymdr.line.plastic.ball import DEEPEST, Ball
 from pymdr.line.plastic.ellipse import Ellipse
 from pymdr.line.plastic.growth import GrowingBall, Growth
@@ -15,6 +15,7 @@ __all__ = [
     "GrowingContacts",
     "Growth",
     "YieldingContacts",
+    "depth_at_force",
     "follow_edge",
     "start_of_edge",
 ]

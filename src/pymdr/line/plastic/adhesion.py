@@ -13,6 +13,9 @@ from pymdr.line.plastic.ball import Ball
 from pymdr.line.plastic.ellipse import Ellipse
 from pymdr.units import FloatArray
 
+_ABOVE_FOLD = 1e-6
+"""Distance from the separation at which a search begins, over that to the largest indentation."""
+
 
 @dataclass(frozen=True)
 class Edge:
@@ -124,3 +127,35 @@ def follow_edge(
             rows[:3, i] = a, edge.force(depth, a), scale * edge.energy(depth, a)
         rows[3, i] = dissipated
     return EdgeRows(*rows), (a, dissipated)
+
+
+def depth_at_force(
+    ball: Ball, work: float, target: float, largest: float, before: tuple[float, float]
+) -> float:
+    """
+    The indentation in m at a force in N of at least 0, after a largest indentation in m; inf where 0.9 R does not suffice.
+
+    The force rises with the indentation on every branch at rest, and where the edge recedes down to the fold of force control, at which
+    it is negative.
+
+    Parameters
+    ----------
+    work : float
+        Work of adhesion in J/m^2.
+    before : tuple of float
+        As in :func:`follow_edge`.
+    """
+    pressed, most = ball.follow(np.array([target]), None, largest)
+    if before[0] == 0.0 or float(most[0]) > largest:
+        return float(pressed[0])
+    at = np.array(largest)
+    edge = Edge(ball.line(at), work)
+    least = edge.opening(min(edge.critical_radius, before[0]))
+    low = float(ball.residual(at) + ball.scale(at) * least)
+    low += _ABOVE_FOLD * (largest - low)
+
+    def missing(d: float) -> float:
+        rows, _ = follow_edge(ball, work, np.array([d]), at[None], before)
+        return float(rows.force[0]) - target
+
+    return float(scipy.optimize.brentq(missing, low, largest, xtol=1e-15 * largest, rtol=1e-14))
